@@ -1,0 +1,98 @@
+"""Bounds by bijection: a fitted value is a smooth function of an unbounded coordinate.
+
+Algebraic forms are used, not exponentials: near a bound they flatten as 1/x^2, so that a start far away
+still has a gradient, and far from a bound they are linear.
+"""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+_INSIDE = 1e-3  # a start on or beyond a bound is moved this far inside, in scales
+
+
+class Bounds(eqx.Module):
+    r"""Bounds of a parameter vector, and the bijection that keeps a fit inside them.
+
+    `low` and `high` hold for `coupling^-1 @ values`: a coupling `values = coupling @ bounded` (unit lower
+    triangular) lets one parameter's bound move with another's. `scale` is a typical size of each.
+
+    | bounds | bounded value at coordinate x |
+    |---|---|
+    | none | $s x$ |
+    | low | $l + s (x + \sqrt{x^2 + 4}) / 2$ |
+    | high | $h - s (\sqrt{x^2 + 4} - x) / 2$ |
+    | both | $l + (h - l)(1 + x/\sqrt{1 + x^2})/2$ |
+    """
+
+    low: Float[Array, " parameters"]
+    high: Float[Array, " parameters"]
+    scale: Float[Array, " parameters"]
+    coupling: Float[Array, "parameters parameters"]
+
+    def values(self, x: Float[Array, " parameters"]) -> Float[Array, " parameters"]:
+        """Physical values at unbounded coordinates `x`."""
+        has_low, has_high = jnp.isfinite(self.low), jnp.isfinite(self.high)
+        low = jnp.where(has_low, self.low, 0.0)
+        high = jnp.where(has_high, self.high, 0.0)
+        root = jnp.sqrt(x**2 + 4.0)
+        # x + root cancels for large negative x; 4 / (root - x) is the same number
+        rise = jnp.where(x > 0, x + root, 4.0 / (root - jnp.where(x > 0, 0.0, x)))
+        fall = jnp.where(x < 0, root - x, 4.0 / (root + jnp.where(x < 0, 0.0, x)))
+        both = low + (high - low) * (1.0 + x / jnp.sqrt(1.0 + x**2)) / 2.0
+        one = jnp.where(has_low, low + self.scale * rise / 2.0, high - self.scale * fall / 2.0)
+        bounded = jnp.where(
+            has_low & has_high, both, jnp.where(has_low | has_high, one, self.scale * x)
+        )
+        return self.coupling @ bounded
+
+    def bounded(self, values: np.ndarray) -> np.ndarray:
+        """What `low` and `high` hold for: `values` with the couplings taken out."""
+        return np.linalg.solve(np.asarray(self.coupling), np.asarray(values, dtype=float))
+
+    def coordinates(self, values: np.ndarray) -> np.ndarray:
+        """Unbounded coordinates of `values`; those outside the bounds are reflected to the inside."""
+        low, high, scale = (np.asarray(v) for v in (self.low, self.high, self.scale))
+        v = self.bounded(values)
+        v = np.where(v < low, low + (low - v), v)
+        v = np.where(v > high, high - (v - high), v)
+        both = np.isfinite(low) & np.isfinite(high)
+        below = np.isfinite(low) & ~both
+        above = np.isfinite(high) & ~both
+        x = v / scale
+        w = np.maximum((v[below] - low[below]) / scale[below], _INSIDE)
+        x[below] = w - 1.0 / w
+        w = np.maximum((high[above] - v[above]) / scale[above], _INSIDE)
+        x[above] = 1.0 / w - w
+        y = 2.0 * (v[both] - low[both]) / (high[both] - low[both]) - 1.0
+        y = np.clip(y, -1.0 + 2.0 * _INSIDE, 1.0 - 2.0 * _INSIDE)
+        x[both] = y / np.sqrt(1.0 - y**2)
+        return x
+
+    def at_bound(self, values: np.ndarray, slack: float = 1e-3) -> np.ndarray:
+        """Whether each value lies within `slack` typical sizes of a bound."""
+        v = self.bounded(values)
+        low, high, scale = (np.asarray(b) for b in (self.low, self.high, self.scale))
+        width = np.where(np.isfinite(low) & np.isfinite(high), high - low, scale)
+        return (v - low < slack * width) | (high - v < slack * width)
+
+    @classmethod
+    def of(
+        cls,
+        start: np.ndarray,
+        low: np.ndarray | None = None,
+        high: np.ndarray | None = None,
+        coupling: np.ndarray | None = None,
+    ) -> "Bounds":
+        """Bounds for a fit from `start`, with typical sizes read off it."""
+        n = start.size
+        low = np.full(n, -np.inf) if low is None else np.asarray(low, dtype=float)
+        high = np.full(n, np.inf) if high is None else np.asarray(high, dtype=float)
+        coupling = np.eye(n) if coupling is None else coupling
+        v = np.linalg.solve(coupling, start)
+        reach = np.abs(
+            np.where(np.isfinite(low), v - low, np.where(np.isfinite(high), high - v, v))
+        )
+        scale = np.where(reach > 0, reach, 1.0)
+        return cls(*(jnp.asarray(a, dtype=float) for a in (low, high, scale, coupling)))

@@ -1,0 +1,65 @@
+"""What commands share: the output folder, JSON, progress, pictures."""
+
+import contextlib
+import io
+import json
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from rapi_jax.io import OutputError, write_atomic
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def output_folder(path: Path) -> Path:
+    """`path` as a folder that exists and can be written to."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"cannot make the output folder {path}: {error.strerror}. Choose another with `-o`."
+        ) from error
+    return path
+
+
+def json_text(value: Any) -> str:
+    """JSON as the contract has it: strict, readable, one object."""
+    return json.dumps(value, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def say_json(value: Any) -> None:
+    """One object on standard output."""
+    sys.stdout.write(json_text(value))
+
+
+def console(as_json: bool) -> Console:
+    """Where people read: standard output, or standard error when that carries JSON."""
+    return Console(stderr=as_json, highlight=False)
+
+
+def save_figure(figure: "Figure", path: Path) -> Path:
+    """Write a figure as PNG, whole or not at all."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=120)
+    write_atomic(path, buffer.getvalue())
+    return path
+
+
+@contextlib.contextmanager
+def progress(title: str, as_json: bool) -> Iterator[Callable[[str], None]]:
+    """A progress line on standard error; silent where that is no terminal."""
+    target = Console(stderr=True)
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=target, transient=True, disable=not target.is_terminal) as bar:
+        task = bar.add_task(title, total=None)
+
+        def say(line: str) -> None:
+            bar.update(task, description=f"{title}: {line}")
+
+        yield say

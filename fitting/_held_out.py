@@ -1,0 +1,97 @@
+"""How well a model predicts what it was not fitted to: periods, scan rates, amplitudes."""
+
+import dataclasses
+from collections.abc import Iterator
+
+import numpy as np
+
+from rapi_jax import Recording
+
+from ._problem import Problem, Solution
+
+
+@dataclasses.dataclass(frozen=True)
+class HeldOut:
+    """One scheme: what was left out of the fit, and the error on it.
+
+    `rmse` and `std` (about each run's mean error) are in the response's unit, over the samples left
+    out; `fraction` is `rmse` over their span. `train_rmse` is the rmse on what the fit did see. Where
+    `origin_from_data` is true a run left out has an origin of its own, taken from its mean.
+    """
+
+    scheme: str
+    rmse: float
+    std: float
+    fraction: float
+    train_rmse: float
+    samples: int
+    origin_from_data: bool = False
+
+
+def last_third(recording: Recording, problem: Problem) -> np.ndarray:
+    """The samples, "runs time", of the last third of each run's periods.
+
+    Of a run that does not repeat, or holds one period only, the last third of the samples.
+    """
+    out = np.zeros_like(problem.data.use)
+    for row, run in enumerate(recording.runs):
+        sample = problem.data.sample[row]
+        inside = sample >= 0
+        periods = run.drive.periods
+        if periods >= 2:
+            first = periods - max(1, round(periods / 3))
+            out[row, inside] = run.drive.period[sample[inside]] >= first
+        else:
+            used = np.flatnonzero(problem.data.use[row])
+            out[row, used[(2 * used.size) // 3 :]] = True
+    return out & problem.data.use
+
+
+def schemes(recording: Recording, problem: Problem) -> Iterator[tuple[str, np.ndarray, bool]]:
+    """Name, held-out samples, and whether whole runs are left out, for each scheme that applies."""
+    yield "last third", last_third(recording, problem), False
+    rates = [run.drive.rate for run in recording.runs]
+    if len(set(rates)) > 1:
+        for rate in sorted(set(rates)):
+            rows = np.array([r == rate for r in rates])
+            yield f"rate {rate:g} Hz", problem.data.use & rows[:, None], True
+    levels = np.array(recording.amplitudes)
+    if levels.size > 1:
+        nearest = [int(np.abs(levels - run.drive.u_pp).argmin()) for run in recording.runs]
+        for i, level in enumerate(levels):
+            rows = np.array([k == i for k in nearest])
+            name = f"amplitude {level:.4g} {recording.drive_unit}"
+            yield name, problem.data.use & rows[:, None], True
+
+
+def held_out(problem: Problem, run_weights: np.ndarray, full: Solution, **options) -> list[HeldOut]:
+    """Refit without each part, from the full fit's parameters, and predict it."""
+    results = []
+    for name, left, whole in schemes(problem.recording, problem):
+        seen = problem.data.use & ~left
+        if not left.any() or seen.sum() <= problem.free_count:
+            continue
+        solution = problem.solve(full.values, problem.weights(run_weights, seen), **options)
+        results.append(score(problem, solution, name, left, seen, whole and problem.own_origin))
+    return results
+
+
+def score(
+    problem: Problem, solution: Solution, name: str, left: np.ndarray, seen: np.ndarray, own: bool
+) -> HeldOut:
+    """The error of `solution` on the samples `left`; with `own`, about each run's mean error."""
+    error = solution.error
+    rows = [row for row in range(left.shape[0]) if left[row].any()]
+    centred = np.concatenate([error[r, left[r]] - error[r, left[r]].mean() for r in rows])
+    plain = centred if own else error[left]
+    span = max(float(np.ptp(problem.data.y[r, left[r]])) for r in rows)
+    rmse = float(np.sqrt(np.mean(plain**2)))
+    return HeldOut(
+        scheme=name,
+        rmse=rmse,
+        std=float(np.sqrt(np.mean(centred**2))),
+        fraction=rmse / span if span > 0 else float("nan"),
+        train_rmse=float(np.sqrt(np.mean(error[seen] ** 2))),
+        samples=int(left.sum()),
+        origin_from_data=own,
+    )

@@ -1,0 +1,80 @@
+"""A model's declared parameters as one vector, and back."""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from rapi_jax import ECDL, ModelError, Parameter, parameters
+from rapi_jax._parameter import follow
+
+
+@dataclasses.dataclass(frozen=True)
+class Vector:
+    """Which element of the vector is which parameter of the model."""
+
+    parts: tuple[Parameter, ...]
+
+    @classmethod
+    def of(cls, ecdl: ECDL) -> "Vector":
+        """The vector of all declared parameters of `ecdl`, in order of declaration."""
+        return cls(tuple(parameters(ecdl)))
+
+    @property
+    def size(self) -> int:
+        """Number of elements."""
+        return sum(part.size for part in self.parts)
+
+    @property
+    def names(self) -> list[str]:
+        """A name for each element, as in `model.json`."""
+        return [name for part in self.parts for name in part.names()]
+
+    def spread(self, of: Callable[[Parameter], Any]) -> list[Any]:
+        """`of(part)` for each element."""
+        return [of(part) for part in self.parts for _ in range(part.size)]
+
+    def values(self, ecdl: ECDL) -> np.ndarray:
+        """The elements' values in `ecdl`, which may be another model of the same shape."""
+        return np.concatenate([np.asarray(follow(ecdl, p.path)).ravel() for p in self.parts])
+
+    def units(self, response: str, drive: str) -> list[str]:
+        """Units of the elements, with the recording's units put in."""
+        out = []
+        for part in self.parts:
+            for i in range(part.size):
+                unit = part.unit.format(x=response, u=drive)
+                power = part.first + i
+                out.append(unit.replace("^k", "" if power == 1 else f"^{power}"))
+        return out
+
+    def put(self, ecdl: ECDL, values: Array) -> ECDL:
+        """`ecdl` with the elements of `values`; works on traced values."""
+        leaves, at = [], 0
+        for part in self.parts:
+            leaves.append(values[at : at + part.size].reshape(part.shape))
+            at += part.size
+        return eqx.tree_at(lambda e: [follow(e, part.path) for part in self.parts], ecdl, leaves)
+
+    def mask(self, ecdl: ECDL, free: Callable[[ECDL], Any]) -> np.ndarray:
+        """Which elements the selector `free` picks: any operator, effect or field, or a tuple of them."""
+        marked = jax.tree_util.tree_map(lambda _: False, ecdl)
+        chosen = jax.tree_util.tree_map(lambda _: True, free(ecdl))
+        try:
+            marked = eqx.tree_at(free, marked, chosen)
+        except ValueError as error:
+            raise ModelError(
+                "`free` must return parts of the model it is given, such as `lambda e: e.operator` or "
+                f"`lambda e: (e.operator.lam, e.operator.d)` ({error})."
+            ) from error
+        return np.array(self.spread(lambda part: bool(follow(marked, part.path))))
+
+
+def as_device(values: np.ndarray) -> Array:
+    """A float64 array; call with 64-bit types on."""
+    return jnp.asarray(values, dtype=jnp.float64)

@@ -1,0 +1,216 @@
+"""Is this fit to be trusted, and if not, why: from gradient, rank, agreement and held-out data."""
+
+import dataclasses
+
+import numpy as np
+
+from ._faults import Fault
+from ._held_out import HeldOut
+from ._problem import Problem, Solution
+from ._starts import Start
+
+_RANK = 1e-9  # smallest over largest singular value of the column-scaled Jacobian
+_POOR = 0.05  # of the span
+_EXPLAINED = 0.5  # of the variance
+_GENERAL = 3.0  # held-out rmse over in-sample rmse
+_GAIN = 2e-3  # of the cost, that a further step may still bring
+
+
+@dataclasses.dataclass(frozen=True)
+class Verdict:
+    """`trusted` with no reasons, or not with at least one; `notes` are for the reader, not against the fit."""
+
+    trusted: bool
+    reasons: tuple[str, ...]
+    notes: tuple[str, ...]
+    unidentifiable: tuple[str, ...] = ()
+
+
+def unidentifiable(problem: Problem, solution: Solution) -> tuple[str, ...]:
+    """Parameters of the model that the data cannot fix: in a null direction of the scaled Jacobian."""
+    names = np.array(problem.names)
+    moving = np.zeros(names.size, dtype=bool)
+    moving[: problem.vector.size] = problem.free
+    if problem.own_origin:
+        moving[list(names).index("d_0")] = False
+    moving[problem.vector.size :] = True
+    columns = solution.jacobian[:, moving]
+    length = np.linalg.norm(columns, axis=0)
+    dead = length <= 1e-12 * max(length.max(initial=0.0), 1e-300)
+    scaled = columns / np.where(dead, 1.0, length)
+    triangle = np.linalg.qr(scaled, mode="r")
+    _, size, right = np.linalg.svd(triangle)
+    null = right[: size.size][size <= _RANK * max(size.max(initial=0.0), 1e-300)]
+    loose = dead | (np.abs(null) > 0.05).any(axis=0)
+    own = names[moving][loose]
+    return tuple(name for name in own if name in problem.vector.names)
+
+
+def gain_left(problem: Problem, solution: Solution, weight: np.ndarray) -> float:
+    """Share of the cost that a Gauss-Newton step still takes away, tried at several lengths.
+
+    Tried, not promised: at a kink, where a play's contact moves to the next sample, the gradient jumps
+    and promises what no step keeps.
+    """
+    length = np.linalg.norm(solution.jacobian, axis=0)
+    free = length > 0
+    residual = (weight * solution.error).ravel()
+    power = float(residual @ residual)
+    if power == 0 or not free.any():
+        return 0.0
+    scaled = solution.jacobian[:, free] / length[free]
+    full = np.linalg.lstsq(scaled, -residual, rcond=_RANK)[0] / length[free]
+    n = problem.vector.size
+    low = np.full(solution.values.size, -np.inf)
+    high = np.full(solution.values.size, np.inf)
+    low[:n] = problem.vector.spread(lambda p: p.bounds[0])
+    high[:n] = problem.vector.spread(lambda p: p.bounds[1])
+    for moved, _ in problem.moving_bounds():
+        low[moved] = -np.inf  # bounded together with another; the trial tells
+    best = 0.0
+    for share in (1.0, 0.3, 0.1, 0.03, 0.01):
+        values = solution.values.copy()
+        values[free] += share * full
+        error = weight * problem.error(np.clip(values, low, high))
+        gain = 1.0 - float(np.sum(error**2)) / power
+        best = max(best, gain if np.isfinite(gain) else 0.0)
+    return best
+
+
+def judge(
+    problem: Problem,
+    weight: np.ndarray,
+    solution: Solution,
+    starts: list[Start],
+    held: list[HeldOut],
+    found: list[Fault],
+    stderr: np.ndarray,
+) -> Verdict:
+    """The verdict on a fit. `weight` is of the samples, `stderr` of the problem's vector."""
+    reasons, notes = [], []
+    data = problem.data
+    error = solution.error[data.use]
+    spans = [float(np.ptp(data.y[r, data.use[r]])) for r in range(data.y.shape[0])]
+    rmse = float(np.sqrt(np.mean(error**2)))
+    scale = max(spans)
+    loose = unidentifiable(problem, solution)
+    if loose:
+        reasons.append(
+            f"unidentifiable: these data cannot fix {', '.join(loose)}. Hold one of them "
+            "(`free=`, `--hold`), or add a scan rate, an amplitude or a longer swing."
+        )
+    n = int((weight > 0).sum())
+    limit = max(problem.free_count / n, _GAIN)
+    flat = rmse <= 1e-9 * max(scale, 1e-300)
+    left = gain_left(problem, solution, weight)
+    if not flat and left > limit:
+        reasons.append(
+            f"not converged: one more step takes away {100 * left:.2g} % of the cost "
+            f"({solution.solver.reason or 'the solver stopped early'}). More starts or a better first model."
+        )
+    agreeing = sum(start.agrees for start in starts)
+    if len(starts) > 1 and agreeing < 2:
+        reasons.append(
+            f"starts disagree: {len(starts)} starts reached {len(starts)} different ends, so the best "
+            "may be a local minimum. Raise `starts`, or hold what you know."
+        )
+    elif len(starts) == 1:
+        reasons.append("one start only: nothing says that the end is not a local minimum.")
+    for fault in found:
+        reasons.append(f"{fault.kind}: {fault.message}")
+    variance = float(np.mean([np.var(data.y[r, data.use[r]]) for r in range(data.y.shape[0])]))
+    if scale == 0:
+        reasons.append("no signal: the response never changes.")
+    elif rmse**2 > (1.0 - _EXPLAINED) * variance:
+        reasons.append(
+            f"nothing explained: the model leaves {100 * rmse**2 / variance:.0f} % of the response's "
+            "variance. The response does not follow this drive; check wiring, columns and lag."
+        )
+    elif rmse > _POOR * scale:
+        reasons.append(
+            f"poor fit: rmse is {100 * rmse / scale:.1f} % of the span. More plays (`plays`) or order, "
+            "an effect the model lacks, or a wrong lag."
+        )
+    for scheme in held:
+        if scheme.rmse > _GENERAL * scheme.train_rmse + 1e-9 * scale and scheme.fraction > 0.01:
+            text = (
+                f"{scheme.scheme}: held-out rmse {scheme.rmse:.3g} is "
+                f"{scheme.rmse / scheme.train_rmse:.1f} times that of the fitted part"
+            )
+            if scheme.scheme == "last third":
+                reasons.append(
+                    f"does not generalise: {text}. Fewer parameters, or a drift to model."
+                )
+            else:
+                notes.append(f"{text}: do not extrapolate there.")
+    notes += _notes(problem, solution, stderr, loose)
+    return Verdict(not reasons, tuple(reasons), tuple(notes), loose)
+
+
+def _notes(problem: Problem, solution: Solution, stderr: np.ndarray, loose) -> list[str]:
+    notes = []
+    recording = problem.recording
+    if len(recording.rates) == 1:
+        notes.append(
+            "one scan rate: the rate dependence (zeta) rests on the shape of one loop, and a lag of the "
+            "device or its reading (delay, amplifier, servo) cannot be told from hysteresis. "
+            "Record a second rate before predicting at another."
+        )
+    if len(recording.amplitudes) == 1:
+        notes.append(
+            "one amplitude: how thresholds grow with amplitude (alpha) is assumed, not measured."
+        )
+    names = problem.names
+    bound = [
+        n for n, at in zip(problem.vector.names, bounded(problem, solution), strict=True) if at
+    ]
+    if bound:
+        notes.append(
+            f"at a bound: {', '.join(bound)}. The data ask for less or more than is allowed."
+        )
+    values = solution.values
+    weak = [
+        names[i]
+        for i in range(problem.vector.size)
+        if problem.free[i]
+        and names[i] not in loose
+        and stderr[i] > abs(values[i])
+        and values[i] != 0
+    ]
+    if weak:
+        notes.append(f"known no better than their own size: {', '.join(weak)}.")
+    if recording.response_origin == "run":
+        notes.append("each run has an origin of its own: d_0 is their mean, and says nothing.")
+    notes += _band_notes(problem, solution)
+    return notes
+
+
+def bounded(problem: Problem, solution: Solution) -> np.ndarray:
+    """Which of the model's parameters ended at a bound."""
+    return solution.solver.at_bound[: problem.vector.size] & problem.free & ~problem.linear
+
+
+def _band_notes(problem: Problem, solution: Solution) -> list[str]:
+    """Crossed bands and thresholds that are not positive, with where."""
+    operator = problem.model(solution.values).operator
+    notes = []
+    for row, run in enumerate(problem.recording.runs):
+        plays = operator.plays(problem.data.u_pp[row], problem.data.freq[row])
+        r, lam, eta = (np.asarray(v) for v in (plays.r, plays.lam, plays.eta))
+        if (r <= 0).any():
+            notes.append(
+                f"run {run.name!r}: threshold of play {int(np.argmin(r)) + 1} is {r.min():.3g}, not "
+                "positive: that play has no memory there."
+            )
+        u = run.drive.value
+        ends = np.array([u.min(), u.max()])
+        crossed = (ends[:, None] - r > lam * ends[:, None] + eta * r).any(axis=0)
+        if crossed.any():
+            which = np.flatnonzero(crossed)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                at = (1.0 + eta[which]) * r[which] / (1.0 - lam[which])
+            notes.append(
+                f"run {run.name!r}: the band of play {which[0] + 1} is crossed from "
+                f"{at[0]:.3g} {problem.recording.drive_unit} on: no memory there, but still monotone."
+            )
+    return notes

@@ -1,0 +1,26 @@
+"""`rapi`: the command line, composition root and only place that prints. Commands load when called."""
+
+import sys
+
+from cyclopts import App
+
+app = App(
+    name="rapi",
+    help="Identify, compensate and diagnose piezo-scanned lasers.",
+    version="0.1.0",
+    help_format="plaintext",
+)
+app.command("fitting._commands.demo:demo", name="demo")
+app.command("fitting._commands.fit:fit", name="fit")
+app.command("fitting._commands.predict:predict", name="predict")
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run `rapi` and exit with the code of the contract."""
+    from fitting._commands.run import run
+
+    sys.exit(run(app, sys.argv[1:] if arguments is None else arguments))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,114 @@
+"""Standard drives: triangle, sine, multisine, step and hold. Each starts at its minimum."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ._recording import Drive, Waveform
+
+Shape = Callable[[np.ndarray], np.ndarray]  # cycles since the minimum -> -1 to 1
+
+
+def _periodic(
+    frequencies: float | Sequence[float],
+    shape: Shape,
+    name: Waveform,
+    amplitude: float,
+    bias: float,
+    samples: int,
+    periods: int,
+) -> tuple[Drive, ...]:
+    if samples < 8 * periods or periods < 1:
+        raise ValueError(
+            "Arguments `samples` and `periods` must give at least 8 samples a period, but give "
+            f"{samples} over {periods}."
+        )
+    drives = []
+    start = 0.0
+    for frequency in np.atleast_1d(np.asarray(frequencies, dtype=float)):
+        if not frequency > 0:
+            raise ValueError(f"Argument `frequencies` must be positive, but holds {frequency}.")
+        cycles = np.arange(samples) * (periods / samples)
+        value = bias + amplitude / 2.0 * shape(cycles)
+        drives.append(Drive(cycles / frequency, value, float(frequency), name, start))
+        start += periods / float(frequency)
+    return tuple(drives)
+
+
+def triangle(
+    frequencies: float | Sequence[float],
+    *,
+    amplitude: float,
+    bias: float,
+    samples: int = 4000,
+    periods: int = 1,
+) -> tuple[Drive, ...]:
+    """A triangle at each of `frequencies` (Hz); `amplitude` is peak to peak, `bias` the centre (V).
+
+    `samples` is the number in a run of `periods` periods. Runs follow each other in session time.
+    """
+
+    def shape(cycles: np.ndarray) -> np.ndarray:
+        return 1.0 - 2.0 * np.abs(1.0 - 2.0 * np.mod(cycles, 1.0))
+
+    return _periodic(frequencies, shape, "triangle", amplitude, bias, samples, periods)
+
+
+def sine(
+    frequencies: float | Sequence[float],
+    *,
+    amplitude: float,
+    bias: float,
+    samples: int = 4000,
+    periods: int = 1,
+) -> tuple[Drive, ...]:
+    """A sine at each of `frequencies`, from its minimum; arguments as for `triangle`."""
+
+    def shape(cycles: np.ndarray) -> np.ndarray:
+        return -np.cos(2.0 * np.pi * cycles)
+
+    return _periodic(frequencies, shape, "sine", amplitude, bias, samples, periods)
+
+
+def multisine(
+    frequencies: float | Sequence[float],
+    *,
+    amplitude: float,
+    bias: float,
+    harmonics: Sequence[int] = (1, 2, 3, 5),
+    samples: int = 4000,
+    periods: int = 1,
+) -> tuple[Drive, ...]:
+    """Equal harmonics with Schroeder phases, scaled to `amplitude` peak to peak; as for `triangle`."""
+    order = np.arange(len(harmonics))
+    phases = -np.pi * order * (order + 1) / len(harmonics)
+    number = np.asarray(harmonics, dtype=float)
+
+    def raw(cycles: np.ndarray) -> np.ndarray:
+        return np.cos(2.0 * np.pi * cycles[:, None] * number + phases).sum(axis=1)
+
+    fine = np.arange(8192) / 8192
+    one = raw(fine)
+    low, high, at = float(one.min()), float(one.max()), float(fine[np.argmin(one)])
+
+    def shape(cycles: np.ndarray) -> np.ndarray:
+        return 2.0 * (raw(cycles + at) - low) / (high - low) - 1.0
+
+    return _periodic(frequencies, shape, "multisine", amplitude, bias, samples, periods)
+
+
+def step_and_hold(
+    levels: Sequence[float], *, hold_s: float, rise_s: float, step_s: float
+) -> tuple[Drive, ...]:
+    """Levels (V) held for `hold_s` each, joined by ramps of `rise_s`, sampled every `step_s`.
+
+    Not periodic. What shows creep.
+    """
+    if len(levels) < 2 or not (hold_s > 0 and rise_s > 0 and step_s > 0):
+        raise ValueError("`step_and_hold` needs two or more levels and positive times.")
+    corners = np.concatenate(
+        [[i * (hold_s + rise_s), i * (hold_s + rise_s) + hold_s] for i in range(len(levels))]
+    )
+    time = np.arange(0.0, corners[-1], step_s)
+    value = np.interp(time, corners, np.repeat(np.asarray(levels, dtype=float), 2))
+    return (Drive(time, value, None, "step"),)

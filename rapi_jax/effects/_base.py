@@ -1,0 +1,24 @@
+"""Where an effect acts is its type: on the drive, before the operator, or on the response, after it."""
+
+import abc
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+
+class AbstractEffect(eqx.Module):
+    """A differentiable change of a signal, the identity at its default parameters."""
+
+    @abc.abstractmethod
+    def __call__(
+        self, t: Float[Array, " time"], signal: Float[Array, " time"]
+    ) -> Float[Array, " time"]:
+        """The changed signal; `t` is the session's time in s."""
+
+
+class AbstractDriveEffect(AbstractEffect):
+    """Acts on the drive (V), before the operator."""
+
+
+class AbstractOpticalEffect(AbstractEffect):
+    """Acts on the response (GHz), after the operator."""

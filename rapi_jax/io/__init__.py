@@ -1,0 +1,13 @@
+"""Recordings in files: read and written whole, in stated units, from files that are not trusted."""
+
+from ._atomic import OutputError as OutputError
+from ._atomic import atomic_path as atomic_path
+from ._atomic import write_atomic as write_atomic
+from ._model_file import read_model as read_model
+from ._model_file import write_model as write_model
+from ._oscilloscope import join_runs as join_runs
+from ._oscilloscope import read_oscilloscope as read_oscilloscope
+from ._read_write import read_recording as read_recording
+from ._read_write import write_recording as write_recording
+from ._safe import printable as printable
+from ._units import check_plausible as check_plausible

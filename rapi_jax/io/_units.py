@@ -1,0 +1,103 @@
+"""Units that files may have, what they become, and whether the numbers can be in them."""
+
+import numpy as np
+
+from .._errors import DataError
+from .._recording import Recording, Run
+
+# unit in the file -> unit in the program, divisor
+DRIVE_UNITS = {"V": ("V", 1.0), "mV": ("V", 1e3), "um": ("um", 1.0)}
+RESPONSE_UNITS = {
+    "GHz": ("GHz", 1.0),
+    "MHz": ("GHz", 1e3),
+    "Hz": ("GHz", 1e9),
+    "um": ("um", 1.0),
+    "nm": ("nm", 1.0),
+    "V": ("V", 1.0),
+}
+
+_DRIVE_SPAN = (1e-4, 300.0)  # V
+_RESPONSE_SPAN = (1e-4, 2e4)  # GHz
+_SLOPE = (0.01, 2000.0)  # GHz/V
+_LOOSE = (1e-9, 1e9)
+
+
+def _lookup(table: dict[str, tuple[str, float]], key: str, unit: str) -> tuple[str, float]:
+    if unit not in table:
+        allowed = ", ".join(table)
+        raise DataError(f"`{key}` must be one of {allowed}, not {ascii(unit)[:50]}.")
+    return table[unit]
+
+
+def drive_unit(unit: str) -> tuple[str, float]:
+    """The unit that drives in `unit` are converted to, and the divisor that does it."""
+    return _lookup(DRIVE_UNITS, "drive_unit", unit)
+
+
+def response_unit(unit: str) -> tuple[str, float]:
+    """The unit that responses in `unit` are converted to, and the divisor that does it."""
+    return _lookup(RESPONSE_UNITS, "response_unit", unit)
+
+
+def convert(values: np.ndarray, divisor: float) -> np.ndarray:
+    """`values` over `divisor`, as they are where it is 1."""
+    return values if divisor == 1.0 else values / divisor
+
+
+def check_plausible(recording: Recording) -> None:
+    """Refuse numbers that cannot be in the stated units, such as mV called V.
+
+    A drive or response that is constant passes: that is no matter of units. Raises `DataError`
+    naming the run and the likely slip.
+    """
+    drive_unit(recording.drive_unit)
+    response_unit(recording.response_unit)
+    optical = (recording.drive_unit, recording.response_unit) == ("V", "GHz")
+    for run in recording.runs:
+        with np.errstate(over="ignore"):  # an infinite span is refused like a large one
+            slip = _optical_slip(run) if optical else _loose_slip(recording, run)
+        if slip:
+            raise DataError(f"run '{run.name}': {slip}")
+
+
+def _spans(run: Run) -> tuple[float, float]:
+    reading = run.response[run.valid]
+    return run.drive.u_pp, float(np.ptp(reading)) if reading.size else 0.0
+
+
+def _optical_slip(run: Run) -> str | None:
+    drive, response = _spans(run)
+    if drive > _DRIVE_SPAN[1]:
+        return _say("drive", drive, "V", _DRIVE_SPAN, 'it is likely in mV: say drive_unit = "mV"')
+    if 0 < drive < _DRIVE_SPAN[0]:
+        return _say("drive", drive, "V", _DRIVE_SPAN, 'V was likely called mV: say "V"')
+    if response > _RESPONSE_SPAN[1]:
+        unit = "Hz" if response > 1e3 * _RESPONSE_SPAN[1] else "MHz"
+        cure = f'it is likely in {unit}: say response_unit = "{unit}"'
+        return _say("response", response, "GHz", _RESPONSE_SPAN, cure)
+    if 0 < response < _RESPONSE_SPAN[0]:
+        cure = 'GHz was likely called MHz or Hz: say response_unit = "GHz"'
+        return _say("response", response, "GHz", _RESPONSE_SPAN, cure)
+    if drive == 0 or response == 0:
+        return None
+    slope = response / drive
+    if slope > _SLOPE[1]:
+        cure = "either V was called mV, or the response is in MHz or Hz: check both units"
+        return _say("response over drive", slope, "GHz/V", _SLOPE, cure)
+    if slope < _SLOPE[0]:
+        cure = "either the drive is in mV, or GHz was called MHz or Hz: check both units"
+        return _say("response over drive", slope, "GHz/V", _SLOPE, cure)
+    return None
+
+
+def _loose_slip(recording: Recording, run: Run) -> str | None:
+    units = (recording.drive_unit, recording.response_unit)
+    for what, span, unit in zip(("drive", "response"), _spans(run), units, strict=True):
+        if span != 0 and not _LOOSE[0] <= span <= _LOOSE[1]:
+            return _say(what, span, unit, _LOOSE, "check the unit")
+    return None
+
+
+def _say(what: str, span: float, unit: str, limits: tuple[float, float], cure: str) -> str:
+    low, high = limits
+    return f"the {what} spans {span:.3g} {unit}, outside {low:g} to {high:g} {unit}; {cure}."

@@ -1,0 +1,103 @@
+"""What every operator is: a map from drive to response at one scan rate, with memory."""
+
+import abc
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from .._parameter import follow
+from .._play import eq13_start, memory
+
+
+class Plays(eqx.Module):
+    """The play operators of one run: thresholds, shapes and weights, each of shape `plays`."""
+
+    r: Float[Array, " plays"]
+    lam: Float[Array, " plays"]
+    eta: Float[Array, " plays"]
+    p: Float[Array, " plays"]
+
+    def start(
+        self,
+        u: Float[Array, " time"],
+        u_min: Float[Array, ""],
+        initial: Float[Array, " plays"] | None,
+    ) -> Float[Array, " plays"]:
+        """Outputs before the first sample: Eq. 13, or the fraction `initial` of each first band.
+
+        A NaN in `initial` stands for Eq. 13.
+        """
+        start = eq13_start(u_min, self.r, self.lam, self.eta)  # Eq. (13)
+        if initial is None:
+            return start
+        low = u[0] - self.r
+        high = jnp.maximum(low, self.lam * u[0] + self.eta * self.r)
+        given = ~jnp.isnan(initial)
+        return jnp.where(given, low + jnp.where(given, initial, 0.0) * (high - low), start)
+
+
+class AbstractOperator(eqx.Module):
+    """Drive to response at one scan rate: a sum of plays and a polynomial.
+
+    Subclasses declare their parameters by `parameter(...)`, among them the constant `d_0` and the
+    polynomial coefficients `d` (from the first power on), and say how the plays of a run follow.
+    """
+
+    d: eqx.AbstractVar[Float[Array, " order"]]
+    d_0: eqx.AbstractVar[Float[Array, ""]]
+    count: eqx.AbstractVar[int]  # the number of plays, N1
+
+    @abc.abstractmethod
+    def plays(self, u_pp: Float[Array, ""], freq: Float[Array, ""]) -> Plays:
+        """The play operators of a run with peak-to-peak drive `u_pp` at scan rate `freq`."""
+
+    @abc.abstractmethod
+    def couplings(self, u_pp: list[float], freq: list[float]) -> dict[tuple[str, str], float]:
+        """Bounds of one parameter that move with another, over the runs given.
+
+        `{("zeta", "alpha"): -m}` reads: `zeta + m * alpha` is what the bounds of `zeta` hold for.
+        """
+
+    def hysteresis(
+        self,
+        u: Float[Array, " time"],
+        freq: Float[Array, ""],
+        initial: Float[Array, " plays"] | None = None,
+        u_pp: Float[Array, ""] | None = None,
+        u_min: Float[Array, ""] | None = None,
+    ) -> Float[Array, " time"]:
+        """The memory function alone, `H` of Eq. 14."""
+        plays = self.plays(jnp.ptp(u) if u_pp is None else u_pp, freq)
+        start = plays.start(u, jnp.min(u) if u_min is None else u_min, initial)
+        return memory(u, plays.r, plays.lam, plays.eta, plays.p, start)  # Eq. (14)
+
+    def memoryless(self, u: Float[Array, " time"]) -> Float[Array, " time"]:
+        """The memoryless function, `G` of Eq. 15, with the constant `d_0`."""
+        total = jnp.zeros_like(u)
+        for coefficient in self.d[::-1]:
+            total = (total + coefficient) * u  # Eq. (15)
+        return total + self.d_0
+
+    def __call__(
+        self,
+        u: Float[Array, " time"],
+        freq: Float[Array, ""],
+        *,
+        initial: Float[Array, " plays"] | None = None,
+        u_pp: Float[Array, ""] | None = None,
+        u_min: Float[Array, ""] | None = None,
+    ) -> Float[Array, " time"]:
+        """The response to `u` at scan rate `freq` (Hz).
+
+        `initial` gives each play's first output as a fraction of its band, from 0 (lower) to 1
+        (upper); without it Eq. 13 holds. `u_pp` and `u_min` are taken from `u` unless given, as
+        they must be where `u` is only a part of its run.
+        """
+        return self.hysteresis(u, freq, initial, u_pp, u_min) + self.memoryless(u)  # Eq. (16)
+
+
+def tie(operator: AbstractOperator, name: str) -> AbstractOperator:
+    """The same operator with one value shared by all plays: the mean of the vector `name`."""
+    value = follow(operator, (name,))
+    return eqx.tree_at(lambda o: getattr(o, name), operator, jnp.mean(value))

@@ -1,0 +1,106 @@
+"""Pictures: the only module that imports matplotlib. Each function returns a figure and shows nothing."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ._recording import Recording
+
+_MEASURED, _MODEL = "#9aa5b1", "#d1495b"
+_UP, _DOWN = "#00798c", "#edae49"
+
+
+def _grid(count: int, height: float = 3.0) -> tuple[Figure, list[Any]]:
+    columns = min(count, 2)
+    rows = -(-count // columns)
+    figure = Figure(figsize=(5.2 * columns, height * rows + 0.4), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    for spare in axes[count:]:
+        spare.set_visible(False)
+    return figure, list(axes[:count])
+
+
+def _title(run: Any) -> str:
+    rate = run.drive.excitation_hz
+    return run.name if rate is None else f"{run.name}, {rate:g} Hz"
+
+
+def _chosen(recording: Recording, most: int = 12) -> list[int]:
+    return list(range(min(len(recording.runs), most)))
+
+
+def loops(recording: Recording, predicted: Sequence[np.ndarray]) -> Figure:
+    """Response against drive for each run: measured and modelled (Fig. 6 of the paper)."""
+    rows = _chosen(recording)
+    figure, axes = _grid(len(rows))
+    for axis, row in zip(axes, rows, strict=True):
+        run = recording.runs[row]
+        thin = slice(None, None, max(1, run.drive.size // 4000))
+        axis.plot(
+            run.drive.value[thin], run.response[thin], ".", ms=2, color=_MEASURED, label="measured"
+        )
+        axis.plot(
+            run.drive.value[thin], predicted[row][thin], "-", lw=1, color=_MODEL, label="model"
+        )
+        axis.set_title(_title(run), fontsize=10)
+        axis.set_xlabel(f"drive ({recording.drive_unit})")
+        axis.set_ylabel(f"response ({recording.response_unit})")
+    axes[0].legend(frameon=False, markerscale=4)
+    return figure
+
+
+def residuals(
+    recording: Recording, predicted: Sequence[np.ndarray], used: Sequence[np.ndarray]
+) -> Figure:
+    """Measured less modelled against scan phase, up and down branches apart."""
+    rows = _chosen(recording)
+    figure, axes = _grid(len(rows), 2.6)
+    for axis, row in zip(axes, rows, strict=True):
+        run = recording.runs[row]
+        error = run.response - predicted[row]
+        for branch, colour, name in ((run.drive.up, _UP, "up"), (~run.drive.up, _DOWN, "down")):
+            part = branch & used[row]
+            axis.plot(run.drive.phase[part], error[part], ".", ms=2, color=colour, label=name)
+        axis.axhline(0.0, lw=0.8, color="black")
+        axis.set_title(_title(run), fontsize=10)
+        axis.set_xlabel("scan phase since the drive's minimum")
+        axis.set_ylabel(f"residual ({recording.response_unit})")
+    axes[0].legend(frameon=False, markerscale=4)
+    return figure
+
+
+def convergence(traces: Sequence[tuple[str, Sequence[tuple[int, float]], bool]]) -> Figure:
+    """Cost against solver steps of each start: (name, (step, cost) pairs, whether it ended in the best)."""
+    figure = Figure(figsize=(6.4, 3.8), layout="constrained")
+    axis = figure.subplots()
+    for i, (name, trace, best) in enumerate(traces):
+        steps, costs = zip(*trace, strict=True)
+        costs = np.maximum(costs, 1e-300)
+        axis.plot(steps, costs, "o-" if best else "x--", ms=4, color=f"C{i % 10}", label=name)
+    axis.set_yscale("log")
+    axis.set_xlabel("solver steps")
+    axis.set_ylabel("cost (half the weighted sum of squares)")
+    axis.set_title("starts: solid ended in the best end, dashed elsewhere", fontsize=10)
+    axis.legend(frameon=False, fontsize=8)
+    return figure
+
+
+def predictions(recording: Recording, predicted: Sequence[np.ndarray]) -> Figure:
+    """Response and prediction over time, with the difference below, for each run."""
+    rows = _chosen(recording, 6)
+    figure = Figure(figsize=(8.0, 3.6 * len(rows) + 0.4), layout="constrained")
+    pairs = figure.subplots(2 * len(rows), 1, squeeze=False).ravel()
+    for i, row in enumerate(rows):
+        run, top, bottom = recording.runs[row], pairs[2 * i], pairs[2 * i + 1]
+        thin = slice(None, None, max(1, run.drive.size // 8000))
+        top.plot(run.drive.time[thin], run.response[thin], color=_MEASURED, lw=2, label="measured")
+        top.plot(run.drive.time[thin], predicted[row][thin], color=_MODEL, lw=1, label="predicted")
+        top.set_title(_title(run), fontsize=10)
+        top.set_ylabel(recording.response_unit)
+        bottom.plot(run.drive.time[thin], (run.response - predicted[row])[thin], lw=0.8, color=_UP)
+        bottom.set_ylabel(f"difference ({recording.response_unit})", fontsize=8)
+        bottom.set_xlabel("time (s)")
+    pairs[0].legend(frameon=False)
+    return figure

@@ -1,0 +1,36 @@
+"""Settings that hold for every test: 64 bits, strict shapes and types, checked annotations."""
+
+import os
+from pathlib import Path
+
+import hypothesis
+import jax
+import jaxtyping
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_numpy_rank_promotion", "raise")
+jax.config.update("jax_numpy_dtype_promotion", "strict")
+
+# Shapes and types of every function and dataclass of ours are checked when called. This must come
+# before the first import of ours, so nothing in this file or above it may import our packages.
+jaxtyping.install_import_hook(
+    ["rapi_jax", "fitting", "hardware"],
+    "beartype.beartype(conf=beartype.BeartypeConf(strategy=beartype.BeartypeStrategy.On))",
+)
+
+# The first example of a test compiles, so times of single examples mean nothing.
+hypothesis.settings.register_profile("local", deadline=None)
+hypothesis.settings.register_profile("ci", deadline=None, derandomize=True)
+hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "local")
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """The folder of measured data, where there is one beside the repository."""
+    folder = ROOT.parent / "shared" / "data"
+    if not folder.is_dir():
+        pytest.skip("no measured data: the folder shared/data is not beside the repository")
+    return folder

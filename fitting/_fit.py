@@ -35,14 +35,9 @@ def default_free(ecdl: ECDL, recording: Recording) -> Callable[[ECDL], Any]:
         len(kinds) > 1 and recording.response_origin == "session"
     ):
         return lambda e: e.operator
-    if jnp.ndim(operator.eta) == 0:
-        return lambda e: (e.operator.alpha, e.operator.zeta, e.operator.lam, *_rest(e))
-    return lambda e: (e.operator.zeta, e.operator.lam, e.operator.eta, *_rest(e))
-
-
-def _rest(ecdl: ECDL) -> tuple[Any, ...]:
-    operator: Any = ecdl.operator
-    return operator.a, operator.b, operator.d, operator.d_0
+    held = "eta" if jnp.ndim(operator.eta) == 0 else "alpha"
+    names = ("alpha", "zeta", "lam", "eta", "a", "b", "d", "d_0")
+    return lambda e: tuple(getattr(e.operator, name) for name in names if name != held)
 
 
 @float64
@@ -53,6 +48,7 @@ def fit(
     free: Callable[[ECDL], Any] | None = None,
     weights: str | Sequence[float] = "hysteresis",
     starts: int = 6,
+    guess: bool = True,
     history: bool = True,
     drift: bool | None = None,
     hold_out: bool = True,
@@ -68,6 +64,7 @@ def fit(
       `lambda e: (e.operator.lam, e.effects[-1])`. Default: see `default_free`.
     - `weights`: `A_j` of Eq. 26: "hysteresis" (its percentage), "uniform", or one number a run.
     - `starts`: at most so many starts; two that agree on the best end are enough.
+    - `guess`: let first guesses from the data be among the starts.
     - `history`: free the plays' initial values in runs that do not repeat.
     - `drift`: let the origin creep with the logarithm of session time, as piezos do. By default where
       some run holds six periods or more; the model itself keeps no drift.
@@ -86,7 +83,7 @@ def fit(
     run_weights = weights_of(recording, weights)
     weight = problem.weights(run_weights)
     say("starts")
-    solution, ends = search(problem, weight, starts, **_OPTIONS)
+    solution, ends = search(problem, weight, starts, guess=guess, **_OPTIONS)
     say("standard errors")
     spread = _uncertainty(problem, solution, run_weights)
     held = []

@@ -1,5 +1,7 @@
 """`identify`: the fit a laboratory asks for, from a recording alone."""
 
+from typing import Any
+
 from rapi_jax import Recording
 
 from ._fit import Progress
@@ -16,7 +18,7 @@ def identify(
     choose: bool = False,
     throw: bool = True,
     progress: Progress | None = None,
-    **options: object,
+    **options: Any,
 ) -> FitResult:
     """Identify an RA-PI model from `recording`: first guess, fit, standard errors, verdict.
 
@@ -25,7 +27,7 @@ def identify(
     several `plays` and `order` too. `options` are those of `fit`.
     """
     structures = ((), ("lam",)) if each is None else (each,)
-    sizes = {} if choose else {"plays": (plays,), "order": (order,)}
+    sizes: dict[str, Any] = {} if choose else {"plays": (plays,), "order": (order,)}
     choice, *_ = choose_order(recording, each=structures, progress=progress, **sizes, **options)
     result = choice.result
     if throw and not result.verdict.trusted:

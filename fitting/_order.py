@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Sequence
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from ._fit import Progress, fit
 from ._result import FitResult
 
 _WORTH = 0.02  # a larger model must lower the held-out error by at least this share
+_WHITE = 0.8  # share of the samples that residuals must be worth to count as white
 
 
 @dataclasses.dataclass(frozen=True)
@@ -36,6 +38,17 @@ def score(result: FitResult) -> float:
     return float(np.sqrt(np.mean(np.square(by_rate or last or [result.rmse]))))
 
 
+def _complete(result: FitResult) -> bool:
+    """Whether a trusted fit left residuals without correlation: no larger model can do better."""
+    samples = sum(run.samples for run in result.runs)
+    return result.verdict.trusted and result.effective > _WHITE * samples
+
+
+def _within(choice: Choice, plays: int, order: int, each: Sequence[str]) -> bool:
+    same = choice.plays == plays
+    return same and choice.order <= order and set(choice.each) <= set(each)
+
+
 def choose_order(
     recording: Recording,
     *,
@@ -43,19 +56,22 @@ def choose_order(
     order: Sequence[int] = (2, 3, 4),
     each: Sequence[Sequence[str]] = ((), ("lam",)),
     progress: Progress | None = None,
-    **options: object,
+    **options: Any,
 ) -> list[Choice]:
     """Fit every size asked for, and rank: the chosen one first, the others by score.
 
-    Chosen is the smallest model whose held-out error is within 2 % of the lowest. `options` are those
-    of `fit`; fits are never refused here, each `Choice` holds its result with the verdict.
+    Chosen is the smallest model whose held-out error is within 2 % of the lowest. A size is not tried
+    where a smaller one, contained in it, is trusted and leaves nothing but white noise. `options` are
+    those of `fit`; fits are never refused here, each `Choice` holds its result with the verdict.
     """
     found = []
     for n1, n2, own in product(plays, order, each):
+        if any(_complete(c.result) and _within(c, n1, n2, own) for c in found):
+            continue
         if progress is not None:
             progress(f"{n1} plays, order {n2}, {'own ' + ', '.join(own) if own else 'all shared'}")
         start = ECDL(RAPI.guess(recording, plays=n1, order=n2, each=own))
-        result = fit(start, recording, throw=False, **options)  # pyright: ignore[reportArgumentType]
+        result = fit(start, recording, throw=False, **options)
         size = sum(not p.held for p in result.parameters)
         found.append(Choice(n1, n2, tuple(own), score(result), size, result))
     lowest = min(choice.score for choice in found)

@@ -20,7 +20,6 @@ from ._bijection import Bounds
 from ._least_squares import LeastSquares, least_squares, linearise
 from ._vector import Vector, as_device
 
-
 _DRIFT_PERIODS = 6  # of one run, from which a creeping origin is fitted
 
 

@@ -31,14 +31,16 @@ class Start:
     trace: tuple[tuple[int, float], ...]
 
 
-def candidates(ecdl: ECDL, recording: Recording, count: int) -> Iterator[tuple[str, ECDL]]:
+def candidates(
+    ecdl: ECDL, recording: Recording, count: int, guess: bool = True
+) -> Iterator[tuple[str, ECDL]]:
     """Models of the shape of `ecdl` to start from: the best guess, the model given, more guesses.
 
     Operators that cannot guess are started from the model given and from copies of it with every
     parameter changed by up to a factor of 1.5.
     """
     operator = ecdl.operator
-    if isinstance(operator, RAPI):
+    if guess and isinstance(operator, RAPI):
         each = [name for name in _EACH if jnp.ndim(follow(operator, (name,))) > 0]
         guesses = RAPI.guesses(
             recording, plays=operator.count, order=operator.d.size, each=each, count=_GUESSES
@@ -110,7 +112,13 @@ def tilted(problem: Problem, vector: np.ndarray, groups: np.ndarray, by: float) 
 
 
 def search(
-    problem: Problem, weight: np.ndarray, count: int, *, enough: int = 2, **options: Any
+    problem: Problem,
+    weight: np.ndarray,
+    count: int,
+    *,
+    guess: bool = True,
+    enough: int = 2,
+    **options: Any,
 ) -> tuple[Solution, list[Start]]:
     """Fit from up to `count` starts, until `enough` of them have ended in the best end.
 
@@ -126,7 +134,7 @@ def search(
         best = min((end for _, end in ends), key=lambda end: end.cost)
         return sum(agree(problem, weight, best, end) for _, end in ends) >= enough
 
-    for origin, model in candidates(problem.ecdl, problem.recording, count):
+    for origin, model in candidates(problem.ecdl, problem.recording, count, guess):
         start = problem.start(model)
         if any(np.allclose(start, other, rtol=1e-3, atol=0.0) for other in begun):
             continue  # a start that was made already proves nothing

@@ -10,7 +10,7 @@ loss is computed and put back (as in restricted maximum likelihood).
 import dataclasses
 
 import numpy as np
-from scipy import linalg, signal
+from scipy import linalg
 
 from ._least_squares import inverse_gram
 
@@ -49,8 +49,8 @@ class Uncertainty:
 def autocovariance(series: np.ndarray, lags: int) -> np.ndarray:
     """Sums of lagged products over the number of pairs, for lags 0 to `lags`."""
     n = series.size
-    full = signal.correlate(series, series, method="fft")[n - 1 : n + lags]
-    return full / (n - np.arange(lags + 1))
+    power = np.abs(np.fft.rfft(series, 2 * n)) ** 2
+    return np.fft.irfft(power, 2 * n)[: lags + 1] / (n - np.arange(lags + 1))
 
 
 def _ar(gamma: np.ndarray, n: int) -> tuple[np.ndarray, float]:
@@ -72,12 +72,9 @@ def _ar(gamma: np.ndarray, n: int) -> tuple[np.ndarray, float]:
 
 
 def _model_autocovariance(phi: np.ndarray, variance: float, n: int) -> np.ndarray:
-    """Autocovariance of an AR process at lags 0 to n-1, from its impulse response."""
-    impulse = np.zeros(2 * n)
-    impulse[0] = 1.0
-    response = signal.lfilter([1.0], np.r_[1.0, -phi], impulse)
-    spectrum = np.abs(np.fft.rfft(response, 4 * n)) ** 2
-    return variance * np.fft.irfft(spectrum, 4 * n)[:n]
+    """Autocovariance of an AR process at lags 0 to n-1, from its spectrum."""
+    spectrum = 1.0 / np.abs(np.fft.rfft(np.r_[1.0, -phi], 8 * n)) ** 2
+    return variance * np.fft.irfft(spectrum, 8 * n)[:n]
 
 
 def _toeplitz_product(gamma: np.ndarray, columns: np.ndarray) -> np.ndarray:

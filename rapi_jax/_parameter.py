@@ -7,6 +7,7 @@ from typing import Any
 
 import equinox as eqx
 import numpy as np
+
 from ._precision import as_float64
 
 Bounds = tuple[float, float]

@@ -9,7 +9,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-
 P = ParamSpec("P")
 T = TypeVar("T")
 

@@ -104,6 +104,8 @@ class Drive:
             raise DataError(f"`excitation_hz` must be a positive number, but is {hz}.")
         if not np.isfinite(self.start_s):
             raise DataError(f"`start_s` must be a number of seconds, but is {self.start_s}.")
+        set_(self, "excitation_hz", None if hz is None else float(hz))
+        set_(self, "start_s", float(self.start_s))
 
     @property
     def size(self) -> int:
@@ -268,6 +270,10 @@ class Recording:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "runs", tuple(self.runs))
+        lag = float(self.response_lag_s)
+        if not (np.isfinite(lag) and lag >= 0):
+            raise DataError(f"`response_lag_s` must be zero or a positive time in s, but is {lag}.")
+        object.__setattr__(self, "response_lag_s", lag)
         if not self.runs:
             raise DataError("A recording needs at least one run, but has none.")
         names = [run.name for run in self.runs]

@@ -1,5 +1,6 @@
 """Pictures: the only module that imports matplotlib. Each function returns a figure and shows nothing."""
 
+import io
 from collections.abc import Sequence
 from typing import Any
 
@@ -29,6 +30,13 @@ def _title(run: Any) -> str:
 
 def _chosen(recording: Recording, most: int = 12) -> list[int]:
     return list(range(min(len(recording.runs), most)))
+
+
+def png(figure: Figure) -> bytes:
+    """A figure as the bytes of a PNG file."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=120)
+    return buffer.getvalue()
 
 
 def loops(recording: Recording, predicted: Sequence[np.ndarray]) -> Figure:

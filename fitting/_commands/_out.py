@@ -1,20 +1,16 @@
 """What commands share: the output folder, JSON, progress, pictures."""
 
 import contextlib
-import io
 import json
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from rapi_jax.io import OutputError, write_atomic
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def output_folder(path: Path) -> Path:
@@ -43,11 +39,11 @@ def console(as_json: bool) -> Console:
     return Console(stderr=as_json, highlight=False)
 
 
-def save_figure(figure: "Figure", path: Path) -> Path:
-    """Write a figure as PNG, whole or not at all."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=120)
-    write_atomic(path, buffer.getvalue())
+def save_figure(figure: Any, path: Path) -> Path:
+    """Write a figure of `rapi_jax.plot` as PNG, whole or not at all."""
+    from rapi_jax.plot import png
+
+    write_atomic(path, png(figure))
     return path
 
 

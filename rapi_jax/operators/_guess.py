@@ -1,6 +1,7 @@
 """A first model from the data alone: many shapes of memory function, the rest solved for exactly."""
 
 import dataclasses
+from collections.abc import Sequence
 
 import equinox as eqx
 import jax
@@ -59,7 +60,7 @@ def basis(u: np.ndarray, order: int, groups: np.ndarray) -> np.ndarray:
 
 
 def trials(
-    recording: Recording, shapes: list[tuple[dict[str, float], AbstractOperator]], order: int
+    recording: Recording, shapes: Sequence[tuple[dict[str, float], AbstractOperator]], order: int
 ) -> list[Trial]:
     """Each shape of memory function with its scale and polynomial solved for, best first."""
     data = sampled(recording)

@@ -48,7 +48,7 @@ class RAPI(AbstractOperator):
     b: Float[Array, ""] = parameter(unit="1/{u}")
     d: Float[Array, " order"] = parameter(unit="{x}/{u}^k", linear=True)
     d_0: Float[Array, ""] = parameter(unit="{x}", linear=True)
-    count: int = eqx.field(static=True)
+    count: int = eqx.field(static=True, kw_only=True)
 
     def __init__(
         self,

@@ -3,10 +3,16 @@
 import dataclasses
 
 import numpy as np
-from scipy import ndimage
 
-from rapi_jax import Recording, Run
+from rapi_jax import DataError, Drive, Recording, Run
 from rapi_jax._sampled import usable
+
+from ._hops import jumps
+
+_MISS = 0.05  # of the drive's span, by which a period may differ from the next (rms)
+_SAME = 0.02  # within which a shorter stretch repeats too
+_PARTS = 8  # a stated period is tried for being up to so many real ones
+_FEWEST = 4  # samples a period
 
 
 @dataclasses.dataclass(frozen=True)
@@ -19,11 +25,32 @@ class Fault:
     samples: tuple[tuple[int, int], ...] = ()
 
 
+def check_usable(recording: Recording) -> None:
+    """Raise `DataError` where a run holds no sample that a fit may look at."""
+    for run in recording.runs:
+        end, lag = float(run.drive.time[-1]), recording.response_lag_s
+        if not 0.0 <= lag < end / 2:
+            raise DataError(
+                f"run {run.name!r}: `response_lag_s` = {lag:g} s must be short beside the run of "
+                f"{end:g} s. Give the latency of the reading, in s."
+            )
+        if usable(run, lag).any():
+            continue
+        if not run.valid.any():
+            raise DataError(
+                f"run {run.name!r} has no valid reading. Record it again, or leave this run out."
+            )
+        raise DataError(
+            f"run {run.name!r} holds no complete period of {run.drive.rate:g} Hz ({end:g} s recorded). "
+            "Check `excitation_hz` (in Hz), or record at least one whole period."
+        )
+
+
 def faults(recording: Recording) -> list[Fault]:
-    """Clipped readings and wrong periods, which show before any fit."""
+    """Clipped or dead readings, dead drives and wrong periods, which show before any fit."""
     found = []
     for run in recording.runs:
-        for check in (_clipped, _period):
+        for check in (_still, _clipped, _period):
             fault = check(run)
             if fault is not None:
                 found.append(fault)
@@ -36,33 +63,67 @@ def _stretches(mask: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _listed(stretches: list[tuple[int, int]]) -> str:
-    shown = ", ".join(f"{a}-{b}" for a, b in stretches[:3])
+    shown = ", ".join(f"{a}-{b}" if b > a else f"{a}" for a, b in stretches[:3])
     return shown + (f" and {len(stretches) - 3} more" if len(stretches) > 3 else "")
 
 
-def _clipped(run: Run) -> Fault | None:
-    """Stretches at the largest or smallest reading, longer than the signal stays on any other value."""
-    y = run.response
-    if run.span == 0 or not run.valid.any():
-        return None
-    moving = run.drive.u_pp > 0
-    held = np.diff(run.drive.value, prepend=run.drive.value[0]) == 0  # the drive stands still there
-    for level in (np.nanmax(y), np.nanmin(y)):
-        at = _stretches((y == level) & ~held) if moving else []
-        longest = max((b - a + 1 for a, b in at), default=0)
-        same = np.flatnonzero(np.diff(y[np.isfinite(y)]) != 0)
-        usual = float(np.quantile(np.diff(same), 0.99)) if same.size > 2 else 1.0
-        share = sum(b - a + 1 for a, b in at) / y.size
-        if longest >= max(6.0, 5.0 * usual) and share > 0.004:
-            keep = [s for s in at if s[1] - s[0] + 1 >= max(3.0, longest / 4)]
-            return Fault(
-                "clipped",
-                run.name,
-                f"run {run.name!r}: the reading stays at {level:g} for up to {longest} samples "
-                f"({_listed(keep)}), as a clipped reading does. Widen the input range and record again.",
-                tuple(keep),
-            )
+def _resolution(reading: np.ndarray) -> float:
+    """The usual step between the values of a digitised reading; 0 where values hardly repeat."""
+    values = np.unique(reading)
+    return float(np.median(np.diff(values))) if 1 < values.size < 0.7 * reading.size else 0.0
+
+
+def _still(run: Run) -> Fault | None:
+    """A reading that never changes while the drive does, or a drive that should repeat and rests."""
+    whole = ((0, run.drive.size - 1),)
+    if run.drive.u_pp == 0:
+        text = (
+            f"run {run.name!r}: the drive rests at {run.drive.value[0]:g}, though it is said to be a "
+            f'{run.drive.waveform}. Check the generator and the column, or say `waveform = "other"`.'
+        )
+        return Fault("no drive", run.name, text, whole) if run.drive.repeats else None
+    if run.valid.any() and run.span == 0:
+        text = (
+            f"run {run.name!r}: the reading rests at {float(np.nanmax(run.response)):g} while the drive "
+            "moves. Check the sensor, its cable and the column, and record again."
+        )
+        return Fault("no reading", run.name, text, whole)
     return None
+
+
+def _clipped(run: Run) -> Fault | None:
+    """Stretches at the largest or smallest reading that begin while the drive still moves on.
+
+    A reading may rest where the drive rests, and a hysteretic one after the drive has turned.
+    """
+    y, u = run.response, run.drive.value
+    if not run.valid.any() or run.span == 0 or run.drive.u_pp == 0:
+        return None
+    fine = _resolution(y[run.valid])
+    shortest = 6 if fine > 0 else 4
+    least = max(6.0 * fine, 0.004 * run.span)  # that the reading should have moved meanwhile
+    levels, kept = [], []
+    for level in (float(np.nanmax(y)), float(np.nanmin(y))):
+        there = []
+        for a, b in _stretches(y == level):
+            way = np.sign(u[a] - u[max(a - 3, 0)])  # 0 where the record begins so: not known
+            onward = float((way * (u[a : b + 1] - u[a])).max()) / run.drive.u_pp * run.span
+            if b - a + 1 >= shortest and onward > least:
+                there.append((a, b))
+        if there:
+            levels.append(f"{level:g}")
+            kept += there
+    if not kept:
+        return None
+    longest = max(b - a + 1 for a, b in kept)
+    return Fault(
+        "clipped",
+        run.name,
+        f"run {run.name!r}: the reading stays at {' and at '.join(levels)} for up to {longest} "
+        f"samples (samples {_listed(sorted(kept))}) while the drive moves on, as a clipped reading does. Widen "
+        "the input range and record again.",
+        tuple(sorted(kept)),
+    )
 
 
 def _period(run: Run) -> Fault | None:
@@ -70,20 +131,36 @@ def _period(run: Run) -> Fault | None:
     drive = run.drive
     if not drive.repeats or drive.u_pp == 0:
         return None
-    period = 1.0 / drive.rate
-    if drive.time[-1] < 1.2 * period:
-        half = drive.time <= drive.time[-1]
-        turns = _swings(drive.value[half])
-        cycles = drive.time[-1] / period
-        if drive.waveform != "multisine" and turns > 2 * cycles + 2.5:
-            return _wrong(run, turns / 2 / drive.time[-1])
-        return None
-    later = np.interp(drive.time + period, drive.time, drive.value)
-    inside = drive.time <= drive.time[-1] - period
-    miss = float(np.sqrt(np.mean((later - drive.value)[inside] ** 2))) / drive.u_pp
-    if miss < 0.05:
-        return None
-    return _wrong(run, _swings(drive.value) / 2 / drive.time[-1])
+    period, step = 1.0 / drive.rate, drive.step_s
+    if period < _FEWEST * step:
+        return _wrong(run)
+    noise = 1.4826 * float(np.median(np.abs(np.diff(drive.value, 3)))) / np.sqrt(20.0)
+    noise /= drive.u_pp
+    count = (drive.time[-1] + step) / period
+    whole = np.unique(np.geomspace(1, max(count - 0.2, 1), 8).astype(int))
+    if count >= 1.2:
+        worst = max(_miss(drive, k * period) for k in whole)
+        if worst > _MISS + 2.0 * noise:
+            return _wrong(run)
+    elif count >= 1.0:
+        slope = (drive.value[-1] - drive.value[-3]) / (2.0 * step)
+        end = drive.value[-1] + slope * (period - drive.time[-1])
+        apart = abs(end - drive.value[0]) / drive.u_pp
+        if 0.08 + 4.0 * noise < apart < 0.9:  # more is a flyback of one sample
+            return _wrong(run)
+    for parts in range(2, _PARTS + 1):
+        if period / parts < _FEWEST * step or count < 1.0:
+            break
+        if _miss(drive, period / parts) < _SAME + 2.0 * noise:
+            return _wrong(run)
+    return None
+
+
+def _miss(drive: Drive, lag: float) -> float:
+    """Rms of what the drive and itself `lag` later (s) differ by, over its span."""
+    inside = drive.time <= drive.time[-1] - lag
+    later = np.interp(drive.time[inside] + lag, drive.time, drive.value)
+    return float(np.sqrt(np.mean((later - drive.value[inside]) ** 2))) / drive.u_pp
 
 
 def _swings(value: np.ndarray) -> int:
@@ -94,44 +171,60 @@ def _swings(value: np.ndarray) -> int:
     return int(np.count_nonzero(np.diff(state)))
 
 
-def _wrong(run: Run, seen: float) -> Fault:
+def _seen(drive: Drive) -> tuple[float, str]:
+    """What the drive does instead: the rate in Hz, and whether it repeats or only swings so."""
+    about = max(_swings(drive.value), 1) / 2 / drive.time[-1]
+    near = about * np.geomspace(0.6, 1.6, 400)
+    near = near[1.0 / near < 0.8 * drive.time[-1]]
+    misses = [_miss(drive, 1.0 / rate) for rate in near]
+    if misses and min(misses) < _SAME:
+        return float(near[int(np.argmin(misses))]), "repeats"
+    return about, "swings"
+
+
+def _wrong(run: Run) -> Fault:
+    rate, does = _seen(run.drive)
+    thousand = abs(abs(np.log10(rate / run.drive.rate)) - 3.0) < 0.1
+    cure = (
+        "That is a factor of 1000: `time_s` must be in s and `excitation_hz` in Hz."
+        if thousand
+        else 'Correct `excitation_hz`, or say `waveform = "other"`.'
+    )
     return Fault(
         "wrong period",
         run.name,
-        f"run {run.name!r}: the drive does not repeat at {run.drive.rate:g} Hz; it swings at about "
-        f'{seen:.3g} Hz. Correct `excitation_hz`, or say `waveform = "other"`.',
+        f"run {run.name!r}: the drive does not have the period of {run.drive.rate:g} Hz; it {does} at "
+        f"about {rate:.3g} Hz. {cure}",
+        ((0, run.drive.size - 1),),
     )
 
 
 def hops(recording: Recording, errors: list[np.ndarray], smallest: float = 0.002) -> list[Fault]:
-    """Steps in a run's residual, larger than its noise and than `smallest` of the span: mode hops."""
+    """Steps in a run's residual, clear of noise and misfit and over `smallest` of the span: mode hops.
+
+    `errors` are model less data, one array a run.
+    """
     found = []
     for run, error in zip(recording.runs, errors, strict=True):
-        use = usable(run, recording.response_lag_s)
-        e = np.where(use, error, np.nan)[use]
-        width = max(4, e.size // 400)
-        if e.size < 8 * width or run.span == 0:
+        index = np.flatnonzero(usable(run, recording.response_lag_s))
+        if not index.size or run.span == 0:
             continue
-        before = ndimage.median_filter(e, 2 * width + 1, mode="nearest")
-        step = before[2 * width :] - before[: -2 * width]
-        jump = np.abs(np.diff(e, prepend=e[0]))[width:-width]
-        noise = 1.4826 * float(np.median(np.abs(np.diff(e)))) / np.sqrt(2.0)
-        slow = float(np.median(np.abs(step)))
-        size = max(10.0 * noise, 8.0 * slow, smallest * run.span)
-        at = np.flatnonzero((np.abs(step) > size) & (jump > 0.6 * size)) + width
-        if at.size:
-            where = np.flatnonzero(use)[at]
-            grouped = _stretches(np.isin(np.arange(e.size), at))
-            places = tuple((int(where[0]), int(where[-1])) for _ in range(1))
+        reading = run.response[index]
+        predicted = reading + error[index]
+        least = max(smallest * run.span, 3.0 * _resolution(reading))
+        drive = run.drive.delayed(recording.response_lag_s).value[index]
+        steps = jumps(error[index], predicted, drive, index, least)
+        if steps:
+            size = float(np.median([abs(height) for _, height in steps]))
+            places = [(place, place) for place, _ in steps]
             found.append(
                 Fault(
                     "mode hop",
                     run.name,
-                    f"run {run.name!r}: the response jumps by about "
-                    f"{float(np.abs(step[at - width]).max()):.3g} {recording.response_unit} at sample "
-                    f"{int(where[0])} ({len(grouped)} place(s)), which no hysteresis does: a mode hop, or "
-                    "fringes miscounted. Leave that part out, or shift bias or current.",
-                    places,
+                    f"run {run.name!r}: the response jumps by about {size:.3g} "
+                    f"{recording.response_unit} at sample{'s' * (len(places) > 1)} {_listed(places)}, which no hysteresis does: "
+                    "a mode hop, or fringes miscounted. Leave that part out, or shift bias or current.",
+                    tuple(places),
                 )
             )
     return found

@@ -9,6 +9,7 @@ import numpy as np
 
 from rapi_jax import ECDL, RAPI, Recording
 
+from ._faults import check_usable
 from ._fit import Progress, fit
 from ._result import FitResult
 
@@ -41,7 +42,7 @@ def score(result: FitResult) -> float:
 def _complete(result: FitResult) -> bool:
     """Whether a trusted fit left residuals without correlation: no larger model can do better."""
     samples = sum(run.samples for run in result.runs)
-    return result.verdict.trusted and result.effective > _WHITE * samples
+    return bool(result.verdict.trusted and result.effective > _WHITE * samples)
 
 
 def _within(choice: Choice, plays: int, order: int, each: Sequence[str]) -> bool:
@@ -64,6 +65,7 @@ def choose_order(
     where a smaller one, contained in it, is trusted and leaves nothing but white noise. `options` are
     those of `fit`; fits are never refused here, each `Choice` holds its result with the verdict.
     """
+    check_usable(recording)
     found = []
     for n1, n2, own in product(plays, order, each):
         if any(_complete(c.result) and _within(c, n1, n2, own) for c in found):

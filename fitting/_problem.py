@@ -246,14 +246,14 @@ class Problem:
         solver = least_squares(
             residual, own, data, bounds=self.bounds(own), free=move, ties=ties, **options
         )
+        own = np.where(move, solver.values, own)  # to the last bit: the bijection rounds
         error, jacobian = (
-            np.asarray(a)
-            for a in linearise(residual, _unbounded(own.size), as_device(solver.values), plain)
+            np.asarray(a) for a in linearise(residual, _unbounded(own.size), as_device(own), plain)
         )
         solved = -np.linalg.lstsq(columns / np.where(length > 0, length, 1.0), error, rcond=1e-12)[
             0
         ]
-        values = np.concatenate([solver.values[:n], np.zeros(self.nuisances), solver.values[n:]])
+        values = np.concatenate([own[:n], np.zeros(self.nuisances), own[n:]])
         values[places] = solved / np.where(length > 0, length, 1.0)
         full = np.zeros((error.size, values.size))
         full[:, np.r_[0:n, n + self.nuisances : values.size]] = jacobian * move

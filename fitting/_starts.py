@@ -14,7 +14,10 @@ from rapi_jax._parameter import follow
 from ._problem import Problem, Solution
 
 _EACH = ("alpha", "lam", "eta")
-_AGREE = 0.1  # two ends agree where their predictions differ by this share of the rms residual
+# Two ends agree where their predictions differ by this share of the rms residual: a tenth where the
+# residual is white noise, more where it is correlated, since then the model is wrong by about as much
+# anyway and near-equal ends are the rule.
+_AGREE, _AGREE_MISFIT = 0.1, 0.25
 _GUESSES = 8
 _SHAKES = 4
 
@@ -94,12 +97,23 @@ def averaged(problem: Problem, vector: np.ndarray, groups: np.ndarray) -> np.nda
     return out
 
 
+def _cost(end: Solution) -> float:
+    return end.cost
+
+
+def _correlation(rows: np.ndarray) -> float:
+    """Correlation of neighbouring residuals, 0 where negative; rows are runs."""
+    power = float(np.sum(rows[:, :-1] ** 2))
+    return max(float(np.sum(rows[:, 1:] * rows[:, :-1])) / power, 0.0) if power > 0 else 0.0
+
+
 def agree(problem: Problem, weight: np.ndarray, one: Solution, other: Solution) -> bool:
     """Whether two ends are the same model, judged by what they predict where it was fitted."""
     difference = np.linalg.norm(weight * (one.error - other.error))
     residual = np.sqrt(2.0 * min(one.cost, other.cost))
+    share = _AGREE + _AGREE_MISFIT * _correlation(weight * min(one, other, key=_cost).error)
     scale = np.linalg.norm(weight * (problem.data.y - problem.data.y[weight > 0].mean()))
-    return bool(difference <= max(_AGREE * residual, 1e-6 * scale))
+    return bool(difference <= max(share * residual, 1e-6 * scale))
 
 
 def tilted(problem: Problem, vector: np.ndarray, groups: np.ndarray, by: float) -> np.ndarray:

@@ -55,6 +55,8 @@ def autocovariance(series: np.ndarray, lags: int) -> np.ndarray:
 
 def _ar(gamma: np.ndarray, n: int) -> tuple[np.ndarray, float]:
     """Coefficients and innovation variance by Yule-Walker, the order by BIC."""
+    if not gamma[0] > 0.0:  # the correction took all there was
+        return np.zeros(0), 0.0
     best = (n * np.log(max(gamma[0], 1e-300)), np.zeros(0), gamma[0])
     for order in range(1, min(gamma.size - 1, _LAGS) + 1):
         try:

@@ -75,6 +75,6 @@ class Vector:
         return np.array(self.spread(lambda part: bool(follow(marked, part.path))))
 
 
-def as_device(values: np.ndarray) -> Array:
+def as_device(values: np.ndarray | np.floating) -> Array:
     """A float64 array; call with 64-bit types on."""
     return jnp.asarray(values, dtype=jnp.float64)

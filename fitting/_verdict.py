@@ -8,6 +8,7 @@ from ._faults import Fault
 from ._held_out import HeldOut
 from ._problem import Problem, Solution
 from ._starts import Start
+from ._vector import as_device
 
 _RANK = 1e-9  # smallest over largest singular value of the column-scaled Jacobian
 _POOR = 0.05  # of the span
@@ -43,7 +44,10 @@ def unidentifiable(problem: Problem, solution: Solution) -> tuple[str, ...]:
     null = right[: size.size][size <= _RANK * max(size.max(initial=0.0), 1e-300)]
     loose = dead | (np.abs(null) > 0.05).any(axis=0)
     own = names[moving][loose]
-    return tuple(name for name in own if name in problem.vector.names)
+    mine = tuple(name for name in own if name in problem.vector.names)
+    if mine == ("d_0",) and len(own) > 1:
+        return ()  # traded against plays that never move from their unknown start: of no consequence
+    return mine
 
 
 def gain_left(problem: Problem, solution: Solution, weight: np.ndarray) -> float:
@@ -71,8 +75,9 @@ def gain_left(problem: Problem, solution: Solution, weight: np.ndarray) -> float
     for share in (1.0, 0.3, 0.1, 0.03, 0.01):
         values = solution.values.copy()
         values[free] += share * full
-        error = weight * problem.error(np.clip(values, low, high))
-        gain = 1.0 - float(np.sum(error**2)) / power
+        with np.errstate(over="ignore", invalid="ignore"):  # a step too long is no gain
+            error = weight * problem.error(np.clip(values, low, high))
+            gain = 1.0 - float(np.sum(error**2)) / power
         best = max(best, gain if np.isfinite(gain) else 0.0)
     return best
 
@@ -97,7 +102,7 @@ def judge(
     if loose:
         reasons.append(
             f"unidentifiable: these data cannot fix {', '.join(loose)}. Hold one of them "
-            "(`free=`, `--hold`), or add a scan rate, an amplitude or a longer swing."
+            "(`free=` in Python), or add a scan rate, an amplitude or a longer swing."
         )
     n = int((weight > 0).sum())
     limit = max(problem.free_count / n, _GAIN)
@@ -195,7 +200,7 @@ def _band_notes(problem: Problem, solution: Solution) -> list[str]:
     operator = problem.model(solution.values).operator
     notes = []
     for row, run in enumerate(problem.recording.runs):
-        plays = operator.plays(problem.data.u_pp[row], problem.data.freq[row])
+        plays = operator.plays(*(as_device(v[row]) for v in (problem.data.u_pp, problem.data.freq)))
         r, lam, eta = (np.asarray(v) for v in (plays.r, plays.lam, plays.eta))
         if (r <= 0).any():
             notes.append(

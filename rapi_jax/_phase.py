@@ -49,18 +49,18 @@ def complete_periods(cycles: np.ndarray, anchor: float) -> np.ndarray:
 def turning_samples(value: np.ndarray, tolerance: float = 0.01) -> np.ndarray:
     """Samples at which a free signal turns, by at least `tolerance` of its span; ends included."""
     dead = tolerance * np.ptp(value)
+    numbers = value.tolist()
     turns = [0]
-    direction, extreme = 0, 0
-    for i, x in enumerate(value):
-        if direction >= 0 and x > value[extreme]:
-            extreme = i
-        elif direction <= 0 and x < value[extreme]:
-            extreme = i
-        elif abs(x - value[extreme]) > dead:
-            if direction != 0:
-                turns.append(extreme)
-            direction = 1 if x > value[extreme] else -1
-            extreme = i
+    direction, low, high = 0, 0, 0  # samples of the extremes since the last turn
+    for i, x in enumerate(numbers):
+        low = i if x < numbers[low] else low
+        high = i if x > numbers[high] else high
+        if direction >= 0 and numbers[high] - x > dead:
+            turns += [high] if direction else []  # before the first branch nothing has turned
+            direction, low = -1, i
+        elif direction <= 0 and x - numbers[low] > dead:
+            turns += [low] if direction else []
+            direction, high = 1, i
     turns.append(value.size - 1)
     return np.unique(turns)
 

@@ -11,7 +11,27 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from ._precision import float64
+from ._precision import as_float64, float64
+
+# The steps are functions of the module: a scan called outside `jit` is then compiled only once.
+
+
+def _step(value, bounds):
+    lower, upper = bounds
+    value = jnp.maximum(lower, jnp.minimum(upper, value))  # Eq. (9)
+    return value, value
+
+
+def _contact_step(carry, bounds):
+    value, contact, low = carry
+    lower, upper, sample = bounds
+    capped = jnp.minimum(upper, value)
+    new = jnp.maximum(lower, capped)  # Eq. (9)
+    pushed_up = lower > capped
+    touched = pushed_up | (upper < value)
+    contact = jnp.where(touched, sample, contact)
+    low = jnp.where(touched, pushed_up, low)
+    return (new, contact, low), (new, contact, low)
 
 
 def _contacts(
@@ -23,31 +43,14 @@ def _contacts(
 
     Where the band is crossed (`lower > upper`) the `max` of Eq. 9 is outermost, so `lower` wins.
     """
-
-    def step(carry, bounds):
-        value, contact, low = carry
-        lower, upper, sample = bounds
-        capped = jnp.minimum(upper, value)
-        new = jnp.maximum(lower, capped)  # Eq. (9)
-        pushed_up = lower > capped
-        touched = pushed_up | (upper < value)
-        contact = jnp.where(touched, sample, contact)
-        low = jnp.where(touched, pushed_up, low)
-        return (new, contact, low), (new, contact, low)
-
     never = jnp.full(start.shape, -1, dtype=jnp.int32)
     samples = jnp.arange(lower.shape[0], dtype=jnp.int32)
     initial = (start, never, jnp.zeros(start.shape, dtype=bool))
-    return jax.lax.scan(step, initial, (lower, upper, samples))[1]
+    return jax.lax.scan(_contact_step, initial, (lower, upper, samples))[1]
 
 
 def _values(lower, upper, start):
-    def step(value, bounds):
-        lower, upper = bounds
-        value = jnp.maximum(lower, jnp.minimum(upper, value))  # Eq. (9)
-        return value, value
-
-    return jax.lax.scan(step, start, (lower, upper))[1]
+    return jax.lax.scan(_step, start, (lower, upper))[1]
 
 
 @eqx.filter_custom_jvp
@@ -56,6 +59,7 @@ def _play(lower, upper, start):
 
 
 @_play.def_jvp
+@float64
 def _play_jvp(primals, tangents):
     lower, upper, start = primals
     value, contact, low = _contacts(lower, upper, start)
@@ -84,7 +88,7 @@ def play(
     **Returns** the output at each sample. Its derivative is exact away from kinks, at the cost of one
     gather a tangent.
     """
-    return _play(lower, upper, start)
+    return _play(as_float64(lower), as_float64(upper), as_float64(start))
 
 
 @eqx.filter_custom_jvp
@@ -93,6 +97,7 @@ def _memory(u, r, lam, eta, p, start):
 
 
 @_memory.def_jvp
+@float64
 def _memory_jvp(primals, tangents):
     u, r, lam, eta, p, start = primals
     du, *others = tangents
@@ -101,6 +106,7 @@ def _memory_jvp(primals, tangents):
     at = jnp.maximum(contact, 0)
     below = low & (contact >= 0)
     above = ~low & (contact >= 0)
+    r, lam, eta, p = (x[None, :] for x in (r, lam, eta, p))
     # The derivative of the sum with respect to each operator's own numbers; a tangent is then one
     # matrix product, however many parameters lie behind these.
     columns = (
@@ -125,6 +131,7 @@ def _bands(u, r, lam, eta):
     return u[:, None] - r[None, :], lam[None, :] * u[:, None] + (eta * r)[None, :]  # Eq. (12)
 
 
+@float64
 def memory(
     u: Float[Array, " time"],
     r: Float[Array, " plays"],
@@ -139,7 +146,7 @@ def memory(
     operator's output before the first sample. This function and its derivative are the seam behind
     which the recursion lives: everything that fits or predicts comes through here.
     """
-    return _memory(u, r, lam, eta, p, start)
+    return _memory(*(as_float64(x) for x in (u, r, lam, eta, p, start)))
 
 
 def eq13_start(

@@ -33,7 +33,10 @@ def _column(name: str, value: Any, *, finite: bool = True) -> np.ndarray:
 
 def _check_clock(time: np.ndarray) -> None:
     if time.size < 3:
-        raise DataError(f"A run needs at least 3 samples, but `time_s` has {time.size}.")
+        raise DataError(
+            f"A run needs at least 3 samples, but `time_s` has {time.size}. Record it again, or leave "
+            "this run out."
+        )
     step = np.diff(time)
     usual = float(np.median(step))
     back = np.flatnonzero(step <= 0)
@@ -197,7 +200,8 @@ class Drive:
         time, value = self.time, self.value
         if self.repeats and self.periods:
             period = 1.0 / self.rate
-            early = np.interp(time[time < lag_s] - lag_s + period, time, value)
+            one = time < period  # wrapped round: the end of a period joins its start
+            early = np.interp(time[time < lag_s] - lag_s, time[one], value[one], period=period)
             shifted = np.interp(time - lag_s, time, value)
             shifted[time < lag_s] = early
         else:
@@ -239,6 +243,8 @@ class Run:
     def along(self) -> np.ndarray:
         """Place of each sample between the response's turning points, 0 to 1 on each branch."""
         if self.drive.repeats:
+            if not self.valid.any():
+                raise DataError(f"run {self.name!r}: `response` has no reading that is a number.")
             cycles = self.drive.time * self.drive.rate
             low, high = _phase.turning_phases(cycles, self.response)
             return _phase.branch_fraction(cycles, low, high)[1]
@@ -319,5 +325,5 @@ class Recording:
     def of(cls, drives: Sequence[Drive], responses: Sequence[Any], **fields: Any) -> "Recording":
         """A recording from drives and responses in the same order; runs are named `run00` on."""
         pairs = zip(drives, responses, strict=True)
-        runs = tuple(Run(d, y, f"run{i:02d}") for i, (d, y) in enumerate(pairs))
+        runs = tuple(Run(d, np.asarray(y), f"run{i:02d}") for i, (d, y) in enumerate(pairs))
         return cls(runs, **fields)

@@ -3,6 +3,7 @@
 import contextlib
 import json
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -15,11 +16,16 @@ from rapi_jax.io import OutputError, write_atomic
 
 def output_folder(path: Path) -> Path:
     """`path` as a folder that exists and can be written to."""
+    cure = "Choose another with `-o`."
+    if path.exists() and not path.is_dir():
+        raise OutputError(f"the output {path} is there and is not a folder. {cure}")
     try:
         path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):  # now, not after a long fit
+            pass
     except OSError as error:
         raise OutputError(
-            f"cannot make the output folder {path}: {error.strerror}. Choose another with `-o`."
+            f"cannot write to the output folder {path}: {error.strerror}. {cure}"
         ) from error
     return path
 

@@ -35,12 +35,16 @@ def predict(
     json
         Print the errors of each run as JSON on standard output.
     """
+    from rapi_jax import ModelError
     from rapi_jax.io import read_recording
 
-    from ._fit_output import MODEL
+    from ._fit_output import MODEL, TABLE
     from ._out import console, output_folder, progress, say_json
 
     path = model / MODEL if model.is_dir() else model
+    path = path.with_name(MODEL) if path.name == TABLE else path  # the readable one, beside it
+    if not path.exists():
+        raise ModelError(f"{path}: no such model. Give a folder that `rapi fit` wrote.")
     data = read_recording(recording, nan=nan)
     with progress("predicting", json):
         rows, series = _predicted(path, data)

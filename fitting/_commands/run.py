@@ -4,32 +4,49 @@ import os
 import sys
 import traceback
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, MissingArgumentError, UnusedCliTokensError
 
 DONE, INTERNAL, USAGE, BAD_DATA, UNTRUSTED = 0, 1, 2, 3, 4
 INTERRUPTED = 130
 
 
+def one_line(message: object) -> str:
+    """`message` on one line, with nothing in it that a terminal would obey."""
+    line = " ".join(str(message).split())
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+
+
 def fail(kind: str, message: object) -> None:
     """One line on standard error."""
     from rich.console import Console
+    from rich.text import Text
 
-    Console(stderr=True, soft_wrap=True, highlight=False).print(
-        f"[bold red]{kind}:[/] ", end="", markup=True
-    )
-    Console(stderr=True, soft_wrap=True, highlight=False, markup=False).print(
-        " ".join(str(message).split())
-    )
+    line = Text.assemble((f"{kind}: ", "bold red"), one_line(message))
+    Console(stderr=True, soft_wrap=True, highlight=False).print(line)
+
+
+def _usage(error: CycloptsError) -> str:
+    """What is wrong with the arguments, and where they are explained."""
+    command = " ".join(("rapi", *(error.command_chain or ())))
+    what = str(error)
+    if isinstance(error, MissingArgumentError) and error.argument and error.keyword is None:
+        name = error.argument.name
+        positional = error.argument.field_info.is_positional
+        what = f"{name.lstrip('-').upper() if positional else name} is missing."
+    elif isinstance(error, UnusedCliTokensError):
+        what = f"too many arguments: {' '.join(error.unused_tokens or ())}."
+    return f"{what} `{command} --help` lists what there is."
 
 
 def run(app: App, arguments: list[str]) -> int:
     """The exit code of `rapi ARGUMENTS`."""
     try:
-        code = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
-    except CycloptsError:
+        code = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+    except CycloptsError as error:
+        fail("usage", _usage(error))
         return USAGE
     except KeyboardInterrupt:
-        fail("interrupted", "nothing was written after the last file named above.")
+        fail("interrupted", "no file is half-written; run it again to go on.")
         return INTERRUPTED
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -26,11 +26,12 @@ def _settle(response: np.ndarray, nan: NanPolicy) -> np.ndarray:
         raise DataError(
             f"`response` has {gaps.size} value(s) that are not finite, the first "
             f"({response[gaps[0]]}) at sample {gaps[0]}. Export the record again, or read it with "
-            'nan="mask" to leave them out; they are never interpolated.'
+            'nan="mask" (`--nan mask`) to leave them out; they are never interpolated.'
         )
     if response.size - gaps.size < 3:
         raise DataError(
-            f"`response` has only {response.size - gaps.size} finite value(s) of {response.size}."
+            f"`response` has only {response.size - gaps.size} finite value(s) of {response.size}. "
+            "Record it again, or leave this run out."
         )
     return np.where(np.isfinite(response), response, np.nan)
 

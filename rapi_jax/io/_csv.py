@@ -26,6 +26,8 @@ def read_columns(path: Path, label: str) -> Columns:
         if header[:3] != HEADER:
             found = f"'{printable(lines[0], 60)}'" if text.strip() else "nothing: the file is empty"
             raise DataError(f"line 1 must begin with {','.join(HEADER)}, but is {found}.")
+        if len(set(header)) < len(header):
+            raise DataError("line 1 names a column twice. Keep the one that is meant.")
         rows = lines[1:]
         if not rows:
             raise DataError("has a header, but no samples. Record or export it again.")

@@ -92,7 +92,10 @@ def _explain(first: Any, others: int) -> str:
         }.get(where, "it is required.")
         return f"`{where}` is missing: add {cure}{more}" if where else f"a key is missing.{more}"
     said = printable(first["msg"].removeprefix("Value error, "))
-    return f"`{where}`: {said}.{more}" if where else f"{said}.{more}"
+    if isinstance(given := first.get("input"), str | int | float):
+        said += f", but is {printable(ascii(given), 60)}"
+    said = said if said.endswith("?") else f"{said}."
+    return f"`{where}`: {said}{more}" if where else f"{said}{more}"
 
 
 def head(recording: Recording) -> tuple[dict[str, str | float], list[dict[str, str | float]]]:

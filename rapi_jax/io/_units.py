@@ -20,6 +20,7 @@ _DRIVE_SPAN = (1e-4, 300.0)  # V
 _RESPONSE_SPAN = (1e-4, 2e4)  # GHz
 _SLOPE = (0.01, 2000.0)  # GHz/V
 _LOOSE = (1e-9, 1e9)
+_LONGEST = 1e9  # s
 
 
 def _lookup(table: dict[str, tuple[str, float]], key: str, unit: str) -> tuple[str, float]:
@@ -58,6 +59,11 @@ def check_plausible(recording: Recording) -> None:
             slip = _optical_slip(run) if optical else _loose_slip(recording, run)
         if slip:
             raise DataError(f"run '{run.name}': {slip}")
+        if run.drive.time[-1] > _LONGEST:
+            raise DataError(
+                f"run '{run.name}': `time_s` ends at {run.drive.time[-1]:.3g} s. Check its unit, and that the "
+                "file is not damaged."
+            )
 
 
 def _spans(run: Run) -> tuple[float, float]:

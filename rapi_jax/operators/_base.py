@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 
 from .._parameter import follow
 from .._play import eq13_start, memory
+from .._precision import float64
 
 
 class Plays(eqx.Module):
@@ -59,6 +60,7 @@ class AbstractOperator(eqx.Module):
         `{("zeta", "alpha"): -m}` reads: `zeta + m * alpha` is what the bounds of `zeta` hold for.
         """
 
+    @float64
     def hysteresis(
         self,
         u: Float[Array, " time"],
@@ -72,6 +74,7 @@ class AbstractOperator(eqx.Module):
         start = plays.start(u, jnp.min(u) if u_min is None else u_min, initial)
         return memory(u, plays.r, plays.lam, plays.eta, plays.p, start)  # Eq. (14)
 
+    @float64
     def memoryless(self, u: Float[Array, " time"]) -> Float[Array, " time"]:
         """The memoryless function, `G` of Eq. 15, with the constant `d_0`."""
         total = jnp.zeros_like(u)
@@ -79,6 +82,7 @@ class AbstractOperator(eqx.Module):
             total = (total + coefficient) * u  # Eq. (15)
         return total + self.d_0
 
+    @float64
     def __call__(
         self,
         u: Float[Array, " time"],

@@ -10,6 +10,8 @@ from rapi_jax._sampled import usable
 from ._hops import jumps
 
 _MISS = 0.05  # of the drive's span, by which a period may differ from the next (rms)
+_MISS_SHORT = 0.03  # the same where little more than one period was recorded
+_WHOLE = 0.999  # of a period, from which on it is complete
 _SAME = 0.02  # within which a shorter stretch repeats too
 _PARTS = 8  # a stated period is tried for being up to so many real ones
 _FEWEST = 4  # samples a period
@@ -142,14 +144,17 @@ def _period(run: Run) -> Fault | None:
         worst = max(_miss(drive, k * period) for k in whole)
         if worst > _MISS + 2.0 * noise:
             return _wrong(run)
-    elif count >= 1.0:
+    elif drive.time[-1] > period + 2.0 * step:
+        if _miss(drive, period) > _MISS_SHORT + 2.0 * noise:
+            return _wrong(run)
+    elif count >= _WHOLE:
         slope = (drive.value[-1] - drive.value[-3]) / (2.0 * step)
         end = drive.value[-1] + slope * (period - drive.time[-1])
         apart = abs(end - drive.value[0]) / drive.u_pp
         if 0.08 + 4.0 * noise < apart < 0.9:  # more is a flyback of one sample
             return _wrong(run)
     for parts in range(2, _PARTS + 1):
-        if period / parts < _FEWEST * step or count < 1.0:
+        if period / parts < _FEWEST * step or count < _WHOLE:
             break
         if _miss(drive, period / parts) < _SAME + 2.0 * noise:
             return _wrong(run)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import lineax as lx
 from jaxtyping import Array, PyTree
 
-_SAFE = 1e-4  # largest correction of the refinement, relative to the solution
+_SAFE = 1e-9  # largest correction of the refinement, relative to the solution
 
 
 class Tall(lx.AbstractLinearSolver):
@@ -15,7 +15,7 @@ class Tall(lx.AbstractLinearSolver):
 
     Several times faster than QR for a matrix of thousands of rows and tens of columns, since almost
     all of the work is one matrix product. The refinement tells how much of the solution is rounding;
-    where that is more than `1e-4`, or the factor does not exist, QR solves instead.
+    where that is more than `1e-9`, or the factor does not exist, QR solves instead.
     """
 
     def init(self, operator: lx.AbstractLinearOperator, options: dict[str, Any]) -> Any:

@@ -14,6 +14,7 @@ _RANK = 1e-9  # smallest over largest singular value of the column-scaled Jacobi
 _POOR = 0.05  # of the span
 _EXPLAINED = 0.5  # of the variance
 _GENERAL = 3.0  # held-out rmse over in-sample rmse
+_ONE_RATE = 1.2  # rates within this factor show no rate dependence
 _GAIN = 2e-3  # of the cost, that a further step may still bring
 
 
@@ -155,7 +156,7 @@ def judge(
 def _notes(problem: Problem, solution: Solution, stderr: np.ndarray, loose) -> list[str]:
     notes = []
     recording = problem.recording
-    if len(recording.rates) == 1:
+    if max(recording.rates) <= _ONE_RATE * min(recording.rates):
         notes.append(
             "one scan rate: the rate dependence (zeta) rests on the shape of one loop, and a lag of the "
             "device or its reading (delay, amplifier, servo) cannot be told from hysteresis. "

@@ -9,6 +9,7 @@ app = App(
     help="Identify, compensate and diagnose piezo-scanned lasers.",
     version="0.1.0",
     help_format="plaintext",
+    suppress_keyboard_interrupt=False,  # `run` says so, and exits with 130
 )
 app.command("fitting._commands.demo:demo", name="demo")
 app.command("fitting._commands.fit:fit", name="fit")

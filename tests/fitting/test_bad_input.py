@@ -787,7 +787,7 @@ def test_as_a_process(fitted, tmp_path):
         0: process(
             "predict", fitted, fitted / "recording", "-o", tmp_path / "o", "--json", "--no-plots"
         ),
-        2: process("fit", fitted, "--strats", "2"),
+        2: process("fit", fitted, "-o", tmp_path / "n", "--strats", "2"),
         3: process("fit", tmp_path / "bad", "-o", tmp_path / "p"),
         4: process(
             "fit",

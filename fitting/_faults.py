@@ -1,4 +1,4 @@
-"""Faults of a recording that a fit cannot see: clipping, a wrong period, hops. Found, listed, weighed."""
+"""Faults of a recording that a fit cannot see: clipping, a wrong period, dead channels, hops."""
 
 import dataclasses
 
@@ -43,8 +43,8 @@ def check_usable(recording: Recording) -> None:
                 f"run {run.name!r} has no valid reading. Record it again, or leave this run out."
             )
         raise DataError(
-            f"run {run.name!r} holds no complete period of {run.drive.rate:g} Hz ({end:g} s recorded). "
-            "Check `excitation_hz` (in Hz), or record at least one whole period."
+            f"run {run.name!r} holds no complete period of {run.drive.rate:g} Hz ({end:g} s "
+            "recorded). Check `excitation_hz` (in Hz), or record at least one whole period."
         )
 
 
@@ -76,18 +76,19 @@ def _resolution(reading: np.ndarray) -> float:
 
 
 def _still(run: Run) -> Fault | None:
-    """A reading that never changes while the drive does, or a drive that should repeat and rests."""
+    """A reading that rests while the drive moves, or a drive that should repeat and rests."""
     whole = ((0, run.drive.size - 1),)
     if run.drive.u_pp == 0:
         text = (
-            f"run {run.name!r}: the drive rests at {run.drive.value[0]:g}, though it is said to be a "
-            f'{run.drive.waveform}. Check the generator and the column, or say `waveform = "other"`.'
+            f"run {run.name!r}: the drive rests at {run.drive.value[0]:g}, though it is said to be "
+            f"a {run.drive.waveform}. Check the generator and the column, or say "
+            '`waveform = "other"`.'
         )
         return Fault("no drive", run.name, text, whole) if run.drive.repeats else None
     if run.valid.any() and run.span == 0:
         text = (
-            f"run {run.name!r}: the reading rests at {float(np.nanmax(run.response)):g} while the drive "
-            "moves. Check the sensor, its cable and the column, and record again."
+            f"run {run.name!r}: the reading rests at {float(np.nanmax(run.response)):g} while the "
+            "drive moves. Check the sensor, its cable and the column, and record again."
         )
         return Fault("no reading", run.name, text, whole)
     return None
@@ -122,8 +123,8 @@ def _clipped(run: Run) -> Fault | None:
         "clipped",
         run.name,
         f"run {run.name!r}: the reading stays at {' and at '.join(levels)} for up to {longest} "
-        f"samples (samples {_listed(sorted(kept))}) while the drive moves on, as a clipped reading does. Widen "
-        "the input range and record again.",
+        f"samples (samples {_listed(sorted(kept))}) while the drive moves on, as a clipped reading "
+        "does. Widen the input range and record again.",
         tuple(sorted(kept)),
     )
 
@@ -198,14 +199,14 @@ def _wrong(run: Run) -> Fault:
     return Fault(
         "wrong period",
         run.name,
-        f"run {run.name!r}: the drive does not have the period of {run.drive.rate:g} Hz; it {does} at "
-        f"about {rate:.3g} Hz. {cure}",
+        f"run {run.name!r}: the drive does not have the period of {run.drive.rate:g} Hz; it {does} "
+        f"at about {rate:.3g} Hz. {cure}",
         ((0, run.drive.size - 1),),
     )
 
 
 def hops(recording: Recording, errors: list[np.ndarray], smallest: float = 0.002) -> list[Fault]:
-    """Steps in a run's residual, clear of noise and misfit and over `smallest` of the span: mode hops.
+    """Steps in a run's residual, clear of noise and misfit, over `smallest` of the span: mode hops.
 
     `errors` are model less data, one array a run.
     """
@@ -227,8 +228,9 @@ def hops(recording: Recording, errors: list[np.ndarray], smallest: float = 0.002
                     "mode hop",
                     run.name,
                     f"run {run.name!r}: the response jumps by about {size:.3g} "
-                    f"{recording.response_unit} at sample{'s' * (len(places) > 1)} {_listed(places)}, which no hysteresis does: "
-                    "a mode hop, or fringes miscounted. Leave that part out, or shift bias or current.",
+                    f"{recording.response_unit} at sample{'s' * (len(places) > 1)} "
+                    f"{_listed(places)}, which no hysteresis does: a mode hop, or fringes "
+                    "miscounted. Leave that part out, or shift bias or current.",
                     tuple(places),
                 )
             )

@@ -1,4 +1,4 @@
-"""Sudden steps in a residual, told from noise, from corners and from a model that is merely not good.
+"""Sudden steps in a residual, told from noise, from corners and from a model that is merely poor.
 
 A hysteresis model is continuous in its drive, so its residual may bend but not jump. A step is what
 straight lines through the samples before and after it do not share at the place between them, where

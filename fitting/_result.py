@@ -2,7 +2,9 @@
 
 import dataclasses
 import importlib.metadata
+import os
 import platform
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -113,6 +115,14 @@ class FitResult:
 
     def __str__(self) -> str:
         return self.summary()
+
+    def save(self, folder: str | os.PathLike[str], *, plots: bool = True) -> list[Path]:
+        """Write `model.json`, the loadable model and pictures to `folder`; `rapi predict` reads it."""
+        from .report import write_fit
+
+        path = Path(folder)
+        path.mkdir(parents=True, exist_ok=True)
+        return write_fit(self, path, plots=plots)
 
     def to_dict(self) -> dict[str, Any]:
         """The result as in `model.json` (schema `rapi.model/1`); not finite becomes `None`."""

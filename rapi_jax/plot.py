@@ -1,4 +1,4 @@
-"""Pictures: the only module that imports matplotlib. Each function returns a figure and shows nothing."""
+"""Pictures: the only module that imports matplotlib. Functions return figures and show nothing."""
 
 import io
 from collections.abc import Sequence
@@ -39,8 +39,8 @@ def png(figure: Figure) -> bytes:
     return buffer.getvalue()
 
 
-def loops(recording: Recording, predicted: Sequence[np.ndarray]) -> Figure:
-    """Response against drive for each run: measured and modelled (Fig. 6 of the paper)."""
+def loops(recording: Recording, predicted: Sequence[np.ndarray] | None = None) -> Figure:
+    """Response against drive for each run: measured and, where given, modelled (Fig. 6)."""
     rows = _chosen(recording)
     figure, axes = _grid(len(rows))
     for axis, row in zip(axes, rows, strict=True):
@@ -49,9 +49,10 @@ def loops(recording: Recording, predicted: Sequence[np.ndarray]) -> Figure:
         axis.plot(
             run.drive.value[thin], run.response[thin], ".", ms=2, color=_MEASURED, label="measured"
         )
-        axis.plot(
-            run.drive.value[thin], predicted[row][thin], "-", lw=1, color=_MODEL, label="model"
-        )
+        if predicted is not None:
+            axis.plot(
+                run.drive.value[thin], predicted[row][thin], "-", lw=1, color=_MODEL, label="model"
+            )
         axis.set_title(_title(run), fontsize=10)
         axis.set_xlabel(f"drive ({recording.drive_unit})")
         axis.set_ylabel(f"response ({recording.response_unit})")
@@ -80,7 +81,7 @@ def residuals(
 
 
 def convergence(traces: Sequence[tuple[str, Sequence[tuple[int, float]], bool]]) -> Figure:
-    """Cost against solver steps of each start: (name, (step, cost) pairs, whether it ended in the best)."""
+    """Cost against solver steps of each start: (name, (step, cost) pairs, whether it ended best)."""
     figure = Figure(figsize=(6.4, 3.8), layout="constrained")
     axis = figure.subplots()
     for i, (name, trace, best) in enumerate(traces):

@@ -1,7 +1,6 @@
 """What commands share: the output folder, JSON, progress, pictures."""
 
 import contextlib
-import json
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -11,7 +10,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from rapi_jax.io import OutputError, write_atomic
+from rapi_jax.io import OutputError
 
 
 def output_folder(path: Path) -> Path:
@@ -30,27 +29,16 @@ def output_folder(path: Path) -> Path:
     return path
 
 
-def json_text(value: Any) -> str:
-    """JSON as the contract has it: strict, readable, one object."""
-    return json.dumps(value, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-
-
 def say_json(value: Any) -> None:
     """One object on standard output."""
+    from fitting.report import json_text
+
     sys.stdout.write(json_text(value))
 
 
 def console(as_json: bool) -> Console:
     """Where people read: standard output, or standard error when that carries JSON."""
     return Console(stderr=as_json, highlight=False)
-
-
-def save_figure(figure: Any, path: Path) -> Path:
-    """Write a figure of `rapi_jax.plot` as PNG, whole or not at all."""
-    from rapi_jax.plot import png
-
-    write_atomic(path, png(figure))
-    return path
 
 
 @contextlib.contextmanager

@@ -27,10 +27,10 @@ def demo(
         Print one JSON object on standard output.
     """
     from fitting._identify import identify
+    from fitting.report import write_fit
     from rapi_jax._paper_device import paper_recording
     from rapi_jax.io import read_recording, write_recording
 
-    from ._fit_output import write_fit
     from ._out import console, output_folder, progress, say_json
     from .run import DONE, UNTRUSTED
 

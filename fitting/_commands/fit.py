@@ -60,9 +60,9 @@ def fit(
         Print `model.json` on standard output, and messages on standard error.
     """
     from fitting._identify import identify
+    from fitting.report import write_fit
     from rapi_jax.io import read_recording
 
-    from ._fit_output import write_fit
     from ._out import console, output_folder, progress, say_json
     from .run import DONE, UNTRUSTED
 

@@ -35,10 +35,10 @@ def predict(
     json
         Print the errors of each run as JSON on standard output.
     """
+    from fitting.report import MODEL, TABLE
     from rapi_jax import ModelError
     from rapi_jax.io import read_recording
 
-    from ._fit_output import MODEL, TABLE
     from ._out import console, output_folder, progress, say_json
 
     path = model / MODEL if model.is_dir() else model
@@ -114,9 +114,8 @@ def _write(folder: Path, data: Any, series: list[Any], plots: bool) -> list[Path
 
     import numpy as np
 
+    from fitting.report import save_figure
     from rapi_jax.io import write_atomic
-
-    from ._out import save_figure
 
     written = []
     for run, response in zip(data.runs, series, strict=True):

@@ -15,7 +15,6 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import jax
 import numpy as np
 import pytest
 
@@ -24,11 +23,9 @@ from fitting._commands.run import run
 from fitting.cli import app
 from rapi_jax import ECDL, RAPI
 from rapi_jax._recording import Drive, Recording
-from rapi_jax.io import write_recording
 
 from .bad_input import (
     FAST,
-    SEED,
     Injector,
     append,
     bomb,
@@ -45,7 +42,6 @@ from .bad_input import (
     files,
     first_run,
     flipped,
-    good,
     head,
     hopped,
     jittered,

@@ -1,7 +1,7 @@
 """How often faults of a recording are found, and how seldom a healthy one is blamed.
 
-The model here is a four-line loop with three plays, fitted by linear least squares: poor on purpose, so
-that residuals bend where the drive turns and where plays take hold.
+The model here is a four-line loop with three plays, fitted by linear least squares: poor on
+purpose, so that residuals bend where the drive turns and where plays take hold.
 """
 
 import json
@@ -20,6 +20,11 @@ from rapi_jax.io import read_recording, write_recording
 
 WAVES = {"triangle": triangle, "sine": sine, "multisine": multisine}
 SPAN = 76.0  # GHz, about
+FINE = (
+    (1000, 1),
+    (2000, 2),
+    (4000, 1),
+)  # samples and periods; a hop stands above one sample's move
 SIZES = ((240, 1), (240, 2), (1000, 1), (2000, 10), (4000, 1))
 
 
@@ -130,10 +135,10 @@ def test_measured_recordings_are_not_blamed(shared_data, name):
         assert found(recording, order=order) == []
 
 
-def hopped(seed: int, noise: float) -> tuple[Recording, list[int]]:
+def hopped(seed: int, noise: float, sizes=FINE) -> tuple[Recording, list[int]]:
     """0.4 to 4 GHz on 76 GHz: once, there and back, or wherever the frequency passes one place."""
     rng = np.random.default_rng(seed)
-    drive, truth = clean(str(rng.choice(list(WAVES))), *SIZES[rng.integers(len(SIZES))])
+    drive, truth = clean(str(rng.choice(list(WAVES))), *sizes[rng.integers(len(sizes))])
     period = drive.size // max(drive.periods, 1)
     moved = np.zeros(drive.size, dtype=bool)
     kind = rng.integers(3)
@@ -153,7 +158,7 @@ def hopped(seed: int, noise: float) -> tuple[Recording, list[int]]:
 
 def test_mode_hops_are_found_where_they_are():
     caught, right, listed = 0, 0, 0
-    trials = 1000
+    trials = 500
     for seed in range(trials):
         recording, places = hopped(seed, 0.020)
         kinds = hops(recording, [residual(run) for run in recording.runs])
@@ -162,8 +167,14 @@ def test_mode_hops_are_found_where_they_are():
             assert first == last
             listed += 1
             right += min(abs(first - place) for place in places) <= 1
-    print("hops", caught, trials, "listed", right, listed)
-    assert caught >= 0.97 * trials and right >= 0.99 * listed
+    assert caught >= 0.995 * trials and right >= 0.99 * listed
+
+
+def test_mode_hops_are_mostly_found_in_coarse_recordings():
+    """Where the frequency moves by more than a hop from one sample to the next, not all can be."""
+    coarse = [hopped(seed, 0.020, SIZES)[0] for seed in range(300)]
+    caught = sum(bool(hops(one, [residual(run) for run in one.runs])) for one in coarse)
+    assert caught >= 0.8 * len(coarse)
 
 
 def test_a_single_wrong_sample_is_no_hop():
@@ -207,7 +218,7 @@ def test_wrong_periods_are_found_and_right_ones_named():
             missed.append((seed, drive.waveform, drive.size, drive.periods, factor))
         elif drive.periods > 1 and drive.waveform != "multisine":
             message = kinds["wrong period"].message
-            if "repeats at about 10 Hz" not in message and " 9.9" not in message:
+            if "repeats at about 10 Hz" not in message and "repeats at about 9.9" not in message:
                 missed.append((seed, message))
     assert missed == []
 

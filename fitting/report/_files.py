@@ -1,20 +1,22 @@
 """The files of a fit."""
 
+import json
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from fitting._result import FitResult, versions
+import numpy as np
+
 from rapi_jax import Recording
 from rapi_jax.io import write_atomic, write_model
 
-from ._out import json_text, save_figure
+if TYPE_CHECKING:
+    from fitting._result import FitResult
 
 MODEL, TABLE = "model.rapi", "model.json"
 
 
 def identified_range(recording: Recording) -> dict[str, object]:
     """What the model has seen: drive range, slew, rates, amplitudes. Beyond it, it extrapolates."""
-    import numpy as np
-
     drives = recording.drives
     slopes = [np.abs(np.diff(d.value)).max() / d.step_s for d in drives]
     return {
@@ -26,8 +28,23 @@ def identified_range(recording: Recording) -> dict[str, object]:
     }
 
 
-def write_fit(result: FitResult, folder: Path, *, plots: bool) -> list[Path]:
+def json_text(value: Any) -> str:
+    """JSON as people and machines both read it: strict, indented, one object."""
+    return json.dumps(value, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def save_figure(figure: Any, path: Path) -> Path:
+    """Write a figure of `rapi_jax.plot` as PNG, whole or not at all."""
+    from rapi_jax.plot import png
+
+    write_atomic(path, png(figure))
+    return path
+
+
+def write_fit(result: "FitResult", folder: Path, *, plots: bool) -> list[Path]:
     """Write `model.json`, the loadable model and the pictures; return their paths."""
+    from fitting._result import versions
+
     recording = result.recording
     write_model(
         folder / MODEL,

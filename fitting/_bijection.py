@@ -1,7 +1,7 @@
 """Bounds by bijection: a fitted value is a smooth function of an unbounded coordinate.
 
-Algebraic forms are used, not exponentials: near a bound they flatten as 1/x^2, so that a start far away
-still has a gradient, and far from a bound they are linear.
+Algebraic forms are used, not exponentials: near a bound they flatten as 1/x^2, so that a start far
+away still has a gradient, and far from a bound they are linear.
 """
 
 import equinox as eqx
@@ -15,8 +15,9 @@ _INSIDE = 1e-3  # a start on or beyond a bound is moved this far inside, in scal
 class Bounds(eqx.Module):
     r"""Bounds of a parameter vector, and the bijection that keeps a fit inside them.
 
-    `low` and `high` hold for `coupling^-1 @ values`: a coupling `values = coupling @ bounded` (unit lower
-    triangular) lets one parameter's bound move with another's. `scale` is a typical size of each.
+    `low` and `high` hold for `coupling^-1 @ values`: a coupling `values = coupling @ bounded` (unit
+    lower triangular) lets one parameter's bound move with another's. `scale` is a typical size of
+    each.
 
     | bounds | bounded value at coordinate x |
     |---|---|
@@ -52,7 +53,7 @@ class Bounds(eqx.Module):
         return np.linalg.solve(np.asarray(self.coupling), np.asarray(values, dtype=float))
 
     def coordinates(self, values: np.ndarray) -> np.ndarray:
-        """Unbounded coordinates of `values`; those outside the bounds are reflected to the inside."""
+        """Unbounded coordinates of `values`; those outside the bounds are reflected inside."""
         low, high, scale = (np.asarray(v) for v in (self.low, self.high, self.scale))
         v = self.bounded(values)
         v = np.where(v < low, low + (low - v), v)

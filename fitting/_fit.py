@@ -26,8 +26,9 @@ _OPTIONS = {"tolerance": 1e-6, "slope": 1e-5, "max_steps": 120}
 def default_free(ecdl: ECDL, recording: Recording) -> Callable[[ECDL], Any]:
     """What a fit frees unless told: the operator, less what these data cannot tell from the rest.
 
-    Only `r (1 + eta)` and `b r` are seen in one scan, up to an offset. So with one rate and amplitude, or
-    an origin of its own for every run, `eta` is held (where it has a value for each play, `alpha`).
+    Only `r (1 + eta)` and `b r` are seen in one scan, up to an offset. So with one rate and
+    amplitude, or an origin of its own for every run, `eta` is held (where it has a value for each
+    play, `alpha`).
     """
     operator = ecdl.operator
     kinds = {(d.rate, round(d.u_pp, 6)) for d in recording.drives}
@@ -66,14 +67,14 @@ def fit(
     - `starts`: at most so many starts; two that agree on the best end are enough.
     - `guess`: let first guesses from the data be among the starts.
     - `history`: free the plays' initial values in runs that do not repeat.
-    - `drift`: let the origin creep with the logarithm of session time, as piezos do. By default where
-      some run holds six periods or more; the model itself keeps no drift.
+    - `drift`: let the origin creep with the logarithm of session time, as piezos do. By default
+      where some run holds six periods or more; the model itself keeps no drift.
     - `hold_out`: also refit without the last third, and without each rate and amplitude.
     - `throw`: raise `UntrustedFit` where the verdict is not to be trusted.
     - `progress`: called with a line before each step.
 
-    **Returns** a `FitResult`. Raises `DataError` where the recording holds fewer usable samples than
-    there are parameters.
+    **Returns** a `FitResult`. Raises `DataError` where the recording holds fewer usable samples
+    than there are parameters.
     """
     began = time.perf_counter()
     say = progress or (lambda line: None)
@@ -104,13 +105,13 @@ def _check_size(problem: Problem) -> None:
         if not problem.data.use[row].any():
             raise DataError(
                 f"run {run.name!r} has no sample to fit: it holds no complete period of "
-                f"{run.drive.rate:g} Hz ({run.drive.time[-1]:g} s recorded), or no valid reading. Check "
-                "`excitation_hz`, or record at least one whole period."
+                f"{run.drive.rate:g} Hz ({run.drive.time[-1]:g} s recorded), or no valid reading. "
+                "Check `excitation_hz`, or record at least one whole period."
             )
     if samples <= problem.free_count:
         raise DataError(
-            f"{samples} usable samples cannot fix {problem.free_count} parameters. Record more, or fit "
-            "fewer plays or a lower order."
+            f"{samples} usable samples cannot fix {problem.free_count} parameters. Record more, or "
+            "fit fewer plays or a lower order."
         )
 
 

@@ -15,8 +15,8 @@ class HeldOut:
     """One scheme: what was left out of the fit, and the error on it.
 
     `rmse` and `std` (about each run's mean error) are in the response's unit, over the samples left
-    out; `fraction` is `rmse` over their span. `train_rmse` is the rmse on what the fit did see. Where
-    `origin_from_data` is true a run left out has an origin of its own, taken from its mean.
+    out; `fraction` is `rmse` over their span. `train_rmse` is the rmse on what the fit did see.
+    Where `origin_from_data` is true a run left out has an origin of its own, taken from its mean.
     """
 
     scheme: str

@@ -23,8 +23,8 @@ def identify(
     """Identify an RA-PI model from `recording`: first guess, fit, standard errors, verdict.
 
     `plays` is N1, `order` N2. `each` names what has a value for each play; by default both a shared
-    `lam` and one for each play are fitted, and held-out data choose; with `choose` they choose among
-    several `plays` and `order` too. `options` are those of `fit`.
+    `lam` and one for each play are fitted, and held-out data choose; with `choose` they choose
+    among several `plays` and `order` too. `options` are those of `fit`.
     """
     structures = ((), ("lam",)) if each is None else (each,)
     sizes: dict[str, Any] = {} if choose else {"plays": (plays,), "order": (order,)}

@@ -146,15 +146,20 @@ def _singular(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.pad(s, (0, matrix.shape[1] - s.size)), right
 
 
-def inverse_gram(jacobian: np.ndarray) -> np.ndarray:
-    """`(J'J)^-1` by way of the column-scaled `J`; infinite where a column is dead or redundant."""
+def pseudo_gram(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """`(J'J)^-1` on what `J` determines, by way of the column-scaled `J`; and which columns it does not."""
     length = np.linalg.norm(jacobian, axis=0)
     s, right = _singular(jacobian / np.where(length > 0, length, 1.0))
     dead = s <= _EPS * max(jacobian.shape) * s.max(initial=0.0)
     spread = right.T * np.where(dead, 0.0, 1.0 / np.where(dead, 1.0, s))
     unit = np.where(length > 0, length, np.inf)
-    out = (spread @ spread.T) / np.outer(unit, unit)
     loose = (np.abs(right[dead]) > 1e-6).any(axis=0) | (length == 0)
+    return (spread @ spread.T) / np.outer(unit, unit), loose
+
+
+def inverse_gram(jacobian: np.ndarray) -> np.ndarray:
+    """`(J'J)^-1`; infinite variance where a column is dead or redundant."""
+    out, loose = pseudo_gram(jacobian)
     out[loose, loose] = np.inf
     return out
 

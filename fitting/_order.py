@@ -30,7 +30,7 @@ class Choice:
 
 
 def score(result: FitResult) -> float:
-    """Error on data left out: rms over whole rates left out where there are several, else last third.
+    """Error on data left out: rms over whole rates where there are several, else the last third.
 
     Errors are about each run's mean: a drifting origin says nothing about the size of the model.
     """
@@ -61,9 +61,10 @@ def choose_order(
 ) -> list[Choice]:
     """Fit every size asked for, and rank: the chosen one first, the others by score.
 
-    Chosen is the smallest model whose held-out error is within 2 % of the lowest. A size is not tried
-    where a smaller one, contained in it, is trusted and leaves nothing but white noise. `options` are
-    those of `fit`; fits are never refused here, each `Choice` holds its result with the verdict.
+    Chosen is the smallest model whose held-out error is within 2 % of the lowest. A size is not
+    tried where a smaller one, contained in it, is trusted and leaves nothing but white noise.
+    `options` are those of `fit`; fits are never refused here, each `Choice` holds its result with
+    the verdict.
     """
     check_usable(recording)
     found = []

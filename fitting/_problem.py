@@ -1,7 +1,8 @@
 """The fitting problem of a model and a recording (Eqs. 25, 26): one residual vector over all runs.
 
-The polynomial and the constants enter linearly, with columns that depend on the drive alone. So they
-are projected out of the residuals, not iterated on (variable projection), and solved for at the end.
+The polynomial and the constants enter linearly, with columns that depend on the drive alone. So
+they are projected out of the residuals, not iterated on (variable projection), and solved for at
+the end.
 """
 
 import dataclasses
@@ -33,7 +34,7 @@ class Data(eqx.Module):
 
 
 class RunResidual(eqx.Module):
-    """Weighted model less data over all runs, flattened; `values` are the model's, then `initial`."""
+    """Weighted model less data over all runs, flattened; `values`: the model's, then `initial`."""
 
     ecdl: ECDL
     vector: Vector = eqx.field(static=True)
@@ -80,9 +81,9 @@ class Solution:
 class Problem:
     """A model with some parameters free, against a recording.
 
-    The vector is: the model's parameters; with `response_origin = "run"` one offset a run; with `drift`
-    the creep of the origin, in response units per decade of session time; one initial fraction a play
-    for each run with an unknown history.
+    The vector is: the model's parameters; with `response_origin = "run"` one offset a run; with
+    `drift` the creep of the origin, in response units per decade of session time; one initial
+    fraction a play for each run with an unknown history.
     """
 
     ecdl: ECDL
@@ -104,7 +105,7 @@ class Problem:
         history: bool = True,
         drift: bool | None = None,
     ) -> "Problem":
-        """`free` selects what may move; `history` frees the plays' start in runs that do not repeat.
+        """`free` selects what may move, `history` frees the plays' start in runs not repeating.
 
         `drift` lets the origin creep; by default where a run holds enough periods to show it.
         """
@@ -197,7 +198,7 @@ class Problem:
         return np.stack([c.ravel() for c in columns], axis=1), np.array(places)
 
     def moving_bounds(self) -> dict[tuple[int, int], float]:
-        """Places of free parameters whose bounds move with another's; see `AbstractOperator.couplings`."""
+        """Places of free parameters whose bounds move with another's; see its `couplings`."""
         names = self.vector.names
         slopes = self.ecdl.operator.couplings(list(self.data.u_pp), list(self.data.freq))
         places = {(names.index(a), names.index(b)): slope for (a, b), slope in slopes.items()}

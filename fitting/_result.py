@@ -44,8 +44,8 @@ class Estimate:
 class RunFit:
     """One run: errors over the samples that were fitted, in the response's unit.
 
-    `opening` is the hysteresis percentage as a fraction, `weight` its `A_j`, `rho` the correlation of
-    the residual from sample to sample, `offset` the run's own origin less their mean.
+    `opening` is the hysteresis percentage as a fraction, `weight` its `A_j`, `rho` the correlation
+    of the residual from sample to sample, `offset` the run's own origin less their mean.
     """
 
     name: str
@@ -65,8 +65,9 @@ class RunFit:
 class FitResult:
     """A fitted model and all that is needed to decide whether to use it.
 
-    `predicted` holds the model's response to each run, `correlation` that of `names`, `effective` the
-    number of independent samples the residuals are worth. RMS values are in `recording.response_unit`.
+    `predicted` holds the model's response to each run, `correlation` that of `names`, `effective`
+    the number of independent samples the residuals are worth. RMS values are in
+    `recording.response_unit`.
     """
 
     ecdl: ECDL
@@ -87,7 +88,7 @@ class FitResult:
 
     @property
     def rmse_held_out(self) -> float:
-        """RMSE on the last third, by a model fitted to the rest; NaN where that was not computed."""
+        """RMSE on the last third, by a model fitted to the rest; NaN where not computed."""
         for scheme in self.held_out:
             if scheme.scheme == "last third":
                 return scheme.rmse
@@ -117,7 +118,7 @@ class FitResult:
         return self.summary()
 
     def save(self, folder: str | os.PathLike[str], *, plots: bool = True) -> list[Path]:
-        """Write `model.json`, the loadable model and pictures to `folder`; `rapi predict` reads it."""
+        """Write `model.json`, the loadable model and pictures to `folder`, for `rapi predict`."""
         from .report import write_fit
 
         path = Path(folder)

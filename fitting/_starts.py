@@ -15,8 +15,8 @@ from ._problem import Problem, Solution
 
 _EACH = ("alpha", "lam", "eta")
 # Two ends agree where their predictions differ by this share of the rms residual: a tenth where the
-# residual is white noise, more where it is correlated, since then the model is wrong by about as much
-# anyway and near-equal ends are the rule.
+# residual is white noise, more where it is correlated, since then the model is wrong by about as
+# much anyway and near-equal ends are the rule.
 _AGREE, _AGREE_MISFIT = 0.1, 0.25
 _GUESSES = 8
 _SHAKES = 4
@@ -24,7 +24,7 @@ _SHAKES = 4
 
 @dataclasses.dataclass(frozen=True)
 class Start:
-    """One start and its end: `origin` says where it came from, `share` is rms residual over span."""
+    """One start and its end: `origin` says where it came from, `agrees` is with the best."""
 
     origin: str
     steps: int
@@ -117,7 +117,7 @@ def agree(problem: Problem, weight: np.ndarray, one: Solution, other: Solution) 
 
 
 def tilted(problem: Problem, vector: np.ndarray, groups: np.ndarray, by: float) -> np.ndarray:
-    """`vector` with `lam` growing from the narrowest play to the widest, by a factor `4**by` in all."""
+    """`vector` with `lam` growing by `4**by` from the narrowest play to the widest."""
     out = vector.copy()
     at = [i for i, name in enumerate(problem.vector.names) if name.startswith("lam_")]
     if at and groups[at[-1]] == at[0]:
@@ -136,9 +136,9 @@ def search(
 ) -> tuple[Solution, list[Start]]:
     """Fit from up to `count` starts, until `enough` of them have ended in the best end.
 
-    A model with a value for each play is first fitted with one value for all, then let go, once as it
-    is and once with its plays unequal: the wide basin first, the fine valleys after. Where no two ends
-    agree, the best is shaken a few times, which counts as starts nearby.
+    A model with a value for each play is first fitted with one value for all, then let go, once as
+    it is and once with its plays unequal: the wide basin first, the fine valleys after. Where no
+    two ends agree, the best is shaken a few times, which counts as starts nearby.
     """
     groups = shared(problem.ecdl.operator, problem)
     ends: list[tuple[str, Solution]] = []

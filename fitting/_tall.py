@@ -1,4 +1,4 @@
-"""Least squares with a tall dense matrix: normal equations, refined, and QR where that will not do."""
+"""Least squares with a tall dense matrix: normal equations, refined, and QR where those fail."""
 
 from typing import Any
 
@@ -14,8 +14,8 @@ class Tall(lx.AbstractLinearSolver):
     """Corrected semi-normal equations: Cholesky of `A'A`, one step of refinement, guarded by QR.
 
     Several times faster than QR for a matrix of thousands of rows and tens of columns, since almost
-    all of the work is one matrix product. The refinement tells how much of the solution is rounding;
-    where that is more than `1e-9`, or the factor does not exist, QR solves instead.
+    all of the work is one matrix product. The refinement tells how much of the solution is
+    rounding; where that is more than `1e-9`, or the factor does not exist, QR solves instead.
     """
 
     def init(self, operator: lx.AbstractLinearOperator, options: dict[str, Any]) -> Any:

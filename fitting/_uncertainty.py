@@ -2,9 +2,9 @@
 
 Least squares stays unbiased under correlated noise, but its plain covariance is too small by about
 (1 + rho) / (1 - rho). Here each run's residual gets an AR(p) model, and the covariance is
-`G^-1 B G^-1` with `G = J'WJ` and `B = J'W C W J`, `C` the model's autocovariance. Residuals of a fit are
-less correlated than the noise was, since the fit took out what looks like its columns; the expected
-loss is computed and put back (as in restricted maximum likelihood).
+`G^-1 B G^-1` with `G = J'WJ` and `B = J'W C W J`, `C` the model's autocovariance. Residuals of a
+fit are less correlated than the noise was, since the fit took out what looks like its columns; the
+expected loss is computed and put back (as in restricted maximum likelihood).
 """
 
 import dataclasses
@@ -12,7 +12,7 @@ import dataclasses
 import numpy as np
 from scipy import linalg
 
-from ._least_squares import inverse_gram
+from ._least_squares import pseudo_gram
 
 _LAGS = 12  # highest autoregressive order tried
 _PASSES = 4
@@ -54,19 +54,23 @@ def autocovariance(series: np.ndarray, lags: int) -> np.ndarray:
 
 
 def _ar(gamma: np.ndarray, n: int) -> tuple[np.ndarray, float]:
-    """Coefficients and innovation variance by Yule-Walker, the order by BIC."""
-    if not gamma[0] > 0.0:  # the correction took all there was
+    """Coefficients and innovation variance by Yule-Walker, the order by BIC; always stationary."""
+    if gamma[0] <= 0:
         return np.zeros(0), 0.0
-    best = (n * np.log(max(gamma[0], 1e-300)), np.zeros(0), gamma[0])
+    best = (n * np.log(gamma[0]), np.zeros(0), gamma[0])
     for order in range(1, min(gamma.size - 1, _LAGS) + 1):
-        try:
-            phi = linalg.solve_toeplitz(gamma[:order], gamma[1 : order + 1])
-        except np.linalg.LinAlgError:
-            break
-        variance = gamma[0] - phi @ gamma[1 : order + 1]
-        roots = np.abs(np.roots(np.r_[1.0, -phi]))
-        if not variance > 1e-12 * gamma[0] or (roots >= 1.0).any():
-            break
+        if order == 1:  # a residual that hardly changes in one sample: as slow as the run can show
+            phi = np.clip(gamma[1:2] / gamma[0], -1.0 + 2.0 / n, 1.0 - 2.0 / n)
+            variance = float(gamma[0] * (1.0 - phi[0] ** 2))
+        else:
+            try:
+                phi = linalg.solve_toeplitz(gamma[:order], gamma[1 : order + 1])
+            except np.linalg.LinAlgError:
+                continue
+            variance = float(gamma[0] - phi @ gamma[1 : order + 1])
+            stationary = (np.abs(np.roots(np.r_[1.0, -phi])) < 1.0 - 1.0 / n).all()
+            if not (stationary and variance > 1e-12 * gamma[0]):
+                continue
         score = n * np.log(variance) + order * np.log(n)
         if score < best[0]:
             best = (score, phi, variance)
@@ -102,9 +106,7 @@ def correlated(
     Lists hold one entry a run: residuals of shape `time`, Jacobians of shape `time parameters`.
     """
     rows = zip(jacobians, weights, strict=True)
-    inverse = inverse_gram(np.concatenate([np.sqrt(w) * j for j, w in rows]))
-    loose = ~np.isfinite(np.diag(inverse))
-    gram = np.where(np.isfinite(inverse), inverse, 0.0)
+    gram, loose = pseudo_gram(np.concatenate([np.sqrt(w) * j for j, w in rows]))
     lags = [max(1, min(_LAGS, r.size // 8)) for r in residuals]
     raw = [autocovariance(r, k) for r, k in zip(residuals, lags, strict=True)]
     target = list(raw)

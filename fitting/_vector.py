@@ -62,15 +62,15 @@ class Vector:
         return eqx.tree_at(lambda e: [follow(e, part.path) for part in self.parts], ecdl, leaves)
 
     def mask(self, ecdl: ECDL, free: Callable[[ECDL], Any]) -> np.ndarray:
-        """Which elements the selector `free` picks: any operator, effect or field, or a tuple of them."""
+        """Which elements the selector `free` picks: operator, effect, field, or a tuple of them."""
         marked = jax.tree_util.tree_map(lambda _: False, ecdl)
         chosen = jax.tree_util.tree_map(lambda _: True, free(ecdl))
         try:
             marked = eqx.tree_at(free, marked, chosen)
         except ValueError as error:
             raise ModelError(
-                "`free` must return parts of the model it is given, such as `lambda e: e.operator` or "
-                f"`lambda e: (e.operator.lam, e.operator.d)` ({error})."
+                "`free` must return parts of the model it is given, such as `lambda e: e.operator` "
+                f"or `lambda e: (e.operator.lam, e.operator.d)` ({error})."
             ) from error
         return np.array(self.spread(lambda part: bool(follow(marked, part.path))))
 

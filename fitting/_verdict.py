@@ -20,7 +20,7 @@ _GAIN = 2e-3  # of the cost, that a further step may still bring
 
 @dataclasses.dataclass(frozen=True)
 class Verdict:
-    """`trusted` with no reasons, or not with at least one; `notes` are for the reader, not against the fit."""
+    """`trusted` with no reasons, or not with at least one; `notes` do not speak against the fit."""
 
     trusted: bool
     reasons: tuple[str, ...]
@@ -29,7 +29,7 @@ class Verdict:
 
 
 def unidentifiable(problem: Problem, solution: Solution) -> tuple[str, ...]:
-    """Parameters of the model that the data cannot fix: in a null direction of the scaled Jacobian."""
+    """Parameters that the data cannot fix: in a null direction of the scaled Jacobian."""
     names = np.array(problem.names)
     moving = np.zeros(names.size, dtype=bool)
     moving[: problem.vector.size] = problem.free
@@ -47,15 +47,16 @@ def unidentifiable(problem: Problem, solution: Solution) -> tuple[str, ...]:
     own = names[moving][loose]
     mine = tuple(name for name in own if name in problem.vector.names)
     if mine == ("d_0",) and len(own) > 1:
-        return ()  # traded against plays that never move from their unknown start: of no consequence
+        # Traded against plays that never move from their unknown start: of no consequence.
+        return ()
     return mine
 
 
 def gain_left(problem: Problem, solution: Solution, weight: np.ndarray) -> float:
     """Share of the cost that a Gauss-Newton step still takes away, tried at several lengths.
 
-    Tried, not promised: at a kink, where a play's contact moves to the next sample, the gradient jumps
-    and promises what no step keeps.
+    Tried, not promised: at a kink, where a play's contact moves to the next sample, the gradient
+    jumps and promises what no step keeps.
     """
     length = np.linalg.norm(solution.jacobian, axis=0)
     free = length > 0
@@ -112,13 +113,14 @@ def judge(
     if not flat and left > limit:
         reasons.append(
             f"not converged: one more step takes away {100 * left:.2g} % of the cost "
-            f"({solution.solver.reason or 'the solver stopped early'}). More starts or a better first model."
+            f"({solution.solver.reason or 'the solver stopped early'}). More starts or a better "
+            "first model."
         )
     agreeing = sum(start.agrees for start in starts)
     if len(starts) > 1 and agreeing < 2:
         reasons.append(
-            f"starts disagree: {len(starts)} starts reached {len(starts)} different ends, so the best "
-            "may be a local minimum. Raise `starts`, or hold what you know."
+            f"starts disagree: {len(starts)} starts reached {len(starts)} different ends, so the "
+            "best may be a local minimum. Raise `starts`, or hold what you know."
         )
     elif len(starts) == 1:
         reasons.append("one start only: nothing says that the end is not a local minimum.")
@@ -129,13 +131,14 @@ def judge(
         reasons.append("no signal: the response never changes.")
     elif rmse**2 > (1.0 - _EXPLAINED) * variance:
         reasons.append(
-            f"nothing explained: the model leaves {100 * rmse**2 / variance:.0f} % of the response's "
-            "variance. The response does not follow this drive; check wiring, columns and lag."
+            f"nothing explained: the model leaves {100 * rmse**2 / variance:.0f} % of the "
+            "response's variance. The response does not follow this drive; check wiring, columns "
+            "and lag."
         )
     elif rmse > _POOR * scale:
         reasons.append(
-            f"poor fit: rmse is {100 * rmse / scale:.1f} % of the span. More plays (`plays`) or order, "
-            "an effect the model lacks, or a wrong lag."
+            f"poor fit: rmse is {100 * rmse / scale:.1f} % of the span. More plays (`plays`) or "
+            "order, an effect the model lacks, or a wrong lag."
         )
     for scheme in held:
         if scheme.rmse > _GENERAL * scheme.train_rmse + 1e-9 * scale and scheme.fraction > 0.01:
@@ -158,9 +161,9 @@ def _notes(problem: Problem, solution: Solution, stderr: np.ndarray, loose) -> l
     recording = problem.recording
     if max(recording.rates) <= _ONE_RATE * min(recording.rates):
         notes.append(
-            "one scan rate: the rate dependence (zeta) rests on the shape of one loop, and a lag of the "
-            "device or its reading (delay, amplifier, servo) cannot be told from hysteresis. "
-            "Record a second rate before predicting at another."
+            "one scan rate: the rate dependence (zeta) rests on the shape of one loop, and a lag "
+            "of the device or its reading (delay, amplifier, servo) cannot be told from "
+            "hysteresis. Record a second rate before predicting at another."
         )
     if len(recording.amplitudes) == 1:
         notes.append(
@@ -205,8 +208,8 @@ def _band_notes(problem: Problem, solution: Solution) -> list[str]:
         r, lam, eta = (np.asarray(v) for v in (plays.r, plays.lam, plays.eta))
         if (r <= 0).any():
             notes.append(
-                f"run {run.name!r}: threshold of play {int(np.argmin(r)) + 1} is {r.min():.3g}, not "
-                "positive: that play has no memory there."
+                f"run {run.name!r}: threshold of play {int(np.argmin(r)) + 1} is {r.min():.3g}, "
+                "not positive: that play has no memory there."
             )
         u = run.drive.value
         ends = np.array([u.min(), u.max()])
@@ -217,6 +220,7 @@ def _band_notes(problem: Problem, solution: Solution) -> list[str]:
                 at = (1.0 + eta[which]) * r[which] / (1.0 - lam[which])
             notes.append(
                 f"run {run.name!r}: the band of play {which[0] + 1} is crossed from "
-                f"{at[0]:.3g} {problem.recording.drive_unit} on: no memory there, but still monotone."
+                f"{at[0]:.3g} {problem.recording.drive_unit} on: no memory there, but still "
+                "monotone."
             )
     return notes

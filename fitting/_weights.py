@@ -55,6 +55,7 @@ def weights_of(recording: Recording, weights: str | Sequence[float]) -> np.ndarr
     given = np.asarray(weights, dtype=float)
     if given.shape != (len(recording.runs),) or not (np.isfinite(given) & (given > 0)).all():
         raise ValueError(
-            f"Argument `weights` must be {len(recording.runs)} positive numbers, one a run, but is {weights}."
+            f"Argument `weights` must be {len(recording.runs)} positive numbers, one a run, but is "
+            f"{weights}."
         )
     return given / given.mean()

@@ -1,4 +1,4 @@
-"""`rapi`: the command line, composition root and only place that prints. Commands load when called."""
+"""`rapi`: the command line, composition root and only place that prints. Commands load late."""
 
 import sys
 

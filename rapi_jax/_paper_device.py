@@ -16,8 +16,9 @@ NOISE = 0.020  # GHz, of one reading
 def paper_device() -> ECDL:
     """The RA-PI device whose eight uncompensated rms nonlinearities are those of Table 1.
 
-    The paper prints neither its parameters nor its drive amplitude; these were found by least squares
-    on the table, with 10 plays, a cubic, one shared `lam` and a 4.5 V triangle on a 3 V bias.
+    The paper prints neither its parameters nor its drive amplitude; these were found by least
+    squares on the table, with 10 plays, a cubic, one shared `lam` and a 4.5 V triangle on a 3 V
+    bias.
     """
     return ECDL(
         RAPI(

@@ -6,7 +6,7 @@ _EDGE = 0.015  # a period that starts this near the record's first sample starts
 
 
 def fold(phase: np.ndarray, value: np.ndarray, bins: int) -> np.ndarray:
-    """The mean of `value` in equal bins of `phase` modulo 1, smoothed over three bins; NaN-aware."""
+    """The mean of `value` in equal bins of `phase` modulo 1, smoothed over three; NaN-aware."""
     index = np.minimum((np.mod(phase, 1.0) * bins).astype(int), bins - 1)
     good = np.isfinite(value)
     count = np.bincount(index[good], minlength=bins)
@@ -31,8 +31,8 @@ def turning_phases(phase: np.ndarray, value: np.ndarray) -> tuple[float, float]:
 def complete_periods(cycles: np.ndarray, anchor: float) -> np.ndarray:
     """The period of each sample, counted from 0; -1 in a broken period at either end.
 
-    `cycles` is time times scan rate. Periods begin at phase `anchor`; where none is complete so, they
-    begin with the record.
+    `cycles` is time times scan rate. Periods begin at phase `anchor`; where none is complete so,
+    they begin with the record.
     """
     step = (cycles[-1] - cycles[0]) / max(1, cycles.size - 1)
     anchor = 0.0 if min(anchor, 1.0 - anchor) < max(_EDGE, 0.75 * step) else anchor

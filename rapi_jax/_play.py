@@ -1,9 +1,9 @@
 r"""The play operator (Eqs. 8, 9, 12) and the weighted sum of many (Eq. 14).
 
-A play is a clamp with memory: at each sample its output is the previous output, pushed into the band
-`[lower, upper]`. So at any time it equals the bound that it touched last, at the moment of that touch,
-and so does its derivative. Both functions below carry the sample of the last contact through the
-scan and read the derivative off it, instead of carrying a tangent for every parameter.
+A play is a clamp with memory: at each sample its output is the previous output, pushed into the
+band `[lower, upper]`. So at any time it equals the bound that it touched last, at the moment of
+that touch, and so does its derivative. Both functions below carry the sample of the last contact
+through the scan and read the derivative off it, instead of carrying a tangent for every parameter.
 """
 
 import equinox as eqx
@@ -39,7 +39,7 @@ def _contacts(
     upper: Float[Array, "time *lanes"],
     start: Float[Array, "*lanes"],
 ) -> tuple[Float[Array, "time *lanes"], Int[Array, "time *lanes"], Bool[Array, "time *lanes"]]:
-    """The recursion: outputs, the sample of the last contact (-1: none yet), and whether from below.
+    """The recursion: outputs, sample of the last contact (-1: none yet), and whether from below.
 
     Where the band is crossed (`lower > upper`) the `max` of Eq. 9 is outermost, so `lower` wins.
     """
@@ -81,12 +81,12 @@ def play(
 
     **Arguments**, all in one unit:
 
-    - `lower`, `upper`: the band. `(u - r, u + r)` is the classical play (Eq. 8), `(u - r, lam u + eta r)`
-      the asymmetric one (Eqs. 9, 12). Where they cross, `lower` wins.
+    - `lower`, `upper`: the band. `(u - r, u + r)` is the classical play (Eq. 8), `(u - r, lam u +
+      eta r)` the asymmetric one (Eqs. 9, 12). Where they cross, `lower` wins.
     - `start`: the output before the first sample; Eq. 13 gives `max(u_min - r, lam u_min + eta r)`.
 
-    **Returns** the output at each sample. Its derivative is exact away from kinks, at the cost of one
-    gather a tangent.
+    **Returns** the output at each sample. Its derivative is exact away from kinks, at the cost of
+    one gather a tangent.
     """
     return _play(as_float64(lower), as_float64(upper), as_float64(start))
 

@@ -34,8 +34,8 @@ def _column(name: str, value: Any, *, finite: bool = True) -> np.ndarray:
 def _check_clock(time: np.ndarray) -> None:
     if time.size < 3:
         raise DataError(
-            f"A run needs at least 3 samples, but `time_s` has {time.size}. Record it again, or leave "
-            "this run out."
+            f"A run needs at least 3 samples, but `time_s` has {time.size}. Record it again, or "
+            "leave this run out."
         )
     step = np.diff(time)
     usual = float(np.median(step))
@@ -49,23 +49,25 @@ def _check_clock(time: np.ndarray) -> None:
         )
     if abs(time[0]) > usual:
         raise DataError(
-            f"`time_s` starts at {time[0]:g} s, but must start at 0 in each run. Subtract the first "
-            "time, and give the run's place in the session as `start_s`."
+            f"`time_s` starts at {time[0]:g} s, but must start at 0 in each run. Subtract the "
+            "first time, and give the run's place in the session as `start_s`."
         )
     gap = np.flatnonzero(step > 1.5 * usual)
     if gap.size:
         i = int(gap[0])
         lost = round(step[i] / usual) - 1
         raise DataError(
-            f"about {lost} sample(s) are missing after sample {i} (t = {time[i]:g} s; {gap.size} gap(s) "
-            "in all). Samples dropped while recording move everything after them: record again."
+            f"about {lost} sample(s) are missing after sample {i} (t = {time[i]:g} s; {gap.size} "
+            "gap(s) in all). Samples dropped while recording move everything after them: record "
+            "again."
         )
     uneven = np.flatnonzero(np.abs(step - usual) > 0.25 * usual)
     if uneven.size:
         i = int(uneven[0])
         raise DataError(
-            f"`time_s` jitters: the step after sample {i} is {step[i]:g} s, the usual one {usual:g} s "
-            f"({uneven.size} such steps). Export evenly sampled data, or times with more digits."
+            f"`time_s` jitters: the step after sample {i} is {step[i]:g} s, the usual one "
+            f"{usual:g} s ({uneven.size} such steps). Export evenly sampled data, or times with "
+            "more digits."
         )
 
 
@@ -75,8 +77,8 @@ class Drive:
 
     - `time`: s, evenly spaced, from 0. `value`: V (or the recording's drive unit), same length.
     - `excitation_hz`: rate of a periodic drive, Hz; `None` for one that is not periodic.
-    - `waveform`: "triangle", "sine", "multisine", "step" or "other". A drive with a rate and waveform
-      "other" has that rate in Eq. 11 but need not repeat.
+    - `waveform`: "triangle", "sine", "multisine", "step" or "other". A drive with a rate and
+      waveform "other" has that rate in Eq. 11 but need not repeat.
     - `start_s`: start of the run in the session's own time, s.
 
     Raises `DataError` where a column is not finite, or the clock is unsorted, doubled, jittered or
@@ -146,7 +148,7 @@ class Drive:
 
     @cached_property
     def phase(self) -> np.ndarray:
-        """Phase of each sample since the drive's minimum, 0 to 1; of a free drive, along its branch."""
+        """Phase of each sample since the drive's minimum, 0 to 1; if free, along its branch."""
         if self.repeats:
             return np.mod(self.time * self.rate - self._turning[0], 1.0)
         up, along = self._segments
@@ -154,7 +156,7 @@ class Drive:
 
     @cached_property
     def period(self) -> np.ndarray:
-        """Period of each sample, counted from the first minimum; -1 in a broken one, or without any."""
+        """Period of each sample, from the first minimum on; -1 in a broken one, or without any."""
         if not self.repeats:
             return np.full(self.size, -1)
         return _phase.complete_periods(self.time * self.rate, self._turning[0])
@@ -178,8 +180,8 @@ class Drive:
     def lead_in(self) -> np.ndarray:
         """Drive values from the minimum to where the record begins: one settling period at most.
 
-        With these before it, a model started by Eq. 13 is in its periodic state at the first sample:
-        at the minimum Eq. 13 is that state. Empty for a drive that does not repeat.
+        With these before it, a model started by Eq. 13 is in its periodic state at the first
+        sample: at the minimum Eq. 13 is that state. Empty for a drive that does not repeat.
         """
         length = round(1.0 / (self.rate * self.step_s)) if self.repeats else 0
         if not 0 < length < self.size:
@@ -213,8 +215,8 @@ class Drive:
 class Run:
     """One run: a drive and the response to it.
 
-    `response` is in the recording's response unit, NaN where the reading is masked. `name` is a short
-    file stem, used in outputs.
+    `response` is in the recording's response unit, NaN where the reading is masked. `name` is a
+    short file stem, used in outputs.
     """
 
     drive: Drive
@@ -225,8 +227,8 @@ class Run:
         object.__setattr__(self, "response", _column("response", self.response, finite=False))
         if self.response.size != self.drive.size:
             raise DataError(
-                f"run {self.name!r}: `response` has {self.response.size} samples, but the drive has "
-                f"{self.drive.size}."
+                f"run {self.name!r}: `response` has {self.response.size} samples, but the drive "
+                f"has {self.drive.size}."
             )
 
     @property
@@ -252,7 +254,7 @@ class Run:
 
     @property
     def roi(self) -> np.ndarray:
-        """The region of interest: the middle 80 % of the time between the response's turning points."""
+        """Region of interest: the middle 80 % of the time between the response's turning points."""
         return (self.along >= ROI[0]) & (self.along <= ROI[1])
 
 
@@ -260,10 +262,10 @@ class Run:
 class Recording:
     """Runs of one session on one device; they may differ in length, rate and sampling.
 
-    - `response_unit`, `drive_unit`: "GHz" for optical frequency ("um", "nm", "V" for others), and "V" or
-      "um"; conversion happens where files are read.
-    - `response_origin`: whether the runs share one zero of the response ("session") or have one each
-      ("run").
+    - `response_unit`, `drive_unit`: "GHz" for optical frequency ("um", "nm", "V" for others), and
+      "V" or "um"; conversion happens where files are read.
+    - `response_origin`: whether the runs share one zero of the response ("session") or have one
+      each ("run").
     - `response_lag_s`: known latency of the reading, s; taken out before fitting.
     """
 

@@ -15,9 +15,10 @@ _ROUND = (
 class Sampled(eqx.Module):
     """All runs of a recording, padded to one length.
 
-    Each row is a lead-in (at most one settling period), the run, and a repeat of the last drive value.
-    `use` marks complete periods and valid readings: what a fit may look at. `sample` is the index in
-    its run, -1 outside. NumPy arrays; `device()` gives the ones a model needs as JAX arrays.
+    Each row is a lead-in (at most one settling period), the run, and a repeat of the last drive
+    value. `use` marks complete periods and valid readings: what a fit may look at. `sample` is the
+    index in its run, -1 outside. NumPy arrays; `device()` gives the ones a model needs as JAX
+    arrays.
     """
 
     time: np.ndarray  # "runs time", s in the session

@@ -79,7 +79,7 @@ def multisine(
     samples: int = 4000,
     periods: int = 1,
 ) -> tuple[Drive, ...]:
-    """Equal harmonics with Schroeder phases, scaled to `amplitude` peak to peak; as for `triangle`."""
+    """Equal harmonics, Schroeder phases, scaled to `amplitude` peak to peak; see `triangle`."""
     order = np.arange(len(harmonics))
     phases = -np.pi * order * (order + 1) / len(harmonics)
     number = np.asarray(harmonics, dtype=float)

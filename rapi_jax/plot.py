@@ -81,7 +81,7 @@ def residuals(
 
 
 def convergence(traces: Sequence[tuple[str, Sequence[tuple[int, float]], bool]]) -> Figure:
-    """Cost against solver steps of each start: (name, (step, cost) pairs, whether it ended best)."""
+    """Cost against solver steps of each start: (name, (step, cost) pairs, ended best)."""
     figure = Figure(figsize=(6.4, 3.8), layout="constrained")
     axis = figure.subplots()
     for i, (name, trace, best) in enumerate(traces):

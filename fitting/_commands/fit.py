@@ -26,8 +26,8 @@ def fit(
 ) -> int:
     """Identify an RA-PI model from RECORDING, and say whether to trust it.
 
-    Writes `model.json` (readable), `model.rapi` (loadable) and pictures to the output folder. Exit code 0:
-    trusted; 4: not to be trusted (everything is written all the same); 3: bad data.
+    Writes `model.json` (readable), `model.rapi` (loadable) and pictures to the output folder. Exit
+    code 0: trusted; 4: not to be trusted (everything is written all the same); 3: bad data.
 
     Parameters
     ----------
@@ -51,7 +51,8 @@ def fit(
     history
         Free the plays' initial values in runs that do not repeat.
     drift
-        Let the origin creep with the logarithm of session time; by default with six periods or more.
+        Let the origin creep with the logarithm of session time; by default with six periods or
+        more.
     nan
         What to do with readings that are not finite: refuse, or leave those samples out.
     plots

@@ -17,8 +17,9 @@ def predict(
 ) -> int:
     """Predict the response of MODEL to the drives of RECORDING, and compare.
 
-    Writes `<run>.csv` with the columns `time_s,drive,response,predicted` for each run. The origin of the
-    response is the model's; where the recording gives every run its own, it is taken from the run's mean.
+    Writes `<run>.csv` with the columns `time_s,drive,response,predicted` for each run. The origin
+    of the response is the model's; where the recording gives every run its own, it is taken from
+    the run's mean.
 
     Parameters
     ----------
@@ -78,8 +79,8 @@ def _predicted(path: Path, data: Any) -> tuple[list[dict[str, Any]], list[Any]]:
     for kind in ("response_unit", "drive_unit"):
         if about[kind] != getattr(data, kind):
             raise ModelError(
-                f"the model's {kind} is {about[kind]}, the recording's {getattr(data, kind)}. Use a model "
-                "identified in the same unit."
+                f"the model's {kind} is {about[kind]}, the recording's {getattr(data, kind)}. Use "
+                "a model identified in the same unit."
             )
     rows, series = [], []
     for run in data.runs:

@@ -127,13 +127,19 @@ def _starts(result: "FitResult") -> Table:
 def summary(result: "FitResult") -> str:
     """The tables as plain text."""
     buffer = io.StringIO()
-    Console(file=buffer, width=110, color_system=None, highlight=False).print(tables(result))
+    # Without `force_jupyter` rich would show it in a notebook's cell and leave the text empty.
+    console = Console(
+        file=buffer, width=110, color_system=None, highlight=False, force_jupyter=False
+    )
+    console.print(tables(result))
     return buffer.getvalue()
 
 
 def html(result: "FitResult") -> str:
     """The tables as an HTML fragment, for notebooks."""
-    console = Console(file=io.StringIO(), record=True, width=110, highlight=False)
+    console = Console(
+        file=io.StringIO(), record=True, width=110, highlight=False, force_jupyter=False
+    )
     console.print(tables(result))
     return console.export_html(
         inline_styles=True, code_format='<pre style="line-height:1.25">{code}</pre>'

@@ -1,4 +1,4 @@
-"""Where an effect acts is its type: on the drive, before the operator, or on the response, after it."""
+"""Where an effect acts is its type: on the drive before the operator, or on the response after."""
 
 import abc
 

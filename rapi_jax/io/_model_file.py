@@ -1,7 +1,7 @@
 """A model in one file: a JSON header line, the leaves, and a SHA-256 over both.
 
-No pickle: leaves are NumPy arrays without objects, and the header only names classes that this package
-knows.
+No pickle: leaves are NumPy arrays without objects, and the header only names classes that this
+package knows.
 """
 
 import hashlib
@@ -31,7 +31,7 @@ def _shapes(module: Any) -> dict[str, list[int]]:
 
 @float64
 def write_model(path: StrPath, ecdl: ECDL, **about: Any) -> None:
-    """Write `ecdl` to `path`; `about` (units, versions, data hash, range identified) goes with it."""
+    """Write `ecdl` to `path`; `about` (units, versions, data hash, range) goes with it."""
     header = {
         "schema": SCHEMA,
         "operator": {
@@ -53,7 +53,8 @@ def write_model(path: StrPath, ecdl: ECDL, **about: Any) -> None:
 def read_model(path: StrPath) -> tuple[ECDL, dict[str, Any]]:
     """The model in `path`, and what was written about it.
 
-    Raises `DataError` where the file is not a model, is damaged, or names a class that is not known.
+    Raises `DataError` where the file is not a model, is damaged, or names a class that is not
+    known.
     """
     label = printable(path)
     with open_regular(path, _LIMIT) as file:
@@ -61,7 +62,8 @@ def read_model(path: StrPath) -> tuple[ECDL, dict[str, Any]]:
     body, _, tail = content.rstrip(b"\n").rpartition(b"\n")
     if hashlib.sha256(body).hexdigest().encode() != tail:
         raise DataError(
-            f"{label}: not a model file, or damaged: its checksum does not match. Copy it again, or fit again."
+            f"{label}: not a model file, or damaged: its checksum does not match. Copy it again, "
+            "or fit again."
         )
     line, _, leaves = body.partition(b"\n")
     try:

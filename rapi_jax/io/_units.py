@@ -61,8 +61,8 @@ def check_plausible(recording: Recording) -> None:
             raise DataError(f"run '{run.name}': {slip}")
         if run.drive.time[-1] > _LONGEST:
             raise DataError(
-                f"run '{run.name}': `time_s` ends at {run.drive.time[-1]:.3g} s. Check its unit, and "
-                "that the file is not damaged."
+                f"run '{run.name}': `time_s` ends at {run.drive.time[-1]:.3g} s. Check its unit, "
+                "and that the file is not damaged."
             )
 
 

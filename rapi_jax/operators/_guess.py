@@ -1,4 +1,4 @@
-"""A first model from the data alone: many shapes of memory function, the rest solved for exactly."""
+"""A first model from the data alone: many shapes of memory function, the rest solved for."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ _SEED = 20260101
 
 @dataclasses.dataclass(frozen=True)
 class Trial:
-    """A shape of the memory function, and how well it explains the data with the rest solved for."""
+    """A shape of the memory function, and how well it explains the data, the rest solved for."""
 
     fields: dict[str, float]
     d_0: float

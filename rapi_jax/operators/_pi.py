@@ -19,8 +19,8 @@ class PI(AbstractOperator):
     | `d` | polynomial; `d_1` is the `p_0` of Eq. 17 | GHz/V^k |
     | `d_0` | origin of the response | GHz |
 
-    Symmetric and rate-independent: the yardstick beside `RAPI`, and the operator whose inverse has a
-    closed form (Eq. 17).
+    Symmetric and rate-independent: the yardstick beside `RAPI`, and the operator whose inverse has
+    a closed form (Eq. 17).
     """
 
     r: Float[Array, " plays"] = parameter(unit="{u}", positive=True)
@@ -34,13 +34,13 @@ class PI(AbstractOperator):
     def __check_init__(self):
         if jnp.ndim(self.r) != 1 or jnp.shape(self.r) != jnp.shape(self.p):
             raise ValueError(
-                "Arguments `r` and `p` must hold one threshold and one weight a play, but have shapes "
-                f"{jnp.shape(self.r)} and {jnp.shape(self.p)}."
+                "Arguments `r` and `p` must hold one threshold and one weight a play, but have "
+                f"shapes {jnp.shape(self.r)} and {jnp.shape(self.p)}."
             )
         if jnp.ndim(self.d) != 1 or jnp.size(self.d) < 1:
             raise ValueError(
-                "Argument `d` must list the polynomial's coefficients from the first power on, but has "
-                f"shape {jnp.shape(self.d)}."
+                "Argument `d` must list the polynomial's coefficients from the first power on, but "
+                f"has shape {jnp.shape(self.d)}."
             )
 
     @property

@@ -25,7 +25,7 @@ class RAPI(AbstractOperator):
 
     | field | meaning | unit | equation |
     |---|---|---|---|
-    | `alpha` | threshold per half peak-to-peak drive of the widest play; shared or one a play | 1 | 11 |
+    | `alpha` | widest play's threshold per half peak-to-peak drive; shared or one a play | 1 | 11 |
     | `zeta` | growth of every threshold with scan rate | V/Hz | 11 |
     | `lam` | slope of the falling bound; shared or one a play | 1 | 9, 12 |
     | `eta` | intercept of the falling bound, in thresholds; shared or one a play | 1 | 9, 12 |
@@ -33,11 +33,13 @@ class RAPI(AbstractOperator):
     | `d` | polynomial from the first power on | GHz/V^k | 15 |
     | `d_0` | origin of the response, which the paper leaves undefined | GHz | ours |
 
-    Thresholds (Eq. 11, where the paper gives no index): $r_i(f) = \alpha_i (i/N_1) u_{pp}/2 + \zeta f$,
-    $i = 1..N_1$. They must stay positive over the rates in use; fits hold them there.
+    Thresholds (Eq. 11, where the paper gives no index):
+    $r_i(f) = \alpha_i (i/N_1) u_{pp}/2 + \zeta f$, $i = 1..N_1$. They must stay positive over the
+    rates in use; fits hold them there.
 
-    Only `r (1 + eta)` and `b r` are seen in one scan, up to an offset: with one rate and amplitude, or
-    with an origin of its own for every run, `eta` cannot be told from the scale of the thresholds.
+    Only `r (1 + eta)` and `b r` are seen in one scan, up to an offset: with one rate and amplitude,
+    or with an origin of its own for every run, `eta` cannot be told from the scale of the
+    thresholds.
     """
 
     alpha: Float[Array, "*plays"] = parameter(unit="1", positive=True)
@@ -63,7 +65,7 @@ class RAPI(AbstractOperator):
         d_0: Any = 0.0,
         plays: int = 10,
     ):
-        """`plays` is N1, the length of `d` is N2. `alpha`, `lam`, `eta`: a number, or `plays` of them."""
+        """`plays` is N1, the size of `d` N2. `alpha`, `lam`, `eta`: one number or `plays`."""
         self.alpha, self.zeta, self.lam, self.eta = alpha, zeta, lam, eta
         self.a, self.b, self.d, self.d_0 = a, b, d, d_0
         self.count = plays
@@ -75,16 +77,16 @@ class RAPI(AbstractOperator):
             shape = jnp.shape(getattr(self, name))
             if shape not in ((), (self.count,)):
                 raise ValueError(
-                    f"Argument `{name}` must be a number or {self.count} of them (one a play), but has "
-                    f"shape {shape}."
+                    f"Argument `{name}` must be a number or {self.count} of them (one a play), but "
+                    f"has shape {shape}."
                 )
         for name in ("zeta", "a", "b", "d_0"):
             if jnp.shape(getattr(self, name)) != ():
                 raise ValueError(f"Argument `{name}` must be a number, but is an array.")
         if jnp.ndim(self.d) != 1 or jnp.size(self.d) < 1:
             raise ValueError(
-                "Argument `d` must list the polynomial's coefficients from the first power on, but has "
-                f"shape {jnp.shape(self.d)}."
+                "Argument `d` must list the polynomial's coefficients from the first power on, but "
+                f"has shape {jnp.shape(self.d)}."
             )
 
     @classmethod

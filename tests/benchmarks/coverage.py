@@ -2,8 +2,9 @@
 
     uv run python tests/benchmarks/coverage.py [--replicates 300] [--rho 0 0.9 0.98]
 
-The paper's device, four rates, 4000 samples a run, AR(1) noise of 20 MHz; each replicate is fitted from the
-truth's neighbourhood with default weights, and each parameter's 95 % interval is looked at.
+The paper's device, four rates, 4000 samples a run, AR(1) noise of 20 MHz; each replicate is fitted
+from the truth's neighbourhood with default weights, and each parameter's 95 % interval is looked
+at.
 """
 
 import argparse

@@ -2,9 +2,9 @@
 
     uv run python tests/benchmarks/starts.py [--starts 1000] [--processes 2]
 
-Each start is given to `fit` with its default settings, on the paper's device at four rates with 20 MHz of
-noise. An end counts as the optimum where its cost is within 0.01 % of the lowest ever seen. Printed: how many
-reached it, and whether any that ended elsewhere was trusted.
+Each start is given to `fit` with its default settings, on the paper's device at four rates with 20
+MHz of noise. An end counts as the optimum where its cost is within 0.01 % of the lowest ever seen.
+Printed: how many reached it, and whether any that ended elsewhere was trusted.
 """
 
 import argparse
@@ -81,7 +81,8 @@ def report(rows):
     print(f"elsewhere, but trusted      {(~there & trusted).sum()}")
     print(f"at the optimum, not trusted {(there & ~trusted).sum()}")
     print(
-        f"noise-free rmse, largest    {1e3 * max(r[3] for r in rows if r[1] <= lowest * (1 + SAME)):.3f} MHz"
+        "noise-free rmse, largest    "
+        f"{1e3 * max(r[3] for r in rows if r[1] <= lowest * (1 + SAME)):.3f} MHz"
     )
     print(f"seconds a fit, median       {np.median([row[4] for row in rows]):.2f}")
     for row in np.array(rows)[~there][:20]:

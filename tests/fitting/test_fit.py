@@ -116,7 +116,9 @@ def test_fixed_parameters_stay(recorded):
 
 def test_play_parameters_of_their_own_are_recovered():
     lam = np.linspace(1.3, 1.9, 6)
-    device = RAPI(alpha=0.3, zeta=0.006, lam=lam, eta=1.0, a=0.9, b=0.1, d=(18.8, -1.1, 0.01), plays=6)
+    device = RAPI(
+        alpha=0.3, zeta=0.006, lam=lam, eta=1.0, a=0.9, b=0.1, d=(18.8, -1.1, 0.01), plays=6
+    )
     drives = paper_drives(samples=2000)
     rng = np.random.default_rng(0)
     truth = [np.asarray(predict(ECDL(device), d)) for d in drives]
@@ -130,7 +132,7 @@ def test_play_parameters_of_their_own_are_recovered():
 
 
 def test_redundant_parameters_are_named():
-    """One run: eta cannot be told from the scale of thresholds; freed all the same, it is found out."""
+    """One run: eta cannot be told from the scale of thresholds; freed, it is found out."""
     recording, _ = paper_recording(samples=2000)
     one = Recording(recording.runs[:1])
     start = ECDL(RAPI.guess(one))

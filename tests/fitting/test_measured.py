@@ -1,4 +1,4 @@
-"""Measured recordings by others, where they are at hand; nothing of them is part of this project."""
+"""Measured recordings by others, where at hand; nothing of them is part of this project."""
 
 import json
 
@@ -40,4 +40,6 @@ def test_servo_lag_is_noted_as_undecidable(shared_data):
     recording = read_recording(shared_data / "servo_lag")
     got = fit(ECDL(RAPI.guess(recording)), recording, starts=2, hold_out=False, throw=False)
     assert np.isfinite(got.rmse) and got.runs[0].rmse_fraction < 0.02
-    assert any("lag" in note and "cannot be told from hysteresis" in note for note in got.verdict.notes)
+    assert any(
+        "lag" in note and "cannot be told from hysteresis" in note for note in got.verdict.notes
+    )

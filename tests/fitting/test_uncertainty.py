@@ -63,3 +63,12 @@ def test_dead_columns_have_infinite_errors():
     columns = np.stack([np.ones(500), np.zeros(500)], axis=1)
     spread = correlated([rng.standard_normal(500)], [columns], [1.0])
     assert np.isfinite(spread.stderr[0]) and np.isinf(spread.stderr[1])
+
+
+def test_smooth_residuals_count_as_few_samples():
+    """A misfit that hardly changes from sample to sample is not white noise."""
+    t = np.linspace(0, 1, 4000)
+    misfit = np.sin(2 * np.pi * 3 * t) + 1e-4 * np.random.default_rng(0).standard_normal(t.size)
+    spread = correlated([misfit], [np.ones((t.size, 1))], [1.0])
+    assert spread.rho[0] > 0.99
+    assert spread.effective < 0.02 * t.size

@@ -147,7 +147,7 @@ def _singular(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def pseudo_gram(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """`(J'J)^-1` on what `J` determines, by way of the column-scaled `J`; and which columns it does not."""
+    """`(J'J)^-1` on what `J` determines, and which columns it does not determine."""
     length = np.linalg.norm(jacobian, axis=0)
     s, right = _singular(jacobian / np.where(length > 0, length, 1.0))
     dead = s <= _EPS * max(jacobian.shape) * s.max(initial=0.0)

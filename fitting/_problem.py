@@ -198,7 +198,7 @@ class Problem:
         return np.stack([c.ravel() for c in columns], axis=1), np.array(places)
 
     def moving_bounds(self) -> dict[tuple[int, int], float]:
-        """Places of free parameters whose bounds move with another's; see its `couplings`."""
+        """Places of free parameters whose bounds move with another's, by the operator."""
         names = self.vector.names
         slopes = self.ecdl.operator.couplings(list(self.data.u_pp), list(self.data.freq))
         places = {(names.index(a), names.index(b)): slope for (a, b), slope in slopes.items()}

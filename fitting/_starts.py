@@ -24,7 +24,7 @@ _SHAKES = 4
 
 @dataclasses.dataclass(frozen=True)
 class Start:
-    """One start and its end: `origin` says where it came from, `agrees` is with the best."""
+    """One start and its end: `origin` says where it came from."""
 
     origin: str
     steps: int
@@ -117,7 +117,7 @@ def agree(problem: Problem, weight: np.ndarray, one: Solution, other: Solution) 
 
 
 def tilted(problem: Problem, vector: np.ndarray, groups: np.ndarray, by: float) -> np.ndarray:
-    """`vector` with `lam` growing by `4**by` from the narrowest play to the widest."""
+    """`vector` with `lam` growing from the narrowest play to the widest, by `4**by` in all."""
     out = vector.copy()
     at = [i for i, name in enumerate(problem.vector.names) if name.startswith("lam_")]
     if at and groups[at[-1]] == at[0]:

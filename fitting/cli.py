@@ -1,4 +1,4 @@
-"""`rapi`: the command line, composition root and only place that prints. Commands load late."""
+"""`rapi`: command line, composition root, only place that prints. Commands load when called."""
 
 import sys
 
@@ -18,9 +18,9 @@ app.command("fitting._commands.predict:predict", name="predict")
 
 def main(arguments: list[str] | None = None) -> None:
     """Run `rapi` and exit with the code of the contract."""
-    from fitting._commands.run import run
+    from fitting._commands.run import run_and_leave
 
-    sys.exit(run(app, sys.argv[1:] if arguments is None else arguments))
+    run_and_leave(app, sys.argv[1:] if arguments is None else arguments)
 
 
 if __name__ == "__main__":

@@ -81,8 +81,8 @@ def play(
 
     **Arguments**, all in one unit:
 
-    - `lower`, `upper`: the band. `(u - r, u + r)` is the classical play (Eq. 8), `(u - r, lam u +
-      eta r)` the asymmetric one (Eqs. 9, 12). Where they cross, `lower` wins.
+    - `lower`, `upper`: the band. `(u - r, u + r)` is the classical play (Eq. 8),
+      `(u - r, lam u + eta r)` the asymmetric one (Eqs. 9, 12). Where they cross, `lower` wins.
     - `start`: the output before the first sample; Eq. 13 gives `max(u_min - r, lam u_min + eta r)`.
 
     **Returns** the output at each sample. Its derivative is exact away from kinks, at the cost of

@@ -3,6 +3,9 @@
 import os
 from pathlib import Path
 
+# Read when NumPy loads: test processes with two threads each would spin against each other.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import hypothesis
 import jax
 import jaxtyping

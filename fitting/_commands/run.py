@@ -1,8 +1,11 @@
 """Running a command: exit codes, one-line errors, interrupts."""
 
+import _thread
 import os
 import sys
+import threading
 import traceback
+from typing import Any, NoReturn
 
 from cyclopts import App, CycloptsError, MissingArgumentError, UnusedCliTokensError
 
@@ -54,6 +57,30 @@ def run(app: App, arguments: list[str]) -> int:
     except Exception as error:
         return _classify(error)
     return code if isinstance(code, int) else DONE
+
+
+def run_and_leave(app: App, arguments: list[str]) -> NoReturn:
+    """Run `rapi ARGUMENTS` as the whole of this process, and end it with the exit code.
+
+    An interrupt that reaches a callback of a library (garbage collection, in JAX) is dropped
+    there, so it is sent again. After an interrupt the interpreter is not taken down: with a
+    compilation cut off half-way, that often ends in a segmentation fault.
+    """
+    sys.unraisablehook = _again
+    code = run(app, arguments)
+    if code != INTERRUPTED:
+        sys.exit(code)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
+
+
+def _again(dropped: Any) -> None:
+    """Send an interrupt again that was dropped where no exception can be raised."""
+    if issubclass(dropped.exc_type, KeyboardInterrupt):
+        threading.Timer(0.05, _thread.interrupt_main).start()
+    else:
+        sys.__unraisablehook__(dropped)
 
 
 def _classify(error: Exception) -> int:

@@ -808,17 +808,18 @@ def test_as_a_process(fitted, tmp_path):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="no such signal")
-def test_a_real_interrupt(fitted, tmp_path):
-    one = process(
-        "fit", fitted / "recording", "-o", tmp_path / "o", "--starts", "100", "--each", "lam,eta"
-    )
+@pytest.mark.parametrize("delay", [0.1, 1.3, 1.9, 2.8])
+def test_a_real_interrupt(fitted, tmp_path, delay):
+    """While JAX is loading, tracing, compiling or running."""
+    options = ("--starts", "100", "--each", "lam,eta")
+    one = process("fit", fitted / "recording", "-o", tmp_path / "o", *options)
     deadline = time.monotonic() + 120
     while not (tmp_path / "o").exists() and time.monotonic() < deadline:
-        time.sleep(0.05)
-    time.sleep(1.0)
+        time.sleep(0.02)
+    time.sleep(delay)
     one.send_signal(signal.SIGINT)
     _, err = one.communicate(timeout=240)
-    assert one.returncode == 130 and not list((tmp_path / "o").iterdir())
+    assert one.returncode == 130 and not list((tmp_path / "o").iterdir()), err
     assert_one_line(err, "interrupted")
 
 

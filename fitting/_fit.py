@@ -29,16 +29,19 @@ def default_free(ecdl: ECDL, recording: Recording) -> Callable[[ECDL], Any]:
     Only `r (1 + eta)` and `b r` are seen in one scan, up to an offset. So with one rate and
     amplitude, or an origin of its own for every run, `eta` is held (where it has a value for each
     play, `alpha`).
+    Where no run has a scan rate, `zeta` is held too.
     """
     operator = ecdl.operator
     kinds = {(d.rate, round(d.u_pp, 6)) for d in recording.drives}
-    if not isinstance(operator, RAPI) or (
-        len(kinds) > 1 and recording.response_origin == "session"
-    ):
+    held = set()
+    if len(kinds) == 1 or recording.response_origin == "run":
+        held.add("alpha" if isinstance(operator, RAPI) and jnp.ndim(operator.eta) > 0 else "eta")
+    if max(recording.rates) == 0:
+        held.add("zeta")
+    if not isinstance(operator, RAPI) or not held:
         return lambda e: e.operator
-    held = "eta" if jnp.ndim(operator.eta) == 0 else "alpha"
     names = ("alpha", "zeta", "lam", "eta", "a", "b", "d", "d_0")
-    return lambda e: tuple(getattr(e.operator, name) for name in names if name != held)
+    return lambda e: tuple(getattr(e.operator, name) for name in names if name not in held)
 
 
 @float64

@@ -144,6 +144,18 @@ def test_redundant_parameters_are_named():
     assert held["eta"].held and held.verdict.unidentifiable == ()
 
 
+def test_zeta_is_held_where_no_run_has_a_rate():
+    from rapi_jax._waveform import step_and_hold
+
+    drive = step_and_hold((1.0, 4.0, 2.0, 5.0, 1.0), hold_s=0.02, rise_s=0.02, step_s=1e-4)
+    truth = np.asarray(predict(paper_device(), drive[0]))
+    noisy = truth + 0.02 * np.random.default_rng(0).standard_normal(truth.size)
+    steps = Recording.of(drive, [noisy])
+    got = fit(ECDL(RAPI.guess(steps)), steps, starts=2, hold_out=False, throw=False)
+    assert got["zeta"].held and "zeta" not in got.verdict.unidentifiable
+    assert got.rmse < 0.022
+
+
 def test_one_rate_is_noted():
     recording, _ = paper_recording(samples=2000)
     got = fit(ECDL(RAPI.guess(r := Recording(recording.runs[:1]))), r, throw=False)

@@ -61,7 +61,7 @@ class RunFit:
     offset: float
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class FitResult:
     """A fitted model and all that is needed to decide whether to use it.
 
@@ -113,6 +113,13 @@ class FitResult:
         from .report import html
 
         return html(self)
+
+    def __repr__(self) -> str:
+        word = "trusted" if self.verdict.trusted else "not to be trusted"
+        unit = self.recording.response_unit
+        return (
+            f"<FitResult: {type(self.ecdl.operator).__name__}, {word}, rmse {self.rmse:.4g} {unit}>"
+        )
 
     def __str__(self) -> str:
         return self.summary()

@@ -82,7 +82,7 @@ def _runs(result: "FitResult") -> Table:
             _number(run.weight, 3),
             _number(run.rmse),
             _number(100 * run.rmse_fraction, 3),
-            _number(run.rho, 2),
+            _number(run.rho, 3),
         )
     return table
 

@@ -10,7 +10,7 @@ import numpy as np
 from rapi_jax import ECDL, RAPI, DataError, Recording
 from rapi_jax._precision import float64
 
-from ._faults import faults, hops
+from ._faults import check_usable, faults, hops
 from ._held_out import held_out
 from ._problem import Problem, Solution
 from ._result import Estimate, FitResult, RunFit, UntrustedFit
@@ -82,6 +82,7 @@ def fit(
     began = time.perf_counter()
     say = progress or (lambda line: None)
     chosen = default_free(ecdl, recording) if free is None else free
+    check_usable(recording)
     problem = Problem.of(ecdl, recording, chosen, history=history, drift=drift)
     _check_size(problem)
     run_weights = weights_of(recording, weights)
@@ -104,13 +105,6 @@ def fit(
 
 def _check_size(problem: Problem) -> None:
     samples = int(problem.data.use.sum())
-    for row, run in enumerate(problem.recording.runs):
-        if not problem.data.use[row].any():
-            raise DataError(
-                f"run {run.name!r} has no sample to fit: it holds no complete period of "
-                f"{run.drive.rate:g} Hz ({run.drive.time[-1]:g} s recorded), or no valid reading. "
-                "Check `excitation_hz`, or record at least one whole period."
-            )
     if samples <= problem.free_count:
         raise DataError(
             f"{samples} usable samples cannot fix {problem.free_count} parameters. Record more, or "

@@ -1,9 +1,18 @@
 """Models of piezo-scanned lasers: recordings, play operators, RA-PI, and what they predict."""
 
+from ._certificate import Certificate as Certificate
+from ._certificate import NotInvertible as NotInvertible
+from ._certificate import certify as certify
+from ._compensate import Compensation as Compensation
+from ._compensate import compensate as compensate
 from ._ecdl import ECDL as ECDL
 from ._ecdl import predict as predict
 from ._errors import DataError as DataError
 from ._errors import ModelError as ModelError
+from ._identified import Identified as Identified
+from ._invert import exact_inverse as exact_inverse
+from ._limits import DriveLimits as DriveLimits
+from ._limits import LimitError as LimitError
 from ._parameter import Parameter as Parameter
 from ._parameter import parameter as parameter
 from ._parameter import parameters as parameters
@@ -12,6 +21,13 @@ from ._play import play as play
 from ._recording import Drive as Drive
 from ._recording import Recording as Recording
 from ._recording import Run as Run
+from ._target import Target as Target
+from ._target import linear_scan as linear_scan
+from ._waveform import multisine as multisine
+from ._waveform import sine as sine
+from ._waveform import step_and_hold as step_and_hold
+from ._waveform import triangle as triangle
 from .operators import PI as PI
 from .operators import RAPI as RAPI
 from .operators import AbstractOperator as AbstractOperator
+from .operators import InverseRAPI as InverseRAPI

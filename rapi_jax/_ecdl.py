@@ -32,10 +32,15 @@ class ECDL(eqx.Module):
         u_pp: Float[Array, ""] | None = None,
         u_min: Float[Array, ""] | None = None,
     ) -> Float[Array, " time"]:
-        """The response to `u` at session times `t` (s), scan rate `freq` (Hz); see the operator."""
+        """The response to `u` at session times `t` (s), scan rate `freq` (Hz); see the operator.
+
+        `u_pp` is that of the drive sent, whatever effects make of it: thresholds follow the run
+        (Eq. 11). Eq. 13 looks at the drive that reaches the operator.
+        """
+        u_pp = jnp.ptp(u) if u_pp is None else u_pp
         for effect in self.effects:
             if isinstance(effect, AbstractDriveEffect):
-                u = effect(t, u)
+                u, u_min = effect(t, u), None
         response = self.operator(u, freq, initial=initial, u_pp=u_pp, u_min=u_min)
         for effect in self.effects:
             if isinstance(effect, AbstractOpticalEffect):

@@ -2,4 +2,5 @@
 
 from ._base import AbstractDriveEffect as AbstractDriveEffect
 from ._base import AbstractEffect as AbstractEffect
+from ._base import AbstractInvertible as AbstractInvertible
 from ._base import AbstractOpticalEffect as AbstractOpticalEffect

@@ -22,3 +22,13 @@ class AbstractDriveEffect(AbstractEffect):
 
 class AbstractOpticalEffect(AbstractEffect):
     """Acts on the response (GHz), after the operator."""
+
+
+class AbstractInvertible(eqx.Module):
+    """What an effect also is where it can be undone, so that a drive can allow for it."""
+
+    @abc.abstractmethod
+    def inverse(
+        self, t: Float[Array, " time"], signal: Float[Array, " time"]
+    ) -> Float[Array, " time"]:
+        """The signal that this effect changes into `signal`: one period, repeated for ever."""

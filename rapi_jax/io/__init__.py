@@ -3,6 +3,11 @@
 from ._atomic import OutputError as OutputError
 from ._atomic import atomic_path as atomic_path
 from ._atomic import write_atomic as write_atomic
+from ._drive_file import read_afg as read_afg
+from ._drive_file import read_drive as read_drive
+from ._drive_file import write_afg as write_afg
+from ._drive_file import write_drive as write_drive
+from ._limits_file import read_limits as read_limits
 from ._model_file import read_model as read_model
 from ._model_file import write_model as write_model
 from ._oscilloscope import join_runs as join_runs

@@ -22,7 +22,7 @@ from ._safe import StrPath, open_regular, printable
 
 SCHEMA = "rapi.model-file/1"
 _LIMIT = 64 * 2**20
-_OPERATORS = {cls.__name__: cls for cls in (operators.RAPI, operators.PI)}
+_OPERATORS = {cls.__name__: cls for cls in (operators.RAPI, operators.PI, operators.InverseRAPI)}
 
 
 def _shapes(module: Any) -> dict[str, list[int]]:
@@ -94,7 +94,7 @@ def _operator(spec: dict[str, Any]) -> operators.AbstractOperator:
             f"operator {printable(spec['class'])} is not known; a newer version wrote it."
         )
     fields: dict[str, Any] = dict(_filled(spec["shapes"]))
-    if cls is operators.RAPI:
+    if cls is not operators.PI:
         fields["plays"] = int(spec["plays"])
     return cls(**fields)
 

@@ -1,7 +1,9 @@
 """Operators: drive in V to optical frequency in GHz, at one scan rate. One file a class."""
 
 from ._base import AbstractOperator as AbstractOperator
+from ._base import Fields as Fields
 from ._base import Plays as Plays
 from ._base import tie as tie
+from ._inverse_rapi import InverseRAPI as InverseRAPI
 from ._pi import PI as PI
 from ._rapi import RAPI as RAPI

@@ -1,6 +1,7 @@
 """What every operator is: a map from drive to response at one scan rate, with memory."""
 
 import abc
+from typing import NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -38,15 +39,26 @@ class Plays(eqx.Module):
         return jnp.where(given, low + jnp.where(given, initial, 0.0) * (high - low), start)
 
 
+class Fields(NamedTuple):
+    """The names of an operator's fields with a part of their own in every operator.
+
+    `polynomial`: the coefficients, from the first power on. `constant`: what is added to them.
+    `origin`: the drive from which plays and polynomial count; `None` where that is 0.
+    """
+
+    polynomial: str
+    constant: str
+    origin: str | None = None
+
+
 class AbstractOperator(eqx.Module):
     """Drive to response at one scan rate: a sum of plays and a polynomial.
 
-    Subclasses declare their parameters by `parameter(...)`, among them the constant `d_0` and the
-    polynomial coefficients `d` (from the first power on), and say how the plays of a run follow.
+    Subclasses declare their parameters by `parameter(...)`, say which of them are the polynomial's
+    (`fields`), and how the plays of a run follow.
     """
 
-    d: eqx.AbstractVar[Float[Array, " order"]]
-    d_0: eqx.AbstractVar[Float[Array, ""]]
+    fields: eqx.AbstractClassVar[Fields]
     count: eqx.AbstractVar[int]  # the number of plays, N1
 
     @abc.abstractmethod
@@ -60,6 +72,17 @@ class AbstractOperator(eqx.Module):
         `{("zeta", "alpha"): -m}` reads: `zeta + m * alpha` is what the bounds of `zeta` hold for.
         """
 
+    @property
+    def coefficients(self) -> Float[Array, " order"]:
+        """The polynomial's coefficients, from the first power on; their number is N2."""
+        return getattr(self, self.fields.polynomial)
+
+    @float64
+    def centred(self, u: Float[Array, "*time"]) -> Float[Array, "*time"]:
+        """The drive counted from the operator's origin, as plays and polynomial see it."""
+        name = self.fields.origin
+        return u if name is None else u - getattr(self, name)
+
     @float64
     def hysteresis(
         self,
@@ -71,16 +94,18 @@ class AbstractOperator(eqx.Module):
     ) -> Float[Array, " time"]:
         """The memory function alone, `H` of Eq. 14."""
         plays = self.plays(jnp.ptp(u) if u_pp is None else u_pp, freq)
+        u, u_min = self.centred(u), None if u_min is None else self.centred(u_min)
         start = plays.start(u, jnp.min(u) if u_min is None else u_min, initial)
         return memory(u, plays.r, plays.lam, plays.eta, plays.p, start)  # Eq. (14)
 
     @float64
     def memoryless(self, u: Float[Array, " time"]) -> Float[Array, " time"]:
-        """The memoryless function, `G` of Eq. 15, with the constant `d_0`."""
+        """The memoryless function, `G` of Eq. 15, with the constant that the paper leaves out."""
+        u = self.centred(u)
         total = jnp.zeros_like(u)
-        for coefficient in self.d[::-1]:
+        for coefficient in self.coefficients[::-1]:
             total = (total + coefficient) * u  # Eq. (15)
-        return total + self.d_0
+        return total + getattr(self, self.fields.constant)
 
     @float64
     def __call__(

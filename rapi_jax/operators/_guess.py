@@ -62,7 +62,10 @@ def basis(u: np.ndarray, order: int, groups: np.ndarray) -> np.ndarray:
 def trials(
     recording: Recording, shapes: Sequence[tuple[dict[str, float], AbstractOperator]], order: int
 ) -> list[Trial]:
-    """Each shape of memory function with its scale and polynomial solved for, best first."""
+    """Each shape of memory function with its scale and polynomial solved for, best first.
+
+    The shapes have one origin.
+    """
     data = sampled(recording)
     kept = thinned(data)
     width = max(columns.size for _, columns in kept)
@@ -74,11 +77,12 @@ def trials(
         ]
     )
     u = np.stack([data.u[row, columns] for row, columns in enumerate(padded)])
+    centred = np.asarray(shapes[0][1].centred(jnp.asarray(u)))
     y = np.stack([data.y[row, columns] for row, columns in enumerate(padded)])[use]
     groups = np.broadcast_to(np.arange(u.shape[0])[:, None], u.shape)[use]
     if recording.response_origin == "session":
         groups = np.zeros_like(groups)
-    fixed = basis(u[use], order, groups)
+    fixed = basis(centred[use], order, groups)
     q, _ = np.linalg.qr(fixed / np.maximum(np.linalg.norm(fixed, axis=0), 1e-300))
     rest = y - q @ (q.T @ y)
     power = max(float(rest @ rest), 1e-300)

@@ -1,12 +1,15 @@
 """The classical Prandtl-Ishlinskii operator."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
+from .._errors import ModelError
 from .._parameter import parameter
-from ._base import AbstractOperator, Plays
+from .._precision import float64
+from ._base import AbstractOperator, Fields, Plays
 
 
 class PI(AbstractOperator):
@@ -27,6 +30,7 @@ class PI(AbstractOperator):
     p: Float[Array, " plays"] = parameter(unit="{x}/{u}")
     d: Float[Array, " order"] = parameter(unit="{x}/{u}^k", linear=True)
     d_0: Float[Array, ""] = parameter(unit="{x}", linear=True)
+    fields: ClassVar = Fields("d", "d_0")
 
     def __init__(self, *, r: Any, p: Any, d: Any, d_0: Any = 0.0):
         self.r, self.p, self.d, self.d_0 = r, p, d, d_0
@@ -55,3 +59,35 @@ class PI(AbstractOperator):
     def couplings(self, u_pp: list[float], freq: list[float]) -> dict[tuple[str, str], float]:
         del u_pp, freq
         return {}
+
+    @float64
+    def inverse(self) -> "PI":
+        """The operator that gives back the drive from the response: again a PI, in closed form.
+
+        Its thresholds are in the response's unit, its `d` and `p` in drive over response units. Its
+        plays start as Eq. 13 has them at the least response, which is where those of this operator
+        stand at the least drive. Raises `ModelError` where there is none: with a polynomial of
+        order two or more (other than zero), or where the slope of some part of a branch,
+        `p_0 + ... + p_i`, is not positive.
+        """
+        r, p, d = (np.asarray(v, dtype=float) for v in (self.r, self.p, self.d))
+        if d[1:].any():
+            raise ModelError(
+                f"a PI whose polynomial goes to order {np.flatnonzero(d)[-1] + 1} has no inverse "
+                "in closed form. Fit it with one coefficient in `d`, or invert it sample by sample "
+                "(`exact_inverse`)."
+            )
+        order = np.argsort(r, kind="stable")
+        slope = np.cumsum(np.concatenate([d[:1], p[order]]))  # p_0 + ... + p_i
+        bad = np.flatnonzero(~(slope > 0))
+        if bad.size:
+            play = f" + p of play {order[bad[0] - 1] + 1} and all narrower" if bad[0] else ""
+            raise ModelError(
+                f"the operator has no inverse: its slope d_1{play} is {slope[bad[0]]:.4g}, but "
+                "must be positive, since otherwise two drives have one response. Use fewer plays "
+                "or positive weights, or more data for the fit."
+            )
+        z = np.cumsum(slope[:-1] * np.diff(r[order], prepend=0.0))  # Eq. (17)
+        q = np.diff(1.0 / slope)  # Eq. (17)
+        # Plays of `y - d_0` are plays of `y` less `d_0`, so the offset can be taken out at the end.
+        return PI(r=z, p=q, d=1.0 / slope[:1], d_0=-self.d_0 / slope[-1])

@@ -1,7 +1,7 @@
 """The rate-dependent asymmetric Prandtl-Ishlinskii operator of the paper."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from .._parameter import parameter
 from .._precision import float64
 from .._recording import Recording
-from ._base import AbstractOperator, Plays
+from ._base import AbstractOperator, Fields, Plays
 from ._guess import TRIALS, draw, trials
 
 
@@ -51,6 +51,7 @@ class RAPI(AbstractOperator):
     d: Float[Array, " order"] = parameter(unit="{x}/{u}^k", linear=True)
     d_0: Float[Array, ""] = parameter(unit="{x}", linear=True)
     count: int = eqx.field(static=True, kw_only=True)
+    fields: ClassVar = Fields("d", "d_0")
 
     def __init__(
         self,

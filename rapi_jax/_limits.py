@@ -1,0 +1,95 @@
+"""What a drive may do to the piezo: checked before it is written or sent, refused whole."""
+
+import dataclasses
+
+import numpy as np
+
+from ._errors import DataError
+from ._recording import Drive
+
+_ROUNDING = 1e-9  # of the range: two ways to compute one voltage must not differ in the verdict
+
+
+class LimitError(DataError):
+    """A drive beyond its limits: which sample, its value, the limit. Nothing of it may be sent."""
+
+
+@dataclasses.dataclass(frozen=True)
+class DriveLimits:
+    """Limits of the voltage at the piezo's input.
+
+    - `low_v`, `high_v`: V.
+    - `slew_v_per_s`: steepest slope between samples, V/s.
+    - `step_v`: largest step from one sample to the next, V; for a drive that repeats also the one
+      that closes the period.
+    - `max_frequency_hz`: highest scan rate, Hz.
+    """
+
+    low_v: float
+    high_v: float
+    slew_v_per_s: float
+    step_v: float = np.inf
+    max_frequency_hz: float = np.inf
+
+    def __post_init__(self) -> None:
+        numbers = [getattr(self, field.name) for field in dataclasses.fields(self)]
+        if any(np.isnan(x) for x in numbers) or not np.isfinite([self.low_v, self.high_v]).all():
+            raise ValueError(
+                f"Limits must be numbers, `low_v` and `high_v` finite, but are {self}."
+            )
+        if not self.low_v < self.high_v:
+            raise ValueError(f"`low_v` must lie below `high_v`, but they are {self}.")
+        for name in ("slew_v_per_s", "step_v", "max_frequency_hz"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"`{name}` must be positive, but is {getattr(self, name)}.")
+
+    def check(self, drive: Drive) -> None:
+        """Raise `LimitError` where `drive` leaves the limits anywhere; never changes it."""
+        value, slack = drive.value, _ROUNDING * (self.high_v - self.low_v)
+        for outside, name, limit in (
+            (value < self.low_v - slack, "low_v", self.low_v),
+            (value > self.high_v + slack, "high_v", self.high_v),
+        ):
+            if outside.any():
+                worst = int(np.argmax(np.where(outside, np.abs(value - limit), -1.0)))
+                raise LimitError(
+                    f"{outside.sum()} sample(s) beyond `{name}` = {limit:g} V, the first at sample "
+                    f"{np.argmax(outside)}, the worst at sample {worst}: {value[worst]:.6g} V. "
+                    "Scan less, move the bias, or widen the limit if the device allows it."
+                )
+        if drive.rate > self.max_frequency_hz * (1 + _ROUNDING):
+            raise LimitError(
+                f"the scan rate is {drive.rate:g} Hz, but `max_frequency_hz` is "
+                f"{self.max_frequency_hz:g} Hz. Scan more slowly."
+            )
+        step = np.diff(value)
+        self._check_steps(np.abs(step), drive.step_s, slack, "after sample {i}")
+        if drive.repeats:
+            closing = abs(float(closing_step(drive)))
+            self._check_steps(np.array([closing]), drive.step_s, slack, "that closes the period")
+
+    def _check_steps(self, step: np.ndarray, step_s: float, slack: float, where: str) -> None:
+        limits = ((self.step_v, "step_v", "V"), (self.slew_v_per_s * step_s, "slew_v_per_s", "V/s"))
+        for limit, name, unit in limits:
+            over = step > limit + slack
+            if over.any():
+                i = int(np.argmax(step))
+                value = step[i] if unit == "V" else step[i] / step_s
+                raise LimitError(
+                    f"the step {where.format(i=i)} is {value:.6g} {unit}, but `{name}` is "
+                    f"{getattr(self, name):g} {unit} ({over.sum()} such step(s)). Scan more slowly "
+                    "or less, or smooth the corners more."
+                )
+
+
+def closing_step(drive: Drive) -> float:
+    """The step from the last sample of a period to the first of the next, V.
+
+    With a whole number of samples a period, these are the record's last and first. Otherwise the
+    record ends within a period, and the drive is continued to where the next sample falls.
+    """
+    cycles = drive.size * drive.step_s * drive.rate  # where the next sample falls, in periods
+    at = (cycles % 1.0) / drive.rate
+    if min(at, 1.0 / drive.rate - at) < 1e-6 * drive.step_s:
+        return float(drive.value[0] - drive.value[-1])
+    return float(np.interp(at, drive.time, drive.value) - drive.value[-1])

@@ -1,0 +1,200 @@
+"""The paper's inverse operator: optical frequency to the drive that makes it."""
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._parameter import parameter
+from .._precision import float64
+from .._recording import Recording
+from ._base import AbstractOperator, Fields, Plays
+from ._guess import trials
+from ._inverse_guess import compact, contacts, power_law
+from ._rapi import spread
+
+# Origins, in spans above the lowest frequency, and falls of `lam` from the first play to the last:
+# where fits were found to end best. Near the top the bands that the falling branch meets first
+# are narrow, and `lam` must make up for the forward polynomial's slope, lower there.
+_ORIGIN = 1.1
+_FALLS = (1.2, 0.9, 1.5, 0.6)
+_SHARED = ("s_1", "s_2", "s_3", "sigma", "epsilon", "kappa", "g_0", "v_0")
+
+
+class InverseRAPI(AbstractOperator):
+    r"""The inverse RA-PI: $\sum_i q_i\,\Phi_{z_i,\lambda_i,\eta_i}[v - v_0] + g_0
+    + \sum_k g_k (v - v_0)^k$, from optical frequency $v$ to drive (Eqs. 18 to 23).
+
+    | field | meaning | unit | equation |
+    |---|---|---|---|
+    | `s_1`, `s_2`, `s_3` | thresholds $z_i(f) = s_1 i^2 + s_2 i + s_3 + \kappa f$ | GHz | 18, 19 |
+    | `kappa` | growth of every threshold with scan rate | GHz/Hz | 19 |
+    | `sigma`, `epsilon` | weights $q_i = \sigma i^\varepsilon$ | V/GHz, 1 | 18 |
+    | `lam` | slope of the falling bound; shared or one a play | 1 | 20 |
+    | `eta` | intercept of the falling bound, in thresholds; shared or one a play | 1 | 20 |
+    | `g` | polynomial from the first power on | V/GHz^k | 22 |
+    | `g_0` | the drive at the origin, which the paper leaves out | V | ours |
+    | `v_0` | the frequency from which plays and polynomial count | GHz | ours |
+
+    The plays recurse on their own outputs; Eq. 20 prints those of the forward model. Weights
+    are negative where those of the forward operator are positive (Eq. 17), so `sigma` has either
+    sign. With `lam` other than 1 plays depend on where zero is, and fringes give frequency up to a
+    constant: `v_0`, not fitted unless asked for, ties the operator to the frequencies that it was
+    identified on.
+
+    Thresholds do not depend on the amplitude, unlike those of `RAPI`: valid near the span it was
+    identified on. They must be positive over the rates in use; fits hold them there.
+    """
+
+    s_1: Float[Array, ""] = parameter(unit="{u}", positive=True)
+    s_2: Float[Array, ""] = parameter(unit="{u}", positive=True)
+    s_3: Float[Array, ""] = parameter(unit="{u}", positive=True)
+    kappa: Float[Array, ""] = parameter(unit="{u}/Hz", positive=True)
+    sigma: Float[Array, ""] = parameter(unit="{x}/{u}")
+    epsilon: Float[Array, ""] = parameter(unit="1", bounds=(-10.0, 10.0))
+    lam: Float[Array, "*plays"] = parameter(unit="1", bounds=(0.05, 20.0))
+    eta: Float[Array, "*plays"] = parameter(unit="1", bounds=(-1.0, 100.0))
+    g: Float[Array, " order"] = parameter(unit="{x}/{u}^k", linear=True)
+    g_0: Float[Array, ""] = parameter(unit="{x}", linear=True)
+    v_0: Float[Array, ""] = parameter(unit="{u}")
+    count: int = eqx.field(static=True, kw_only=True)
+    fields: ClassVar = Fields("g", "g_0", "v_0")
+
+    def __init__(
+        self,
+        *,
+        s_1: Any,
+        s_2: Any,
+        s_3: Any,
+        kappa: Any,
+        sigma: Any,
+        epsilon: Any,
+        lam: Any,
+        eta: Any,
+        g: Any,
+        g_0: Any = 0.0,
+        v_0: Any = 0.0,
+        plays: int = 10,
+    ):
+        """`plays` is N1, the size of `g` N2. `lam`, `eta`: one number or `plays`."""
+        self.s_1, self.s_2, self.s_3, self.kappa = s_1, s_2, s_3, kappa
+        self.sigma, self.epsilon, self.lam, self.eta = sigma, epsilon, lam, eta
+        self.g, self.g_0, self.v_0 = g, g_0, v_0
+        self.count = plays
+
+    def __check_init__(self):
+        if self.count < 1:
+            raise ValueError(f"Argument `plays` must be at least 1, but is {self.count}.")
+        for name in ("lam", "eta"):
+            shape = jnp.shape(getattr(self, name))
+            if shape not in ((), (self.count,)):
+                raise ValueError(
+                    f"Argument `{name}` must be a number or {self.count} of them (one a play), but "
+                    f"has shape {shape}."
+                )
+        for name in _SHARED:
+            if jnp.shape(getattr(self, name)) != ():
+                raise ValueError(f"Argument `{name}` must be a number, but is an array.")
+        if jnp.ndim(self.g) != 1 or jnp.size(self.g) < 1:
+            raise ValueError(
+                "Argument `g` must list the polynomial's coefficients from the first power on, but "
+                f"has shape {jnp.shape(self.g)}."
+            )
+
+    @classmethod
+    def guess(
+        cls,
+        forward: AbstractOperator,
+        recording: Recording,
+        *,
+        plays: int | None = None,
+        order: int = 4,
+        each: Sequence[str] = ("lam",),
+    ) -> "InverseRAPI":
+        """A first inverse of `forward`, to start a fit on the swapped `recording` from.
+
+        `recording`: frequency as drive and drive as response. `plays` is N1, by default that of
+        `forward`; `order` N2; `each` names what has a value for each play: "lam", "eta".
+
+        Thresholds and weights follow Eq. 17 at each of the rates, carried over to asymmetric plays,
+        fitted by the compact forms of Eqs. 18 and 19; the polynomial is fitted to the recording.
+        """
+        return cls.guesses(forward, recording, plays=plays, order=order, each=each, count=1)[0]
+
+    @classmethod
+    @float64
+    def guesses(
+        cls,
+        forward: AbstractOperator,
+        recording: Recording,
+        *,
+        plays: int | None = None,
+        order: int = 4,
+        each: Sequence[str] = ("lam",),
+        count: int = 4,
+    ) -> list["InverseRAPI"]:
+        """Up to four first inverses, of one origin; they differ in how `lam` falls."""
+        unknown = set(each) - {"lam", "eta"}
+        if unknown:
+            raise ValueError(f"Argument `each` may name lam and eta, but names {unknown}.")
+        n = forward.count if plays is None else plays
+        drive = np.concatenate([run.response[run.valid] for run in recording.runs])
+        ends = float(drive.min()), float(drive.max())
+        rates = recording.rates
+        found = [contacts(forward, rate, *ends, n) for rate in rates]
+        bottom, top = min(c.low for c in found), max(c.high for c in found)
+        v_0 = bottom + _ORIGIN * (top - bottom)
+        moves = np.array([c.moves for c in found])
+        lams = np.array([c.lam for c in found])
+        usual = float(np.median(lams[moves])) if moves.any() else 1.0
+        lam = np.clip(np.where(moves, lams, usual).mean(axis=0), 0.1, 10.0)
+        sigma, epsilon = power_law(np.mean([c.q for c in found], axis=0))
+        out = []
+        for fall in _FALLS[:count]:
+            own = lam if "lam" in each else np.full(n, lam.mean())
+            z = np.array([c.z(own, v_0) for c in found])
+            s, kappa = compact(z, np.array(rates), moves)
+            own = own * np.exp(fall * np.linspace(0.5, -0.5, n)) if "lam" in each else own[0]
+            fields: dict[str, Any] = dict(s_1=s[0], s_2=s[1], s_3=s[2], kappa=kappa)
+            fields |= dict(epsilon=epsilon, lam=own, v_0=v_0, plays=n)
+            fields["eta"] = np.ones(n) if "eta" in each else 1.0
+            shape = cls(**fields, sigma=sigma, g=np.zeros(order))
+            trial = trials(recording, [({}, shape)], order)[0]
+            scale = trial.scale if trial.scale > 0 else 1.0
+            out.append(cls(**fields, sigma=sigma * scale, g=trial.d, g_0=trial.d_0))
+        return out
+
+    @float64
+    def thresholds(self, freq: Float[Array, ""]) -> Float[Array, " plays"]:
+        """The thresholds at scan rate `freq` (Hz), in the unit of the frequency `v`."""
+        i = jnp.arange(1.0, self.count + 1.0)
+        return self.s_1 * i**2 + self.s_2 * i + self.s_3 + self.kappa * freq  # Eq. (19)
+
+    def plays(self, u_pp: Float[Array, ""], freq: Float[Array, ""]) -> Plays:
+        del u_pp
+        i = jnp.arange(1.0, self.count + 1.0)
+        q = self.sigma * i**self.epsilon  # Eq. (18)
+        lam, eta = spread(self.lam, self.count), spread(self.eta, self.count)
+        return Plays(self.thresholds(freq), lam, eta, q)  # Eqs. (20), (21)
+
+    def couplings(self, u_pp: list[float], freq: list[float]) -> dict[tuple[str, str], float]:
+        # Over i = 1 to N1 a quadratic is positive where its three Bernstein coefficients are; these
+        # are linear in s_1, s_2, s_3. At the lowest rate: kappa is not negative.
+        del u_pp
+        low, m = min(freq), max(self.count - 1.0, 1.0)
+        if self.count < 3:  # a line or a point: s_1 (and s_2) say nothing
+            return {("s_3", "s_2"): -1.0, ("s_3", "kappa"): -low}
+        middle, last = 2.0 / m + 4.0 / m**2, 1.0 / m**2
+        first = (1.0 + 1.0 / m) ** 2
+        return {
+            ("s_1", "s_2"): -2.0 / m**2 / middle,
+            ("s_1", "s_3"): 1.0 / m**2 / first,
+            ("s_2", "s_1"): -2.0 / m**2 / last,
+            ("s_2", "s_3"): -(2.0 / m + 2.0 / m**2) / first,
+            ("s_3", "s_1"): 1.0 / m**2 / last,
+            ("s_3", "s_2"): -(2.0 / m + 2.0 / m**2) / middle,
+            ("s_3", "kappa"): -low,
+        }

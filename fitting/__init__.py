@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from ._fit import fit as fit
     from ._identify import identify as identify
+    from ._inverse import identify_inverse as identify_inverse
     from ._least_squares import LeastSquares as LeastSquares
     from ._least_squares import least_squares as least_squares
     from ._order import Choice as Choice
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from ._result import Estimate as Estimate
     from ._result import FitResult as FitResult
     from ._result import UntrustedFit as UntrustedFit
+    from ._swap import swap as swap
     from ._verdict import Verdict as Verdict
     from ._weights import hysteresis_weights as hysteresis_weights
 
@@ -30,7 +32,9 @@ _HOME = {
     "fit": "_fit",
     "hysteresis_weights": "_weights",
     "identify": "_identify",
+    "identify_inverse": "_inverse",
     "least_squares": "_least_squares",
+    "swap": "_swap",
 }
 __all__ = sorted(_HOME)
 

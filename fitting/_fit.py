@@ -7,11 +7,12 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from rapi_jax import ECDL, RAPI, DataError, Recording
+from rapi_jax import ECDL, RAPI, DataError, InverseRAPI, Recording, parameters
 from rapi_jax._precision import float64
 
 from ._faults import check_usable, faults, hops
-from ._held_out import held_out
+from ._held_out import KINDS, held_out
+from ._polish import polished
 from ._problem import Problem, Solution
 from ._result import Estimate, FitResult, RunFit, UntrustedFit
 from ._starts import search
@@ -20,7 +21,7 @@ from ._verdict import bounded, judge
 from ._weights import opening, weights_of
 
 Progress = Callable[[str], None]
-_OPTIONS = {"tolerance": 1e-6, "slope": 1e-5, "max_steps": 120}
+_OPTIONS = {"tolerance": 1e-6, "slope": 1e-5}
 
 
 def default_free(ecdl: ECDL, recording: Recording) -> Callable[[ECDL], Any]:
@@ -29,19 +30,36 @@ def default_free(ecdl: ECDL, recording: Recording) -> Callable[[ECDL], Any]:
     Only `r (1 + eta)` and `b r` are seen in one scan, up to an offset. So with one rate and
     amplitude, or an origin of its own for every run, `eta` is held (where it has a value for each
     play, `alpha`).
-    Where no run has a scan rate, `zeta` is held too.
+    Where no run has a scan rate, `zeta` is held too. Of an `InverseRAPI` the origin `v_0` is held,
+    and with one rate `kappa` and `eta` (where it has a value for each play, `s_1` to `s_3`).
     """
     operator = ecdl.operator
+    if isinstance(operator, InverseRAPI):
+        held = _held_inverse(operator, recording)
+    elif isinstance(operator, RAPI):
+        held = _held(operator, recording)
+    else:
+        return lambda e: e.operator
+    names = [p.name for p in parameters(operator) if p.name not in held]
+    return lambda e: tuple(getattr(e.operator, name) for name in names)
+
+
+def _held(operator: RAPI, recording: Recording) -> set[str]:
     kinds = {(d.rate, round(d.u_pp, 6)) for d in recording.drives}
     held = set()
     if len(kinds) == 1 or recording.response_origin == "run":
-        held.add("alpha" if isinstance(operator, RAPI) and jnp.ndim(operator.eta) > 0 else "eta")
+        held.add("alpha" if jnp.ndim(operator.eta) > 0 else "eta")
     if max(recording.rates) == 0:
         held.add("zeta")
-    if not isinstance(operator, RAPI) or not held:
-        return lambda e: e.operator
-    names = ("alpha", "zeta", "lam", "eta", "a", "b", "d", "d_0")
-    return lambda e: tuple(getattr(e.operator, name) for name in names if name not in held)
+    return held
+
+
+def _held_inverse(operator: InverseRAPI, recording: Recording) -> set[str]:
+    thresholds = ("s_1", "s_2", "s_3")
+    held = {"v_0", *thresholds[: max(3 - operator.count, 0)]}
+    if len(recording.rates) == 1:
+        held |= {"kappa"} | (set(thresholds) if jnp.ndim(operator.eta) > 0 else {"eta"})
+    return held
 
 
 @float64
@@ -52,10 +70,11 @@ def fit(
     free: Callable[[ECDL], Any] | None = None,
     weights: str | Sequence[float] = "hysteresis",
     starts: int = 6,
-    guess: bool = True,
+    guess: bool | Sequence[ECDL] = True,
     history: bool = True,
     drift: bool | None = None,
-    hold_out: bool = True,
+    hold_out: bool | tuple[str, ...] = True,
+    max_steps: int = 120,
     throw: bool = True,
     progress: Progress | None = None,
 ) -> FitResult:
@@ -68,11 +87,13 @@ def fit(
       `lambda e: (e.operator.lam, e.effects[-1])`. Default: see `default_free`.
     - `weights`: `A_j` of Eq. 26: "hysteresis" (its percentage), "uniform", or one number a run.
     - `starts`: at most so many starts; two that agree on the best end are enough.
-    - `guess`: let first guesses from the data be among the starts.
+    - `guess`: let first guesses from the data be among the starts; or models to use as such.
     - `history`: free the plays' initial values in runs that do not repeat.
     - `drift`: let the origin creep with the logarithm of session time, as piezos do. By default
       where some run holds six periods or more; the model itself keeps no drift.
-    - `hold_out`: also refit without the last third, and without each rate and amplitude.
+    - `hold_out`: also refit without the last third, and without each rate and amplitude; or some
+      of "last third", "rate" and "amplitude".
+    - `max_steps`: the limit of solver steps in each fit, looked at every forty.
     - `throw`: raise `UntrustedFit` where the verdict is not to be trusted.
     - `progress`: called with a line before each step.
 
@@ -88,13 +109,16 @@ def fit(
     run_weights = weights_of(recording, weights)
     weight = problem.weights(run_weights)
     say("starts")
-    solution, ends = search(problem, weight, starts, guess=guess, **_OPTIONS)
+    options: dict[str, Any] = _OPTIONS | {"max_steps": max_steps}
+    solution, ends = search(problem, weight, starts, guess=guess, **options)
+    solution = polished(problem, weight, solution, **options)
     say("standard errors")
     spread = _uncertainty(problem, solution, run_weights)
     held = []
     if hold_out:
         say("held-out data")
-        held = held_out(problem, run_weights, solution, **_OPTIONS)
+        kinds = KINDS if hold_out is True else hold_out
+        held = held_out(problem, run_weights, solution, kinds, **options)
     found = faults(recording) + hops(recording, per_run(problem, solution.error))
     verdict = judge(problem, weight, solution, ends, held, found, spread.stderr)
     result = _collect(problem, solution, spread, run_weights, verdict, held, ends, found, began)
@@ -121,7 +145,7 @@ def per_run(problem: Problem, rows: np.ndarray) -> list[np.ndarray]:
 
 
 def _uncertainty(problem: Problem, solution: Solution, run_weights: np.ndarray) -> Uncertainty:
-    """Covariance of the problem's vector, `d_0` and the run offsets shared out as in the values."""
+    """Covariance of the problem's vector, its constant and run offsets shared as in the values."""
     use = problem.data.use
     shaped = solution.jacobian.reshape(*use.shape, -1)
     free = np.linalg.norm(solution.jacobian, axis=0) > 0
@@ -136,7 +160,7 @@ def _uncertainty(problem: Problem, solution: Solution, run_weights: np.ndarray) 
         n, k = problem.vector.size, problem.offsets
         share = np.eye(size)
         share[n : n + k, n : n + k] -= 1.0 / k
-        share[problem.vector.names.index("d_0"), n : n + k] = 1.0 / k
+        share[problem.vector.names.index(problem.constant), n : n + k] = 1.0 / k
         loose = ~np.isfinite(np.diag(covariance))
         known = np.where(np.isfinite(covariance), covariance, 0.0)
         covariance = share @ known @ share.T

@@ -9,6 +9,8 @@ from rapi_jax import Recording
 
 from ._problem import Problem, Solution
 
+KINDS = ("last third", "rate", "amplitude")
+
 
 @dataclasses.dataclass(frozen=True)
 class HeldOut:
@@ -64,10 +66,18 @@ def schemes(recording: Recording, problem: Problem) -> Iterator[tuple[str, np.nd
             yield name, problem.data.use & rows[:, None], True
 
 
-def held_out(problem: Problem, run_weights: np.ndarray, full: Solution, **options) -> list[HeldOut]:
+def held_out(
+    problem: Problem,
+    run_weights: np.ndarray,
+    full: Solution,
+    kinds: tuple[str, ...] = KINDS,
+    **options,
+) -> list[HeldOut]:
     """Refit without each part, from the full fit's parameters, and predict it."""
     results = []
     for name, left, whole in schemes(problem.recording, problem):
+        if not name.startswith(kinds):
+            continue
         seen = problem.data.use & ~left
         if not left.any() or seen.sum() <= problem.free_count:
             continue

@@ -112,25 +112,30 @@ class Problem:
         vector = Vector.of(ecdl)
         mask = vector.mask(ecdl, free)
         linear = np.array(vector.spread(lambda p: p.linear), dtype=bool) & mask
-        if ecdl.effects:
-            linear[:] = False
+        origin = ecdl.operator.fields.origin
+        if ecdl.effects or (origin is not None and mask[vector.names.index(origin)]):
+            linear[:] = False  # the columns are then not those of the drive alone
         unknown = np.array([history and not run.drive.repeats for run in recording.runs])
         data = sampled(recording)
         if drift is None:
             drift = max(run.drive.periods for run in recording.runs) >= _DRIFT_PERIODS
         decades = _decades(recording, data) if drift else None
         problem = cls(ecdl, recording, data, vector, mask, linear, unknown, decades)
-        return problem if problem._has("d_0") else dataclasses.replace(problem, drift=None)
+        return problem if problem._has_constant else dataclasses.replace(problem, drift=None)
+
+    @property
+    def constant(self) -> str:
+        """The name of the operator's constant."""
+        return self.ecdl.operator.fields.constant
 
     @property
     def own_origin(self) -> bool:
         """Whether each run has an origin of its own."""
-        return self.recording.response_origin == "run" and self._has("d_0")
+        return self.recording.response_origin == "run" and self._has_constant
 
-    def _has(self, name: str) -> bool:
-        return (
-            bool(self.linear[self.vector.names.index(name)]) if name in self.vector.names else False
-        )
+    @property
+    def _has_constant(self) -> bool:
+        return bool(self.linear[self.vector.names.index(self.constant)])
 
     @property
     def offsets(self) -> int:
@@ -181,11 +186,12 @@ class Problem:
         """Weighted columns of the linear part, "samples linear", and their places in the vector."""
         names = self.vector.names
         runs, length = self.data.u.shape
+        u = np.asarray(self.ecdl.operator.centred(as_device(self.data.u)))
         columns, places = [], []
         for at in np.flatnonzero(self.linear):
-            power = 0 if names[at] == "d_0" else int(names[at].rsplit("_", 1)[1])
+            power = 0 if names[at] == self.constant else int(names[at].rsplit("_", 1)[1])
             if power or not self.own_origin:
-                columns.append(weight * self.data.u**power)
+                columns.append(weight * u**power)
                 places.append(at)
         for run in range(self.offsets):
             columns.append(weight * (np.arange(runs) == run)[:, None])
@@ -223,7 +229,7 @@ class Problem:
         return np.concatenate([values, np.zeros(self.nuisances), tail])
 
     def model(self, values: np.ndarray) -> ECDL:
-        """The model at the vector `values`; with run offsets, `d_0` is their mean."""
+        """The model at the vector `values`; with run offsets, its constant is their mean."""
         return self.vector.put(self.ecdl, as_device(values[: self.vector.size]))
 
     def solve(
@@ -281,7 +287,7 @@ class Problem:
     def _share_origin(self, values: np.ndarray) -> np.ndarray:
         n, values = self.vector.size, values.copy()
         mean = values[n : n + self.offsets].mean()
-        values[self.vector.names.index("d_0")] = mean
+        values[self.vector.names.index(self.constant)] = mean
         values[n : n + self.offsets] -= mean
         return values
 

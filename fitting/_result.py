@@ -141,7 +141,7 @@ class FitResult:
                 "operator": type(self.ecdl.operator).__name__,
                 "effects": [type(effect).__name__ for effect in self.ecdl.effects],
                 "plays": self.ecdl.operator.count,
-                "order": int(self.ecdl.operator.d.size),
+                "order": int(self.ecdl.operator.coefficients.size),
                 "parameters": {
                     p.name: {
                         "value": p.value,

@@ -1,7 +1,7 @@
 """Several starts: where the solver begins, and whether the ends agree."""
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import jax
@@ -35,15 +35,17 @@ class Start:
 
 
 def candidates(
-    ecdl: ECDL, recording: Recording, count: int, guess: bool = True
+    ecdl: ECDL, recording: Recording, count: int, guess: bool | Sequence[ECDL] = True
 ) -> Iterator[tuple[str, ECDL]]:
     """Models of the shape of `ecdl` to start from: the best guess, the model given, more guesses.
 
     Operators that cannot guess are started from the model given and from copies of it with every
-    parameter changed by up to a factor of 1.5.
+    parameter changed by up to a factor of 1.5. `guess` may also be the guesses.
     """
     operator = ecdl.operator
-    if guess and isinstance(operator, RAPI):
+    if not isinstance(guess, bool):
+        models = list(guess)
+    elif guess and isinstance(operator, RAPI):
         each = [name for name in _EACH if jnp.ndim(follow(operator, (name,))) > 0]
         guesses = RAPI.guesses(
             recording, plays=operator.count, order=operator.d.size, each=each, count=_GUESSES
@@ -130,7 +132,7 @@ def search(
     weight: np.ndarray,
     count: int,
     *,
-    guess: bool = True,
+    guess: bool | Sequence[ECDL] = True,
     enough: int = 2,
     **options: Any,
 ) -> tuple[Solution, list[Start]]:

@@ -6,16 +6,15 @@ import numpy as np
 
 from ._faults import Fault
 from ._held_out import HeldOut
+from ._polish import RANK, step_left, worth
 from ._problem import Problem, Solution
 from ._starts import Start
 from ._vector import as_device
 
-_RANK = 1e-9  # smallest over largest singular value of the column-scaled Jacobian
 _POOR = 0.05  # of the span
 _EXPLAINED = 0.5  # of the variance
 _GENERAL = 3.0  # held-out rmse over in-sample rmse
 _ONE_RATE = 1.2  # rates within this factor show no rate dependence
-_GAIN = 2e-3  # of the cost, that a further step may still bring
 
 
 @dataclasses.dataclass(frozen=True)
@@ -34,7 +33,7 @@ def unidentifiable(problem: Problem, solution: Solution) -> tuple[str, ...]:
     moving = np.zeros(names.size, dtype=bool)
     moving[: problem.vector.size] = problem.free
     if problem.own_origin:
-        moving[list(names).index("d_0")] = False
+        moving[list(names).index(problem.constant)] = False
     moving[problem.vector.size :] = True
     columns = solution.jacobian[:, moving]
     length = np.linalg.norm(columns, axis=0)
@@ -42,46 +41,14 @@ def unidentifiable(problem: Problem, solution: Solution) -> tuple[str, ...]:
     scaled = columns / np.where(dead, 1.0, length)
     triangle = np.linalg.qr(scaled, mode="r")
     _, size, right = np.linalg.svd(triangle)
-    null = right[: size.size][size <= _RANK * max(size.max(initial=0.0), 1e-300)]
+    null = right[: size.size][size <= RANK * max(size.max(initial=0.0), 1e-300)]
     loose = dead | (np.abs(null) > 0.05).any(axis=0)
     own = names[moving][loose]
     mine = tuple(name for name in own if name in problem.vector.names)
-    if mine == ("d_0",) and len(own) > 1:
+    if mine == (problem.constant,) and len(own) > 1:
         # Traded against plays that never move from their unknown start: of no consequence.
         return ()
     return mine
-
-
-def gain_left(problem: Problem, solution: Solution, weight: np.ndarray) -> float:
-    """Share of the cost that a Gauss-Newton step still takes away, tried at several lengths.
-
-    Tried, not promised: at a kink, where a play's contact moves to the next sample, the gradient
-    jumps and promises what no step keeps.
-    """
-    length = np.linalg.norm(solution.jacobian, axis=0)
-    free = length > 0
-    residual = (weight * solution.error).ravel()
-    power = float(residual @ residual)
-    if power == 0 or not free.any():
-        return 0.0
-    scaled = solution.jacobian[:, free] / length[free]
-    full = np.linalg.lstsq(scaled, -residual, rcond=_RANK)[0] / length[free]
-    n = problem.vector.size
-    low = np.full(solution.values.size, -np.inf)
-    high = np.full(solution.values.size, np.inf)
-    low[:n] = problem.vector.spread(lambda p: p.bounds[0])
-    high[:n] = problem.vector.spread(lambda p: p.bounds[1])
-    for moved, _ in problem.moving_bounds():
-        low[moved] = -np.inf  # bounded together with another; the trial tells
-    best = 0.0
-    for share in (1.0, 0.3, 0.1, 0.03, 0.01):
-        values = solution.values.copy()
-        values[free] += share * full
-        with np.errstate(over="ignore", invalid="ignore"):  # a step too long is no gain
-            error = weight * problem.error(np.clip(values, low, high))
-            gain = 1.0 - float(np.sum(error**2)) / power
-        best = max(best, gain if np.isfinite(gain) else 0.0)
-    return best
 
 
 def judge(
@@ -106,10 +73,9 @@ def judge(
             f"unidentifiable: these data cannot fix {', '.join(loose)}. Hold one of them "
             "(`free=` in Python), or add a scan rate, an amplitude or a longer swing."
         )
-    n = int((weight > 0).sum())
-    limit = max(problem.free_count / n, _GAIN)
+    limit = worth(problem, weight)
     flat = rmse <= 1e-9 * max(scale, 1e-300)
-    left = gain_left(problem, solution, weight)
+    left, _ = step_left(problem, solution, weight)
     if not flat and left > limit:
         reasons.append(
             f"not converged: one more step takes away {100 * left:.2g} % of the cost "
@@ -161,13 +127,14 @@ def _notes(problem: Problem, solution: Solution, stderr: np.ndarray, loose) -> l
     recording = problem.recording
     if max(recording.rates) <= _ONE_RATE * min(recording.rates):
         notes.append(
-            "one scan rate: the rate dependence (zeta) rests on the shape of one loop, and a lag "
-            "of the device or its reading (delay, amplifier, servo) cannot be told from "
-            "hysteresis. Record a second rate before predicting at another."
+            f"one scan rate: the rate dependence{_named(problem, 'zeta', 'kappa')} rests on the "
+            "shape of one loop, and a lag of the device or its reading (delay, amplifier, servo) "
+            "cannot be told from hysteresis. Record a second rate before predicting at another."
         )
     if len(recording.amplitudes) == 1:
         notes.append(
-            "one amplitude: how thresholds grow with amplitude (alpha) is assumed, not measured."
+            f"one amplitude: how thresholds grow with amplitude{_named(problem, 'alpha')} is "
+            "assumed, not measured."
         )
     names = problem.names
     bound = [
@@ -189,9 +156,17 @@ def _notes(problem: Problem, solution: Solution, stderr: np.ndarray, loose) -> l
     if weak:
         notes.append(f"known no better than their own size: {', '.join(weak)}.")
     if recording.response_origin == "run":
-        notes.append("each run has an origin of its own: d_0 is their mean, and says nothing.")
+        notes.append(
+            f"each run has an origin of its own: {problem.constant} is their mean, and says "
+            "nothing."
+        )
     notes += _band_notes(problem, solution)
     return notes
+
+
+def _named(problem: Problem, *names: str) -> str:
+    found = [name for name in names if any(part.name == name for part in problem.vector.parts)]
+    return f" ({found[0]})" if found else ""
 
 
 def bounded(problem: Problem, solution: Solution) -> np.ndarray:
@@ -202,6 +177,7 @@ def bounded(problem: Problem, solution: Solution) -> np.ndarray:
 def _band_notes(problem: Problem, solution: Solution) -> list[str]:
     """Crossed bands and thresholds that are not positive, with where."""
     operator = problem.model(solution.values).operator
+    origin = -float(operator.centred(as_device(np.zeros(()))))
     notes = []
     for row, run in enumerate(problem.recording.runs):
         plays = operator.plays(*(as_device(v[row]) for v in (problem.data.u_pp, problem.data.freq)))
@@ -212,7 +188,7 @@ def _band_notes(problem: Problem, solution: Solution) -> list[str]:
                 "not positive: that play has no memory there."
             )
         u = run.drive.value
-        ends = np.array([u.min(), u.max()])
+        ends = np.asarray(operator.centred(as_device(np.array([u.min(), u.max()]))))
         crossed = (ends[:, None] - r > lam * ends[:, None] + eta * r).any(axis=0)
         if crossed.any():
             which = np.flatnonzero(crossed)
@@ -220,7 +196,7 @@ def _band_notes(problem: Problem, solution: Solution) -> list[str]:
                 at = (1.0 + eta[which]) * r[which] / (1.0 - lam[which])
             notes.append(
                 f"run {run.name!r}: the band of play {which[0] + 1} is crossed from "
-                f"{at[0]:.3g} {problem.recording.drive_unit} on: no memory there, but still "
-                "monotone."
+                f"{at[0] + origin:.3g} {problem.recording.drive_unit} on: no memory there, but "
+                "still monotone."
             )
     return notes

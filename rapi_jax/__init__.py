@@ -1,5 +1,6 @@
 """Models of piezo-scanned lasers: recordings, play operators, RA-PI, and what they predict."""
 
+from ._afg import AfgWaveform as AfgWaveform
 from ._certificate import Certificate as Certificate
 from ._certificate import NotInvertible as NotInvertible
 from ._certificate import certify as certify
@@ -11,8 +12,12 @@ from ._errors import DataError as DataError
 from ._errors import ModelError as ModelError
 from ._identified import Identified as Identified
 from ._invert import exact_inverse as exact_inverse
+from ._learning import Learned as Learned
+from ._learning import learn as learn
 from ._limits import DriveLimits as DriveLimits
 from ._limits import LimitError as LimitError
+from ._metrics import Linearity as Linearity
+from ._metrics import linearity as linearity
 from ._parameter import Parameter as Parameter
 from ._parameter import parameter as parameter
 from ._parameter import parameters as parameters

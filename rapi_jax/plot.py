@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from ._metrics import linearity
 from ._recording import Recording
 
 _MEASURED, _MODEL = "#9aa5b1", "#d1495b"
@@ -112,4 +113,50 @@ def predictions(recording: Recording, predicted: Sequence[np.ndarray]) -> Figure
         bottom.set_ylabel(f"difference ({recording.response_unit})", fontsize=8)
         bottom.set_xlabel("time (s)")
     pairs[0].legend(frameon=False)
+    return figure
+
+
+def compensation(made: Sequence[Any], unit: str, drive_unit: str) -> Figure:
+    """Each target and the drive for it over one period, and the drive less a straight one."""
+    figure = Figure(figsize=(8.0, 7.5), layout="constrained")
+    top, middle, bottom = figure.subplots(3, 1, sharex=True)
+    for i, one in enumerate(made):
+        drive, label = one.drive, f"{one.drive.rate:g} Hz"
+        phase = drive.time * drive.rate
+        top.plot(phase, one.target.value, color=f"C{i}", lw=1, label=label)
+        middle.plot(phase, drive.value, color=f"C{i}", lw=1)
+        straight = drive.value.min() + drive.u_pp * one.target.value / one.target.span
+        bottom.plot(phase, drive.value - straight, color=f"C{i}", lw=1)
+    top.set_ylabel(f"scan asked for ({unit})")
+    top.legend(frameon=False, ncols=4, fontsize=8)
+    middle.set_ylabel(f"drive ({drive_unit})")
+    bottom.set_ylabel(f"drive less a straight one ({drive_unit})", fontsize=8)
+    bottom.axhline(0.0, lw=0.8, color="black")
+    bottom.set_xlabel("scan phase since the drive's minimum")
+    return figure
+
+
+def scans(before: Recording, after: Recording) -> Figure:
+    """Scans with and without compensation, and what a straight line leaves of each (Fig. 9)."""
+    figure = Figure(figsize=(9.0, 6.4), layout="constrained")
+    axes = figure.subplots(2, 2, sharex=True)
+    for column, (recording, name) in enumerate(
+        ((before, "without compensation"), (after, "with compensation"))
+    ):
+        top, bottom = axes[:, column]
+        for i, run in enumerate(recording.runs):
+            phase = run.drive.time * run.drive.rate
+            label = f"{run.drive.rate:g} Hz"
+            top.plot(phase, run.response, lw=1, color=f"C{i}", label=label)
+            scan = linearity(run)
+            for branch, begin in ((scan.up, scan.turning[0]), (scan.down, scan.turning[1])):
+                at = np.mod(begin + branch.time * run.drive.rate, 1.0)
+                order = np.argsort(at)
+                bottom.plot(at[order], 1e3 * branch.residual[order], lw=1, color=f"C{i}")
+        top.set_title(name, fontsize=10)
+        bottom.set_xlabel("scan phase since the drive's minimum")
+        bottom.axhline(0.0, lw=0.8, color="black")
+    axes[0, 0].set_ylabel(f"optical frequency ({before.response_unit})")
+    axes[1, 0].set_ylabel("nonlinearity (MHz)")
+    axes[0, 0].legend(frameon=False, fontsize=8)
     return figure

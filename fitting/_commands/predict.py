@@ -36,19 +36,15 @@ def predict(
     json
         Print the errors of each run as JSON on standard output.
     """
-    from fitting.report import MODEL, TABLE
-    from rapi_jax import ModelError
     from rapi_jax.io import read_recording
 
+    from ._model import load_model
     from ._out import console, output_folder, progress, say_json
 
-    path = model / MODEL if model.is_dir() else model
-    path = path.with_name(MODEL) if path.name == TABLE else path  # the readable one, beside it
-    if not path.exists():
-        raise ModelError(f"{path}: no such model. Give a folder that `rapi fit` wrote.")
+    ecdl, about = load_model(model)
     data = read_recording(recording, nan=nan)
     with progress("predicting", json):
-        rows, series = _predicted(path, data)
+        rows, series = _predicted(ecdl, about, data)
     folder = output_folder(output)
     written = _write(folder, data, series, plots)
     report = {
@@ -67,15 +63,15 @@ def predict(
     return 0
 
 
-def _predicted(path: Path, data: Any) -> tuple[list[dict[str, Any]], list[Any]]:
+def _predicted(
+    ecdl: Any, about: dict[str, Any], data: Any
+) -> tuple[list[dict[str, Any]], list[Any]]:
     import numpy as np
 
     from rapi_jax import ModelError
     from rapi_jax import predict as respond
     from rapi_jax._sampled import usable
-    from rapi_jax.io import read_model
 
-    ecdl, about = read_model(path)
     for kind in ("response_unit", "drive_unit"):
         if about[kind] != getattr(data, kind):
             raise ModelError(

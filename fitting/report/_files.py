@@ -4,28 +4,13 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from rapi_jax import Recording
+from rapi_jax import Identified
 from rapi_jax.io import write_atomic, write_model
 
 if TYPE_CHECKING:
     from fitting._result import FitResult
 
 MODEL, TABLE = "model.rapi", "model.json"
-
-
-def identified_range(recording: Recording) -> dict[str, object]:
-    """What the model has seen: drive range, slew, rates, amplitudes. Beyond it, it extrapolates."""
-    drives = recording.drives
-    slopes = [np.abs(np.diff(d.value)).max() / d.step_s for d in drives]
-    return {
-        "drive_min": min(float(d.value.min()) for d in drives),
-        "drive_max": max(float(d.value.max()) for d in drives),
-        "slew_max": float(max(slopes)),
-        "rates_hz": [rate for rate in recording.rates if rate > 0],
-        "amplitudes": recording.amplitudes,
-    }
 
 
 def json_text(value: Any) -> str:
@@ -54,7 +39,7 @@ def write_fit(result: "FitResult", folder: Path, *, plots: bool) -> list[Path]:
         response_origin=recording.response_origin,
         response_lag_s=recording.response_lag_s,
         trusted=result.verdict.trusted,
-        identified=identified_range(recording),
+        identified=Identified.of(recording).to_dict(),
         rmse=result.rmse,
         versions=versions(),
         data_sha256=recording.sha256(),

@@ -20,6 +20,7 @@ from ._rapi import spread
 # where fits were found to end best. Near the top the bands that the falling branch meets first
 # are narrow, and `lam` must make up for the forward polynomial's slope, lower there.
 _ORIGIN = 1.1
+_EVEN = 0.3  # spans that the widest of evenly spread thresholds is
 _FALLS = (1.2, 0.9, 1.5, 0.6)
 _SHARED = ("s_1", "s_2", "s_3", "sigma", "epsilon", "kappa", "g_0", "v_0")
 
@@ -136,7 +137,7 @@ class InverseRAPI(AbstractOperator):
         each: Sequence[str] = ("lam",),
         count: int = 4,
     ) -> list["InverseRAPI"]:
-        """Up to four first inverses, of one origin; they differ in how `lam` falls."""
+        """First inverses of one origin, which differ in how `lam` falls from play to play."""
         unknown = set(each) - {"lam", "eta"}
         if unknown:
             raise ValueError(f"Argument `each` may name lam and eta, but names {unknown}.")
@@ -151,21 +152,33 @@ class InverseRAPI(AbstractOperator):
         lams = np.array([c.lam for c in found])
         usual = float(np.median(lams[moves])) if moves.any() else 1.0
         lam = np.clip(np.where(moves, lams, usual).mean(axis=0), 0.1, 10.0)
+        own = "lam" in each
+        lam = lam if own else np.full(n, lam.mean())
+        z = np.array([c.z(lam, v_0) for c in found])
         sigma, epsilon = power_law(np.mean([c.q for c in found], axis=0))
-        out = []
-        for fall in _FALLS[:count]:
-            own = lam if "lam" in each else np.full(n, lam.mean())
-            z = np.array([c.z(own, v_0) for c in found])
-            s, kappa = compact(z, np.array(rates), moves)
-            own = own * np.exp(fall * np.linspace(0.5, -0.5, n)) if "lam" in each else own[0]
+        # Plays of a forward model that fits well may still lie where none belongs; then symmetric
+        # ones, spread over the range, explain more, and come first.
+        even = np.tile(_EVEN * (top - bottom) * np.arange(1, n + 1) / n, (len(rates), 1))
+        families = [
+            (lam, compact(z, np.array(rates), moves), sigma, epsilon),
+            (np.ones(n), compact(even, np.array(rates), moves), np.copysign(1.0 / n, sigma), 0.0),
+        ]
+        ranked = []
+        for lam, (s, kappa), sigma, epsilon in families:
             fields: dict[str, Any] = dict(s_1=s[0], s_2=s[1], s_3=s[2], kappa=kappa)
-            fields |= dict(epsilon=epsilon, lam=own, v_0=v_0, plays=n)
+            fields |= dict(epsilon=epsilon, v_0=v_0, plays=n)
             fields["eta"] = np.ones(n) if "eta" in each else 1.0
-            shape = cls(**fields, sigma=sigma, g=np.zeros(order))
-            trial = trials(recording, [({}, shape)], order)[0]
-            scale = trial.scale if trial.scale > 0 else 1.0
-            out.append(cls(**fields, sigma=sigma * scale, g=trial.d, g_0=trial.d_0))
-        return out
+            members = []
+            for fall in _FALLS if own else (0.0,):
+                fields["lam"] = lam * np.exp(fall * np.linspace(0.5, -0.5, n)) if own else lam[0]
+                shape = cls(**fields, sigma=sigma, g=np.zeros(order))
+                trial = trials(recording, [({}, shape)], order)[0]
+                scale = trial.scale if trial.scale > 0 else 1.0
+                full = cls(**fields, sigma=sigma * scale, g=trial.d, g_0=trial.d_0)
+                members.append((trial.cost, full))
+            ranked.append(members)
+        ranked.sort(key=lambda members: min(cost for cost, _ in members))
+        return [guess for members in ranked for _, guess in members][:count]
 
     @float64
     def thresholds(self, freq: Float[Array, ""]) -> Float[Array, " plays"]:

@@ -1,0 +1,46 @@
+"""What a bench is, real or simulated: drives in, a recording out, within limits."""
+
+import abc
+import dataclasses
+from collections.abc import Sequence
+
+from rapi_jax import DataError, Drive, Recording
+from rapi_jax._limits import DriveLimits
+
+
+class AbstractBench(abc.ABC):
+    """A device that can be driven and read."""
+
+    limits: DriveLimits
+
+    @abc.abstractmethod
+    def measure(self, drives: Drive | Sequence[Drive]) -> Recording:
+        """Play each drive and read the optical frequency, GHz, on the drive's own samples.
+
+        All drives are checked first: where one is refused, none is played. Raises `LimitError` for
+        a drive beyond `limits`, `DataError` for one that does not repeat.
+        """
+
+
+def checked(drives: Drive | Sequence[Drive], limits: DriveLimits) -> tuple[Drive, ...]:
+    """The drives, if all of them may be played."""
+    several = (drives,) if isinstance(drives, Drive) else tuple(drives)
+    if not several:
+        raise DataError("There is no drive to measure.")
+    for number, drive in enumerate(several):
+        where = "" if len(several) == 1 else f"drive {number} of {len(several)}: "
+        if not drive.repeats or drive.periods < 1:
+            raise DataError(
+                f"{where}a generator plays a drive that repeats, but this one has no complete "
+                "period. Give it its rate and waveform, and at least one whole period."
+            )
+        try:
+            limits.check(drive)
+        except DataError as error:
+            raise type(error)(f"{where}{error}") from None
+    return several
+
+
+def at_piezo(drive: Drive, *, gain: float, offset_v: float) -> Drive:
+    """The drive behind an amplifier, at the piezo's input."""
+    return dataclasses.replace(drive, value=gain * drive.value + offset_v)

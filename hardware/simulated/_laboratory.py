@@ -1,0 +1,115 @@
+"""The physics of the whole bench: a waveform in, raw photodiode records out."""
+
+import dataclasses
+
+import numpy as np
+
+from rapi_jax._afg import AfgWaveform
+from rapi_jax.readout import Fringes
+
+from ._device import Device, Scan
+from ._digitizer import Digitizer
+from ._drift import Drift
+from ._laser import Laser, PhaseNoise
+from ._optics import Cavity, Interferometer
+
+_CHUNK = 1 << 17  # samples: what stays in a processor's cache
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Laboratory:
+    """Amplifier, laser and optics in front of a digitizer; no instrument and no session.
+
+    - `device`: amplifier and laser. `latency_s`: from the generator to the laser, s.
+    - `cavity`: `None` where there is none; the interferometer is always there.
+    - `drift`: of the device over session time; constant during one record.
+    """
+
+    device: Device
+    latency_s: float = 0.0
+    laser: Laser = Laser()
+    interferometer: Interferometer = Interferometer.fibre()
+    cavity: Cavity | None = Cavity()
+    digitizer: Digitizer = Digitizer()
+    drift: Drift = Drift()
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.latency_s) and self.latency_s >= 0):
+            raise ValueError(f"`latency_s` must be zero or positive, but is {self.latency_s}.")
+
+    def scan(self, waveform: AfgWaveform, *, periods: int = 1, start_s: float = 0.0) -> Scan:
+        """The laser's frequency without noise; latency is in it.
+
+        `start_s`: session time at which the first of the `periods` begins.
+        """
+        state = self.drift.at(start_s)
+        return self.device.scan(waveform, periods=periods, start_s=start_s, state=state)
+
+    def frequency(
+        self, waveform: AfgWaveform, time: np.ndarray, *, periods: int = 1, start_s: float = 0.0
+    ) -> np.ndarray:
+        """The laser's frequency (GHz) at increasing times after the drive's start, without noise.
+
+        The truth that a reading can be judged by.
+        """
+        scan = self.scan(waveform, periods=periods, start_s=start_s)
+        return scan.at(time - self.latency_s)
+
+    def record(
+        self,
+        waveform: AfgWaveform,
+        rng: np.random.Generator,
+        *,
+        periods: int = 1,
+        start_s: float = 0.0,
+        margin_s: float = 0.0,
+    ) -> Fringes:
+        """Raw codes of both channels over `periods` periods and a margin on either side."""
+        scan = self.scan(waveform, periods=periods, start_s=start_s)
+        hz = self.digitizer.sample_hz
+        before = int(np.ceil(margin_s * hz))
+        count = int(np.ceil((periods / waveform.frequency_hz) * hz)) + 2 * before
+        channels = np.empty((1 if self.cavity is None else 2, count), dtype=np.int16)
+        phase_noise = PhaseNoise(self.laser, self.interferometer.delay_s, hz, rng)
+        phase = float(rng.uniform())  # the fibre's length drifts by wavelengths between records
+        centre = float(scan.nu.min() + scan.nu.max()) / 2.0
+        for begin in range(0, count, _CHUNK):
+            part = slice(begin, min(begin + _CHUNK, count))
+            size = part.stop - begin
+            nu = scan.at((np.arange(begin, part.stop) - before) * (1.0 / hz) - self.latency_s)
+            self._chunk(channels[:, part], nu, phase_noise.draw(size), phase, centre, rng)
+        return Fringes(
+            interferometer=channels[0],
+            cavity=None if self.cavity is None else channels[1],
+            sample_hz=hz,
+            start_s=-before / hz,
+            delay_s=self.interferometer.delay_s,
+            fsr_ghz=1.5 if self.cavity is None else self.cavity.fsr_ghz,
+            full_scale=self.digitizer.full_scale,
+        )
+
+    def _chunk(self, out, nu, noise, phase, centre, rng) -> None:
+        power = self._power(nu, centre, rng)
+        walk, jitter = (None, None) if noise is None else noise
+        lights = [(self.interferometer.light(nu, walk, phase), self.interferometer.noise_v)]
+        if self.cavity is not None:
+            lights.append((self.cavity.light(nu, jitter), self.cavity.noise_v))
+        for channel, (volts, noise_v) in zip(out, lights, strict=True):
+            if power is not None:
+                volts *= power
+            if noise_v:
+                dark = rng.standard_normal(nu.size, dtype=np.float32)
+                dark *= np.float32(noise_v)
+                volts += dark
+            self.digitizer.codes(volts, out=channel)
+
+    def _power(self, nu, centre, rng) -> np.ndarray | None:
+        rms, slope = self.laser.rin_rms(self.digitizer.sample_hz), self.laser.power_per_ghz
+        if not rms and not slope:
+            return None
+        power = rng.standard_normal(nu.size, dtype=np.float32)
+        power *= np.float32(rms)
+        power += np.float32(1.0)
+        if slope:
+            power += ((nu - centre) * slope).astype(np.float32)
+        return power

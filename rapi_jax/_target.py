@@ -67,7 +67,8 @@ def linear_scan(
     **Arguments:**
 
     - `span`: peak to peak of the whole scan, corners included, in the response's unit.
-    - `rise`: share of the period on the way up: 0.5 is a triangle, 0.9 a sawtooth.
+    - `rise`: share of the period on the way up: 0.5 is a triangle, 0.9 a sawtooth. Corners take
+      their part of the longer branch, and move both turns by `corner * (rise - 0.5)`.
     - `corner`: share of the period over which each turn is rounded to a parabola, 0 for sharp
       turns. Between corners the scan is straight to the last bit.
     - `samples`: number in one period.

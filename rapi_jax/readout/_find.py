@@ -36,8 +36,10 @@ class Marks:
         """Two peaks of one order between which the laser turned, if they can be told."""
         if self.time.size < 5:
             return None
-        between = turn_bracket(self.time, self.travel, self.ruler, early_s, late_s)
-        return self._on_a_peak(early_s, late_s) if between is None else between
+        on = self._on_a_peak(early_s, late_s)
+        if on is not None:
+            return on
+        return turn_bracket(self.time, self.travel, self.ruler, early_s, late_s)
 
     def _on_a_peak(self, early_s: float, late_s: float) -> tuple[float, float] | None:
         """The neighbours of the one peak that is far too wide: the laser turned inside it."""

@@ -1,16 +1,11 @@
 """Four real scans of one laser, read from fringes and fitted together."""
 
-import pathlib
-import sys
-
 import numpy as np
+from scope_traces import FSR, NAMES, load
 
 from fitting import fit
 from rapi_jax import ECDL, RAPI, Drive, Recording
 from rapi_jax.readout import read_etalon
-
-sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "rapi_jax" / "readout"))
-from scope_traces import FSR, NAMES, load  # noqa: E402
 
 
 def test_four_traces_together(shared_data, capsys):

@@ -63,7 +63,8 @@ def test_all_frequencies_may_be_moved_with_the_origin():
     drive = triangle(20.0, amplitude=70.0, bias=60.0, samples=200)[0]
     moved = Drive(drive.time, drive.value + 1000.0, 20.0, "triangle")
     one = predict(ECDL(InverseRAPI(**FIELDS)), drive)
-    other = predict(ECDL(InverseRAPI(**FIELDS | {"v_0": 1055.0})), moved)
+    fields: dict[str, Any] = FIELDS | dict(v_0=1055.0)
+    other = predict(ECDL(InverseRAPI(**fields)), moved)
     np.testing.assert_allclose(other, one, rtol=1e-11)
     assert np.ptp(np.asarray(predict(ECDL(InverseRAPI(**FIELDS)), moved) - one)) > 0.1
 
@@ -72,7 +73,9 @@ def test_it_can_be_the_closed_form_inverse_of_a_pi():
     """With equal steps and weights that Eq. 18 can express, it is Eq. 17."""
     inverse = PI(r=(0.1, 0.3, 0.5), p=(0.0, 0.0, 1.0), d=(5.0,), d_0=7.0).inverse()
     last = float(inverse.p[2])
-    fields = FIELDS | dict(s_1=0.0, s_2=0.0, s_3=float(inverse.r[2]), kappa=0.0, sigma=last)
+    fields: dict[str, Any] = FIELDS | dict(
+        s_1=0.0, s_2=0.0, s_3=float(inverse.r[2]), kappa=0.0, sigma=last
+    )
     fields |= dict(epsilon=0.0, lam=1.0, eta=1.0, g=inverse.d, g_0=1.4, v_0=0.0, plays=1)
     made = InverseRAPI(**fields)
     drive = triangle(20.0, amplitude=30.0, bias=20.0, samples=200)[0]

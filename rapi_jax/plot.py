@@ -147,7 +147,8 @@ def scans(before: Recording, after: Recording) -> Figure:
         for i, run in enumerate(recording.runs):
             phase = run.drive.time * run.drive.rate
             label = f"{run.drive.rate:g} Hz"
-            top.plot(phase, run.response, lw=1, color=f"C{i}", label=label)
+            about = run.response - np.nanmean(run.response)  # fringes give no common origin
+            top.plot(phase, about, lw=1, color=f"C{i}", label=label)
             scan = linearity(run)
             for branch, begin in ((scan.up, scan.turning[0]), (scan.down, scan.turning[1])):
                 at = np.mod(begin + branch.time * run.drive.rate, 1.0)
@@ -156,7 +157,22 @@ def scans(before: Recording, after: Recording) -> Figure:
         top.set_title(name, fontsize=10)
         bottom.set_xlabel("scan phase since the drive's minimum")
         bottom.axhline(0.0, lw=0.8, color="black")
-    axes[0, 0].set_ylabel(f"optical frequency ({before.response_unit})")
+    axes[0, 0].set_ylabel(f"optical frequency about its mean ({before.response_unit})")
     axes[1, 0].set_ylabel("nonlinearity (MHz)")
     axes[0, 0].legend(frameon=False, fontsize=8)
+    return figure
+
+
+def learning(courses: Sequence[tuple[str, Any]]) -> Figure:
+    """Nonlinearity (rms) against iteration, both branches, for each (name, `Learned`)."""
+    figure = Figure(figsize=(6.8, 4.2), layout="constrained")
+    axis = figure.subplots()
+    for i, (name, course) in enumerate(courses):
+        rms = 1e3 * np.asarray(course.rms_ghz)
+        for column, (branch, style) in enumerate((("up", "o-"), ("down", "s--"))):
+            axis.plot(rms[:, column], style, ms=4, color=f"C{i}", label=f"{name}, {branch}")
+    axis.set_yscale("log")
+    axis.set_xlabel("iteration")
+    axis.set_ylabel("rms nonlinearity (MHz)")
+    axis.legend(frameon=False, fontsize=8)
     return figure

@@ -1,6 +1,7 @@
 """What every operator is: a map from drive to response at one scan rate, with memory."""
 
 import abc
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import equinox as eqx
@@ -124,6 +125,34 @@ class AbstractOperator(eqx.Module):
         they must be where `u` is only a part of its run.
         """
         return self.hysteresis(u, freq, initial, u_pp, u_min) + self.memoryless(u)  # Eq. (16)
+
+
+def check_shapes(operator: AbstractOperator, each: Sequence[str], single: Sequence[str]) -> None:
+    """Refuse shapes that do not fit: `each` holds one number or one a play, `single` just one."""
+    if operator.count < 1:
+        raise ValueError(f"Argument `plays` must be at least 1, but is {operator.count}.")
+    for name in each:
+        shape = jnp.shape(getattr(operator, name))
+        if shape not in ((), (operator.count,)):
+            raise ValueError(
+                f"Argument `{name}` must be a number or {operator.count} of them (one a play), but "
+                f"has shape {shape}."
+            )
+    for name in single:
+        if jnp.shape(getattr(operator, name)) != ():
+            raise ValueError(f"Argument `{name}` must be a number, but is an array.")
+    check_polynomial(operator)
+
+
+def check_polynomial(operator: AbstractOperator) -> None:
+    """Refuse a polynomial that is not a list of coefficients."""
+    name = operator.fields.polynomial
+    shape = jnp.shape(getattr(operator, name))
+    if len(shape) != 1 or shape[0] < 1:
+        raise ValueError(
+            f"Argument `{name}` must list the polynomial's coefficients from the first power on, "
+            f"but has shape {shape}."
+        )
 
 
 def tie(operator: AbstractOperator, name: str) -> AbstractOperator:

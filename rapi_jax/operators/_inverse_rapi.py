@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from .._parameter import parameter
 from .._precision import float64
 from .._recording import Recording
-from ._base import AbstractOperator, Fields, Plays
+from ._base import AbstractOperator, Fields, Plays, check_shapes
 from ._guess import trials
 from ._inverse_guess import compact, contacts, power_law
 from ._rapi import spread
@@ -87,23 +87,7 @@ class InverseRAPI(AbstractOperator):
         self.count = plays
 
     def __check_init__(self):
-        if self.count < 1:
-            raise ValueError(f"Argument `plays` must be at least 1, but is {self.count}.")
-        for name in ("lam", "eta"):
-            shape = jnp.shape(getattr(self, name))
-            if shape not in ((), (self.count,)):
-                raise ValueError(
-                    f"Argument `{name}` must be a number or {self.count} of them (one a play), but "
-                    f"has shape {shape}."
-                )
-        for name in _SHARED:
-            if jnp.shape(getattr(self, name)) != ():
-                raise ValueError(f"Argument `{name}` must be a number, but is an array.")
-        if jnp.ndim(self.g) != 1 or jnp.size(self.g) < 1:
-            raise ValueError(
-                "Argument `g` must list the polynomial's coefficients from the first power on, but "
-                f"has shape {jnp.shape(self.g)}."
-            )
+        check_shapes(self, ("lam", "eta"), _SHARED)
 
     @classmethod
     def guess(

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 from .._errors import ModelError
 from .._parameter import parameter
 from .._precision import float64
-from ._base import AbstractOperator, Fields, Plays
+from ._base import AbstractOperator, Fields, Plays, check_polynomial
 
 
 class PI(AbstractOperator):
@@ -41,11 +41,7 @@ class PI(AbstractOperator):
                 "Arguments `r` and `p` must hold one threshold and one weight a play, but have "
                 f"shapes {jnp.shape(self.r)} and {jnp.shape(self.p)}."
             )
-        if jnp.ndim(self.d) != 1 or jnp.size(self.d) < 1:
-            raise ValueError(
-                "Argument `d` must list the polynomial's coefficients from the first power on, but "
-                f"has shape {jnp.shape(self.d)}."
-            )
+        check_polynomial(self)
 
     @property
     def count(self) -> int:

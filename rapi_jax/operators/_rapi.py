@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from .._parameter import parameter
 from .._precision import float64
 from .._recording import Recording
-from ._base import AbstractOperator, Fields, Plays
+from ._base import AbstractOperator, Fields, Plays, check_shapes
 from ._guess import TRIALS, draw, trials
 
 
@@ -72,23 +72,7 @@ class RAPI(AbstractOperator):
         self.count = plays
 
     def __check_init__(self):
-        if self.count < 1:
-            raise ValueError(f"Argument `plays` must be at least 1, but is {self.count}.")
-        for name in ("alpha", "lam", "eta"):
-            shape = jnp.shape(getattr(self, name))
-            if shape not in ((), (self.count,)):
-                raise ValueError(
-                    f"Argument `{name}` must be a number or {self.count} of them (one a play), but "
-                    f"has shape {shape}."
-                )
-        for name in ("zeta", "a", "b", "d_0"):
-            if jnp.shape(getattr(self, name)) != ():
-                raise ValueError(f"Argument `{name}` must be a number, but is an array.")
-        if jnp.ndim(self.d) != 1 or jnp.size(self.d) < 1:
-            raise ValueError(
-                "Argument `d` must list the polynomial's coefficients from the first power on, but "
-                f"has shape {jnp.shape(self.d)}."
-            )
+        check_shapes(self, ("alpha", "lam", "eta"), ("zeta", "a", "b", "d_0"))
 
     @classmethod
     def guess(

@@ -20,15 +20,19 @@ if TYPE_CHECKING:
     from ._swap import swap as swap
     from ._verdict import Verdict as Verdict
     from ._weights import hysteresis_weights as hysteresis_weights
+    from .diagnosis import Diagnosis as Diagnosis
+    from .diagnosis import diagnose as diagnose
 
 _HOME = {
     "Choice": "_order",
+    "Diagnosis": "diagnosis",
     "Estimate": "_result",
     "FitResult": "_result",
     "LeastSquares": "_least_squares",
     "UntrustedFit": "_result",
     "Verdict": "_verdict",
     "choose_order": "_order",
+    "diagnose": "diagnosis",
     "fit": "_fit",
     "hysteresis_weights": "_weights",
     "identify": "_identify",

@@ -9,12 +9,12 @@ import dataclasses
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from rapi_jax import ECDL, Recording
+from rapi_jax._ecdl import respond
 from rapi_jax._sampled import DriveBatch, Sampled, sampled
 
 from ._bijection import Bounds
@@ -46,15 +46,10 @@ class RunResidual(eqx.Module):
         initial = None
         if self.unknown:
             rest = values[self.vector.size :].reshape(len(self.unknown), -1)
-            known = jnp.full((drives.u.shape[0], rest.shape[1]), jnp.nan)
+            known = jnp.full((drives.time.shape[0], rest.shape[1]), jnp.nan)
             initial = known.at[jnp.array(self.unknown)].set(rest)
 
-        def one(t, u, freq, u_pp, u_min, initial):
-            return ecdl(t, u, freq, initial=initial, u_pp=u_pp, u_min=u_min)
-
-        axes = (0, 0, 0, 0, 0, 0 if self.unknown else None)
-        rows = (drives.time, drives.u, drives.freq, drives.u_pp, drives.u_min)
-        return jax.vmap(one, in_axes=axes)(*rows, initial)
+        return respond(ecdl, drives, initial)
 
     def __call__(self, values: Array, data: Data) -> Array:
         error = data.weight * (self.model(values, data.drives) - data.y)  # Eq. (25)
@@ -116,7 +111,7 @@ class Problem:
         if ecdl.effects or (origin is not None and mask[vector.names.index(origin)]):
             linear[:] = False  # the columns are then not those of the drive alone
         unknown = np.array([history and not run.drive.repeats for run in recording.runs])
-        data = sampled(recording)
+        data = sampled(recording, lead=bool(ecdl.effects))
         if drift is None:
             drift = max(run.drive.periods for run in recording.runs) >= _DRIFT_PERIODS
         decades = _decades(recording, data) if drift else None

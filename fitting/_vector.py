@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
@@ -12,6 +12,8 @@ from jaxtyping import Array
 
 from rapi_jax import ECDL, ModelError, Parameter, parameters
 from rapi_jax._parameter import follow
+
+Module = TypeVar("Module", bound=eqx.Module)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -53,13 +55,13 @@ class Vector:
                 out.append(unit.replace("^k", "" if power == 1 else f"^{power}"))
         return out
 
-    def put(self, ecdl: ECDL, values: Array) -> ECDL:
-        """`ecdl` with the elements of `values`; works on traced values."""
+    def put(self, module: Module, values: Array) -> Module:
+        """`module` with the elements of `values`; works on traced values."""
         leaves, at = [], 0
         for part in self.parts:
             leaves.append(values[at : at + part.size].reshape(part.shape))
             at += part.size
-        return eqx.tree_at(lambda e: [follow(e, part.path) for part in self.parts], ecdl, leaves)
+        return eqx.tree_at(lambda e: [follow(e, part.path) for part in self.parts], module, leaves)
 
     def mask(self, ecdl: ECDL, free: Callable[[ECDL], Any]) -> np.ndarray:
         """Which elements the selector `free` picks: operator, effect, field, or a tuple of them."""

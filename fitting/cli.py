@@ -13,6 +13,7 @@ app = App(
 )
 app.command("fitting._commands.compensate:compensate", name="compensate")
 app.command("fitting._commands.demo:demo", name="demo")
+app.command("fitting._commands.diagnose:diagnose", name="diagnose")
 app.command("fitting._commands.fit:fit", name="fit")
 app.command("fitting._commands.predict:predict", name="predict")
 

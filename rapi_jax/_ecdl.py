@@ -3,20 +3,34 @@
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ._precision import float64
 from ._recording import Drive
-from .effects import AbstractDriveEffect, AbstractEffect, AbstractOpticalEffect
+from ._rows import row_of
+from ._sampled import DriveBatch, batch, on_device
+from .effects import (
+    AbstractCouplingEffect,
+    AbstractDriveEffect,
+    AbstractEffect,
+    AbstractLawEffect,
+    AbstractLinearEffect,
+    AbstractOpticalEffect,
+    Law,
+)
+from .effects._base import AbstractFollower
+from .effects._lags import History, respond_linear
 from .operators import AbstractOperator
 
 
 class ECDL(eqx.Module):
     """An external-cavity diode laser, or any device a hysteresis operator describes.
 
-    Drive effects act in order before the operator, optical effects in order after it.
+    Effects on the drive act in order before the operator, those on the response in order after it;
+    laws change what the operator's own laws see of a run.
     """
 
     operator: AbstractOperator
@@ -34,37 +48,138 @@ class ECDL(eqx.Module):
     ) -> Float[Array, " time"]:
         """The response to `u` at session times `t` (s), scan rate `freq` (Hz); see the operator.
 
-        `u_pp` is that of the drive sent, whatever effects make of it: thresholds follow the run
-        (Eq. 11). Eq. 13 looks at the drive that reaches the operator.
+        The device is at rest at the first sample. `u_pp` is that of the drive sent, whatever
+        effects make of it: thresholds follow the run (Eq. 11). Eq. 13 looks at the drive that
+        reaches the operator.
         """
         u_pp = jnp.ptp(u) if u_pp is None else u_pp
-        for effect in self.effects:
-            if isinstance(effect, AbstractDriveEffect):
-                u, u_min = effect(t, u), None
-        response = self.operator(u, freq, initial=initial, u_pp=u_pp, u_min=u_min)
-        for effect in self.effects:
-            if isinstance(effect, AbstractOpticalEffect):
-                response = effect(t, response)
-        return response
+        u_min = jnp.min(u) if u_min is None else u_min
+        none = jnp.zeros(1)
+        alone = History(none, jnp.zeros(1, dtype=jnp.int32), none + jnp.inf)
+        place = jnp.arange(u.size)[None, :]
+        one = DriveBatch(
+            t[None, :], u[None, :], alone, t[None, :], place, alone,
+            freq[None], u_pp[None], u_min[None], (u_min + u_pp / 2.0)[None],
+        )  # fmt: skip
+        return respond(self, one, None if initial is None else initial[None, :])[0]
 
 
-@eqx.filter_jit
-def _respond(ecdl, t, u, freq, initial, u_pp, u_min):
-    return ecdl(t, u, freq, initial=initial, u_pp=u_pp, u_min=u_min)
+def _linear(effect: AbstractLinearEffect, t: Array, x: Array, history: History) -> Array:
+    return respond_linear(
+        effect.modes(), t, x, history, session=effect.session, settled=effect.settled()
+    )
+
+
+def drive_side(ecdl: ECDL, drives: DriveBatch) -> Float[Array, "runs nodes"]:
+    """The drive that reaches the operator, on the nodes."""
+    t, u = drives.node_time, drives.node_u
+    for effect in ecdl.effects:
+        if isinstance(effect, AbstractDriveEffect):
+            if isinstance(effect, AbstractLinearEffect):
+                u = _linear(effect, t, u, drives.node_history)
+            elif isinstance(effect, AbstractFollower):
+                u = _followed(effect, t, u, drives.node_history)
+            else:
+                u = jax.vmap(effect)(t, u)
+    return u
+
+
+def _followed(effect: AbstractFollower, t: Array, u: Array, history: History) -> Array:
+    """One period does not settle what follows slowly: a row that repeats starts where it returns.
+
+    An error of the start shrinks by one factor each period (to nothing, where the output catches
+    up anywhere), so that two periods tell where the periodic state begins.
+    """
+    row = jnp.arange(u.shape[0])
+
+    def a_period_later(start):
+        return jax.vmap(effect.follow)(t, u, start)[row, history.lead]
+
+    first = u[:, 0]
+    second = a_period_later(first)
+    third = a_period_later(second)
+    fell, left = first - second, second - third
+    moves = (jnp.abs(left) < jnp.abs(fell)) & (left != 0)
+    factor = jnp.where(moves, left, 0.0) / jnp.where(moves, fell, 1.0)
+    start = third - left * factor / (1.0 - factor)
+    return jax.vmap(effect.follow)(t, u, jnp.where(history.period_s > 0, start, first))
+
+
+def laws(ecdl: ECDL, drives: DriveBatch) -> Law:
+    """What the operator's laws see of each run; fields of shape `runs`."""
+    law = Law(drives.freq, drives.u_pp, jnp.ones_like(drives.freq))
+    for effect in ecdl.effects:
+        if isinstance(effect, AbstractLawEffect):
+            law = jax.vmap(effect)(law, drives.bias)
+    return law
+
+
+def answered(
+    operator: AbstractOperator,
+    law: Law,
+    u: Float[Array, "runs nodes"],
+    u_min: Float[Array, " runs"],
+    initial: Float[Array, "runs plays"] | None = None,
+) -> Float[Array, "runs nodes"]:
+    """What the operator answers to the drives `u` that reach it, on the nodes."""
+    constant = getattr(operator, operator.fields.constant)
+
+    def one(u, law, u_min, initial):
+        answer = operator(u, law.freq, initial=initial, u_pp=law.u_pp, u_min=u_min)
+        return constant + law.gain * (answer - constant)
+
+    axes = (0, 0, 0, None if initial is None else 0)
+    return jax.vmap(one, in_axes=axes)(u, law, u_min, initial)
+
+
+def optical_side(
+    ecdl: ECDL, drives: DriveBatch, nu: Float[Array, "runs time"]
+) -> Float[Array, "runs time"]:
+    """What the effects behind the operator make of its answer, on the samples."""
+    t = drives.time
+    for effect in ecdl.effects:
+        if isinstance(effect, AbstractDriveEffect | AbstractLawEffect):
+            continue
+        if isinstance(effect, AbstractLinearEffect):
+            nu = _linear(effect, t, nu, drives.history)
+        elif isinstance(effect, AbstractCouplingEffect):
+            sent = jnp.take_along_axis(drives.node_u, drives.place, axis=1)
+            nu = jax.vmap(effect)(t, nu, sent)
+        elif isinstance(effect, AbstractOpticalEffect):
+            nu = jax.vmap(effect)(t, nu)
+        else:
+            raise TypeError(
+                f"effect {type(effect).__name__} must be a drive, law, optical or coupling effect."
+            )
+    return nu
+
+
+def respond(
+    ecdl: ECDL, drives: DriveBatch, initial: Float[Array, "runs plays"] | None = None
+) -> Float[Array, "runs time"]:
+    """The response in every run of a session, on the samples of `drives`."""
+    changed = any(isinstance(effect, AbstractDriveEffect) for effect in ecdl.effects)
+    u = drive_side(ecdl, drives)
+    u_min = jnp.min(u, axis=1) if changed else drives.u_min
+    nodes = answered(ecdl.operator, laws(ecdl, drives), u, u_min, initial)
+    nu = jnp.take_along_axis(nodes, drives.place, axis=1)
+    return optical_side(ecdl, drives, nu)
+
+
+_respond = eqx.filter_jit(respond)
 
 
 @float64
 def predict(ecdl: ECDL, drive: Drive, *, initial: Any = None) -> Float[Array, " time"]:
     """The response of `ecdl` to `drive`, at each of its samples, in the response's unit.
 
-    A drive that repeats is preceded by a settling period, so that the answer is the steady one. For
-    others `initial` may give each play's first output as a fraction of its band (0 lower, 1 upper);
-    without it the plays start as Eq. 13 has them at the drive's minimum.
+    Of a drive that repeats the answer is the steady one. For others `initial` may give each play's
+    first output as a fraction of its band (0 lower, 1 upper); without it the plays start as Eq. 13
+    has them at the drive's minimum, and effects with a memory at rest. Turning points between
+    samples count.
     """
-    lead = drive.lead_in()
-    u = np.concatenate([lead, drive.value])
-    t = drive.start_s + np.arange(-lead.size, drive.size) * drive.step_s
-    given = None if initial is None else jnp.asarray(initial, dtype=jnp.float64)
-    numbers = [jnp.asarray(v) for v in (drive.rate, drive.u_pp, float(drive.value.min()))]
-    freq, u_pp, u_min = numbers
-    return _respond(ecdl, jnp.asarray(t), jnp.asarray(u), freq, given, u_pp, u_min)[lead.size :]
+    row = row_of(drive, 0.0, lead=bool(ecdl.effects))
+    drives = on_device(batch([drive], [row]))
+    given = None if initial is None else jnp.asarray(initial, dtype=jnp.float64)[None, :]
+    answer = np.asarray(_respond(ecdl, drives, given))[0, : row.sample.size]
+    return jnp.asarray(answer[row.sample >= 0])

@@ -22,6 +22,7 @@ def parameter(
     positive: bool = False,
     linear: bool = False,
     first: int = 1,
+    held: bool = False,
 ) -> Any:
     """Declare a field as a fitted float64 array.
 
@@ -34,12 +35,13 @@ def parameter(
     - `linear`: whether the operator's output is affine in it with a basis that depends on the drive
       alone, so that a fit may solve for it exactly.
     - `first`: the number of a vector's first element, in names such as `d_1`.
+    - `held`: whether a diagnosis keeps the value it starts from; a fit moves it where it is freed.
     """
     if positive:
         bounds = (0.0, np.inf)
     if not bounds[0] < bounds[1]:
         raise ValueError(f"Argument `bounds` must be (low, high) with low < high, but is {bounds}.")
-    metadata = {"unit": unit, "bounds": bounds, "linear": linear, "first": first}
+    metadata = {"unit": unit, "bounds": bounds, "linear": linear, "first": first, "held": held}
     if default is dataclasses.MISSING:
         return eqx.field(converter=as_float64, metadata=metadata)
     return eqx.field(converter=as_float64, metadata=metadata, default=default)
@@ -56,6 +58,7 @@ class Parameter:
     bounds: Bounds
     linear: bool
     first: int
+    held: bool = False
 
     def names(self) -> list[str]:
         """A name for each element: `eta`, or `lam_1` to `lam_10`."""
@@ -92,6 +95,7 @@ def _walk(module: Any, path: tuple[str | int, ...], prefix: str) -> Iterator[Par
                 m["bounds"],
                 m["linear"],
                 m["first"],
+                m["held"],
             )
         elif dataclasses.is_dataclass(value) or isinstance(value, tuple | list):
             yield from _walk(value, (*path, field.name), prefix)

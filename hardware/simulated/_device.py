@@ -9,8 +9,9 @@ import numpy as np
 
 from rapi_jax import ECDL
 from rapi_jax._afg import POINTS, AfgWaveform
+from rapi_jax._ecdl import drive_side, laws, optical_side
 from rapi_jax._precision import float64
-from rapi_jax.effects import AbstractDriveEffect, AbstractOpticalEffect
+from rapi_jax._sampled import DriveBatch, on_device
 
 from ._drift import State
 from ._dynamics import AbstractPhysics, Amplifier
@@ -55,30 +56,57 @@ class Scan:
         return there
 
 
-@eqx.filter_jit
-def _parts(device: ECDL, t: Any, u: Any, freq: Any) -> tuple[Any, Any]:
-    for effect in device.effects:
-        if isinstance(effect, AbstractDriveEffect):
-            u = effect(t, u)
-    return device.operator.hysteresis(u, freq), device.operator.memoryless(u)
+def _played(u: np.ndarray, rate: float, begin_s: float, periods: int) -> DriveBatch:
+    """One period `u` from its minimum, played from `begin_s` on after a lead-in of one period."""
+    size, period = u.size, 1.0 / rate
+    low, u_pp = float(u.min()), float(np.ptp(u))
+    node_time = begin_s + (np.arange(2 * size) - 2 * size) * (period / size)
+    time = begin_s + (np.arange(size * (periods + 1)) - size) * (period / size)
+    lead = np.array([size])
+    return on_device(
+        {
+            "node_time": node_time[None, :],
+            "node_u": np.tile(u, 2)[None, :],
+            "node_lead": lead,
+            "time": time[None, :],
+            "place": np.tile(np.arange(size, 2 * size), periods + 1)[None, :],
+            "lead": lead,
+            "period_s": np.array([period]),
+            "gap_s": np.array([np.inf]),
+            "freq": np.array([rate]),
+            "u_pp": np.array([u_pp]),
+            "u_min": np.array([low]),
+            "bias": np.array([low + u_pp / 2.0]),
+        }
+    )
 
 
 @eqx.filter_jit
-def _optical(device: ECDL, t: Any, nu: Any) -> Any:
-    for effect in device.effects:
-        if isinstance(effect, AbstractOpticalEffect):
-            nu = effect(t, nu)
-    return nu
+def _parts(device: ECDL, drives: DriveBatch) -> tuple[Any, Any]:
+    """Memory and memoryless function (Eq. 16) on the nodes, as drive effects and laws have them."""
+    operator, u = device.operator, drive_side(device, drives)[0]
+    law = laws(device, drives)
+    freq, u_pp, gain = law.freq[0], law.u_pp[0], law.gain[0]
+    constant = getattr(operator, operator.fields.constant)
+    memory = operator.hysteresis(u, freq, None, u_pp, jnp.min(u))
+    return gain * memory, constant + gain * (operator.memoryless(u) - constant)
+
+
+@eqx.filter_jit
+def _optical(device: ECDL, drives: DriveBatch, nu: Any) -> Any:
+    return optical_side(device, drives, nu[None, :])[0]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Device:
     """Amplifier and laser: volts of a generator to optical frequency, in the steady state.
 
-    - `ecdl`: a model taken for the truth. Its effects see `settling + periods` periods, of which
-      only the last ones are given out; they may depend on session time.
+    - `ecdl`: a model taken for the truth. Its effects see the session's time. Linear ones are in
+      their periodic state from the start; creep begins with the drive, `settling + 1` periods
+      before the record, as its own history says. It goes on within a measurement, and is not
+      carried from one measurement to the next.
     - `amplifier`: before it. `after`: physics of the mirror and of the light behind it, in order.
-    - `settling`: periods played before a record, for effects with memory of their own. A device
+    - `settling`: periods played before a record, for effects that take time to settle. A device
       without effects is in its steady state after the first.
     """
 
@@ -105,20 +133,18 @@ class Device:
         sample_hz = rate * waveform.codes.size * finer
         u = self.amplifier(np.repeat(waveform.volts, finer), sample_hz)
         first = int(np.argmin(u))  # from the minimum, where Eq. 13 is the steady state
-        before = self.settling if effects else 0
-        played = np.tile(np.roll(u, -first), before + (periods + 2 if effects else 1))
-        t = start_s - before / rate + (np.arange(played.size) + first + 0.5) / sample_hz
-        if effects:  # one period early, so that the record begins inside
-            t -= 1.0 / rate
-        numbers = (jnp.asarray(x) for x in (t, played, np.float64(rate)))
-        time, drive, freq = numbers
-        memory, memoryless = (np.asarray(x) for x in _parts(self.ecdl, time, drive, freq))
+        before = self.settling + 1 if effects else 0  # one early: the record begins inside
+        begin_s = start_s - before / rate + (first + 0.5) / sample_hz
+        # Without effects the nodes alone are needed.
+        drives = _played(np.roll(u, -first), rate, begin_s, before + periods + 1 if effects else 0)
+        memory, memoryless = (np.asarray(x) for x in _parts(self.ecdl, drives))
         nu = state.response(memory, memoryless)
         if effects:
-            nu = np.asarray(_optical(self.ecdl, time, jnp.asarray(nu)))
+            nu = np.asarray(_optical(self.ecdl, drives, jnp.asarray(nu[drives.place[0]])))
+        nu = nu[u.size :]  # less the period that comes before, on nodes and samples alike
         for physics in self.after:
             nu = physics(nu, sample_hz)
         if not effects:
             return Scan(np.roll(nu, first), rate, 1, not self.dynamic)
-        begin = u.size * (before + 1) - first
+        begin = u.size * before - first
         return Scan(nu[begin : begin + u.size * periods], rate, periods, False)

@@ -1,27 +1,147 @@
-"""Where an effect acts is its type: on the drive before the operator, or on the response after."""
+"""What an effect is. Where it acts, and what it remembers, is its type.
+
+| type | acts on |
+|---|---|
+| `AbstractDriveEffect` | the drive, before the operator |
+| `AbstractLawEffect` | the numbers of a run that the operator's laws see: rate, amplitude, gain |
+| `AbstractOpticalEffect` | the response, after the operator |
+| `AbstractCouplingEffect` | the response, with the drive that was sent at hand |
+
+A drive or optical effect that is linear with a memory of its own is an `AbstractLinearEffect` too:
+it names its modes, and the recursion is shared.
+"""
 
 import abc
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import equinox as eqx
-from jaxtyping import Array, Float
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Complex, Float, Inexact
+
+from ._evidence import Evidence
+
+T = TypeVar("T")
 
 
 class AbstractEffect(eqx.Module):
-    """A differentiable change of a signal, the identity at its default parameters."""
+    """A change of what the operator predicts, the identity at its default parameters.
 
+    `name` is the effect's name in reports. `smooth` is false where the response jumps as a
+    parameter moves, so that a fit searches before it descends.
+    """
+
+    name: eqx.AbstractClassVar[str]
+    smooth: ClassVar[bool] = True
+
+    @classmethod
+    def at(cls: type[T], **values: Any) -> T:
+        """The effect with these parameters, plain numbers or arrays, and the others' defaults."""
+        return cls(**values)
+
+    @classmethod
     @abc.abstractmethod
-    def __call__(
-        self, t: Float[Array, " time"], signal: Float[Array, " time"]
-    ) -> Float[Array, " time"]:
-        """The changed signal; `t` is the session's time in s."""
+    def trials(cls, evidence: Evidence) -> "list[AbstractEffect]":
+        """Effects from which a fit may start: a grid over what `evidence` could show.
+
+        Every one differs from the identity. Their size is only a first guess: a fit scales it.
+        Parameters declared `held` keep the values given here.
+        """
 
 
 class AbstractDriveEffect(AbstractEffect):
     """Acts on the drive (V), before the operator."""
 
+    @abc.abstractmethod
+    def __call__(self, t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
+        """The changed drive of one run; `t` is the session's time in s, not always even."""
+
+
+class AbstractFollower(AbstractDriveEffect):
+    """A drive effect whose memory is the value that it puts out, so that it can go on from any."""
+
+    @abc.abstractmethod
+    def follow(
+        self, t: Float[Array, " time"], u: Float[Array, " time"], start: Float[Array, ""]
+    ) -> Float[Array, " time"]:
+        """The changed drive of one run, `start` at its first sample."""
+
+    def __call__(self, t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
+        """From rest at the first value."""
+        return self.follow(t, u, u[0])
+
 
 class AbstractOpticalEffect(AbstractEffect):
     """Acts on the response (GHz), after the operator."""
+
+    @abc.abstractmethod
+    def __call__(
+        self, t: Float[Array, " time"], nu: Float[Array, " time"]
+    ) -> Float[Array, " time"]:
+        """The changed response of one run; `t` is the session's time in s, not always even."""
+
+
+class AbstractCouplingEffect(AbstractEffect):
+    """Acts on the response (GHz), and looks at the drive that was sent."""
+
+    @abc.abstractmethod
+    def __call__(
+        self, t: Float[Array, " time"], nu: Float[Array, " time"], u: Float[Array, " time"]
+    ) -> Float[Array, " time"]:
+        """The changed response of one run; `u` (V) is the drive sent."""
+
+
+class Law(NamedTuple):
+    """What an operator's laws see of a run: rate (Hz), peak-to-peak drive (V), and a gain of all.
+
+    The gain multiplies the operator's response less its constant.
+    """
+
+    freq: Float[Array, ""]
+    u_pp: Float[Array, ""]
+    gain: Float[Array, ""]
+
+
+class AbstractLawEffect(AbstractEffect):
+    """Changes how thresholds and gain follow rate, amplitude and bias (Eq. 11)."""
+
+    @abc.abstractmethod
+    def __call__(self, law: Law, bias: Float[Array, ""]) -> Law:
+        """The changed numbers of one run; `bias` (V) is the middle of its drive."""
+
+
+class Modes(NamedTuple):
+    r"""A linear system as first-order lags: $x + \mathrm{Re}\sum_k c_k (L_k[x] - x)$.
+
+    $L_k$ answers $\tau_k \dot L = x - L$. With `tau` = 0 a mode passes everything; with weights 0
+    the system is the identity. At rest the output is the input, whatever the weights.
+
+    `tau`: s, shape `modes`, real part not negative. `weight`: 1, shape `modes`. A pair of complex
+    modes is named once, with twice the weight. Both real (which is faster) or both complex.
+    """
+
+    tau: Inexact[Array, " modes"]
+    weight: Inexact[Array, " modes"]
+
+
+class AbstractLinearEffect(AbstractEffect):
+    """A linear effect with a memory; second base beside the type that says where it acts.
+
+    `session` says whether its memory outlasts a run: then the runs of a session are one history.
+    """
+
+    session: eqx.AbstractClassVar[bool]
+
+    @abc.abstractmethod
+    def modes(self) -> Modes:
+        """Its lags."""
+
+    @abc.abstractmethod
+    def settled(self) -> Float[Array, ""]:
+        """From 0 to 1: what lies before the session.
+
+        Rest at the first value (0), or a drive that has long been that of the first run (1).
+        """
 
 
 class AbstractInvertible(eqx.Module):
@@ -31,4 +151,16 @@ class AbstractInvertible(eqx.Module):
     def inverse(
         self, t: Float[Array, " time"], signal: Float[Array, " time"]
     ) -> Float[Array, " time"]:
-        """The signal that this effect changes into `signal`: one period, repeated for ever."""
+        """The signal that this effect changes into `signal`: one period, repeated for ever.
+
+        `t` is even. Raises `NotInvertible` where there is none.
+        """
+
+
+def transfer(modes: Modes, hertz: Float[Array, " freq"]) -> Complex[Array, " freq"]:
+    """The transfer function of `modes` at the given frequencies, Hz."""
+    tau, weight = modes.tau.astype(complex), modes.weight.astype(complex) / 2.0
+    s = jax.lax.complex(jnp.zeros_like(hertz), 2.0 * jnp.pi * hertz)
+    lag = 1.0 / (1.0 + s[:, None] * tau[None, :]) - 1.0
+    mirror = 1.0 / (1.0 + s[:, None] * jnp.conj(tau)[None, :]) - 1.0
+    return 1.0 + lag @ weight + mirror @ jnp.conj(weight)

@@ -1,22 +1,27 @@
 """A model in one file: a JSON header line, the leaves, and a SHA-256 over both.
 
-No pickle: leaves are NumPy arrays without objects, and the header only names classes that this
-package knows.
+No pickle: leaves are NumPy arrays without objects, and the header only names classes: those of
+this package, and those that whoever reads the file hands over.
 """
 
 import hashlib
 import io
 import json
+from collections.abc import Sequence
+from inspect import isabstract
 from typing import Any
 
 import equinox as eqx
+import jax
 import numpy as np
 
-from .. import effects, operators
+from .. import effects as package
+from .. import operators
 from .._ecdl import ECDL
 from .._errors import DataError
 from .._parameter import parameters
 from .._precision import float64
+from ..effects import AbstractEffect
 from ._atomic import write_atomic
 from ._safe import StrPath, open_regular, printable
 
@@ -31,7 +36,13 @@ def _shapes(module: Any) -> dict[str, list[int]]:
 
 @float64
 def write_model(path: StrPath, ecdl: ECDL, **about: Any) -> None:
-    """Write `ecdl` to `path`; `about` (units, versions, data hash, range) goes with it."""
+    """Write `ecdl` to `path`; `about` (units, versions, data hash, range) goes with it.
+
+    Effects may be classes of your own: hand these to `read_model`. Raises `ValueError` where one of
+    them is more than its parameters, so that a file could not hold it.
+    """
+    for effect in ecdl.effects:
+        _check(effect)
     header = {
         "schema": SCHEMA,
         "operator": {
@@ -39,7 +50,7 @@ def write_model(path: StrPath, ecdl: ECDL, **about: Any) -> None:
             "plays": ecdl.operator.count,
             "shapes": _shapes(ecdl.operator),
         },
-        "effects": [{"class": type(e).__name__, "shapes": _shapes(e)} for e in ecdl.effects],
+        "effects": [_spec(e) for e in ecdl.effects],
         "about": about,
     }
     buffer = io.BytesIO()
@@ -50,8 +61,12 @@ def write_model(path: StrPath, ecdl: ECDL, **about: Any) -> None:
 
 
 @float64
-def read_model(path: StrPath) -> tuple[ECDL, dict[str, Any]]:
+def read_model(
+    path: StrPath, effects: Sequence[type[AbstractEffect]] = ()
+) -> tuple[ECDL, dict[str, Any]]:
     """The model in `path`, and what was written about it.
+
+    `effects`: classes of effects that are not this package's, for a model that has them.
 
     Raises `DataError` where the file is not a model, is damaged, or names a class that is not
     known.
@@ -72,7 +87,9 @@ def read_model(path: StrPath) -> tuple[ECDL, dict[str, Any]]:
             raise DataError(
                 f"{label}: schema {printable(header['schema'])}, but this reads {SCHEMA}."
             )
-        skeleton = ECDL(_operator(header["operator"]), tuple(map(_effect, header["effects"])))
+        own = {cls.__name__: cls for cls in effects}
+        around = tuple(_effect(spec, own) for spec in header["effects"])
+        skeleton = ECDL(_operator(header["operator"]), around)
         ecdl = eqx.tree_deserialise_leaves(io.BytesIO(leaves), skeleton)
     except DataError as error:
         raise DataError(f"{label}: {error}") from error
@@ -99,10 +116,48 @@ def _operator(spec: dict[str, Any]) -> operators.AbstractOperator:
     return cls(**fields)
 
 
-def _effect(spec: dict[str, Any]) -> effects.AbstractEffect:
-    cls = getattr(effects, str(spec["class"]), None)
-    if not (isinstance(cls, type) and issubclass(cls, effects.AbstractEffect)):
-        raise DataError(
-            f"effect {printable(spec['class'])} is not known; a newer version wrote it."
+def _packaged() -> dict[str, type[AbstractEffect]]:
+    """The effects of this package."""
+    return {
+        cls.__name__: cls
+        for cls in vars(package).values()
+        if isinstance(cls, type) and issubclass(cls, AbstractEffect) and not isabstract(cls)
+    }
+
+
+def _spec(effect: AbstractEffect) -> dict[str, Any]:
+    cls = type(effect)
+    packaged = _packaged().get(cls.__name__) is cls
+    return {"class": cls.__name__, "packaged": packaged, "shapes": _shapes(effect)}
+
+
+def _check(effect: AbstractEffect) -> None:
+    """Refuse an effect that its parameters do not make up."""
+    cls = type(effect)
+    try:
+        again = _effect(_spec(effect), {cls.__name__: cls})
+    except (TypeError, ValueError, DataError) as error:
+        again, reason = None, f" ({printable(error)})"
+    else:
+        reason = ""
+    if jax.tree.structure(again) != jax.tree.structure(effect):
+        raise ValueError(
+            f"effect {cls.__name__} cannot be made again from its parameters alone{reason}, so no "
+            "model file can hold it. Declare each field by `rapi_jax.parameter`."
         )
-    return cls(**_filled(spec["shapes"]))
+
+
+def _effect(spec: dict[str, Any], own: dict[str, type[AbstractEffect]]) -> AbstractEffect:
+    name = str(spec["class"])
+    if not spec.get("packaged", True):
+        cls = own.get(name)
+        if cls is None or not issubclass(cls, AbstractEffect):
+            raise DataError(
+                f"effect {printable(name)} is a class of whoever wrote the file: give it as "
+                f"`read_model(path, effects=({printable(name)},))`."
+            )
+        return cls.at(**_filled(spec["shapes"]))
+    cls = _packaged().get(name)
+    if cls is None:
+        raise DataError(f"effect {printable(name)} is not known; a newer version wrote it.")
+    return cls.at(**_filled(spec["shapes"]))

@@ -29,7 +29,7 @@ class RAPI(AbstractOperator):
     | `zeta` | growth of every threshold with scan rate | V/Hz | 11 |
     | `lam` | slope of the falling bound; shared or one a play | 1 | 9, 12 |
     | `eta` | intercept of the falling bound, in thresholds; shared or one a play | 1 | 9, 12 |
-    | `a`, `b` | weights $p_i = a e^{-b r_i}$ | GHz/V, 1/V | 14 |
+    | `a`, `b` | weights $p_i = a_i e^{-b r_i}$, `a` shared or one a play | GHz/V, 1/V | 14 |
     | `d` | polynomial from the first power on | GHz/V^k | 15 |
     | `d_0` | origin of the response, which the paper leaves undefined | GHz | ours |
 
@@ -46,7 +46,7 @@ class RAPI(AbstractOperator):
     zeta: Float[Array, ""] = parameter(unit="{u}/Hz", positive=True)
     lam: Float[Array, "*plays"] = parameter(unit="1", bounds=(0.05, 20.0))
     eta: Float[Array, "*plays"] = parameter(unit="1", bounds=(-1.0, 100.0))
-    a: Float[Array, ""] = parameter(unit="{x}/{u}", positive=True)
+    a: Float[Array, "*plays"] = parameter(unit="{x}/{u}", positive=True)
     b: Float[Array, ""] = parameter(unit="1/{u}")
     d: Float[Array, " order"] = parameter(unit="{x}/{u}^k", linear=True)
     d_0: Float[Array, ""] = parameter(unit="{x}", linear=True)
@@ -66,13 +66,13 @@ class RAPI(AbstractOperator):
         d_0: Any = 0.0,
         plays: int = 10,
     ):
-        """`plays` is N1, the size of `d` N2. `alpha`, `lam`, `eta`: one number or `plays`."""
+        """`plays` is N1, the size of `d` N2. `alpha`, `lam`, `eta`, `a`: one number or `plays`."""
         self.alpha, self.zeta, self.lam, self.eta = alpha, zeta, lam, eta
         self.a, self.b, self.d, self.d_0 = a, b, d, d_0
         self.count = plays
 
     def __check_init__(self):
-        check_shapes(self, ("alpha", "lam", "eta"), ("zeta", "a", "b", "d_0"))
+        check_shapes(self, ("alpha", "lam", "eta", "a"), ("zeta", "b", "d_0"))
 
     @classmethod
     def guess(
@@ -118,7 +118,7 @@ class RAPI(AbstractOperator):
 
     def plays(self, u_pp: Float[Array, ""], freq: Float[Array, ""]) -> Plays:
         r = self.thresholds(u_pp, freq)
-        p = self.a * jnp.exp(-self.b * r)  # below Eq. (14)
+        p = spread(self.a, self.count) * jnp.exp(-self.b * r)  # below Eq. (14)
         return Plays(r, spread(self.lam, self.count), spread(self.eta, self.count), p)
 
     def couplings(self, u_pp: list[float], freq: list[float]) -> dict[tuple[str, str], float]:

@@ -1,5 +1,8 @@
 """The physics of the simulated bench against what is known of each part in closed form."""
 
+from typing import ClassVar
+
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -21,7 +24,18 @@ from rapi_jax import ECDL, predict
 from rapi_jax._afg import AfgWaveform
 from rapi_jax._paper_device import paper_device, paper_drives
 from rapi_jax._waveform import triangle
-from rapi_jax.effects import AbstractDriveEffect, AbstractOpticalEffect
+from rapi_jax.effects import (
+    AbstractDriveEffect,
+    AbstractOpticalEffect,
+    AmplifierLowpass,
+    AmplitudeLaw,
+    Creep,
+    CurrentCoupling,
+    Delay,
+    RateLaw,
+    Resonance,
+    SlewLimit,
+)
 
 QUIET = Laser(linewidth_hz=0.0, rin_per_hz=0.0)
 DARK = {
@@ -211,14 +225,24 @@ def test_a_band_limit_smooths_the_codes():
 
 
 class Gain(AbstractDriveEffect):
+    name: ClassVar = "gain"
     factor: float = 1.0
+
+    @classmethod
+    def trials(cls, evidence):
+        return []
 
     def __call__(self, t, signal):
         return self.factor * signal
 
 
 class Pickup(AbstractOpticalEffect):
+    name: ClassVar = "pickup"
     hertz: float = 50.0
+
+    @classmethod
+    def trials(cls, evidence):
+        return []
 
     def __call__(self, t, signal):
         return signal + 0.1 * jnp.sin(2 * jnp.pi * self.hertz * t)
@@ -237,6 +261,78 @@ def test_effects_of_the_model_see_session_time(waveform):
     assert np.abs(base - still).max() < 0.01  # half a code and a step
     less = Device(ECDL(paper_device().operator, (Gain(0.9), Pickup(0.0))))
     assert np.ptp(Laboratory(less).frequency(waveform, time, **fields)) < 0.95 * np.ptp(base)
+
+
+def around(*effects, **fields):
+    return Device(ECDL(paper_device().operator, effects), **fields)
+
+
+@pytest.mark.parametrize(
+    ("model", "physics"),
+    [
+        (AmplifierLowpass(tau=1e-4), {"amplifier": Amplifier(bandwidth_hz=1e4 / (2 * np.pi))}),
+        (Resonance(hertz=900.0, damping=0.1, share=1.0), {"after": (MirrorResonance(900.0, 0.1),)}),
+    ],
+)
+def test_the_models_dynamics_are_those_of_the_bench(waveform, model, physics):
+    """In time, from one period before, and by harmonics: both steady at once.
+
+    The model's thresholds follow the drive that is sent, the bench's the drive behind its
+    amplifier, which is smaller.
+    """
+    time = np.linspace(0.001, 0.024, 2000)
+    amplifier = physics.get("amplifier", Amplifier())
+    behind = amplifier(waveform.volts, waveform.volts.size * waveform.frequency_hz)
+    operator = paper_device().operator
+    less = operator.alpha * (np.ptp(behind) / np.ptp(waveform.volts))
+    operator = eqx.tree_at(lambda o: o.alpha, operator, less)
+    device = Device(ECDL(operator, (model,)), settling=0)
+    found = Laboratory(device).frequency(waveform, time)
+    expected = Laboratory(Device(paper_device(), **physics)).frequency(waveform, time)
+    plain = Laboratory(around()).frequency(waveform, time)
+    np.testing.assert_allclose(found, expected, atol=5e-3)  # a code is 5 MHz
+    assert np.abs(plain - expected).max() > 0.5
+
+
+def test_a_delay_of_the_model_is_a_latency_of_the_bench(waveform):
+    time = np.linspace(0.002, 0.02, 1000)
+    found = Laboratory(around(Delay(tau=3e-4))).frequency(waveform, time)
+    expected = Laboratory(around(), latency_s=3e-4).frequency(waveform, time)
+    np.testing.assert_allclose(found, expected, atol=1e-2)
+
+
+def test_laws_and_limits_of_the_model_act_on_the_bench(waveform):
+    """As in a prediction for the same drive; codes and steps as in the first test here."""
+    drive = paper_drives()[3]
+    effects = (
+        SlewLimit(limit=300.0),
+        RateLaw(exponent=1.6),
+        AmplitudeLaw(threshold=0.2, gain=0.02, reference=3.0, centre=3.0),
+        CurrentCoupling(coupling=1e-4),
+    )
+    model = ECDL(paper_device().operator, effects[:3])
+    truth = np.asarray(predict(model, drive))
+    found = Laboratory(around(*effects[:3])).frequency(waveform, drive.time)
+    assert np.abs(found - truth).max() < 1e-2
+    assert np.abs(truth - np.asarray(predict(paper_device(), drive))).max() > 1.0
+    # The drive of the generator has steps, so that only the mean of what couples is known.
+    coupled = Laboratory(around(*effects)).frequency(waveform, drive.time)
+    up = (drive.time > 0.002) & (drive.time < 0.010)
+    assert np.mean((coupled - found)[up]) == pytest.approx(1e-4 * 360.0, abs=0.02)
+
+
+@pytest.mark.parametrize("history", [0.0, 1.0])
+def test_creep_goes_on_within_a_measurement(history):
+    """Against a prediction for the whole of what was played, the settling period included."""
+    (drive,) = triangle(40.0, amplitude=4.5, bias=3.0, samples=12_000, periods=3)
+    creep = Creep(gain=0.04, history=history)
+    device = around(creep, settling=0)
+    waveform = AfgWaveform.of(triangle(40.0, amplitude=4.5, bias=3.0, samples=16_384)[0], 16_384)
+    time = np.linspace(0.001, 0.048, 800)
+    found = Laboratory(device).frequency(waveform, time, periods=2)
+    # The device has played one period when its record begins.
+    truth = np.asarray(predict(ECDL(paper_device().operator, (creep,)), drive))
+    np.testing.assert_allclose(found, np.interp(time + 1 / 40.0, drive.time, truth), atol=0.015)
 
 
 def test_drift_is_a_function_of_session_time():

@@ -1,6 +1,7 @@
 """Ideal scans, compensation of the paper's device, and every drive that must be refused."""
 
 import dataclasses
+from typing import ClassVar
 
 import jax.numpy as jnp
 import numpy as np
@@ -21,8 +22,24 @@ from rapi_jax import (
     linear_scan,
     predict,
 )
+from rapi_jax._mixing import Mixing
 from rapi_jax._paper_device import paper_device, paper_recording
-from rapi_jax.effects import AbstractDriveEffect, AbstractInvertible, AbstractOpticalEffect
+from rapi_jax.effects import (
+    AbstractDriveEffect,
+    AbstractInvertible,
+    AbstractOpticalEffect,
+    AmplifierLowpass,
+    AmplitudeLaw,
+    Creep,
+    CurrentCoupling,
+    Delay,
+    Quantisation,
+    RateLaw,
+    Resonance,
+    Saturation,
+    SlewLimit,
+)
+from rapi_jax.effects import Etalon as ModelEtalon
 
 LIMITS = DriveLimits(0.0, 7.5, 2000.0)
 
@@ -87,7 +104,13 @@ def test_a_sawtooth_is_followed():
 class Etalon(AbstractOpticalEffect, AbstractInvertible):
     """A ripple over optical frequency, undone by fixed-point steps."""
 
+    name: ClassVar = "etalon"
+
     depth: float
+
+    @classmethod
+    def trials(cls, evidence):
+        return []
 
     def __call__(self, t, signal):
         return signal + self.depth * jnp.sin(2 * jnp.pi * signal / 5.0)
@@ -102,7 +125,13 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
 class Divider(AbstractDriveEffect, AbstractInvertible):
     """An amplifier with a gain and an offset."""
 
+    name: ClassVar = "divider"
+
     gain: float
+
+    @classmethod
+    def trials(cls, evidence):
+        return []
 
     def __call__(self, t, signal):
         return self.gain * signal + 0.01
@@ -113,6 +142,12 @@ class Divider(AbstractDriveEffect, AbstractInvertible):
 
 class Lossy(AbstractOpticalEffect):
     """What cannot be undone."""
+
+    name: ClassVar = "lossy"
+
+    @classmethod
+    def trials(cls, evidence):
+        return []
 
     def __call__(self, t, signal):
         return jnp.round(signal)
@@ -131,6 +166,126 @@ def test_an_effect_that_cannot_be_undone_is_named():
     (target,) = linear_scan(20.0, span=70.0)
     with pytest.raises(NotInvertible, match="Lossy cannot be undone"):
         compensate(ECDL(paper_device().operator, (Lossy(),)), target, limits=LIMITS, bias=3.0)
+
+
+WIDE = DriveLimits(-1.0, 8.5, 8000.0)
+LAG, LATE = AmplifierLowpass(tau=1.1e-4), Delay(tau=1.3e-4)
+RINGS = Resonance(hertz=900.0, damping=0.05, share=1.0)
+LAWS = (
+    RateLaw(exponent=1.6),
+    AmplitudeLaw(threshold=0.2, gain=0.02, tilt=0.01, reference=4.0, centre=2.5),
+)
+RIPPLE = ModelEtalon(amplitude=0.1, spacing=7.0, phase=1.0)
+
+
+def followed(effects, target, limits=WIDE):
+    """The response, two periods on, of the device with `effects` to the drive for it."""
+    device = ECDL(paper_device().operator, effects)
+    got = compensate(device, target, limits=limits, bias=3.0)
+    again = dataclasses.replace(
+        got.drive,
+        time=np.arange(2 * got.drive.size) * got.drive.step_s,
+        value=np.tile(got.drive.value, 2),
+    )
+    answer = np.asarray(predict(device, again))[got.drive.size - 1 : -1]
+    answer = np.roll(answer, -1)
+    off = (answer - np.mean(answer) - target.value + np.mean(target.value)) / target.span
+    return got, np.sqrt(np.mean(off**2)), np.abs(off).max()
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [(SlewLimit(limit=400.0),), (Saturation(low=0.5, high=5.5),), LAWS, (*LAWS, RIPPLE)],
+    ids=["slew", "saturation", "laws", "laws and etalon"],
+)
+def test_effects_without_a_memory_are_undone_to_rounding(effects):
+    (target,) = linear_scan(20.0, span=70.0)
+    assert followed(effects, target)[2] < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("effects", "plain_misses"),
+    [
+        ((LAG,), True),
+        ((LATE,), True),
+        ((RINGS,), True),
+        ((LAG, LATE, RIPPLE), True),
+        ((*LAWS, LAG, LATE), True),
+        ((CurrentCoupling(coupling=3e-3),), True),
+        ((CurrentCoupling(coupling=-3e-3),), True),
+        ((LAG, LATE, CurrentCoupling(coupling=1e-3)), True),
+        ((), False),
+    ],
+    ids=["lag", "delay", "ring", "lag-delay-etalon", "laws", "coupled", "uncoupled", "all", "none"],
+)
+def test_effects_with_a_memory_are_undone_to_a_millionth(effects, plain_misses):
+    """Unlike by the drive of the model without them."""
+    (target,) = linear_scan(20.0, span=70.0)
+    got, rms, most = followed(effects, target)
+    assert rms < 1e-6
+    assert most < 1e-5
+    assert got.predicted is not None
+    plain = compensate(ECDL(paper_device().operator), target, limits=WIDE, bias=3.0)
+    answer = np.asarray(predict(ECDL(paper_device().operator, effects), plain.drive))
+    off = answer - answer.mean() - target.value + target.value.mean()
+    assert (np.sqrt(np.mean(off**2)) > 1e-4 * target.span) == plain_misses
+
+
+def test_a_lag_and_a_resonance_need_longer_corners():
+    """A parabola's end asks the mirror for a jump of force, and the amplifier for more."""
+    (short,) = linear_scan(20.0, span=70.0)
+    with pytest.raises(LimitError, match="smooth the corners more"):
+        followed((LAG, RINGS), short)
+    (target,) = linear_scan(20.0, span=60.0, corner=0.2)
+    assert followed((LAG, RINGS), target, DriveLimits(-1.0, 8.5, 2e4))[1] < 1e-6
+
+
+def test_creep_is_undone_as_it_is_long_after_the_start():
+    (target,) = linear_scan(20.0, span=70.0)
+    device = ECDL(paper_device().operator, (Creep(gain=0.02, history=1.0),))
+    fresh = ECDL(device.operator, (Creep(gain=0.02, history=0.0),))
+    drives = [compensate(d, target, limits=WIDE, bias=3.0).drive.value for d in (device, fresh)]
+    np.testing.assert_array_equal(*drives)
+    assert followed(device.effects, target)[1] < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("effect", "message"),
+    [
+        (Quantisation(step=0.01), "Quantisation cannot be undone"),
+        (Saturation(high=4.0), r"saturation passes -inf to 4 V.*Scan less, or move"),
+        (SlewLimit(limit=100.0), r"slew_limit passes at most 100 V/s.*Scan less, more slowly"),
+        (ModelEtalon(amplitude=2.0, spacing=7.0), "turns the response back"),
+        (AmplitudeLaw(tilt=-0.9, reference=4.0), "gain of -.*must be positive"),
+    ],
+)
+def test_what_no_drive_can_undo_is_refused_with_a_cure(effect, message):
+    (target,) = linear_scan(20.0, span=70.0)
+    with pytest.raises(NotInvertible, match=message):
+        compensate(ECDL(paper_device().operator, (effect,)), target, limits=WIDE, bias=3.0)
+
+
+def test_sharp_corners_behind_a_lag_are_refused_with_a_cure():
+    (target,) = linear_scan(20.0, span=70.0, corner=0.0, samples=1024)
+    with pytest.raises(NotInvertible, match="Round its corners more, or give the target more"):
+        compensate(ECDL(paper_device().operator, (LAG,)), target, limits=WIDE, bias=3.0)
+
+
+def test_sharp_corners_are_followed_late():
+    """A delay asks for corners between samples; they stay sharp."""
+    (target,) = linear_scan(20.0, span=70.0, corner=0.0)
+    got, rms, most = followed((LATE,), target)
+    assert rms < 1e-6
+    assert got.drive.value.argmin() > got.drive.size - 30
+
+
+def test_mixing_solves_a_linear_problem_in_as_many_rounds_as_it_has_directions():
+    rng = np.random.default_rng(2)
+    matrix, wanted = 0.6 * rng.normal(size=(5, 5)), rng.normal(size=5)
+    mixing, place = Mixing(), np.zeros(5)
+    for _ in range(7):
+        place = mixing.next(place, wanted + matrix @ place)
+    np.testing.assert_allclose(place, np.linalg.solve(np.eye(5) - matrix, wanted), rtol=1e-7)
 
 
 def test_a_model_that_is_not_monotone_gives_no_drive_and_says_where():

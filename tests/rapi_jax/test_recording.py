@@ -463,25 +463,25 @@ def test_step_and_hold_refuses(change):
 # --- rows for a fit
 
 
-def test_rows_hold_the_lead_in_the_run_and_padding():
-    short = periodic(
-        130, 50.0, minimum=0.2, hz=20.0
-    )  # 10 before the first minimum, 2 whole periods
+@pytest.mark.parametrize("lead", [False, True])
+def test_rows_hold_the_lead_in_the_run_and_padding(lead):
+    short = periodic(130, 50.0, minimum=0.2, hz=20.0)  # broken periods at both ends
     long = periodic(600, 200.0, hz=5.0)
     free = dataclasses.replace(periodic(90, 40.0), waveform="other")
     responses = [3.0 * d.value for d in (short, long, free)]
     responses[1][[7, 100]] = np.nan
     recording = Recording.of((short, long, free), responses)
-    rows = sampled(recording)
-    assert rows.u.shape == (3, 768)  # a multiple of 256
+    rows = sampled(recording, lead=lead)
+    assert rows.u.shape == (3, 1024 if lead else 768)  # a multiple of 256
     for k, run in enumerate(recording.runs):
         inside = np.flatnonzero(rows.sample[k] >= 0)
-        lead = run.drive.lead_in().size
-        assert np.array_equal(inside, lead + np.arange(run.drive.size))
+        before = (50, 200, 0)[k] * lead
+        assert np.array_equal(inside, before + np.arange(run.drive.size))  # corners on samples
         assert np.array_equal(rows.sample[k, inside], np.arange(run.drive.size))
-        assert np.array_equal(rows.u[k, inside], run.drive.value)
-        assert np.array_equal(rows.u[k, :lead], run.drive.lead_in())
-        assert (rows.u[k, inside[-1] :] == run.drive.value[-1]).all()
+        # One period stands for all: later ones differ from it by rounding.
+        np.testing.assert_allclose(rows.u[k, inside], run.drive.value, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(rows.u[k, :before], run.drive.value[:before], atol=1e-12)
+        assert (rows.u[k, inside[-1] :] == rows.u[k, inside[-1]]).all()
         good = np.isfinite(run.response)
         assert np.array_equal(rows.y[k, inside][good], run.response[good])
         assert np.isfinite(rows.y[k]).all()
@@ -490,12 +490,16 @@ def test_rows_hold_the_lead_in_the_run_and_padding():
         assert np.allclose(rows.time[k, inside], run.drive.session_time)
         steps = np.diff(rows.time[k, : inside[-1] + 1])
         assert np.allclose(steps, run.drive.step_s)
+        assert (rows.time[k, inside[-1] :] == rows.time[k, inside[-1]]).all()
         assert rows.freq[k] == run.drive.rate and rows.u_pp[k] == run.drive.u_pp
         assert rows.u_min[k] == run.drive.value.min()
     assert rows.use[0].sum() == pytest.approx(100, abs=1) and rows.use[1].sum() == 598
     assert rows.use[2].sum() == 90
     batch = rows.device()
-    assert np.array_equal(batch.u, rows.u) and np.array_equal(batch.freq, rows.freq)
+    spread = np.take_along_axis(np.asarray(batch.node_u), np.asarray(batch.place), axis=1)
+    assert np.array_equal(spread, rows.u) and np.array_equal(batch.freq, rows.freq)
+    assert np.array_equal(batch.time, rows.time)
+    assert np.array_equal(batch.history.period_s > 0, [lead, lead, False])
 
 
 def test_rows_with_lag():

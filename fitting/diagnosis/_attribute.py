@@ -1,0 +1,173 @@
+"""Which effects a recording holds: every candidate refitted with the base, leaders on the richer
+base, then forward selection with a backward check.
+"""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from rapi_jax.effects import AbstractEffect
+
+from ._base_fit import Fitted
+from ._candidates import (
+    Candidate,
+    enriched,
+    name_of,
+    refitted,
+    refitted_from_straight,
+    rich_none,
+    straightened,
+)
+from ._descend import Refit, State
+from ._engine import Effects
+from ._screen import basis, evidence, reach, screen
+
+_LEADERS = 4  # refitted on the richer base
+_NEAR = 0.5  # of the best fall in chi-square: a candidate below is no rival
+_EXPLAINED = 1.25  # chi-square a locked line: what a base may leave that is not quite the device's
+_LOOSE = 1.04  # the same of what does not repeat
+_WORTH = 0.5  # of the excess, that a second effect must take away
+_CHANCE = 60.0  # fall in chi-square that no search over effects and their trials finds in noise
+
+Progress = Callable[[str], None]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Attribution:
+    """All hypotheses that were refitted; `none` first, then by what is left, least first."""
+
+    none: Candidate
+    candidates: tuple[Candidate, ...]
+
+    @property
+    def best(self) -> Candidate:
+        """The candidate that leaves least."""
+        return self.candidates[0] if self.candidates else self.none
+
+
+def excess(state: State) -> float:
+    """Chi-square above what noise alone would leave."""
+    return state.locked + state.loose - state.errors.locked.size - state.errors.loose.size
+
+
+def unexplained(state: State) -> bool:
+    """Whether more is left than noise, and than a base that is not quite the device's."""
+    lines, loose = state.errors.locked.size, state.errors.loose.size
+    return bool(
+        state.locked > _EXPLAINED * lines + 4.0 * np.sqrt(2.0 * lines)
+        or (loose and state.loose > _LOOSE * loose + 5.0 * np.sqrt(2.0 * loose))
+    )
+
+
+def attribute(
+    fitted: Fitted, candidates: Sequence[type[AbstractEffect]], say: Progress
+) -> Attribution:
+    """Refit every candidate, and pairs where one is not enough."""
+    state = fitted.state
+    own = {effect.name for effect in state.effects}
+    classes = [cls for cls in candidates if cls.name not in own]
+    seen = evidence(fitted.refit.engine, state, _noise(fitted.refit))
+    grids = [reach(cls.trials(seen)) for cls in classes]
+    refit = dataclasses.replace(fitted.refit, reach={k: v for g in grids for k, v in g.items()})
+    say("richer base")
+    rich_refit, rich = rich_none(refit, state)
+    none = Candidate((), state, rich, rich_refit, 1.0)
+    found = _one_more(refit, none, none, classes, say)
+    if not found:
+        return Attribution(none, ())
+    # The richer base with every leader's values, without its effect: no effect is credited with
+    # a better start.
+    none = _fairer(none, found)
+    pairs: list[Candidate] = []
+    best = min(found, key=lambda c: c.cost)
+    if unexplained(best.rich) and none.cost - best.cost > _CHANCE:
+        firsts = sorted(found, key=lambda c: c.cost)[:2]
+        firsts = [c for c in firsts if none.cost - c.cost > _NEAR * (none.cost - best.cost)]
+        for first in firsts:
+            rest = [cls for cls in classes if cls.name != first.name]
+            say(f"{first.name} and another")
+            for pair in _one_more(refit, first, none, rest, lambda line: None):
+                names = {p.name for p in pairs}
+                if pair.name not in names and _worth(pair, [first, *found]):
+                    pairs.append(pair)
+    ordered = sorted([*found, *pairs], key=lambda c: c.cost)
+    return Attribution(none, tuple(ordered))
+
+
+def _worth(pair: Candidate, singles: list[Candidate]) -> bool:
+    """The backward check: neither of the two alone leaves nearly as little."""
+    members = {effect.name for effect in pair.effects}
+    alone = min((s.rich for s in singles if s.name in members), key=lambda s: s.cost)
+    gain = alone.cost - pair.cost
+    return gain > _CHANCE and gain > _WORTH * excess(alone)
+
+
+def _one_more(
+    refit: Refit,
+    start: Candidate,
+    none: Candidate,
+    classes: Sequence[type[AbstractEffect]],
+    say: Progress,
+) -> list[Candidate]:
+    """Every class beside the effects of `start`; the leaders also on the richer base."""
+    state, rich = start.plain, start.rich
+    seen = evidence(refit.engine, state, _noise(refit))
+    plain_basis = basis(refit.base_columns(state))
+    rich_basis = basis(start.rich_refit.base_columns(rich))
+    straight = straightened(refit, state) if _one_rate(refit) else None
+    ends: list[tuple[State, float]] = []
+    for cls in classes:
+        say(cls.name)
+        trials = list(cls.trials(seen))
+        found = screen(refit, state, trials, plain_basis, rich_basis)
+        if not found:
+            continue
+        end = refitted(refit, state, found)
+        if straight is not None:
+            bent = basis(straight[0].base_columns(straight[1]))
+            looks = screen(*straight, trials, bent, bent)
+            other = refitted_from_straight(refit, straight, looks)
+            if other is not None and (end is None or other.cost < end.cost):
+                end = other
+        if end is not None and end.cost < state.cost:
+            ends.append((end, found[0].survival))
+    ends.sort(key=lambda pair: pair[0].cost)
+    most = state.cost - ends[0][0].cost if ends else 0.0
+    leaders = [
+        (end, survival)
+        for end, survival in ends[: _LEADERS + 1]
+        if state.cost - end.cost > max(_NEAR * most, _CHANCE / 4)
+    ] or ends[:1]
+    own = len(none.plain.effects)
+    out = []
+    for end, survival in leaders:
+        say(f"{name_of(end.effects[own:])} on the richer base")
+        rich_refit, rich = enriched(refit, end, (start.rich_refit, start.rich))
+        effects: Effects = rich.effects[own:]
+        out.append(Candidate(effects, end, rich, rich_refit, survival))
+    return out
+
+
+def _noise(refit: Refit) -> float:
+    spectrum = refit.whitener.spectrum
+    return float(np.sqrt(spectrum.white + spectrum.low))
+
+
+def _one_rate(refit: Refit) -> bool:
+    """Whether all runs have about one rate: a lag and hysteresis then look alike."""
+    rates = refit.engine.recording.rates
+    return bool(max(rates) <= 1.2 * min(rates))
+
+
+def _fairer(none: Candidate, found: list[Candidate]) -> Candidate:
+    """`none`, from the best of the leaders' richer bases where that leaves less."""
+    best = min(found, key=lambda c: c.cost)
+    refit = best.rich_refit
+    start = refit.at(best.rich.values, none.plain.effects)
+    if not np.isfinite(start.cost) or start.cost > 3.0 * none.cost:
+        return none
+    end = refit.descend(start, 12, 2e-3)
+    if end.cost < none.cost:
+        return dataclasses.replace(none, rich=end, rich_refit=refit)
+    return none

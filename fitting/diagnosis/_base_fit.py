@@ -1,0 +1,93 @@
+"""The base model: what RA-PI alone makes of a recording, whether a model was brought or not."""
+
+import dataclasses
+
+import numpy as np
+
+from fitting._fit import default_free
+from fitting._vector import Vector
+from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
+
+from ._blocks import Block
+from ._descend import Base, Refit, State
+from ._engine import Effects, Engine
+from ._lines import tones, without
+from ._noise import Spectrum, Whitener, measure
+
+_GUESSES = 4
+_STEPS = 40
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Fitted:
+    """The base at its best, the noise by which it was judged, and the model given, if any.
+
+    `given`: the errors of the model as it was brought ("periods phases" by run); `None` where the
+    base was identified here.
+    """
+
+    refit: Refit
+    state: State
+    spectrum: Spectrum
+    given: list[np.ndarray] | None
+
+    @property
+    def whitener(self) -> Whitener:
+        """The whitening for `spectrum`."""
+        return self.refit.whitener
+
+
+def fitted_base(engine: Engine, ecdl: ECDL | None) -> Fitted:
+    """The base fitted to the recording, from the model brought and from guesses of its make."""
+    recording = engine.recording
+    effects: Effects = () if ecdl is None else ecdl.effects
+    starts = _starts(recording, ecdl)
+    first = starts[0]
+    values = Base.of(engine, first).centre
+    nodes = engine.nodes(first, values, effects)
+    raw = engine.errors(engine.whitener(_ONE), first, effects, nodes).raw
+    spectrum = _quiet(raw, engine.blocks)
+    while True:
+        found: list[tuple[Refit, State]] = []
+        for operator in starts:
+            base = Base.of(engine, operator, _free(engine, operator))
+            refit = Refit(engine, engine.whitener(spectrum), base)
+            found.append((refit, refit.descend(refit.at(base.centre, effects), _STEPS)))
+        refit, state = min(found, key=lambda pair: pair[1].cost)
+        better = _quiet(state.errors.raw, engine.blocks)
+        if spectrum.known or better.white > 0.5 * spectrum.white:
+            break
+        spectrum = better  # without repeats the noise is read off what the fit leaves
+        starts = [engine.filled(refit.base.operator, state.values)]
+    return Fitted(refit, state, spectrum, None if ecdl is None else raw)
+
+
+_ONE = Spectrum(1.0, 0.0, 1.0, True)
+
+
+def _quiet(errors: list[np.ndarray], blocks: list[Block]) -> Spectrum:
+    """The noise spectrum, with tones that do not follow the scan taken out: they leak."""
+    spectrum = measure(errors, blocks)
+    found = tones(errors, blocks, spectrum) if spectrum.known else []
+    return measure(without(errors, blocks, found), blocks) if found else spectrum
+
+
+def _starts(recording: Recording, ecdl: ECDL | None) -> list[AbstractOperator]:
+    """Operators to start from. Plays share `lam`, `eta` and `alpha` in all but the one brought.
+
+    With a value for each play a refit ends in one of many valleys; that freedom is the richer
+    base's, which starts from here.
+    """
+    if ecdl is None:
+        return list(RAPI.guesses(recording, count=_GUESSES))
+    operator = ecdl.operator
+    if not isinstance(operator, RAPI):
+        return [operator]
+    guesses = RAPI.guesses(recording, plays=operator.count, order=operator.d.size, count=2)
+    return [operator, *guesses]
+
+
+def _free(engine: Engine, operator: AbstractOperator) -> np.ndarray:
+    """Which values may move: those that these data can tell apart, as in a fit."""
+    ecdl = ECDL(operator)
+    return Vector.of(ecdl).mask(ecdl, default_free(ecdl, engine.recording))

@@ -1,0 +1,165 @@
+"""Joint refits of one more effect: from its best trials, first on the operator itself, then on the
+richer base, where only what no hysteresis could do counts.
+"""
+
+import dataclasses
+
+import numpy as np
+
+from rapi_jax import RAPI
+from rapi_jax._parameter import parameters
+
+from ._descend import Refit, State
+from ._engine import Effects, effect_values, free_parameters, with_values
+from ._free_base import free_base
+from ._screen import Screened
+
+_FIRST, _REST = 4, 40  # steps of the first look, and of the best one afterwards
+_LOOKS = 3  # trials that are refitted
+_FAINT = 0.02  # of the weights: what is left where hysteresis is to begin from nothing
+_RICH_STEPS = 20
+_RICH_SHARE = 2e-3  # of the excess: a slower descent on the richer base is over
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Candidate:
+    """A set of effects beside the base: refitted on the operator, and on the richer base.
+
+    `effects` are those added, in `plain` and `rich` they stand behind the base's own.
+    `survival`: see `Screened`; of the effect added last.
+    """
+
+    effects: Effects
+    plain: State
+    rich: State
+    rich_refit: Refit
+    survival: float
+
+    @property
+    def name(self) -> str:
+        """The effects' names in alphabetical order, joined by +; `none` where there is none."""
+        return name_of(self.effects)
+
+    @property
+    def count(self) -> int:
+        """Number of parameters added."""
+        return sum(len(free_parameters(effect)) for effect in self.effects)
+
+    @property
+    def cost(self) -> float:
+        """Chi-square on the richer base."""
+        return self.rich.cost
+
+
+def name_of(effects: Effects) -> str:
+    """The name of a set of effects, as in reports."""
+    return "+".join(sorted(effect.name for effect in effects)) or "none"
+
+
+def refitted(refit: Refit, state: State, screened: list[Screened]) -> State | None:
+    """The best joint refit of the operator with one more effect, from its most promising trials."""
+    return _best(refit, refit, state, screened)
+
+
+def refitted_from_straight(
+    refit: Refit, straight: tuple[Refit, State], screened: list[Screened]
+) -> State | None:
+    """The same, beginning without hysteresis: the effect first, then all together.
+
+    At one rate a lag and a loop look alike, and a fit that begins with the loop keeps it.
+    """
+    bent, state = straight
+    end = _best(bent, refit, state, screened)
+    return None if end is None else refit.descend(end, _REST)
+
+
+def _best(first: Refit, then: Refit, state: State, screened: list[Screened]) -> State | None:
+    ends = []
+    for one in _different(screened):
+        start = first.at(state.values, (*state.effects, one.effect))
+        if np.isfinite(start.cost):
+            ends.append(first.descend(start, _FIRST if first is then else 3 * _FIRST))
+    if not ends:
+        return None
+    best = min(ends, key=lambda end: end.cost)
+    if not type(best.effects[-1]).smooth:
+        best = _searched(first, best)
+    return then.descend(best, _REST)
+
+
+def straightened(refit: Refit, state: State) -> tuple[Refit, State] | None:
+    """The operator with next to no hysteresis, only its polynomial free; `None` for no `RAPI`."""
+    base, at = refit.base, 0
+    operator = base.operator
+    if not isinstance(operator, RAPI):
+        return None
+    values, free = state.values.copy(), np.zeros(state.values.size, dtype=bool)
+    for p in parameters(operator):
+        part = slice(at, at + p.size)
+        if p.name == "a":
+            values[part] *= _FAINT
+        free[part] = p.linear
+        at += p.size
+    bent = dataclasses.replace(refit, base=dataclasses.replace(base, free=free & base.free))
+    return bent, bent.descend(bent.at(values, state.effects), 4)
+
+
+def _different(screened: list[Screened]) -> list[Screened]:
+    """The best few by what the operator leaves, and the best by what the richer base leaves."""
+    best = screened[:_LOOKS]
+    for one in sorted(screened, key=lambda one: -one.fall_rich)[:1]:
+        if all(one is not other for other in best):
+            best = [*best, one]
+    return best
+
+
+def _searched(refit: Refit, state: State) -> State:
+    """Parameters of the last effect moved to and fro by shrinking steps, the base following."""
+    at = effect_values(state.effects[:-1]).size
+    for share in (0.2, 0.06, 0.02, 0.006):
+        for i in range(at, effect_values(state.effects).size):
+            now = effect_values(state.effects)
+            size = abs(now[i]) if now[i] else 0.5
+            for sign in (1.0, -1.0):
+                other = now.copy()
+                other[i] += sign * share * size
+                new = refit.at(state.values, with_values(state.effects, other))
+                if np.isfinite(new.cost) and new.cost < state.cost:
+                    state = new
+                    break
+    return state
+
+
+def rich_none(refit: Refit, state: State) -> tuple[Refit, State]:
+    """The richer base without any effect but the base's own."""
+    base = free_base(refit.engine, refit.base, state.values) or refit.base
+    rich = dataclasses.replace(refit, base=base)
+    values = base.centre if base is not refit.base else state.values
+    return rich, rich.descend(rich.at(values, state.effects), _RICH_STEPS, _RICH_SHARE)
+
+
+def enriched(refit: Refit, plain: State, none: tuple[Refit, State]) -> tuple[Refit, State]:
+    """The richer base with the effects of `plain`: from there, or from the richer base without.
+
+    The better of the two starts is followed; the other only where the first ends above it.
+    """
+    base = free_base(refit.engine, refit.base, plain.values) or refit.base
+    own = dataclasses.replace(refit, base=base)
+    values = base.centre if base is not refit.base else plain.values
+    other, before = none
+    starts = [
+        (own, own.at(values, plain.effects)),
+        (other, other.at(before.values, plain.effects)),
+    ]
+    starts = sorted((s for s in starts if np.isfinite(s[1].cost)), key=lambda s: s[1].cost)
+    first, state = starts[0]
+    end = first.descend(state, _RICH_STEPS, _RICH_SHARE)
+    if len(starts) > 1 and starts[1][1].cost < 3.0 * end.cost and end.locked > 1.2 * _lines(end):
+        second = starts[1][0].descend(starts[1][1], _RICH_STEPS, _RICH_SHARE)
+        if second.cost < end.cost:
+            return starts[1][0], second
+    return first, end
+
+
+def _lines(state: State) -> int:
+    return state.errors.locked.size

@@ -1,0 +1,90 @@
+"""What a diagnosis gives back."""
+
+import dataclasses
+import os
+from pathlib import Path
+from typing import Any
+
+from fitting._result import _finite, versions
+from rapi_jax import ECDL, Recording
+
+SCHEMA = "rapi.diagnosis/1"
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Verdict:
+    """`name`: `none`, `unlisted`, or effects joined by +. `set`: the smallest set of hypotheses
+    with 95 % of the probability. `sentence`, `advice`: what it means, and what to do.
+    """
+
+    name: str
+    effects: tuple[str, ...]
+    probability: float
+    set: tuple[str, ...]
+    reason: str
+    sentence: str
+    advice: str
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """Where the gap of a model and a recording lies, which effect causes it, how far it closes.
+
+    `model`: the base refitted together with the effects named, for prediction, fitting and
+    compensation. `content`: all figures, as in `diagnosis.json`.
+    """
+
+    recording: Recording
+    model: ECDL
+    verdict: Verdict
+    content: dict[str, Any]
+    notes: tuple[str, ...]
+    seconds: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """The diagnosis as in `diagnosis.json` (schema `rapi.diagnosis/1`)."""
+        verdict = dataclasses.asdict(self.verdict)
+        verdict |= {"effects": list(self.verdict.effects), "set": list(self.verdict.set)}
+        return _finite(
+            {
+                "schema": SCHEMA,
+                "unit": self.recording.response_unit,
+                **self.content,
+                "verdict": verdict,
+                "notes": list(self.notes),
+                "seconds": self.seconds,
+                "versions": versions(),
+                "data_sha256": self.recording.sha256(),
+            }
+        )
+
+    def page(self) -> str:
+        """The report as one self-contained HTML page."""
+        from fitting.report._diagnosis_page import page
+
+        return page(self.to_dict())
+
+    def save(self, folder: str | os.PathLike[str], *, name: str = "") -> list[Path]:
+        """Write `diagnosis.json`, `report.html` and the loadable model to `folder`."""
+        from fitting.report._diagnosis_files import write_diagnosis
+
+        path = Path(folder)
+        path.mkdir(parents=True, exist_ok=True)
+        return write_diagnosis(self, path, name=name)
+
+    def summary(self) -> str:
+        """The diagnosis in a few lines, for people."""
+        from fitting.report._diagnosis_text import text
+
+        return text(self.to_dict())
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def __repr__(self) -> str:
+        return f"<Diagnosis: {self.verdict.name}, probability {self.verdict.probability:.2f}>"
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        return f"<pre>{escape(self.summary())}</pre>"

@@ -1,0 +1,45 @@
+"""Parameters of effects with standard errors, from the normal matrix of a joint refit."""
+
+from typing import Any
+
+import numpy as np
+
+from ._descend import Refit, State
+from ._engine import effect_values, free_parameters
+
+
+def standard_errors(refit: Refit, state: State) -> np.ndarray:
+    """One standard error of each moved parameter of the effects, the operator free.
+
+    Errors are white here. What the base leaves above the noise counts as noise of that size.
+    """
+    full, _, _ = refit.gram(state)
+    length = np.sqrt(np.diag(full))
+    alive = length > 0
+    unit = np.where(alive, length, 1.0)
+    scaled = full / unit[:, None] / unit[None, :] + np.diag(np.where(alive, 0.0, 1.0))
+    size, vectors = np.linalg.eigh(scaled)
+    kept = size > 1e-12 * size.max()
+    inverse = (vectors[:, kept] / size[kept]) @ vectors[:, kept].T
+    wide = max(1.0, state.locked / max(state.errors.locked.size, 1))
+    variance = np.diag(inverse) * wide / unit**2
+    out = np.sqrt(np.where(alive, variance, np.inf))
+    return out[state.values.size :]
+
+
+def estimates(refit: Refit, state: State, unit: str, drive_unit: str) -> dict[str, dict[str, Any]]:
+    """`{name: {value, stderr, unit}}`; with several effects names carry the effect's."""
+    errors = standard_errors(refit, state)
+    values = effect_values(state.effects)
+    several = len(state.effects) > 1
+    out, at = {}, 0
+    for effect in state.effects:
+        for path, _, _, own in free_parameters(effect):
+            name = f"{effect.name}.{path[-1]}" if several else str(path[-1])
+            out[name] = {
+                "value": float(values[at]),
+                "stderr": float(errors[at]),
+                "unit": own.format(x=unit, u=drive_unit),
+            }
+            at += 1
+    return out

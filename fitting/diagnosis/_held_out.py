@@ -1,0 +1,143 @@
+"""What an effect is worth on data that took no part in the refit: rates, amplitudes, last periods.
+
+Both models, with the effect and without, are refitted to what remains, from their full fits.
+"""
+
+import dataclasses
+
+import numpy as np
+
+from rapi_jax import Recording
+
+from ._blocks import Block, part
+from ._bootstrap import closed_fraction
+from ._candidates import Candidate
+from ._descend import Refit, State
+from ._engine import Engine
+from ._noise import Whitener
+
+_STEPS = 8
+_LAST = 2.0 / 3.0  # of the periods are seen, the others held out
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Fold:
+    """One part held out: its name, what is seen, and what is held, as blocks of their runs."""
+
+    name: str
+    seen: list[Block]
+    use: np.ndarray  # runs that are seen
+    held: list[Block]
+    runs: list[int]  # of `held`
+
+
+def folds(engine: Engine) -> list[Fold]:
+    """Each rate, each amplitude, and the last third of the periods, as far as there are several."""
+    recording, blocks = engine.recording, engine.blocks
+    out = []
+    for name, members in _groups(recording):
+        runs = [k for k, member in enumerate(members) if member]
+        held = [blocks[k] for k in runs]
+        out.append(Fold(name, blocks, ~members, held, runs))
+    # A run of one period is cut in time; where all are, that is all there is.
+    several = [b.periods >= 3 for b in blocks]
+    cut = several if any(several) else [b.left.shape[1] > 60 for b in blocks]
+    if any(cut):
+        seen = [part(b, 0.0, _LAST) if c else b for b, c in zip(blocks, cut, strict=True)]
+        held = [part(b, _LAST, 1.0) for b, c in zip(blocks, cut, strict=True) if c]
+        everything = np.ones(len(blocks), dtype=bool)
+        runs = [k for k, c in enumerate(cut) if c]
+        out.append(
+            Fold("last periods" if any(several) else "last third", seen, everything, held, runs)
+        )
+    return out
+
+
+def _groups(recording: Recording) -> list[tuple[str, np.ndarray]]:
+    drives, unit = recording.drives, recording.drive_unit
+    out = []
+    rates = np.array([d.rate for d in drives])
+    if np.unique(rates).size > 1:
+        out += [(f"rate {r:g} Hz", rates == r) for r in np.unique(rates)]
+    levels = np.array(recording.amplitudes)
+    if levels.size > 1:
+        nearest = np.array([int(np.abs(levels - d.u_pp).argmin()) for d in drives])
+        out += [(f"amplitude {a:.4g} {unit}", nearest == i) for i, a in enumerate(levels)]
+    return out
+
+
+def refit_without(refit: Refit, fold: Fold, state: State) -> list[np.ndarray]:
+    """Errors on what `fold` holds, of the model refitted to what it leaves."""
+    engine = dataclasses.replace(refit.engine, blocks=fold.seen)
+    whitener = Whitener(fold.seen, refit.whitener.spectrum, engine.own_origin, use=fold.use)
+    own = dataclasses.replace(refit, engine=engine, whitener=whitener)
+    end = own.descend(own.at(state.values, state.effects), _STEPS, 2e-3)
+    rows = refit.engine.rows(refit.base.operator, end.effects, end.nodes)
+    return [(b.of(rows[k]) - b.data) * b.use for k, b in zip(fold.runs, fold.held, strict=True)]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Held:
+    """Errors before and after on all that was held out, and each part's closed fraction."""
+
+    parts: list[dict]
+    before: list[np.ndarray]
+    after: list[np.ndarray]
+    blocks: list[Block]
+    closed: dict[str, float] | None
+
+    def rms(self, own_origin: bool) -> tuple[float, float]:
+        """Errors before and after."""
+        return rms(self.before, own_origin), rms(self.after, own_origin)
+
+
+def credit(
+    engine: Engine,
+    none: tuple[Refit, State],
+    candidate: tuple[Refit, State],
+    say=lambda line: None,
+) -> Held | None:
+    """The closed fraction of a candidate, part by part; `None` where nothing can be held."""
+    before: list[np.ndarray] = []
+    after: list[np.ndarray] = []
+    held: list[Block] = []
+    parts = []
+    spectrum, own = none[0].whitener.spectrum, engine.own_origin
+    for fold in folds(engine):
+        if not _enough(fold, candidate[1]):
+            continue
+        say(f"held out: {fold.name}")
+        pair = [refit_without(r, fold, s) for r, s in (none, candidate)]
+        parts.append(
+            {
+                "part": fold.name,
+                "before": rms(pair[0], own),
+                "after": rms(pair[1], own),
+                "closed_fraction": closed_fraction(
+                    pair[0], pair[1], fold.held, spectrum, own_origin=own
+                ),
+            }
+        )
+        before, after = before + pair[0], after + pair[1]
+        held = held + fold.held
+    if not parts:
+        return None
+    closed = closed_fraction(before, after, held, spectrum, own_origin=own)
+    return Held(parts, before, after, held, closed)
+
+
+def _enough(fold: Fold, state: State) -> bool:
+    seen = sum(b.left.shape[1] for b, use in zip(fold.seen, fold.use, strict=True) if use)
+    return bool(fold.use.any() and seen > 2 * state.values.size)
+
+
+def rms(errors: list[np.ndarray], own_origin: bool) -> float:
+    """Root mean square over all runs; with `own_origin` about each run's mean."""
+    if own_origin:
+        errors = [e - e.mean() for e in errors]
+    return float(np.sqrt(np.mean(np.concatenate([e.ravel() for e in errors]) ** 2)))
+
+
+def pair_of(candidate: Candidate, refit: Refit, rich: bool) -> tuple[Refit, State]:
+    """The refit and state of a candidate, on the richer base or on the plain one."""
+    return (candidate.rich_refit, candidate.rich) if rich else (refit, candidate.plain)

@@ -1,0 +1,181 @@
+"""Noise from repeated periods: its spectrum, the exact split into locked and not, the whitening.
+
+The discrete Fourier transform of `P` whole periods puts all that repeats with the scan into every
+`P`-th line and nothing else there but noise; all other lines hold what does not repeat.
+"""
+
+import dataclasses
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from ._blocks import Block
+
+_BINS = 24  # of log frequency, for the medians
+_SLOWEST = 6  # lines of one run below which slow effects, not noise, rule
+_MEDIAN = np.log(2.0)  # of an exponential variable with mean 1
+
+
+@dataclasses.dataclass(frozen=True)
+class Spectrum:
+    r"""Noise of a sample: $S(f) = w + (h/\Delta t) a / (1 + (f/f_c)^2)$, a variance a line.
+
+    The white part is that of one reading. The slow part is a process in time, so a line of faster
+    samples holds more of it: `low` is what it has at a sampling interval of `step_s` ($h$, s).
+    `white`, `low`: variances in the response's unit squared. `corner`: Hz. `known`: whether
+    repeated periods measured it; where not, it is read off the fastest lines of the residual, and
+    is only an upper edge of the white part.
+    """
+
+    white: float
+    low: float
+    corner: float
+    known: bool
+    step_s: float = 1.0
+
+    def at(self, hertz: np.ndarray, step_s: float) -> np.ndarray:
+        """Variance a sample at each frequency, for samples every `step_s`."""
+        return self.white + self.slow(hertz, step_s)
+
+    def slow(self, hertz: np.ndarray, step_s: float) -> np.ndarray:
+        """The part of the process in time alone."""
+        return self.low * (self.step_s / step_s) / (1.0 + (hertz / self.corner) ** 2)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Lines:
+    """Which lines of a block's transform are what. `locked` are those that repeat with the scan."""
+
+    hertz: np.ndarray
+    step_s: float
+    locked: np.ndarray
+    twice: np.ndarray  # 2 for lines that stand for two (real and imaginary part count), 1 at ends
+
+    @classmethod
+    def of(cls, block: Block) -> "Lines":
+        """The lines of a block."""
+        k = np.arange(block.size // 2 + 1)
+        locked = k % block.periods == 0
+        twice = np.where((k == 0) | (2 * k == block.size), 1.0, 2.0)
+        return cls(k / (block.size * block.step_s), block.step_s, locked, twice)
+
+
+def transform(values: np.ndarray) -> np.ndarray:
+    """Fourier lines of "... periods phases", scaled so that noise of variance v has power v."""
+    flat = values.reshape(*values.shape[:-2], -1)
+    return np.fft.rfft(flat, axis=-1) / np.sqrt(flat.shape[-1])
+
+
+def measure(errors: list[np.ndarray], blocks: list[Block]) -> Spectrum:
+    """The noise spectrum of the runs from `errors` ("periods phases"), robust against effects.
+
+    Medians over lines that do not repeat, so single lines (pickup) do not count, and without the
+    slowest lines of each run (drift, creep).
+    """
+    hertz, power, faster = [], [], []
+    step = float(np.median([b.step_s for b in blocks]))
+    known = any(b.periods > 1 for b in blocks)
+    for error, block in zip(errors, blocks, strict=True):
+        lines = Lines.of(block)
+        p = np.abs(transform(error)) ** 2
+        if known:
+            pick = ~lines.locked & (np.arange(p.size) >= _SLOWEST) & (lines.twice == 2)
+            pick &= block.periods > 1
+        else:
+            pick = np.arange(p.size) > 0.6 * p.size
+        hertz.append(lines.hertz[pick])
+        power.append(p[pick])
+        faster.append(np.full(int(pick.sum()), step / block.step_s))
+    f, p, k = np.concatenate(hertz), np.concatenate(power), np.concatenate(faster)
+    if p.size < 8 or not p.max() > 0:
+        floor = float(np.mean(p)) if p.size else 0.0
+        return Spectrum(max(floor, 1e-300), 0.0, 1.0, known)
+    if not known:
+        return Spectrum(float(np.median(p)) / _MEDIAN, 0.0, 1.0, False)
+    edges = np.geomspace(f[f > 0].min(), f.max() * (1 + 1e-9), _BINS + 1)
+    where = np.digitize(f, edges)
+    middle, level, count, share = [], [], [], []
+    for b in range(1, _BINS + 1):
+        inside = where == b
+        if inside.sum() >= 6:
+            middle.append(np.exp(np.mean(np.log(f[inside]))))
+            level.append(np.median(p[inside]) / _MEDIAN)
+            count.append(inside.sum())
+            share.append(np.mean(k[inside]))
+    if len(middle) < 4:
+        return Spectrum(float(np.median(p)) / _MEDIAN, 0.0, 1.0, True)
+    x, y = np.array(middle), np.log(np.maximum(level, 1e-300))
+    weight, share = np.sqrt(np.minimum(count, 200.0)), np.array(share)
+    top, bottom = float(np.exp(y.max())), float(np.exp(y[-4:].mean()))
+
+    def miss(q: np.ndarray) -> np.ndarray:
+        model = np.exp(q[0]) + share * np.exp(q[1]) / (1.0 + (x / np.exp(q[2])) ** 2)
+        return weight * (np.log(model) - y)
+
+    best = None
+    for corner in np.geomspace(max(x[0], 1e-3), x[-1], 4):
+        start = np.array([np.log(bottom), np.log(max(top - bottom, 0.05 * bottom)), np.log(corner)])
+        low = [np.log(bottom) - 12.0, np.log(bottom) - 14.0, np.log(x[0])]
+        high = [np.log(top) + 2.0, np.log(top) + 3.0, np.log(x[-1]) + 3.0]
+        start = np.clip(start, np.array(low) + 1e-6, np.array(high) - 1e-6)
+        found = least_squares(miss, start, bounds=(low, high), loss="soft_l1", f_scale=2.0)
+        if best is None or found.cost < best.cost:
+            best = found
+    assert best is not None  # noqa: S101 (four starts)
+    w, a, c = np.exp(best.x)
+    level = float(np.median(p / (w + k * a / (1.0 + (f / c) ** 2)))) / _MEDIAN  # of all lines
+    return Spectrum(float(level * w), float(level * a), float(c), True, step)
+
+
+class Whitener:
+    """Errors of all runs as two vectors of unit variance: locked to the scan, and not.
+
+    `own_origin`: each run has a zero of its own, so its mean says nothing. `use`: which runs count.
+    """
+
+    def __init__(
+        self,
+        blocks: list[Block],
+        spectrum: Spectrum,
+        own_origin: bool,
+        *,
+        use: np.ndarray | None = None,
+    ) -> None:
+        self.blocks, self.spectrum = blocks, spectrum
+        self.lines = [Lines.of(b) for b in blocks]
+        self._scale = [
+            np.sqrt(lines.twice / spectrum.at(lines.hertz, lines.step_s)) for lines in self.lines
+        ]
+        for k, scale in enumerate(self._scale):
+            scale[0] *= not own_origin
+            scale *= use is None or bool(use[k])
+
+    def locked(self, periods: list[np.ndarray]) -> np.ndarray:
+        """From values over one period, or from all periods; last axes "periods phases"."""
+        parts = []
+        for values, lines, scale, block in zip(
+            periods, self.lines, self._scale, self.blocks, strict=True
+        ):
+            if values.shape[-2] == 1 and block.periods > 1:
+                line = transform(values) * np.sqrt(block.periods)
+            else:
+                line = transform(values)[..., lines.locked]
+            parts.append(self._split(line * scale[lines.locked], lines.twice[lines.locked]))
+        return np.concatenate(parts, axis=-1)
+
+    def loose(self, values: list[np.ndarray]) -> np.ndarray:
+        """What does not repeat with the scan."""
+        parts = []
+        for value, lines, scale, block in zip(
+            values, self.lines, self._scale, self.blocks, strict=True
+        ):
+            if block.periods > 1:
+                line = transform(value)[..., ~lines.locked] * scale[~lines.locked]
+                parts.append(self._split(line, lines.twice[~lines.locked]))
+        if not parts:
+            return np.zeros((*values[0].shape[:-2], 0))
+        return np.concatenate(parts, axis=-1)
+
+    @staticmethod
+    def _split(line: np.ndarray, twice: np.ndarray) -> np.ndarray:
+        return np.concatenate([np.real(line), np.imag(line[..., twice == 2])], axis=-1)

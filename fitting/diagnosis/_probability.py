@@ -1,0 +1,103 @@
+"""How probable each hypothesis is: none, each effect, pairs, and `unlisted`."""
+
+import dataclasses
+
+import numpy as np
+
+from ._attribute import Attribution, excess
+from ._candidates import Candidate
+
+
+@dataclasses.dataclass(frozen=True)
+class Calibration:
+    """Numbers that turn chi-squares into probabilities, and where they come from.
+
+    - `temperature`: differences of log evidence are divided by it. `parameter`: log evidence that
+      one more parameter costs, in units of the logarithm of the number of lines, halved.
+    - `chance`: log evidence that one more effect costs, for the search over its trials.
+    - `left`: share of the excess that the right effects leave at most; `left_width`: how sharply.
+    - `left_unknown`, `left_unknown_width`: the same where no run repeats, so that noise is unknown.
+    - `misfit`: chi-square a locked line that a base may leave; `misfit_loose`: the same of what
+      does not repeat; `misfit_width`: how sharply, in the same unit.
+    """
+
+    temperature: float = 4.0
+    parameter: float = 1.0
+    chance: float = 20.0
+    left: float = 0.04
+    left_width: float = 0.006
+    left_unknown: float = 0.5
+    left_unknown_width: float = 0.08
+    misfit: float = 0.3
+    misfit_loose: float = 0.05
+    misfit_width: float = 0.04
+    provenance: str = "simulated devices of the model's own class and wider ones, 2026-11"
+
+
+CALIBRATION = Calibration()
+
+
+def _logistic(x: float) -> float:
+    return float(1.0 / (1.0 + np.exp(-np.clip(x, -50.0, 50.0))))
+
+
+def remains(best: Candidate, none: Candidate, noise_known: bool, calibration: Calibration) -> float:
+    """Probability that what the best hypothesis leaves is more than noise and base misfit."""
+    state = best.rich
+    lines, loose = state.errors.locked.size, max(state.errors.loose.size, 1)
+    over = max(
+        (state.locked / lines - 1.0 - calibration.misfit) / calibration.misfit_width,
+        (state.loose / loose - 1.0 - calibration.misfit_loose) / (calibration.misfit_width / 5.0)
+        if state.errors.loose.size
+        else -np.inf,
+    )
+    before = excess(none.rich)
+    share = excess(state) / before if before > 0 else 0.0
+    if not noise_known:  # then all that is left may be noise, and only a poor share tells
+        return _logistic((share - calibration.left_unknown) / calibration.left_unknown_width)
+    closed = (share - calibration.left) / calibration.left_width
+    return _logistic(over) * _logistic(closed)
+
+
+def probabilities(
+    attribution: Attribution, *, noise_known: bool = True, calibration: Calibration = CALIBRATION
+) -> list[tuple[Candidate | None, float]]:
+    """Each hypothesis with its probability, most probable first; `None` stands for `unlisted`."""
+    all_of = [attribution.none, *attribution.candidates]
+    best = attribution.best if attribution.best.cost < attribution.none.cost else attribution.none
+    state = best.rich
+    lines, loose = state.errors.locked.size, max(state.errors.loose.size, 1)
+    # Where the base misfits, its misfit is noise of that size to every comparison.
+    wide = max(1.0, state.locked / lines)
+    wide_loose = max(1.0, state.loose / loose)
+    each = calibration.parameter * np.log(lines + loose)
+    log = np.array(
+        [
+            -0.5
+            * (c.rich.locked / wide + c.rich.loose / wide_loose + c.rich.prior + each * c.count)
+            - calibration.chance * len(c.effects)
+            for c in all_of
+        ]
+    )
+    weight = np.exp((log - log.max()) / calibration.temperature)
+    weight /= weight.sum()
+    top = all_of[int(np.argmax(weight))]
+    unlisted = remains(top, attribution.none, noise_known, calibration)
+    out: list[tuple[Candidate | None, float]] = [
+        (c, float(w * (1.0 - unlisted))) for c, w in zip(all_of, weight, strict=True)
+    ]
+    out.append((None, unlisted))
+    return sorted(out, key=lambda pair: -pair[1])
+
+
+def smallest_set(
+    hypotheses: list[tuple[Candidate | None, float]], level: float = 0.95
+) -> list[str]:
+    """Names of the smallest set of hypotheses with at least `level` of the probability."""
+    total, names = 0.0, []
+    for candidate, probability in hypotheses:
+        names.append("unlisted" if candidate is None else candidate.name)
+        total += probability
+        if total >= level:
+            break
+    return names

@@ -1,0 +1,187 @@
+"""Scans that could be taken next: shapes, rates, amplitudes and biases within the drive's limits.
+
+Rates: from half the slowest rate seen to ten times the fastest, as far as slope, step and rate
+limits allow; where the full swing would be too steep, a smaller one is taken. Voltages: those of
+the limits that the recording has covered, and a little more (`Identified.limits`): a model says
+nothing of others.
+"""
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from rapi_jax import Drive, DriveLimits, Identified, LimitError, Recording
+from rapi_jax._limits import closing_step
+from rapi_jax._recording import Waveform
+from rapi_jax._waveform import multisine, sine, step_and_hold, triangle
+
+_RATES = (1.0, 1.5, 2.5, 4.0, 6.5, 10.0)  # times the fastest rate seen
+_SMALLEST = 0.12  # of the widest swing: below it a scan shows little of anything
+_CORNER = 0.05  # of a period: half the width over which the corners of the smooth triangle bend
+_INSIDE = 1.0 - 1e-6  # of a limit
+_HOLDS_S = (0.3, 3.0, 15.0)
+_TYPICAL_HZ = 20.0  # where no run repeats
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Candidate:
+    """One scan. `amplitude`: V peak to peak; `bias`: V, its centre.
+
+    `smoothing`: half the width of a bent corner, in periods; 0 for sharp ones. `hold_s`: of each
+    of the `levels` (V) of a step scan, which has no rate.
+    """
+
+    waveform: Waveform
+    excitation_hz: float | None
+    amplitude: float
+    bias: float
+    drive: Drive
+    smoothing: float = 0.0
+    hold_s: float | None = None
+    levels: tuple[float, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, without the drive."""
+        out = {
+            "waveform": self.waveform,
+            "excitation_hz": self.excitation_hz,
+            "amplitude": self.amplitude,
+            "bias": self.bias,
+            "smoothing": self.smoothing,
+        }
+        if self.hold_s is not None:
+            out |= {"hold_s": self.hold_s, "levels": list(self.levels)}
+        return out
+
+    def words(self, unit: str) -> str:
+        """The scan in plain words."""
+        swing = f"{self.amplitude:.3g} {unit} peak to peak about {self.bias:.3g} {unit}"
+        if self.excitation_hz is None:
+            levels = ", ".join(f"{level:.3g}" for level in self.levels)
+            return f"Steps to {levels} {unit} of {self.hold_s:.2g} s each"
+        name = "smoothed triangle" if self.smoothing else self.waveform
+        return f"A {name} at {self.excitation_hz:.3g} Hz, {swing}"
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Space:
+    """What candidates are made for."""
+
+    limits: DriveLimits
+    low: float
+    high: float
+    widest: float
+    samples: int  # a period
+    periods: int
+    start_s: float
+
+    def room(self, amplitude: float, place: float) -> float:
+        """A bias: `place` 0 as low as the swing fits, 1 as high, 1/2 in the middle."""
+        room = max(self.high - self.low - amplitude, 0.0)
+        bias = float(f"{self.low + amplitude / 2.0 + place * room:.4g}")
+        return float(np.clip(bias, self.low + amplitude / 2.0, self.high - amplitude / 2.0))
+
+
+def candidates(
+    recording: Recording, limits: DriveLimits, *, samples: int, periods: int, start_s: float
+) -> list[Candidate]:
+    """Scans of `periods` periods of `samples` samples, none beyond `limits`; steps are as long."""
+    seen = Identified.of(recording)
+    near = seen.limits()
+    low, high = max(limits.low_v, near.low_v), min(limits.high_v, near.high_v)
+    if not low < high:
+        low, high = limits.low_v, limits.high_v
+    widest = min(max(max(seen.amplitudes), 1e-12), high - low)
+    space = _Space(limits, low, high, widest, samples, periods, start_s)
+    slow = min(seen.rates_hz, default=_TYPICAL_HZ)
+    fast = max(seen.rates_hz, default=_TYPICAL_HZ)
+    found: dict[tuple, Candidate] = {}
+    for made in [*_periodic(space, slow, fast), *_steps(space)]:
+        try:
+            limits.check(made.drive)
+        except LimitError:
+            continue
+        hz, hold = made.excitation_hz or 0.0, made.hold_s or 0.0
+        numbers = (hz, made.amplitude, made.bias, made.smoothing, hold)
+        levels = float(made.drive.value[0]) if hold else 0.0
+        key = (made.waveform, *(float(f"{x:.3g}") for x in (*numbers, levels)))
+        found.setdefault(key, made)
+    return list(found.values())
+
+
+def _periodic(space: _Space, slow: float, fast: float) -> Iterator[Candidate]:
+    rates = sorted({slow / 2.0, slow, *(fast * times for times in _RATES)})
+    for hz in rates:
+        if hz > space.limits.max_frequency_hz:
+            continue
+        for share, place in ((1.0, 0.5), (0.5, 0.0), (0.5, 1.0), (0.25, 0.5)):
+            yield from _one(space, "triangle", hz, share, place)
+        for share, place in ((1.0, 0.5), (0.5, 1.0)):
+            yield from _one(space, "sine", hz, share, place)
+        if hz >= fast:
+            yield from _one(space, "smooth", hz, 1.0, 0.5)
+        yield from _one(space, "multisine", hz, 1.0, 0.5)
+
+
+def _one(space: _Space, kind: str, hz: float, share: float, place: float) -> Iterator[Candidate]:
+    """The scan with `share` of the widest swing, or with as much as slope and step allow."""
+    unit = _drive(space, kind, hz, 1.0, 0.0)
+    steepest = max(float(np.abs(np.diff(unit.value)).max()), abs(closing_step(unit)))
+    allowed = min(space.limits.slew_v_per_s * unit.step_s, space.limits.step_v) / steepest
+    amplitude = _down(min(share * space.widest, allowed * _INSIDE))
+    if amplitude < _SMALLEST * space.widest:
+        return
+    bias = space.room(amplitude, place)
+    smoothing = _CORNER if kind == "smooth" else 0.0
+    drive = _drive(space, kind, hz, amplitude, bias)
+    yield Candidate(drive.waveform, hz, amplitude, bias, drive, smoothing)
+
+
+def _drive(space: _Space, kind: str, hz: float, amplitude: float, bias: float) -> Drive:
+    make = {"sine": sine, "multisine": multisine}.get(kind, triangle)
+    total = space.samples * space.periods
+    (made,) = make(hz, amplitude=amplitude, bias=bias, samples=total, periods=space.periods)
+    value = made.value
+    if kind == "smooth":
+        cycles = np.arange(total) / space.samples
+        value = bias + amplitude / 2.0 * _smooth(cycles)
+    return dataclasses.replace(made, value=value, start_s=space.start_s)
+
+
+def _smooth(cycles: np.ndarray) -> np.ndarray:
+    """A triangle from -1 to 1 whose corners are parabolas, from its minimum."""
+    away = np.abs(np.mod(cycles + 0.5, 1.0) - 0.5)  # from the minimum
+    other = 0.5 - away
+    bent = np.where(away < _CORNER, (away**2 + _CORNER**2) / (2.0 * _CORNER), away)
+    top = 0.5 - (other**2 + _CORNER**2) / (2.0 * _CORNER)
+    bent = np.where(other < _CORNER, top, bent)
+    return (4.0 * bent - 1.0) / (1.0 - 2.0 * _CORNER)
+
+
+def _steps(space: _Space) -> Iterator[Candidate]:
+    total = space.samples * space.periods - 8  # so that corners between samples fit the row too
+    amplitude = _down(space.widest)
+    bias = space.room(amplitude, 0.5)
+    low, high = bias - amplitude / 2.0, bias + amplitude / 2.0
+    for hold in _HOLDS_S:
+        for levels in ((low, high, low), (bias, high, low, bias)):
+            count = len(levels)
+            step_s = 2.0 * count * hold / total  # of the longest there can be
+            slope = min(space.limits.slew_v_per_s, space.limits.step_v / step_s)
+            rise = max(amplitude / slope / _INSIDE, 4.0 * step_s)
+            if rise > hold:
+                continue
+            step_s = (count * hold + (count - 1) * rise) / total
+            (made,) = step_and_hold(levels, hold_s=hold, rise_s=rise, step_s=step_s)
+            drive = dataclasses.replace(made, start_s=space.start_s)
+            yield Candidate("step", None, amplitude, bias, drive, hold_s=hold, levels=levels)
+
+
+def _down(value: float) -> float:
+    """To three digits, never up."""
+    if value <= 0:
+        return 0.0
+    unit = 10.0 ** (np.floor(np.log10(value)) - 2)
+    return float(f"{np.floor(value / unit * (1 + 1e-12)) * unit:.6g}")

@@ -1,0 +1,86 @@
+"""The verdict in words: what it is, how sure, how far it closes, what to do next."""
+
+from typing import Any
+
+_MEANING = {
+    "creep": "slow creep of the piezo",
+    "resonance": "a mechanical resonance",
+    "amplifier_lowpass": "the limited bandwidth of the amplifier",
+    "slew_limit": "the slew limit of the amplifier",
+    "delay": "a delay between drive and reading",
+    "saturation": "saturation of the drive",
+    "quantisation": "the steps of a digital source",
+    "rate_law": "thresholds that do not grow in proportion to the rate",
+    "amplitude_law": "gain or thresholds that do not follow the amplitude",
+    "drift": "drift of the optical frequency",
+    "gain_drift": "drift of the gain",
+    "mode_hop": "a mode hop",
+    "etalon": "a parasitic etalon",
+    "pickup": "pickup at a fixed frequency",
+    "current_coupling": "coupling of the drive's slope into the diode current",
+}
+_CURE = {
+    "creep": "Compensate with the corrected model; let the device run in before a scan.",
+    "resonance": "Compensate with the corrected model; round the corners of the scan.",
+    "amplifier_lowpass": "Compensate with the corrected model, or use a faster amplifier.",
+    "slew_limit": "Scan slower or less, or use an amplifier with more current.",
+    "delay": "Set the latency of the reading (`response_lag_s`), or compensate with the model.",
+    "saturation": "Scan less, or move the bias away from the amplifier's end.",
+    "quantisation": "Use a source with more bits, or more of its range.",
+    "rate_law": "Compensate with the corrected model.",
+    "amplitude_law": "Compensate with the corrected model, at amplitudes that it has seen.",
+    "drift": "Stabilise temperature and current; repeat the zero before each scan.",
+    "gain_drift": "Stabilise temperature; identify again before a long session.",
+    "mode_hop": "Scan less or move the bias, so that the hop lies outside.",
+    "etalon": "Tilt or coat what reflects; the corrected model compensates what is left.",
+    "pickup": "Find the source by its frequency: mains, pump, fan; shield or decouple.",
+    "current_coupling": "Compensate with the corrected model; look at the current driver's ground.",
+}
+
+
+def meaning(name: str) -> str:
+    """An effect in plain words; effects of others under their own name."""
+    return _MEANING.get(name, name.replace("_", " "))
+
+
+def sentence(
+    name: str, effects: tuple[str, ...], probability: float, shrinkage: dict[str, Any], unit: str
+) -> str:
+    """The verdict in one sentence."""
+    sure = f"probability {probability:.0%}" if probability < 0.995 else "probability over 99 %"
+    if name == "none":
+        return f"No effect is missing: what the model leaves is noise ({sure})."
+    if name == "unlisted":
+        return f"Something is missing that is none of the effects known ({sure})."
+    what = " and ".join(meaning(effect) for effect in effects)
+    closed = shrinkage.get("closed_fraction")
+    if closed is None:
+        return f"The gap is {what} ({sure})."
+    low, high = max(closed["low"], 0.0), min(closed["high"], 1.0)
+    return (
+        f"The gap is {what} ({sure}): with it the model closes {_percent(closed['value'])} "
+        f"({_percent(low)} to {_percent(high)}) of the gap on data held out, from "
+        f"{shrinkage['before']:.3g} to {shrinkage['after']:.3g} {unit} rms."
+    )
+
+
+def _percent(share: float) -> str:
+    """A share in percent, with a decimal where it is nearly all."""
+    share = min(share, 1.0)
+    return f"{share:.1%}" if 0.98 < share < 1.0 else f"{share:.0%}"
+
+
+def advice(
+    name: str, effects: tuple[str, ...], tied: list[str], scan: dict[str, Any] | None
+) -> str:
+    """What to do next, in one or two sentences."""
+    if len(tied) > 1 and scan is not None:
+        return f"{' and '.join(tied)} cannot be told apart yet: play the next scan below."
+    if name == "none":
+        return "Use the model as it is."
+    if name == "unlisted":
+        return (
+            "Do not add an effect. Look at where the gap lies, and record the next scan; a new "
+            "effect is one file."
+        )
+    return " ".join(_CURE.get(effect, "Compensate with the corrected model.") for effect in effects)

@@ -1,0 +1,55 @@
+"""The amplifier's bandwidth."""
+
+from typing import ClassVar
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from .._parameter import parameter
+from .._precision import float64
+from ._base import (
+    AbstractDriveEffect,
+    AbstractEffect,
+    AbstractInvertible,
+    AbstractLinearEffect,
+    Modes,
+)
+from ._evidence import Evidence
+from ._lags import from_rest, undo_linear
+
+
+class AmplifierLowpass(AbstractDriveEffect, AbstractLinearEffect, AbstractInvertible):
+    r"""A first-order lag of the drive: $\tau \dot v = u - v$, transfer $1 / (1 + \tau s)$.
+
+    An amplifier that charges a piezo of capacitance $C$ through a resistance $R$ has
+    $\tau = R C$; its -3 dB bandwidth is $1 / (2 \pi \tau)$, 150 Hz to 6 kHz in practice. A scan of
+    slope $S$ lags by $S \tau$ in its straight part, and its turns are rounded.
+    """
+
+    tau: Float[Array, ""] = parameter(unit="s", default=0.0, bounds=(0.0, 0.05))
+
+    name: ClassVar = "amplifier_lowpass"
+    session: ClassVar = False
+
+    @classmethod
+    def trials(cls, evidence: Evidence) -> list[AbstractEffect]:
+        """Four lags, from one that shows at turns alone to one of a tenth of a branch."""
+        return [cls.at(tau=tau) for tau in evidence.lags]
+
+    @float64
+    def modes(self) -> Modes:
+        return Modes(self.tau[None].astype(complex), jnp.ones(1, dtype=complex))
+
+    @float64
+    def settled(self) -> Float[Array, ""]:
+        return jnp.zeros(())
+
+    @float64
+    def __call__(self, t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
+        return from_rest(self.modes(), t, u)
+
+    @float64
+    def inverse(
+        self, t: Float[Array, " time"], signal: Float[Array, " time"]
+    ) -> Float[Array, " time"]:
+        return undo_linear(self.modes(), t, signal)

@@ -1,0 +1,65 @@
+"""How thresholds and gain follow the drive's amplitude and bias, beyond Eq. 11."""
+
+from typing import ClassVar
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._parameter import parameter
+from .._precision import float64
+from ._base import AbstractEffect, AbstractLawEffect, Law
+from ._evidence import Evidence
+
+_SAME = 0.02  # of the amplitude: amplitudes and biases that differ less are taken for one
+
+
+class AmplitudeLaw(AbstractLawEffect):
+    r"""Thresholds and gain that depend on amplitude and bias as Eq. 11 does not have it.
+
+    $u_{pp}$ in the thresholds becomes $u_{pp} (u_{pp} / U)^k$, and the whole response, less its
+    constant, is multiplied by $1 + g (u_{pp} / U - 1) + h (\bar u - C)$, where $\bar u$ is the
+    middle of the run's drive. Piezo materials gain with amplitude (Rayleigh's law) and with
+    depoling bias.
+
+    $U$ (`reference`) and $C$ (`centre`) say where the base model holds as it is. One amplitude
+    shows neither $k$ nor $g$, one bias does not show $h$.
+    """
+
+    threshold: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(-0.9, 2.0))  # k
+    gain: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(-1.0, 1.0))  # g
+    tilt: Float[Array, ""] = parameter(unit="1/{u}", default=0.0, bounds=(-1.0, 1.0))  # h
+    reference: Float[Array, ""] = parameter(  # U
+        unit="{u}", default=1.0, positive=True, held=True
+    )
+    centre: Float[Array, ""] = parameter(unit="{u}", default=0.0, held=True)  # C
+
+    name: ClassVar = "amplitude_law"
+
+    @classmethod
+    def trials(cls, evidence: Evidence) -> list[AbstractEffect]:
+        """Either sign of what the amplitudes and biases of the recording can show."""
+        swing = np.array([u for u in evidence.u_pp if u > 0])
+        if not swing.size:
+            return []
+        parts = [evidence.drive[evidence.run == run] for run in np.unique(evidence.run)]
+        middle = np.array([(part.min() + part.max()) / 2 for part in parts])
+        # In the middle of what is seen, so that an absent part has exactly no effect.
+        reference = float(swing.min() + swing.max()) / 2
+        centre = float(middle.min() + middle.max()) / 2
+        about = {"reference": reference, "centre": centre}
+        found = []
+        if np.ptp(swing) > _SAME * reference:
+            found += [cls.at(threshold=k, **about) for k in (0.15, -0.15)]
+            found += [cls.at(gain=g, **about) for g in (0.02, -0.02)]
+        if np.ptp(middle) > _SAME * reference:
+            tilt = min(0.01 / reference, 0.5)
+            found += [cls.at(tilt=h, **about) for h in (tilt, -tilt)]
+        return found
+
+    @float64
+    def __call__(self, law: Law, bias: Float[Array, ""]) -> Law:
+        ratio = law.u_pp / self.reference
+        grown = jnp.exp(self.threshold * jnp.log(jnp.where(ratio > 0, ratio, 1.0)))
+        gain = 1.0 + self.gain * (ratio - 1.0) + self.tilt * (bias - self.centre)
+        return law._replace(u_pp=law.u_pp * grown, gain=law.gain * gain)

@@ -1,0 +1,63 @@
+"""The time from drive to reading."""
+
+from typing import ClassVar
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._corners import corners
+from .._parameter import parameter
+from .._precision import float64
+from ._base import AbstractEffect, AbstractInvertible, AbstractOpticalEffect
+from ._evidence import Evidence
+
+
+class Delay(AbstractOpticalEffect, AbstractInvertible):
+    r"""A pure delay between the drive and the reading: $\nu(t - \tau)$.
+
+    Buffers, filters of high order and triggers delay by 1 us to 1 ms. To delay the drive is to
+    delay what the operator answers to it, since nothing between the two depends on the time of day.
+    So the answer is read earlier, by straight lines between samples; turning points between samples
+    are on the clock and stay sharp. Put it first behind the operator: what is fixed in session
+    time (pickup, drift) comes after it and is not delayed.
+
+    Before the first sample the response is taken to have been the first value.
+    """
+
+    tau: Float[Array, ""] = parameter(unit="s", default=0.0, bounds=(0.0, 0.02))
+
+    name: ClassVar = "delay"
+
+    @classmethod
+    def trials(cls, evidence: Evidence) -> list[AbstractEffect]:
+        """Four delays, from one that shows at turns alone to one of a tenth of a branch."""
+        return [cls.at(tau=tau) for tau in evidence.lags if tau < 0.02]
+
+    @float64
+    def __call__(
+        self, t: Float[Array, " time"], nu: Float[Array, " time"]
+    ) -> Float[Array, " time"]:
+        asked = jnp.maximum(t - self.tau, t[0])
+        # The first sample not before the time asked for: itself where there is no delay.
+        after = jnp.searchsorted(t, asked, side="left", method="sort")
+        before = jnp.maximum(after - 1, 0)
+        step = t[after] - t[before]
+        share = (t[after] - asked) / jnp.where(step > 0, step, 1.0)
+        return nu[after] - share * (nu[after] - nu[before])
+
+    @float64
+    def inverse(
+        self, t: Float[Array, " time"], signal: Float[Array, " time"]
+    ) -> Float[Array, " time"]:
+        """The signal as much earlier, straight between samples and sharp turning points."""
+        if float(self.tau) == 0.0:
+            return signal
+        value, clock = np.asarray(signal), np.asarray(t) - float(t[0])
+        period = clock.size * float(clock[1])
+        around = (np.arange(3 * clock.size) - clock.size) * float(clock[1])
+        at, height = corners(around, np.tile(value, 3))
+        inside = (at > 0) & (at < period)
+        known = np.concatenate([clock, at[inside]])
+        levels = np.concatenate([value, height[inside]])
+        return jnp.asarray(np.interp(clock + float(self.tau), known, levels, period=period))

@@ -1,0 +1,46 @@
+"""Drift of the optical frequency in the course of a session."""
+
+from typing import ClassVar
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._parameter import parameter
+from .._precision import float64
+from ._base import AbstractOpticalEffect
+from ._evidence import Evidence
+from ._size import size
+
+
+class Drift(AbstractOpticalEffect):
+    r"""A slow exponential in the session's time: $\nu + A (1 - e^{-(t - t_0)/\tau})$ from $t_0$ on.
+
+    `amplitude` is $A$, `tau` $\tau$ in s, `start` $t_0$ in s. With $\tau$ long beside the session
+    it is the straight drift $A (t - t_0)/\tau$, and only $A/\tau$ is seen. It does not look at the
+    drive, so no repeating drive undoes it.
+
+    Temperature moves a laser by some 30 GHz/K (MOGLabs CEL manual); drift: arXiv 2205.14149.
+    """
+
+    name: ClassVar[str] = "drift"
+    amplitude: Float[Array, ""] = parameter(unit="{x}", default=0.0)  # A
+    tau: Float[Array, ""] = parameter(unit="s", default=60.0, bounds=(1e-2, 1e6))
+    start: Float[Array, ""] = parameter(unit="s", default=0.0, held=True)
+
+    @float64
+    def __call__(
+        self, t: Float[Array, " time"], nu: Float[Array, " time"]
+    ) -> Float[Array, " time"]:
+        since = jnp.maximum(t - self.start, 0.0)
+        return nu - self.amplitude * jnp.expm1(-since / self.tau)
+
+    @classmethod
+    def trials(cls, evidence: Evidence) -> "list[Drift]":
+        start = float(evidence.time.min())
+        session = max(evidence.duration_s, 0.0)
+        taus = np.unique(np.clip(session * np.array([0.1, 0.3, 1.0, 10.0]), 0.02, 5e5))
+        sizes = [size(evidence, -np.expm1(-(evidence.time - start) / tau)) for tau in taus]
+        return [
+            cls.at(amplitude=a, tau=tau, start=start) for a, tau in zip(sizes, taus, strict=True)
+        ]

@@ -1,0 +1,95 @@
+"""Interference with a parasitic cavity in the light's path."""
+
+from typing import ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._parameter import parameter
+from .._precision import float64
+from ._base import AbstractInvertible, AbstractOpticalEffect
+from ._evidence import Evidence
+from ._lags import not_invertible
+from ._size import peaks, power
+
+_CYCLES = 120  # over the span, at most
+
+
+class Etalon(AbstractOpticalEffect, AbstractInvertible):
+    r"""Interference fixed in optical frequency: $\nu + A \sin(2\pi\nu/F + \phi)$.
+
+    `amplitude` is $A$, `spacing` $F$ (the parasitic cavity's free spectral range), `phase` $\phi$
+    in rad. It moves with the response, whatever the time. Beyond $2\pi A/F = 1$ the response
+    would turn back within a scan: the laser then hops, and there is no inverse.
+
+    Parasitic cavities in tunable lasers: Zorabedian, Tunable Lasers Handbook, 16.3.
+    """
+
+    name: ClassVar[str] = "etalon"
+    amplitude: Float[Array, ""] = parameter(unit="{x}", default=0.0)  # A
+    phase: Float[Array, ""] = parameter(unit="rad", default=0.0)  # phi
+    spacing: Float[Array, ""] = parameter(unit="{x}", default=5.0, positive=True)  # F
+
+    @float64
+    def __call__(
+        self, t: Float[Array, " time"], nu: Float[Array, " time"]
+    ) -> Float[Array, " time"]:
+        del t
+        return nu + self.amplitude * jnp.sin(self._angle(nu))
+
+    def _angle(self, nu):
+        return 2.0 * jnp.pi * nu / self.spacing + self.phase
+
+    @float64
+    def inverse(
+        self, t: Float[Array, " time"], signal: Float[Array, " time"]
+    ) -> Float[Array, " time"]:
+        """Newton's method between brackets that close on the root."""
+        del t
+        steep = 2.0 * jnp.pi * self.amplitude / self.spacing
+        if not float(jnp.abs(steep)) < 1.0:
+            raise not_invertible(
+                f"an etalon of amplitude {float(self.amplitude):.6g} and spacing "
+                f"{float(self.spacing):.6g} turns the response back within a scan (2 pi A / F = "
+                f"{float(jnp.abs(steep)):.3g}, and it must stay below 1). Tilt or coat the surface "
+                "that reflects, or leave the effect out of what is compensated."
+            )
+
+        return _undone(self, signal)
+
+    @classmethod
+    def trials(cls, evidence: Evidence) -> "list[Etalon]":
+        """The best few spacings at four phases each, slow ripples and fast ones."""
+        span = evidence.span if np.isfinite(evidence.span) and evidence.span > 0 else 1.0
+        # A third of a cycle apart: each sine still has nine tenths of its power between two. Fewer
+        # than two cycles in a scan are a curve that the operator's polynomial draws as well.
+        cycles = np.arange(6, 3 * _CYCLES + 1) / (3.0 * span)
+        share = evidence.sines(evidence.response, cycles)
+        fast = np.where(cycles * span < 5.0, 0.0, share)
+        chosen = dict.fromkeys([*peaks(share, 2, apart=2), *peaks(fast, 2, apart=2)])
+        return [
+            cls.at(amplitude=np.sqrt(2.0 * max(share[i], 1e-6) * power(evidence)), phase=phase,
+                spacing=1.0 / cycles[i])
+            for i in chosen
+            for phase in np.arange(4) * np.pi / 2
+        ]  # fmt: skip
+
+
+@eqx.filter_jit
+def _undone(etalon: Etalon, signal: Float[Array, " time"]) -> Float[Array, " time"]:
+    steep = 2.0 * jnp.pi * etalon.amplitude / etalon.spacing
+
+    def closer(_, state):
+        low, high, nu = state
+        angle = etalon._angle(nu)
+        over = nu + etalon.amplitude * jnp.sin(angle) - signal
+        low, high = jnp.where(over < 0, nu, low), jnp.where(over < 0, high, nu)
+        newton = nu - over / (1.0 + steep * jnp.cos(angle))
+        inside = (newton >= low) & (newton <= high)
+        return low, high, jnp.where(inside, newton, (low + high) / 2.0)
+
+    half = jnp.abs(etalon.amplitude)
+    return jax.lax.fori_loop(0, 60, closer, (signal - half, signal + half, signal))[2]

@@ -1,0 +1,76 @@
+"""What a first look at a recording offers an effect, to choose from where a fit of it may start."""
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float, Int
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Evidence:
+    """Samples of all runs, one after the other, and what the base model leaves of them.
+
+    - `time`: s in the session. `drive`: V. `response`: of the base model, in the response's unit.
+    - `residual`: data less base model. `run`: number of the run of each sample.
+    - `rates`: Hz, of each run. `u_pp`: V, of each run. `step_s`: the shortest sampling interval.
+    - `noise`: rms of the noise of one sample. `span`: of the response.
+    """
+
+    time: Float[np.ndarray, " samples"]
+    drive: Float[np.ndarray, " samples"]
+    response: Float[np.ndarray, " samples"]
+    residual: Float[np.ndarray, " samples"]
+    run: Int[np.ndarray, " samples"]
+    rates: tuple[float, ...]
+    u_pp: tuple[float, ...]
+    step_s: float
+    noise: float
+    span: float
+
+    @property
+    def duration_s(self) -> float:
+        """From the first sample of the session to the last, s."""
+        return float(self.time.max() - self.time.min())
+
+    @property
+    def lags(self) -> tuple[float, ...]:
+        """Four times, s, from 1/2000 to 1/25 of the shortest period, to start lags and delays from.
+
+        Where nothing repeats, the mean length of a run stands for the period.
+        """
+        fastest = max(self.rates, default=0.0)
+        period = 1.0 / fastest if fastest > 0 else self.duration_s / max(len(self.rates), 1)
+        if not period > 0:
+            return ()
+        return tuple(min(period / part, 0.015) for part in (2000.0, 500.0, 100.0, 25.0))
+
+    @property
+    def slope(self) -> float:
+        """Typical slope of the response in time, per s; zero for one that never changes."""
+        inside = self.run[1:] == self.run[:-1]
+        step = np.diff(self.time)[inside]
+        rise = np.abs(np.diff(self.response)[inside])
+        good = step > 0
+        return float(np.median(rise[good] / step[good])) if good.any() else 0.0
+
+    def sines(
+        self, x: Float[np.ndarray, " samples"], cycles: Sequence[float] | np.ndarray
+    ) -> Float[np.ndarray, " cycles"]:
+        """Share of the residual's power that a sine of `x` takes, for each number of cycles a unit.
+
+        A constant for each run is taken out of the residual first. The sines are orthogonal to a
+        constant only about, so this proposes, and decides nothing.
+        """
+        runs = np.unique(self.run)
+        rest = self.residual.copy()
+        for run in runs:
+            rest[self.run == run] -= rest[self.run == run].mean()
+        power = float(rest @ rest)
+        out = np.zeros(len(cycles))
+        if power == 0:
+            return out
+        for i, cycle in enumerate(cycles):
+            wave = np.exp(2j * np.pi * cycle * x)
+            out[i] = 2.0 * np.abs(wave @ rest) ** 2 / (rest.size * power)
+        return out

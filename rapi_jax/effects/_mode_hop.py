@@ -1,0 +1,101 @@
+"""Mode hops of the laser's external cavity."""
+
+from typing import ClassVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._parameter import parameter
+from .._precision import float64
+from ._base import AbstractOpticalEffect
+from ._evidence import Evidence
+from ._size import least
+
+_BINS = 300
+_SIDE = 8  # bins to either side of a step through which a straight line is drawn
+
+
+class ModeHop(AbstractOpticalEffect):
+    r"""A jump at a threshold in frequency, back at a lower one: $\nu + \Delta$ while hopped.
+
+    The laser hops when the response reaches `threshold` $\nu_h$, and hops back when it falls below
+    $\nu_h$ - `width`. `size` is $\Delta$, of either sign: a multiple $m c/2L$ of the cavity's mode
+    spacing. A run that begins between the two thresholds begins as if it had come from below.
+
+    External-cavity lasers hop by 3 to 4 GHz (MOGLabs CEL and CEX manuals).
+    """
+
+    name: ClassVar[str] = "mode_hop"
+    smooth: ClassVar[bool] = False
+    size: Float[Array, ""] = parameter(unit="{x}", default=0.0)
+    threshold: Float[Array, ""] = parameter(unit="{x}", default=0.0)
+    width: Float[Array, ""] = parameter(unit="{x}", default=0.0, bounds=(0.0, np.inf))
+
+    @float64
+    def __call__(
+        self, t: Float[Array, " time"], nu: Float[Array, " time"]
+    ) -> Float[Array, " time"]:
+        del t
+        return jnp.where(self.hopped(nu), nu + self.size, nu)
+
+    @float64
+    def hopped(self, nu: Float[Array, " time"]) -> Array:
+        """Whether the laser is beyond its hop, at each sample."""
+        above = nu >= self.threshold
+        known = above | (nu < self.threshold - self.width)
+        # What the last sample outside the band said; -1 where there was none yet.
+        last = jax.lax.cummax(jnp.where(known, jnp.arange(nu.size), -1))
+        return (last >= 0) & above[jnp.maximum(last, 0)]
+
+    @classmethod
+    def trials(cls, evidence: Evidence) -> "list[ModeHop]":
+        """The sharpest steps of the residual over the response, going up, with those going down."""
+        span = evidence.span
+        if not (np.isfinite(span) and span > 0):
+            return []
+        up, down = (_steps(evidence, sign, 3) for sign in (1, -1))
+        narrow = 1e-3 * span
+        found = []
+        for at, jump in up:
+            below = [a for a, j in down if j * jump > 0 and -0.01 * span < at - a < 0.3 * span]
+            found += [(jump, at, max(at - a, narrow)) for a in below[:1]] or [(jump, at, narrow)]
+        found += [(jump, at, narrow) for at, jump in down[:1]]
+        return [cls.at(size=s, threshold=at, width=w) for s, at, w in found]
+
+
+def _steps(evidence: Evidence, direction: int, count: int) -> list[tuple[float, float]]:
+    """Places in the response and sizes of the residual's sharpest steps, sharpest first."""
+    rising = np.zeros(evidence.response.size)
+    for k in np.unique(evidence.run):
+        mine = np.flatnonzero(evidence.run == k)
+        if mine.size > 1:
+            rising[mine] = np.gradient(evidence.response[mine])
+    mine = rising * direction > 0
+    if mine.sum() < 4 * _SIDE:
+        return []
+    nu, rest = evidence.response[mine], evidence.residual[mine]
+    order = np.argsort(nu, kind="stable")
+    parts = np.array_split(order, min(_BINS, order.size // 2))
+    place = np.array([nu[p].mean() for p in parts])
+    mean = np.array([rest[p].mean() for p in parts])
+    noise = max(float(np.median(np.abs(np.diff(mean)))), 1e-3 * least(evidence))
+    jump, sharp = np.zeros(place.size), np.zeros(place.size)
+    for i in range(_SIDE, place.size - _SIDE + 1):
+        edge = (place[i - 1] + place[i]) / 2.0
+        sides = (slice(i - _SIDE, i), slice(i, i + _SIDE))
+        lines = [np.polyfit(place[s] - edge, mean[s], 1) for s in sides if np.ptp(place[s]) > 0]
+        if len(lines) < 2:
+            continue
+        off = [np.polyval(c, place[s] - edge) - mean[s] for c, s in zip(lines, sides, strict=True)]
+        jump[i] = lines[1][1] - lines[0][1]
+        sharp[i] = abs(jump[i]) / (noise + float(np.std(np.concatenate(off))))
+    found: list[tuple[float, float]] = []
+    for i in np.argsort(-sharp, kind="stable"):
+        at = float((place[i - 1] + place[i]) / 2.0)
+        if jump[i] == 0 or len(found) == count:
+            break
+        if all(abs(at - other) > 0.03 * evidence.span for other, _ in found):
+            found.append((at, float(jump[i])))
+    return found

@@ -1,0 +1,96 @@
+"""A disturbance fixed in time: line harmonics, acoustics, a fan."""
+
+from typing import ClassVar
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._parameter import parameter
+from .._precision import float64
+from ._base import AbstractOpticalEffect
+from ._evidence import Evidence
+from ._size import peaks, power
+
+_LOW, _HIGH = 0.01, 1e6  # Hz
+_LINE = (50.0, 60.0, 100.0, 120.0, 150.0, 180.0)  # Hz
+_CELLS = 2**21  # of the session's clock, at most
+
+
+class Pickup(AbstractOpticalEffect):
+    r"""A sine in the session's time: $\nu + A \sin(2\pi f t + \phi)$.
+
+    `amplitude` is $A$, `hertz` $f$, `phase` $\phi$ in rad. It looks at nothing but the clock, so
+    runs must have their places in the session (`start_s`), and no repeating drive undoes it.
+    """
+
+    name: ClassVar[str] = "pickup"
+    amplitude: Float[Array, ""] = parameter(unit="{x}", default=0.0)  # A
+    hertz: Float[Array, ""] = parameter(unit="Hz", default=50.0, bounds=(_LOW, _HIGH))  # f
+    phase: Float[Array, ""] = parameter(unit="rad", default=0.0)  # phi
+
+    @float64
+    def __call__(
+        self, t: Float[Array, " time"], nu: Float[Array, " time"]
+    ) -> Float[Array, " time"]:
+        return nu + self.amplitude * jnp.sin(2.0 * jnp.pi * self.hertz * t + self.phase)
+
+    @classmethod
+    def trials(cls, evidence: Evidence) -> "list[Pickup]":
+        """The strongest lines, with and without what repeats with the scan, at four phases each."""
+        whole = _strongest(evidence, evidence.residual, 2)
+        free = _strongest(evidence, _unlocked(evidence), 2)
+        line = np.array(_LINE)
+        share = evidence.sines(evidence.time, line)
+        best = [*free, *whole, *line[np.argsort(-share, kind="stable")[:2]]]
+        close = 0.5 / max(evidence.duration_s, 1e-6)
+        hertz: list[float] = []
+        for f in best:
+            if all(abs(f - other) > close for other in hertz):
+                hertz.append(float(np.clip(f, 2 * _LOW, _HIGH / 2)))
+        sizes = np.sqrt(
+            2.0 * np.maximum(evidence.sines(evidence.time, hertz), 1e-6) * power(evidence)
+        )
+        return [
+            cls.at(amplitude=a, hertz=f, phase=phase)
+            for f, a in zip(hertz, sizes, strict=True)
+            for phase in np.arange(4) * np.pi / 2
+        ]
+
+
+def _strongest(evidence: Evidence, residual: np.ndarray, count: int) -> list[float]:
+    """Frequencies at which a sine over the whole session takes most of `residual`, Hz."""
+    lasts, step = evidence.duration_s, evidence.step_s
+    if not (lasts > 0 and step > 0):
+        return []
+    step = max(step, lasts / _CELLS)
+    cell = np.round((evidence.time - evidence.time.min()) / step).astype(int)
+    size = int(cell.max()) + 1
+    level = np.zeros(size)
+    for k in np.unique(evidence.run):
+        mine = evidence.run == k
+        np.add.at(level, cell[mine], residual[mine] - residual[mine].mean())
+    # Padded to four sessions: phases at a peak are then right to pi / 8 at either end.
+    height = np.abs(np.fft.rfft(level, n=4 * size)) ** 2
+    hertz = np.fft.rfftfreq(4 * size, step)
+    # Less than a cycle a session is drift; near the clock's limit a cell is no instant.
+    height[(hertz < 1.0 / lasts) | (hertz > 0.25 / step) | (hertz < 2 * _LOW)] = 0.0
+    return [float(hertz[i]) for i in peaks(height, count, apart=8) if height[i] > 0]
+
+
+def _unlocked(evidence: Evidence) -> np.ndarray:
+    """The residual less its mean at each phase of the scan, in runs of two periods and more."""
+    rest = evidence.residual.copy()
+    for i, k in enumerate(np.unique(evidence.run)):
+        mine = np.flatnonzero(evidence.run == k)
+        time = evidence.time[mine] - evidence.time[mine[0]]
+        rate = evidence.rates[i] if i < len(evidence.rates) else 0.0
+        periods = rate * (time[-1] + evidence.step_s)
+        if periods < 1.98:
+            rest[mine] = 0.0  # nothing here tells what repeats
+            continue
+        bins = max(8, min(200, int(mine.size / periods / 4)))
+        phase = np.minimum((np.mod(time * rate, 1.0) * bins).astype(int), bins - 1)
+        count = np.maximum(np.bincount(phase, minlength=bins), 1)
+        rest[mine] -= (np.bincount(phase, weights=rest[mine], minlength=bins) / count)[phase]
+    return rest

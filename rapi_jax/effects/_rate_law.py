@@ -1,0 +1,39 @@
+"""How thresholds grow with the scan rate, beyond Eq. 11."""
+
+from typing import ClassVar
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from .._parameter import parameter
+from .._precision import float64
+from ._base import AbstractEffect, AbstractLawEffect, Law
+from ._evidence import Evidence
+
+REFERENCE = 10.0  # Hz, f_0: where every exponent gives the same threshold
+
+
+class RateLaw(AbstractLawEffect):
+    r"""Thresholds that grow as a power of the scan rate: $\zeta f_0 (f / f_0)^m$ for $\zeta f$.
+
+    $f_0$ is 10 Hz, so that $\zeta$ keeps its meaning there. Eq. 11 has $m = 1$; piezos that are
+    viscous or that creep show 0.2 to 2.6. At rate 0 the term is zero for every $m$.
+    """
+
+    exponent: Float[Array, ""] = parameter(unit="1", default=1.0, bounds=(0.0, 3.0))  # m
+
+    name: ClassVar = "rate_law"
+
+    @classmethod
+    def trials(cls, evidence: Evidence) -> list[AbstractEffect]:
+        """Three exponents; none where there is one rate, at which `zeta` takes all of it."""
+        rates = {round(rate, 9) for rate in evidence.rates if rate > 0}
+        return [cls.at(exponent=m) for m in (0.4, 1.6, 2.3)] if len(rates) > 1 else []
+
+    @float64
+    def __call__(self, law: Law, bias: Float[Array, ""]) -> Law:
+        del bias
+        moves = law.freq > 0
+        ratio = jnp.where(moves, law.freq, REFERENCE) / REFERENCE
+        grown = law.freq * jnp.exp((self.exponent - 1.0) * jnp.log(ratio))
+        return law._replace(freq=jnp.where(moves, grown, law.freq))

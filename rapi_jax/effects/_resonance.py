@@ -1,0 +1,110 @@
+"""A mechanical resonance of actuator and mirror mount."""
+
+from typing import ClassVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._parameter import parameter
+from .._precision import float64
+from ._base import AbstractInvertible, AbstractLinearEffect, AbstractOpticalEffect, Modes, transfer
+from ._evidence import Evidence
+from ._lags import from_rest, undo_linear
+from ._size import peaks
+
+_RUNS = 2  # in which a ringing is looked for
+_LOW, _HIGH = 20.0, 1e5  # Hz
+
+
+class Resonance(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
+    r"""Damped oscillator, by a share: $\omega_0^2 / (s^2 + 2 z \omega_0 s + \omega_0^2)$.
+
+    $\omega_0 = 2\pi$ `hertz`, $z$ = `damping` (below critical), and `share` is the part of the
+    displacement that goes through it: 0 none, which is no effect, 1 all. A turning point of a
+    triangle with slope $S$ leaves ringing of amplitude $2S/\omega_0$ that decays in
+    $1/(z\omega_0)$; a resonance too fast to be seen still delays by $2z/\omega_0$.
+
+    Piezo-driven mirrors: Opt. Express 28, 16118.
+    """
+
+    name: ClassVar[str] = "resonance"
+    session: ClassVar[bool] = False
+    hertz: Float[Array, ""] = parameter(unit="Hz", default=1000.0, bounds=(_LOW, _HIGH))
+    damping: Float[Array, ""] = parameter(unit="1", default=0.05, bounds=(0.002, 0.95))  # z
+    share: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(0.0, 1.0), held=True)
+
+    @float64
+    def modes(self) -> Modes:
+        # Poles w0 (-z +- i r), r^2 = 1 - z^2, in partial fractions.
+        r = jnp.sqrt(1.0 - self.damping**2)
+        rate = 2.0 * jnp.pi * self.hertz
+        tau = jax.lax.complex(self.damping / rate, r / rate)
+        weight = jax.lax.complex(self.share, -self.share * self.damping / r)
+        return Modes(tau[None], weight[None])
+
+    def settled(self) -> Float[Array, ""]:
+        return jnp.zeros_like(self.share)
+
+    @float64
+    def __call__(
+        self, t: Float[Array, " time"], nu: Float[Array, " time"]
+    ) -> Float[Array, " time"]:
+        """The response of one run that begins at rest."""
+        return from_rest(self.modes(), t, nu)
+
+    @float64
+    def inverse(
+        self, t: Float[Array, " time"], signal: Float[Array, " time"]
+    ) -> Float[Array, " time"]:
+        return undo_linear(self.modes(), t, signal)
+
+    @classmethod
+    @float64
+    def trials(cls, evidence: Evidence) -> "list[Resonance]":
+        """A coarse grid of frequencies, and the best few of a fine one."""
+        slowest = max(3.0 * max(evidence.rates, default=0.0), 3.0 / max(evidence.duration_s, 1e-6))
+        low = float(np.clip(slowest, 1.5 * _LOW, _HIGH / 20))
+        step = evidence.step_s if evidence.step_s > 0 else 1.0 / _HIGH
+        high = float(np.clip(1.0 / step, 10.0 * low, 0.9 * _HIGH))
+        coarse = [(f, z) for f in np.geomspace(low, high, 8) for z in (0.02, 0.3)]
+        fine = np.geomspace(low, high, 60)
+        found = [
+            (fine[i], z, score[i])
+            for z in (0.02, 0.1)
+            for score in [np.array([_explains(cls, evidence, f, z) for f in fine])]
+            for i in peaks(score, 3, apart=1)
+            if score[i] > 0
+        ]
+        best = [(f, z) for f, z, _ in sorted(found, key=lambda one: -one[2])[:4]]
+        return [cls.at(hertz=f, damping=z, share=1.0) for f, z in [*best, *coarse]]
+
+
+def _explains(cls: type[Resonance], evidence: Evidence, hertz: float, damping: float) -> float:
+    """Share of the residual's power that the ringing explains, beside a delay and a gain.
+
+    In the fastest runs, which ring most.
+    """
+    modes = cls.at(hertz=hertz, damping=damping, share=1.0).modes()
+    power = explained = 0.0
+    fastest = np.argsort(-np.asarray(evidence.rates), kind="stable")[:_RUNS]
+    for k in fastest:
+        mine = evidence.run == k
+        nu, rest, time = evidence.response[mine], evidence.residual[mine], evidence.time[mine]
+        if nu.size < 16 or not time[-1] > time[0]:
+            continue
+        line = np.linspace(0.0, 1.0, nu.size)
+        level = nu - (nu[0] + (nu[-1] - nu[0]) * line)  # so that it closes on itself
+        step = (time[-1] - time[0]) / (nu.size - 1)
+        gain = np.asarray(transfer(modes, jnp.asarray(np.fft.rfftfreq(nu.size, step))))
+        wave = np.fft.irfft((gain - 1.0) * np.fft.rfft(level), n=nu.size)
+        known = np.stack([np.ones(nu.size), line, nu, np.gradient(nu)], axis=1)
+        known /= np.maximum(np.linalg.norm(known, axis=0), 1e-300)
+        for part in (0, 1):
+            signal = (wave, rest)[part]
+            signal = signal - known @ np.linalg.lstsq(known, signal, rcond=1e-9)[0]
+            wave, rest = (signal, rest) if part == 0 else (wave, signal)
+        power += float(rest @ rest)
+        explained += float(wave @ rest) ** 2 / max(float(wave @ wave), 1e-300)
+    return explained / power if power > 0 else 0.0

@@ -1,0 +1,53 @@
+"""How large an effect would have to be to explain a residual: a first guess, never zero."""
+
+import numpy as np
+from jaxtyping import Float
+
+from ._evidence import Evidence
+
+
+def size(evidence: Evidence, signature: Float[np.ndarray, " samples"]) -> float:
+    """The factor of `signature` that fits the residual best, beside a constant.
+
+    A residual that shows nothing of it gives what would just be seen; never zero, never NaN.
+    """
+    good = np.isfinite(signature) & np.isfinite(evidence.residual)
+    if not good.any():
+        return least(evidence)
+    shape = signature[good] - signature[good].mean()
+    power = float(shape @ shape)
+    rms = np.sqrt(power / shape.size)
+    if not (np.isfinite(power) and rms > 1e-12 * np.abs(signature[good]).max(initial=0.0)):
+        return least(evidence)
+    found = float(shape @ evidence.residual[good]) / power
+    floor = least(evidence) / rms
+    return found if abs(found) >= floor else float(np.copysign(floor, found))
+
+
+def least(evidence: Evidence) -> float:
+    """A response that would just be seen: of the noise's size, in the response's unit."""
+    for value in (evidence.noise, 1e-4 * evidence.span):
+        if np.isfinite(value) and value > 0:
+            return float(value)
+    return 1e-4
+
+
+def power(evidence: Evidence) -> float:
+    """Mean square of the residual about its mean in each run, or of what would just be seen."""
+    total = sum(
+        float(np.nansum((part - np.nanmean(part)) ** 2))
+        for part in (evidence.residual[evidence.run == k] for k in np.unique(evidence.run))
+        if np.isfinite(part).any()
+    )
+    return max(total / max(evidence.residual.size, 1), least(evidence) ** 2)
+
+
+def peaks(height: Float[np.ndarray, " grid"], count: int, apart: int = 1) -> list[int]:
+    """Places of the highest local maxima, at most `count`, at least `apart` steps from another."""
+    padded = np.concatenate([[-np.inf], height, [-np.inf]])
+    top = np.flatnonzero((height >= padded[:-2]) & (height > padded[2:]))
+    chosen: list[int] = []
+    for i in top[np.argsort(-height[top], kind="stable")]:
+        if len(chosen) < count and all(abs(int(i) - other) > apart for other in chosen):
+            chosen.append(int(i))
+    return chosen

@@ -1,0 +1,84 @@
+"""The amplifier's largest slope."""
+
+from typing import ClassVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._parameter import parameter
+from .._precision import float64
+from ._base import AbstractEffect, AbstractFollower, AbstractInvertible
+from ._evidence import Evidence
+from ._lags import not_invertible
+
+_NONE = 1e18  # V/s: stands for no limit, where an infinite one would make NaN of zero times itself
+
+
+def _advance(value, one):
+    """The output after a step in which the drive is straight, a catch within the step included."""
+    limit, step, before, after = one
+    slope = jnp.where(step > 0, (after - before) / jnp.where(step > 0, step, 1.0), 0.0)
+    behind = before - value
+    sign = jnp.sign(behind)
+    closing = limit - sign * slope
+    caught_s = jnp.where(closing > 0, sign * behind / jnp.where(closing > 0, closing, 1.0), jnp.inf)
+    caught = caught_s <= step
+    rest = jnp.where(caught, step - caught_s, 0.0)
+    along = after + (jnp.clip(slope, -limit, limit) - slope) * rest
+    value = jnp.where(caught, along, value + sign * limit * step)
+    return value, value
+
+
+class SlewLimit(AbstractFollower, AbstractInvertible):
+    r"""An output that follows the drive no faster than `limit`: $|\dot v| \le I / C$.
+
+    $\dot v$ is $\dot u$ where the output has caught up and $|\dot u|$ allows, and $\pm$ `limit`
+    towards the drive elsewhere. An amplifier of largest current $I$ on a piezo of capacitance $C$
+    does this. It bites on the fastest record alone, and leaves the others as they are.
+
+    Exact on any clock for a drive that is straight between samples.
+    """
+
+    limit: Float[Array, ""] = parameter(unit="{u}/s", default=jnp.inf, positive=True)
+
+    name: ClassVar = "slew_limit"
+    smooth: ClassVar = False
+
+    @classmethod
+    def trials(cls, evidence: Evidence) -> list[AbstractEffect]:
+        """Limits just below, and well below, the slope of the fastest run."""
+        fastest = 0.0
+        for run in np.unique(evidence.run):
+            inside = evidence.run == run
+            step, rise = np.diff(evidence.time[inside]), np.diff(evidence.drive[inside])
+            good = step > 0
+            if good.any():
+                fastest = max(fastest, float(np.quantile(np.abs(rise[good] / step[good]), 0.75)))
+        return [cls.at(limit=share * fastest) for share in (0.97, 0.9, 0.8, 0.65) if fastest > 0]
+
+    @float64
+    def follow(
+        self, t: Float[Array, " time"], u: Float[Array, " time"], start: Float[Array, ""]
+    ) -> Float[Array, " time"]:
+        step = jnp.diff(t)
+        limit = jnp.broadcast_to(jnp.minimum(self.limit, _NONE), step.shape)
+        rest = jax.lax.scan(_advance, start, (limit, step, u[:-1], u[1:]))[1]
+        return jnp.concatenate([start[None], rest])
+
+    @float64
+    def inverse(
+        self, t: Float[Array, " time"], signal: Float[Array, " time"]
+    ) -> Float[Array, " time"]:
+        """The signal itself, which must nowhere be steeper than the limit."""
+        limit = float(self.limit)
+        slope = np.abs(np.diff(np.asarray(signal), append=float(signal[0]))) / float(t[1] - t[0])
+        if slope.max() > limit * (1 + 1e-9):
+            at = int(slope.argmax())
+            raise not_invertible(
+                f"the effect slew_limit passes at most {limit:.6g} V/s, but the drive that would "
+                f"be needed rises by {slope[at]:.6g} V/s after sample {at}. Scan less, more slowly "
+                "or with longer corners."
+            )
+        return signal

@@ -13,6 +13,7 @@ from ._base_fit import Fitted
 from ._candidates import (
     Candidate,
     enriched,
+    let_go,
     name_of,
     refitted,
     refitted_from_straight,
@@ -69,11 +70,13 @@ def attribute(
     classes = [cls for cls in candidates if cls.name not in own]
     seen = evidence(fitted.refit.engine, state, _noise(fitted.refit))
     grids = [reach(cls.trials(seen)) for cls in classes]
-    refit = dataclasses.replace(fitted.refit, reach={k: v for g in grids for k, v in g.items()})
+    edges = {k: v for grid in grids for k, v in grid.items()}
+    refit = dataclasses.replace(fitted.refit, reach=edges)
+    stiff = dataclasses.replace(fitted.stiff[0], reach=edges)
     say("richer base")
     rich_refit, rich = rich_none(refit, state)
-    none = Candidate((), state, rich, rich_refit, 1.0)
-    found = _one_more(refit, none, none, classes, say)
+    none = Candidate((), fitted.stiff[1], state, rich, rich_refit, 1.0)
+    found = _one_more((stiff, refit), none, none, classes, say)
     if not found:
         return Attribution(none, ())
     # The richer base with every leader's values, without its effect: no effect is credited with
@@ -87,7 +90,7 @@ def attribute(
         for first in firsts:
             rest = [cls for cls in classes if cls.name != first.name]
             say(f"{first.name} and another")
-            for pair in _one_more(refit, first, none, rest, lambda line: None):
+            for pair in _one_more((stiff, refit), first, none, rest, lambda line: None):
                 names = {p.name for p in pairs}
                 if pair.name not in names and _worth(pair, [first, *found]):
                     pairs.append(pair)
@@ -104,14 +107,15 @@ def _worth(pair: Candidate, singles: list[Candidate]) -> bool:
 
 
 def _one_more(
-    refit: Refit,
+    refits: tuple[Refit, Refit],
     start: Candidate,
     none: Candidate,
     classes: Sequence[type[AbstractEffect]],
     say: Progress,
 ) -> list[Candidate]:
     """Every class beside the effects of `start`; the leaders also on the richer base."""
-    state, rich = start.plain, start.rich
+    refit, free = refits
+    state, rich = start.stiff, start.rich
     seen = evidence(refit.engine, state, _noise(refit))
     plain_basis = basis(refit.base_columns(state))
     rich_basis = basis(start.rich_refit.base_columns(rich))
@@ -143,9 +147,10 @@ def _one_more(
     out = []
     for end, survival in leaders:
         say(f"{name_of(end.effects[own:])} on the richer base")
-        rich_refit, rich = enriched(refit, end, (start.rich_refit, start.rich))
+        plain = let_go(free, end)
+        rich_refit, rich = enriched(free, plain, (start.rich_refit, start.rich))
         effects: Effects = rich.effects[own:]
-        out.append(Candidate(effects, end, rich, rich_refit, survival))
+        out.append(Candidate(effects, end, plain, rich, rich_refit, survival))
     return out
 
 

@@ -22,12 +22,16 @@ _STEPS = 40
 class Fitted:
     """The base at its best, the noise by which it was judged, and the model given, if any.
 
+    `stiff`: the refit with `eta` held, from which effects are looked for, and its end. Where an
+    effect is missing, `eta` trades against thresholds and weights along a valley that a refit with
+    the effect would have to crawl back. `state`: with all let go.
     `given`: the errors of the model as it was brought ("periods phases" by run); `None` where the
     base was identified here.
     """
 
     refit: Refit
     state: State
+    stiff: tuple[Refit, State]
     spectrum: Spectrum
     given: list[np.ndarray] | None
 
@@ -51,7 +55,7 @@ def fitted_base(engine: Engine, ecdl: ECDL | None) -> Fitted:
         found: list[tuple[Refit, State]] = []
         for operator in starts:
             base = Base.of(engine, operator, _free(engine, operator))
-            refit = Refit(engine, engine.whitener(spectrum), base)
+            refit = Refit(engine, engine.whitener(spectrum), base.without("eta"))
             found.append((refit, refit.descend(refit.at(base.centre, effects), _STEPS)))
         refit, state = min(found, key=lambda pair: pair[1].cost)
         better = _quiet(state.errors.raw, engine.blocks)
@@ -59,7 +63,10 @@ def fitted_base(engine: Engine, ecdl: ECDL | None) -> Fitted:
             break
         spectrum = better  # without repeats the noise is read off what the fit leaves
         starts = [engine.filled(refit.base.operator, state.values)]
-    return Fitted(refit, state, spectrum, None if ecdl is None else raw)
+    base = Base.of(engine, refit.base.operator, _free(engine, refit.base.operator))
+    loose = dataclasses.replace(refit, base=base)
+    end = loose.descend(state, _STEPS)
+    return Fitted(loose, end, (refit, state), spectrum, None if ecdl is None else raw)
 
 
 _ONE = Spectrum(1.0, 0.0, 1.0, True)

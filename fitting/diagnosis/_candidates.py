@@ -15,6 +15,8 @@ from ._free_base import free_base
 from ._screen import Screened
 
 _FIRST, _REST = 4, 40  # steps of the first look, and of the best one afterwards
+_FREE = 20  # steps once `eta` is let go
+_ROUNDS = 3  # of search and descent, for effects that jump
 _LOOKS = 3  # trials that are refitted
 _FAINT = 0.02  # of the weights: what is left where hysteresis is to begin from nothing
 _RICH_STEPS = 20
@@ -25,11 +27,13 @@ _RICH_SHARE = 2e-3  # of the excess: a slower descent on the richer base is over
 class Candidate:
     """A set of effects beside the base: refitted on the operator, and on the richer base.
 
-    `effects` are those added, in `plain` and `rich` they stand behind the base's own.
+    `effects` are those added, in the states they stand behind the base's own. `stiff`: with `eta`
+    held; `plain`: with all of the operator free.
     `survival`: see `Screened`; of the effect added last.
     """
 
     effects: Effects
+    stiff: State
     plain: State
     rich: State
     rich_refit: Refit
@@ -61,6 +65,11 @@ def refitted(refit: Refit, state: State, screened: list[Screened]) -> State | No
     return _best(refit, refit, state, screened)
 
 
+def let_go(refit: Refit, stiff: State) -> State:
+    """What a refit with all of the operator free makes of one with `eta` held."""
+    return refit.descend(stiff, _FREE)
+
+
 def refitted_from_straight(
     refit: Refit, straight: tuple[Refit, State], screened: list[Screened]
 ) -> State | None:
@@ -77,14 +86,19 @@ def _best(first: Refit, then: Refit, state: State, screened: list[Screened]) -> 
     ends = []
     for one in _different(screened):
         start = first.at(state.values, (*state.effects, one.effect))
-        if np.isfinite(start.cost):
-            ends.append(first.descend(start, _FIRST if first is then else 3 * _FIRST))
+        if not np.isfinite(start.cost):
+            continue
+        if not type(one.effect).smooth:  # what was found on a grid is good, the base beside it not
+            start = dataclasses.replace(first, still=True).descend(start, 3 * _FIRST)
+        ends.append(first.descend(start, _FIRST if first is then else 3 * _FIRST))
     if not ends:
         return None
     best = min(ends, key=lambda end: end.cost)
-    if not type(best.effects[-1]).smooth:
-        best = _searched(first, best)
-    return then.descend(best, _REST)
+    for _ in range(1 if type(best.effects[-1]).smooth else _ROUNDS):
+        if not type(best.effects[-1]).smooth:
+            best = _searched(first, best)
+        best = then.descend(best, _REST)
+    return best
 
 
 def straightened(refit: Refit, state: State) -> tuple[Refit, State] | None:
@@ -116,7 +130,7 @@ def _different(screened: list[Screened]) -> list[Screened]:
 def _searched(refit: Refit, state: State) -> State:
     """Parameters of the last effect moved to and fro by shrinking steps, the base following."""
     at = effect_values(state.effects[:-1]).size
-    for share in (0.2, 0.06, 0.02, 0.006):
+    for share in (0.2, 0.06, 0.02, 0.006, 0.002, 0.0006):
         for i in range(at, effect_values(state.effects).size):
             now = effect_values(state.effects)
             size = abs(now[i]) if now[i] else 0.5

@@ -55,6 +55,14 @@ class Base:
             move[: free.size] = free
         return cls(operator, values, np.full(values.size, np.inf), low, high, move)
 
+    def without(self, *names: str) -> "Base":
+        """The same with the fields of these names held."""
+        free, at = self.free.copy(), 0
+        for p in parameters(self.operator):
+            free[at : at + p.size] &= p.name not in names
+            at += p.size
+        return dataclasses.replace(self, free=free)
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class State:
@@ -99,6 +107,7 @@ class Refit:
     whitener: Whitener
     base: Base
     reach: Reach | None = None
+    still: bool = False  # whether the effects stay as they are
 
     def at(self, values: np.ndarray, effects: Effects) -> State:
         """The state at given values."""
@@ -200,8 +209,8 @@ class Refit:
 def _effect_columns(refit: Refit, state: State) -> np.ndarray:
     total = state.errors.locked.size + state.errors.loose.size
     now = effect_values(state.effects)
-    if not now.size:
-        return np.zeros((total, 0))
+    if not now.size or refit.still:
+        return np.zeros((total, now.size))
     low, high = refit.edges(state.effects)
     here = np.concatenate([state.errors.locked, state.errors.loose])
     columns = np.zeros((total, now.size))

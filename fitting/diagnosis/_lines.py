@@ -141,9 +141,8 @@ def _seen(
     power = np.abs(np.fft.rfft(rest, search.length)[search.place]) ** 2 / size
     # Where the spectrum's form falls short of the noise, the level all around counts.
     hertz = np.fft.rfftfreq(size, block.step_s)
-    own = (
-        np.abs(np.fft.rfft(rest)) ** 2 / size / np.maximum(spectrum.at(hertz, block.step_s), _TINY)
-    )
+    level = np.maximum(spectrum.at(hertz, block.step_s), _TINY)
+    own = np.abs(np.fft.rfft(rest)) ** 2 / size / level
     here = _around(own[np.arange(own.size) % block.periods != 0])
     excess = np.maximum(np.interp(grid, np.linspace(0.0, hertz[-1], here.size), here), 1.0)
     z = np.where(left > 0, power / (search.level * excess * np.where(left > 0, left, 1.0)), 0.0)

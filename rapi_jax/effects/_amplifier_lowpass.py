@@ -26,7 +26,7 @@ class AmplifierLowpass(AbstractDriveEffect, AbstractLinearEffect, AbstractInvert
     slope $S$ lags by $S \tau$ in its straight part, and its turns are rounded.
     """
 
-    tau: Float[Array, ""] = parameter(unit="s", default=0.0, bounds=(0.0, 0.05))
+    tau: Float[Array, ""] = parameter(unit="s", default=0.0, bounds=(0.0, 0.5))
 
     name: ClassVar = "amplifier_lowpass"
     session: ClassVar = False

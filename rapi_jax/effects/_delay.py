@@ -25,14 +25,14 @@ class Delay(AbstractOpticalEffect, AbstractInvertible):
     Before the first sample the response is taken to have been the first value.
     """
 
-    tau: Float[Array, ""] = parameter(unit="s", default=0.0, bounds=(0.0, 0.02))
+    tau: Float[Array, ""] = parameter(unit="s", default=0.0, bounds=(0.0, 0.2))
 
     name: ClassVar = "delay"
 
     @classmethod
     def trials(cls, evidence: Evidence) -> list[AbstractEffect]:
         """Four delays, from one that shows at turns alone to one of a tenth of a branch."""
-        return [cls.at(tau=tau) for tau in evidence.lags if tau < 0.02]
+        return [cls.at(tau=tau) for tau in evidence.lags if tau < 0.2]
 
     @float64
     def __call__(

@@ -43,7 +43,7 @@ class Evidence:
         period = 1.0 / fastest if fastest > 0 else self.duration_s / max(len(self.rates), 1)
         if not period > 0:
             return ()
-        return tuple(min(period / part, 0.015) for part in (2000.0, 500.0, 100.0, 25.0))
+        return tuple(min(period / part, 0.15) for part in (2000.0, 500.0, 100.0, 25.0))
 
     @property
     def slope(self) -> float:

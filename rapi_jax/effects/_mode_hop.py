@@ -15,6 +15,7 @@ from ._size import least
 
 _BINS = 300
 _SIDE = 8  # bins to either side of a step through which a straight line is drawn
+_OUTLIER = 8.0  # robust standard deviations of one sample's change
 
 
 class ModeHop(AbstractOpticalEffect):
@@ -51,10 +52,17 @@ class ModeHop(AbstractOpticalEffect):
 
     @classmethod
     def trials(cls, evidence: Evidence) -> "list[ModeHop]":
-        """The sharpest steps of the residual over the response, going up, with those going down."""
+        """Jumps of the data from one sample to the next; and, where these drown in noise, the
+        sharpest steps of the residual over the response, going up, with those going down.
+        """
         span = evidence.span
         if not (np.isfinite(span) and span > 0):
             return []
+        return [*_jumps(cls, evidence), *cls._from_steps(evidence)]
+
+    @classmethod
+    def _from_steps(cls, evidence: Evidence) -> "list[ModeHop]":
+        span = evidence.span
         up, down = (_steps(evidence, sign, 3) for sign in (1, -1))
         narrow = 1e-3 * span
         found = []
@@ -63,6 +71,27 @@ class ModeHop(AbstractOpticalEffect):
             found += [(jump, at, max(at - a, narrow)) for a in below[:1]] or [(jump, at, narrow)]
         found += [(jump, at, narrow) for at, jump in down[:1]]
         return [cls.at(size=s, threshold=at, width=w) for s, at, w in found]
+
+
+def _jumps(cls: type[ModeHop], evidence: Evidence) -> list[ModeHop]:
+    """Hops that stand out of the noise of single samples, with where they happen in the data."""
+    data = evidence.response + evidence.residual
+    inside = np.diff(evidence.run) == 0
+    leap = np.where(inside, np.diff(evidence.residual), 0.0)
+    usual = float(np.median(np.abs(leap[inside]))) / 0.6745 if inside.any() else 0.0
+    far = np.flatnonzero(np.abs(leap) > max(_OUTLIER * usual, least(evidence)))
+    rising = np.diff(evidence.response) > 0
+    up, down = far[rising[far]], far[~rising[far]]
+    if not up.size:
+        return []
+    size = float(np.median(leap[up]))
+    same = up[np.sign(leap[up]) == np.sign(size)]
+    at = float(np.median((data[same] + data[same + 1] - leap[same]) / 2.0))
+    back = down[np.sign(leap[down]) == -np.sign(size)]
+    width = 0.0
+    if back.size:
+        width = at - float(np.median((data[back] + data[back + 1] + leap[back]) / 2.0))
+    return [cls.at(size=size, threshold=at, width=max(width, 1e-3 * evidence.span))]
 
 
 def _steps(evidence: Evidence, direction: int, count: int) -> list[tuple[float, float]]:

@@ -12,12 +12,15 @@ import numpy as np
 
 from rapi_jax import ECDL, AbstractOperator
 from rapi_jax._parameter import parameters
+from rapi_jax.effects import AbstractOpticalEffect
 
 from ._engine import Effects, Engine, Errors, effect_values, free_parameters, with_values
 from ._noise import Whitener
 
 Reach = dict[tuple[str, tuple[str | int, ...]], tuple[float, float]]
-_STEP = 3e-3  # of a parameter's size, to move an effect by
+# Of a parameter's size, to move an effect by: before a play, or where a response jumps, the change
+# must be larger than a kink; elsewhere small, since a line's phase turns fast over a session.
+_STEP, _FINE = 3e-3, 1e-6
 _TRIES = 5
 _SMALL = 0.05  # fall of chi-square below which a descent is over
 
@@ -77,12 +80,14 @@ class State:
     @property
     def locked(self) -> float:
         """Chi-square of what repeats with the scan."""
-        return float(self.errors.locked @ self.errors.locked)
+        with np.errstate(over="ignore", invalid="ignore"):  # a step too far is no warning
+            return float(self.errors.locked @ self.errors.locked)
 
     @property
     def loose(self) -> float:
         """Chi-square of what does not."""
-        return float(self.errors.loose @ self.errors.loose)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return float(self.errors.loose @ self.errors.loose)
 
     @property
     def cost(self) -> float:
@@ -114,7 +119,7 @@ class Refit:
         base = self.base
         nodes = self.engine.nodes(base.operator, values, effects)
         errors = self.engine.errors(self.whitener, base.operator, effects, nodes)
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):
             off = np.where(np.isfinite(base.prior), (values - base.centre) / base.prior, 0.0)
         return State(values, effects, errors, float(off @ off), nodes)
 
@@ -212,10 +217,15 @@ def _effect_columns(refit: Refit, state: State) -> np.ndarray:
     if not now.size or refit.still:
         return np.zeros((total, now.size))
     low, high = refit.edges(state.effects)
+    steps = [
+        _FINE if type(e).smooth and isinstance(e, AbstractOpticalEffect) else _STEP
+        for e in state.effects
+        for _ in free_parameters(e)
+    ]
     here = np.concatenate([state.errors.locked, state.errors.loose])
     columns = np.zeros((total, now.size))
     for i, value in enumerate(now):
-        step = _STEP * max(abs(value), _least(state.effects, i))
+        step = steps[i] * max(abs(value), _least(state.effects, i))
         if value + step > high[i]:
             step = -step
         other = now.copy()

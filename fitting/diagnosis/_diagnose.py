@@ -1,12 +1,12 @@
 """`diagnose`: where the sim-to-real gap lies, which effect causes it, how far it shrinks."""
 
+import dataclasses
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from fitting._faults import check_usable
 from rapi_jax import ECDL, DriveLimits, ModelError, Recording, effects
 from rapi_jax._precision import float64
 from rapi_jax.effects import AbstractEffect
@@ -25,6 +25,7 @@ from ._maps import maps
 from ._next_scan import Hypothesis, next_scan
 from ._probability import CALIBRATION, probabilities, smallest_set
 from ._remainder import ceiling
+from ._usable import check_arguments, check_data, check_enough, shown_faults
 from ._where import summary, where
 from ._words import advice, meaning, sentence
 
@@ -34,6 +35,7 @@ _RIVALS = 3
 
 
 @float64
+@np.errstate(over="ignore", invalid="ignore")  # a refit that runs away has no finite cost
 def diagnose(
     ecdl: ECDL | None,
     recording: Recording,
@@ -54,15 +56,19 @@ def diagnose(
     - `scan`: whether to look for the next scan.
     - `progress`: called with a line before each step.
 
-    **Returns** a `Diagnosis`. Raises `DataError` where the recording holds nothing to judge by.
+    **Returns** a `Diagnosis`. Raises `DataError` where the recording holds nothing to judge by
+    (readings that rest, no complete period, fewer samples than parameters), and `ValueError` for
+    arguments of another kind.
     """
     began = time.perf_counter()
     say = progress or (lambda line: None)
-    check_usable(recording)
+    check_arguments(ecdl, recording, candidates)
+    check_data(ecdl, recording)
     engine = Engine.of(thinned(recording))
+    check_enough(engine, ecdl)
     say("base model")
     fitted = fitted_base(engine, ecdl)
-    chosen = effects.ALL if candidates is None else tuple(candidates)
+    chosen = effects.ALL if candidates is None else tuple(dict.fromkeys(candidates))
     attribution = attribute(fitted, chosen, say)
     ranked = probabilities(attribution, noise_known=fitted.spectrum.known)
     names = smallest_set(ranked)
@@ -96,7 +102,10 @@ def diagnose(
         "plays": model.operator.count,
         "file": "model.rapi",
     }
-    notes = _notes(engine, fitted, top, rich)
+    wrong = shown_faults(recording, state.errors.raw, engine, words)
+    content["faults"] = [dataclasses.asdict(fault) for fault in wrong]
+    notes = tuple(f"{fault.kind}: {fault.message}" for fault in wrong)
+    notes += _notes(engine, fitted, top, rich)
     seconds = time.perf_counter() - began
     return Diagnosis(recording, model, verdict, content, notes, seconds)
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ._descend import Refit, State
-from ._engine import effect_values, free_parameters
+from ._engine import effect_values, free_parameters, with_values
 
 
 def standard_errors(refit: Refit, state: State) -> np.ndarray:
@@ -23,8 +23,32 @@ def standard_errors(refit: Refit, state: State) -> np.ndarray:
     inverse = (vectors[:, kept] / size[kept]) @ vectors[:, kept].T
     wide = max(1.0, state.locked / max(state.errors.locked.size, 1))
     variance = np.diag(inverse) * wide / unit**2
-    out = np.sqrt(np.where(alive, variance, np.inf))
-    return out[state.values.size :]
+    out = np.sqrt(np.where(alive, variance, np.inf))[state.values.size :]
+    smooth = [type(e).smooth for e in state.effects for _ in free_parameters(e)]
+    for i in np.flatnonzero(~np.array(smooth, dtype=bool)):
+        out[i] = max(out[i] if np.isfinite(out[i]) else 0.0, _reach(refit, state, i, wide))
+    return out
+
+
+def _reach(refit: Refit, state: State, index: int, wide: float) -> float:
+    """How far a parameter goes either way before chi-square rises by one, the others held.
+
+    Of an effect that jumps: between two samples the data say nothing, and a slope means nothing.
+    """
+    now = effect_values(state.effects)
+    size = abs(now[index]) or 1.0
+    out = 0.0
+    for sign in (1.0, -1.0):
+        for step in size * 2.0 ** np.arange(-24.0, 0.0):
+            other = now.copy()
+            other[index] += sign * step
+            if (
+                not refit.at(state.values, with_values(state.effects, other)).cost
+                < state.cost + wide
+            ):
+                out = max(out, float(step))
+                break
+    return out
 
 
 def estimates(refit: Refit, state: State, unit: str, drive_unit: str) -> dict[str, dict[str, Any]]:

@@ -14,9 +14,10 @@ from ._bootstrap import closed_fraction
 from ._candidates import Candidate
 from ._descend import Refit, State
 from ._engine import Engine
-from ._noise import Whitener
+from ._noise import Spectrum, Whitener
 
 _STEPS = 8
+_STRETCHES = 10  # of a run, drawn anew where nothing repeats
 _LAST = 2.0 / 3.0  # of the periods are seen, the others held out
 
 
@@ -113,17 +114,57 @@ def credit(
                 "part": fold.name,
                 "before": rms(pair[0], own),
                 "after": rms(pair[1], own),
-                "closed_fraction": closed_fraction(
-                    pair[0], pair[1], fold.held, spectrum, own_origin=own
-                ),
+                "closed_fraction": _closed(pair[0], pair[1], fold.held, spectrum, own),
             }
         )
         before, after = before + pair[0], after + pair[1]
         held = held + fold.held
     if not parts:
         return None
-    closed = closed_fraction(before, after, held, spectrum, own_origin=own)
+    closed = _closed(before, after, held, spectrum, own)
     return Held(parts, before, after, held, closed)
+
+
+def _closed(
+    before: list[np.ndarray],
+    after: list[np.ndarray],
+    held: list[Block],
+    spectrum: Spectrum,
+    own: bool,
+) -> dict[str, float] | None:
+    if spectrum.known:
+        return closed_fraction(before, after, held, spectrum, own_origin=own)
+    return _closed_at_least(before, after, own)
+
+
+def _closed_at_least(
+    before: list[np.ndarray], after: list[np.ndarray], own: bool
+) -> dict[str, float] | None:
+    """The same where noise is unknown: with none taken off, so the value is a lower edge.
+
+    The interval is that of stretches of the runs drawn anew, made twice as wide.
+    """
+    pieces = []
+    for b, a in zip(before, after, strict=True):
+        shift = (b.mean(), a.mean()) if own else (0.0, 0.0)
+        parts = zip(
+            np.array_split((b - shift[0]).ravel(), _STRETCHES),
+            np.array_split((a - shift[1]).ravel(), _STRETCHES),
+            strict=True,
+        )
+        pieces += [(float(p @ p), float(q @ q)) for p, q in parts]
+    power = np.array(pieces)
+    if not power[:, 0].sum() > 0:
+        return None
+    value = 1.0 - float(power[:, 1].sum() / power[:, 0].sum())
+    rng = np.random.default_rng(0)
+    drawn = power[rng.integers(0, len(power), (1000, len(power)))].sum(axis=1)
+    low, high = np.quantile(1.0 - drawn[:, 1] / drawn[:, 0], [0.025, 0.975])
+    return {
+        "value": value,
+        "low": value - 2.0 * max(value - float(low), 0.0),
+        "high": min(value + 2.0 * max(float(high) - value, 0.0), 1.0),
+    }
 
 
 def _enough(fold: Fold, state: State) -> bool:

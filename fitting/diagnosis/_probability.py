@@ -12,8 +12,10 @@ from ._candidates import Candidate
 class Calibration:
     """Numbers that turn chi-squares into probabilities, and where they come from.
 
-    - `temperature`: differences of log evidence are divided by it. `parameter`: log evidence that
-      one more parameter costs, in units of the logarithm of the number of lines, halved.
+    - `temperature`: differences of log evidence are divided by it, and `form` times the excess that
+      effects may explain is added to it: no effect is quite as its equation says.
+    - `parameter`: log evidence that one more parameter costs, in units of the logarithm of the
+      number of lines, halved.
     - `chance`: log evidence that one more effect costs, for the search over its trials.
     - `left`: share of the excess that the right effects leave at most; `left_width`: how sharply.
     - `left_unknown`, `left_unknown_width`: the same where no run repeats, so that noise is unknown.
@@ -22,6 +24,7 @@ class Calibration:
     """
 
     temperature: float = 4.0
+    form: float = 3e-4
     parameter: float = 1.0
     chance: float = 20.0
     left: float = 0.04
@@ -79,7 +82,10 @@ def probabilities(
             for c in all_of
         ]
     )
-    weight = np.exp((log - log.max()) / calibration.temperature)
+    # An effect's equation is no better than a hundredth or two of what it explains: two that differ
+    # by less are not told apart by any amount of data.
+    doubt = calibration.temperature + calibration.form * max(excess(attribution.none.rich), 0.0)
+    weight = np.exp((log - log.max()) / doubt)
     weight /= weight.sum()
     top = all_of[int(np.argmax(weight))]
     unlisted = remains(top, attribution.none, noise_known, calibration)

@@ -47,7 +47,8 @@ def sentence(
     name: str, effects: tuple[str, ...], probability: float, shrinkage: dict[str, Any], unit: str
 ) -> str:
     """The verdict in one sentence."""
-    sure = f"probability {probability:.0%}" if probability < 0.995 else "probability over 99 %"
+    sure = f"probability {min(probability, 0.99):.0%}".replace("%", " %")
+    sure = sure if probability < 0.995 else "probability over 99 %"
     if name == "none":
         return f"No effect is missing: what the model leaves is noise ({sure})."
     if name == "unlisted":
@@ -56,18 +57,22 @@ def sentence(
     closed = shrinkage.get("closed_fraction")
     if closed is None:
         return f"The gap is {what} ({sure})."
-    low, high = max(closed["low"], 0.0), min(closed["high"], 1.0)
+    low, high = _percent(max(closed["low"], 0.0)), _percent(min(closed["high"], 1.0))
+    value = _percent(closed["value"])
+    range_ = "" if low == value == high else f" ({low} to {high})"
     return (
-        f"The gap is {what} ({sure}): with it the model closes {_percent(closed['value'])} "
-        f"({_percent(low)} to {_percent(high)}) of the gap on data held out, from "
+        f"The gap is {what} ({sure}): with it the model closes {value}{range_} of the gap on data "
+        "held out, from "
         f"{shrinkage['before']:.3g} to {shrinkage['after']:.3g} {unit} rms."
     )
 
 
 def _percent(share: float) -> str:
     """A share in percent, with a decimal where it is nearly all."""
-    share = min(share, 1.0)
-    return f"{share:.1%}" if 0.98 < share < 1.0 else f"{share:.0%}"
+    if share > 0.999:
+        return "over 99.9 %"
+    text = f"{share:.1%}" if share > 0.98 else f"{share:.0%}"
+    return text.replace("%", " %")
 
 
 def advice(

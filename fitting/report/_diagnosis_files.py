@@ -34,7 +34,7 @@ def write_diagnosis(diagnosis: "Diagnosis", folder: Path, *, name: str = "") -> 
         drive_unit=recording.drive_unit,
         response_origin=recording.response_origin,
         response_lag_s=recording.response_lag_s,
-        trusted=diagnosis.verdict.name != "unlisted",
+        trusted=diagnosis.verdict.name != "unlisted" and not content["faults"],
         identified=Identified.of(recording).to_dict(),
         rmse=content["shrinkage"]["after"],
         versions=versions(),

@@ -1,11 +1,15 @@
 """`rapi demo`: the main job from end to end, on a simulated bench like the paper's."""
 
+import dataclasses
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 SPAN = 75.0  # GHz
+# What the second laser has and the model lacks: interference of A (GHz) every F (GHz).
+ETALON = {"amplitude": 0.05, "spacing": 7.0, "phase": 0.4}
+NOISE = 0.02  # GHz, of one reading of the second laser
 # Table 1 of the paper, rms nonlinearity in MHz: up without and with compensation, then down.
 PAPER = {
     10.0: (435.0, 63.7, 3280.0, 271.0),
@@ -21,23 +25,26 @@ def demo(
     seed: int = 0,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Scan a simulated laser at 10 to 40 Hz, identify it, make it scan straight, and show it.
+    """Scan a simulated laser at 10 to 40 Hz, identify it, make it scan straight; diagnose another.
 
     The laser behaves like the one of the paper: a 4.5 V triangle on 3 V scans about 75 GHz with the
     nonlinearity of the paper's Table 1. Its frequency is read from the fringes of a 5 m
     interferometer and a Fabry-Perot cavity, as digitized at 30 MS/s; drives pass the 14 bits of a
-    generator.
+    generator. The second laser has something in its light path that the model knows nothing of;
+    its frequency is read with 20 MHz of noise, and `rapi diagnose` is to find out what it is.
 
     Parameters
     ----------
     output
-        Folder for the recordings, the model, the drives and the pictures; made if missing.
+        Folder for the recordings, the model, the drives, the pictures and the diagnosis; made if
+        missing.
     seed
         Seed of the noise.
     json
         Print one JSON object on standard output.
     """
     from fitting._identify import identify
+    from fitting.diagnosis import diagnose
     from fitting.report import save_figure, write_fit
     from hardware import SimulatedBench
     from rapi_jax import Identified, compensate, linear_scan, linearity, plot
@@ -73,6 +80,11 @@ def demo(
             ("scans.png", plot.scans(data, after)),
         ):
             written.append(save_figure(figure, folder / name))
+        say("scanning a laser that holds something more")
+        write_recording(_second(seed), folder / "second")
+        second = read_recording(folder / "second")
+        report = diagnose(None, second, limits=bench.limits, progress=say)
+        written += report.save(folder / "diagnosis", name="second")
     rows = [
         {
             "excitation_hz": run.drive.rate,
@@ -87,14 +99,16 @@ def demo(
             {
                 "schema": "rapi.demo/1",
                 "folder": str(folder),
-                "files": [path.name for path in written],
+                "files": [path.relative_to(folder).as_posix() for path in written],
                 "noise_free_rmse_ghz": missed,
                 "nonlinearity": rows,
                 "model": result.to_dict(),
+                "diagnosis": report.to_dict(),
             }
         )
     else:
         from fitting.report import tables
+        from fitting.report._diagnosis_text import lines
 
         out = console(json)
         out.print(tables(result))
@@ -105,8 +119,42 @@ def demo(
             markup=False,
         )
         for path in written:
-            out.print(f"  {path.name}", markup=False)
+            out.print(f"  {path.relative_to(folder)}", markup=False)
+        out.rule("a second laser")
+        out.print(lines(report.to_dict()))
+        page = (folder / "diagnosis" / "report.html").resolve()
+        out.print(
+            f"It was an etalon of {1e3 * ETALON['amplitude']:g} MHz every {ETALON['spacing']:g} "
+            f"GHz. The diagnosis with all its figures is a page for your browser: {page}",
+            markup=False,
+        )
     return DONE if result.verdict.trusted else UNTRUSTED
+
+
+def _second(seed: int) -> Any:
+    """Two amplitudes at three rates, four periods each, of a laser with a parasitic etalon."""
+    import numpy as np
+
+    from hardware import SimulatedBench
+    from hardware.simulated import Device
+    from rapi_jax import ECDL, Recording, triangle
+    from rapi_jax._paper_device import BIAS, paper_device
+    from rapi_jax.effects import Etalon
+
+    bench = SimulatedBench.like_paper(seed=seed)
+    device = Device(ECDL(paper_device().operator, (Etalon.at(**ETALON),)))
+    bench.laboratory = dataclasses.replace(bench.laboratory, device=device)
+    rng = np.random.default_rng([seed, 1])
+    drives, readings = [], []
+    for amplitude in (2.5, 4.5):  # V peak to peak
+        for drive in triangle(
+            [10, 20, 40], amplitude=amplitude, bias=BIAS, samples=1600, periods=4
+        ):
+            bench.wait(0.5)
+            drives.append(dataclasses.replace(drive, start_s=bench.session_s))
+            readings.append(bench.truth(drives[-1]) + NOISE * rng.standard_normal(drive.size))
+            bench.wait(drive.periods / drive.rate)
+    return Recording.of(drives, readings)
 
 
 def _missed(predicted: Any, truth: Any) -> float:

@@ -29,6 +29,7 @@ _NEAR = 0.5  # of the best fall in chi-square: a candidate below is no rival
 _EXPLAINED = 1.25  # chi-square a locked line: what a base may leave that is not quite the device's
 _LOOSE = 1.04  # the same of what does not repeat
 _WORTH = 0.5  # of the excess, that a second effect must take away
+_POOR = 0.5  # of the excess, left where noise is unknown: then a second effect is looked for
 _CHANCE = 60.0  # fall in chi-square that no search over effects and their trials finds in noise
 
 Progress = Callable[[str], None]
@@ -84,7 +85,9 @@ def attribute(
     none = _fairer(none, found)
     pairs: list[Candidate] = []
     best = min(found, key=lambda c: c.cost)
-    if unexplained(best.rich) and none.cost - best.cost > _CHANCE:
+    known = refit.whitener.spectrum.known
+    needed = unexplained(best.rich) if known else excess(best.rich) > _POOR * excess(none.rich)
+    if needed and none.cost - best.cost > _CHANCE:
         firsts = sorted(found, key=lambda c: c.cost)[:2]
         firsts = [c for c in firsts if none.cost - c.cost > _NEAR * (none.cost - best.cost)]
         for first in firsts:

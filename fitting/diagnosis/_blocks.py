@@ -12,7 +12,7 @@ import numpy as np
 from rapi_jax import Recording, Run
 from rapi_jax._sampled import Sampled
 
-_MOST, _LEAST = 1024, 512  # samples a period (all of a run that does not repeat: four times that)
+_MOST, _LEAST = 1024, 512  # samples a period; of a run that does not repeat, all its samples
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ def _thinned(run: Run) -> Run:
         steps = [k for k in range(2, most + 1) if not whole or round(exact) % k == 0]
         every = max(steps, default=1) if exact > _MOST else 1
     else:
-        every = max(drive.size // (4 * _LEAST), 1)
+        every = -(-drive.size // (2 * _LEAST))
     if every == 1:
         return run
     thin = dataclasses.replace(drive, time=drive.time[::every], value=drive.value[::every])

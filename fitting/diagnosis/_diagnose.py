@@ -23,7 +23,7 @@ from ._gap import gap, parametric
 from ._held_out import Held, credit
 from ._maps import maps
 from ._next_scan import Hypothesis, next_scan
-from ._probability import CALIBRATION, probabilities, smallest_set
+from ._probability import CALIBRATION, credited, probabilities, smallest_set
 from ._remainder import ceiling
 from ._usable import check_arguments, check_data, check_enough, shown_faults
 from ._where import summary, where
@@ -71,13 +71,15 @@ def diagnose(
     chosen = effects.ALL if candidates is None else tuple(dict.fromkeys(candidates))
     attribution = attribute(fitted, chosen, say)
     ranked = probabilities(attribution, noise_known=fitted.spectrum.known)
+    rich = _needs_rich(ranked[0][0] or attribution.none)
+    say("held-out data")
+    credits = _credits(engine, fitted, attribution, ranked, rich, say)
+    if ranked[0][0] is not None and fitted.spectrum.known and ranked[0][0].name in credits:
+        ranked = credited(ranked, credits[ranked[0][0].name].closed)
     names = smallest_set(ranked)
     best, probability = ranked[0]
     name = "unlisted" if best is None else best.name
     top = attribution.none if best is None else best
-    rich = _needs_rich(top)
-    say("held-out data")
-    credits = _credits(engine, fitted, attribution, ranked, rich, say)
     held = credits.get(name)
     content = _content(engine, fitted, attribution, ranked, credits, top, held)
     if scan:
@@ -174,6 +176,7 @@ def _content(
         "closed_fraction": held.closed if held else None,
         "held_out": [p["part"] for p in held.parts] if held else [],
         "by_part": held.parts if held else [],
+        "straighter": _straighter(held.closed if held else None),
         "ceiling": ceiling(raw, blocks, spectrum, own_origin=own),
         "remainder": summary(left),
     }
@@ -183,7 +186,7 @@ def _content(
         | {
             "locked": _root(whole.locked),
             "not_locked": _root(whole.not_locked),
-            "significant": whole.significant,
+            "significant": whole.significant and parts["structural"] != 0,
             "sentence": summary(entries, pictures),
         },
         "where": entries,
@@ -192,6 +195,16 @@ def _content(
         "shrinkage": shrinkage,
         "next_scan": None,
         "calibration": {"bank": CALIBRATION.provenance},
+    }
+
+
+def _straighter(closed: dict[str, float] | None) -> dict[str, float | None] | None:
+    """By what factor the rms error, and a scan compensated anew, should fall; no limit: `None`."""
+    if closed is None:
+        return None
+    return {
+        name: 1.0 / float(np.sqrt(1.0 - share)) if share < 1.0 else None
+        for name, share in closed.items()
     }
 
 

@@ -26,7 +26,7 @@ def standard_errors(refit: Refit, state: State) -> np.ndarray:
     out = np.sqrt(np.where(alive, variance, np.inf))[state.values.size :]
     smooth = [type(e).smooth for e in state.effects for _ in free_parameters(e)]
     for i in np.flatnonzero(~np.array(smooth, dtype=bool)):
-        out[i] = max(out[i] if np.isfinite(out[i]) else 0.0, _reach(refit, state, i, wide))
+        out[i] = max(out[i] if np.isfinite(out[i]) else 0.0, _reach(refit, state, int(i), wide))
     return out
 
 

@@ -60,7 +60,7 @@ def recorded(effects=(), *, noise: float, seed: int = 0, session=None) -> Record
 
 @float64
 def projected(effects, session=None) -> float:
-    """Rms over samples of what effects add, after all that a richer hysteresis could absorb, GHz."""
+    """Rms over samples of what effects add and no richer hysteresis could absorb, GHz."""
     session = drives() if session is None else session
     engine = Engine.of(Recording.of(session, answers(session)))
     operator = paper_device().operator

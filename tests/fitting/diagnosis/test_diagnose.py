@@ -1,0 +1,99 @@
+"""The whole diagnosis on simulated sessions: every effect found by name, and refused when unknown."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from worlds import TRUTHS, answers, drives, projected, recorded
+
+from fitting import diagnose
+from fitting.diagnosis._engine import effect_values
+from rapi_jax import DriveLimits, Recording, Run, triangle
+from rapi_jax.effects import ALL, AmplitudeLaw, Delay
+
+SIGMA = 4.0  # projected size in noise of a sample: rms of what no base can absorb
+SESSION = drives(rates=(10.0, 40.0), periods=3, samples=256)
+# As a diagnosis counts it: about the session's own amplitude and bias, which others are worth no
+# parameter. At one bias the tilt does not show.
+OWN = AmplitudeLaw(threshold=0.2, gain=0.02, tilt=0.0, reference=3.0, centre=3.0)
+EXACT = {**TRUTHS, "amplitude_law": OWN}
+
+
+def session_of(name):
+    truth = EXACT[name]
+    return recorded([truth], noise=projected([truth], SESSION) / SIGMA, session=SESSION)
+
+
+def test_every_effect_is_in_the_table():
+    assert set(EXACT) == {cls.name for cls in ALL}
+
+
+@pytest.mark.parametrize("name", [cls.name for cls in ALL])
+def test_an_effect_is_found_and_its_parameters_with_it(name):
+    report = diagnose(None, session_of(name), scan=False)
+    assert name in report.verdict.set
+    assert "none" not in report.verdict.set
+    found = {h["name"]: h for h in report.to_dict()["hypotheses"]}[name]
+    for (key, p), true in zip(
+        found["parameters"].items(), effect_values((EXACT[name],)), strict=True
+    ):
+        if p["stderr"] is None:  # these data say nothing of it
+            assert (name, key) == ("amplitude_law", "tilt")
+            continue
+        assert abs(p["value"] - true) <= 3.0 * p["stderr"], (key, p, true)
+    closed = report.content["shrinkage"]["closed_fraction"]
+    assert closed["value"] > 0.9
+
+
+@pytest.mark.parametrize("name", [cls.name for cls in ALL])
+def test_an_effect_that_is_not_among_the_candidates_is_unlisted(name):
+    candidates = [cls for cls in ALL if cls.name != name]
+    report = diagnose(None, session_of(name), candidates=candidates, scan=False)
+    assert "unlisted" in report.verdict.set
+
+
+def test_without_an_effect_there_is_none():
+    for seed in range(3):
+        report = diagnose(None, recorded(noise=0.02, seed=seed, session=SESSION), scan=False)
+        assert report.verdict.name == "none" and report.verdict.set == ("none",)
+        assert report.content["shrinkage"]["closed_fraction"] is None
+
+
+# --- a delay seen in the middle of the scan alone
+
+
+def in_the_middle(session, noise=0.02, seed=0):
+    """The paper's triangles with a delay of 0.1 ms, read inside the region of interest only."""
+    rng = np.random.default_rng(seed)
+    runs = []
+    for k, (drive, clean) in enumerate(
+        zip(session, answers(session, [Delay(tau=1e-4)]), strict=True)
+    ):
+        run = Run(drive, clean + noise * rng.standard_normal(clean.size), f"run{k:02d}")
+        runs.append(run)
+    return runs
+
+
+def test_a_delay_seen_in_the_middle_of_triangles_is_no_confident_lowpass():
+    session = drives(rates=(10.0, 20.0, 30.0, 40.0), amplitudes=(6.0,), periods=3, samples=500)
+    runs = in_the_middle(session)
+    masked = tuple(
+        dataclasses.replace(run, response=np.where(run.roi, run.response, np.nan)) for run in runs
+    )
+    limits = DriveLimits(0.0, 7.5, 2500.0, max_frequency_hz=200.0)
+    report = diagnose(None, Recording(masked), limits=limits)
+    assert {"delay", "amplifier_lowpass"} <= set(report.verdict.set)
+    scan = report.content["next_scan"]
+    assert {"delay", "amplifier_lowpass"} <= set(scan["separates"])
+    assert scan["waveform"] == "triangle"
+    (drive,) = triangle(
+        scan["excitation_hz"],
+        amplitude=scan["amplitude"],
+        bias=scan["bias"],
+        samples=1500,
+        periods=3,
+    )
+    end = session[-1].start_s + 60.0
+    again = (*session, dataclasses.replace(drive, start_s=end))
+    more = (*masked, in_the_middle(again)[-1])
+    assert diagnose(None, Recording(more), scan=False).verdict.set == ("delay",)

@@ -21,7 +21,7 @@ class Calibration:
     - `left_unknown`, `left_unknown_width`: the same where no run repeats, so that noise is unknown.
     - `closed`, `closed_width`: share of the gap on data held out that the right effects close.
     - `misfit`: chi-square a locked line that a base may leave; `misfit_loose`: the same of what
-      does not repeat; `misfit_width`: how sharply, in the same unit.
+      does not repeat; `misfit_unknown`: the same where noise is unknown; `misfit_width`: how sharply, in the same unit.
     """
 
     temperature: float = 4.0
@@ -36,6 +36,7 @@ class Calibration:
     left_unknown_width: float = 0.08
     misfit: float = 0.3
     misfit_loose: float = 0.05
+    misfit_unknown: float = 1.5
     misfit_width: float = 0.04
     provenance: str = "simulated devices of the model's own class and wider ones, 2026-11"
 
@@ -62,7 +63,9 @@ def remains(best: Candidate, none: Candidate, noise_known: bool, calibration: Ca
     before = excess(none.rich)
     share = excess(state) / before if before > 0 else 0.0
     if not noise_known:  # then all that is left may be noise, and only a poor share tells
-        return _logistic((share - calibration.left_unknown) / calibration.left_unknown_width)
+        poor = _logistic((share - calibration.left_unknown) / calibration.left_unknown_width)
+        more = state.locked / lines - 1.0 - calibration.misfit_unknown
+        return poor * _logistic(more / (5.0 * calibration.misfit_width))
     closed = (share - calibration.left) / calibration.left_width
     return _logistic(over) * _logistic(closed)
 

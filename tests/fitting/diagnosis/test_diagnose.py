@@ -1,4 +1,4 @@
-"""The whole diagnosis on simulated sessions: every effect found by name, and refused when unknown."""
+"""The whole diagnosis on simulated sessions: every effect found, and refused when not listed."""
 
 import dataclasses
 

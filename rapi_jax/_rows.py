@@ -10,6 +10,8 @@ from ._recording import Drive
 _WHOLE = 0.02  # of a sample, over the whole run: how far periods may be from whole samples
 _REPEATS = 1e-9  # of the swing: how far the drive of one period may be from that of the next
 _NEAR = 1e-6  # of a step
+_BEHIND = np.geomspace(1.0 / 64.0, 6.0, 24)  # steps behind a turning point, where nodes are added
+_MOST_TURNS = 16  # a period: more are a waveform's own wealth, or noise
 
 
 class Row(NamedTuple):
@@ -57,6 +59,8 @@ def _tiled(drive: Drive, count: int, lag_s: float, lead: bool) -> Row:
     at, height = corners(around, np.tile(value, 3))
     inside = (at >= -_NEAR * step) & (at < period - _NEAR * step)
     at, height = at[inside], height[inside]
+    if lead:  # a lag moves the drive's extreme to between samples
+        at, height = _closer(value, step, at, height)
     # Samples see the drive of `lag_s` ago; straight lines between samples and corners are exact.
     known = np.concatenate([np.arange(count) * step, at])
     order = np.argsort(known)
@@ -91,6 +95,29 @@ def _tiled(drive: Drive, count: int, lag_s: float, lead: bool) -> Row:
         node_lead,
         period if lead else 0.0,
     )
+
+
+def _closer(
+    value: np.ndarray, step: float, at: np.ndarray, height: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes between the samples behind each turning point, besides those at `at`."""
+    rise = np.diff(value, prepend=value[-1:])
+    turns = np.flatnonzero(rise * np.roll(rise, -1) < 0) * step
+    count, period = value.size, value.size * step
+    if turns.size <= _MOST_TURNS:  # those of samples, where no corner stands beside them
+        turns = np.concatenate(
+            [at, turns[(np.abs(turns[:, None] - at[None, :]) > step).all(axis=1)]]
+        )
+    if not 0 < turns.size <= _MOST_TURNS:
+        return at, height
+    known = np.concatenate([np.arange(count) * step, at])
+    order = np.argsort(known)
+    levels = np.concatenate([value, height])[order]
+    fine = np.unique(np.mod((turns[:, None] + step * _BEHIND[None, :]).ravel(), period))
+    far = np.abs(np.mod(fine[:, None] - known[None, :] + period / 2, period) - period / 2)
+    fine = fine[(far.min(axis=1) > 1e-3 * step) & (fine < period - 1e-3 * step)]
+    more = np.interp(fine, known[order], levels, period=period)
+    return np.concatenate([at, fine]), np.concatenate([height, more])
 
 
 def _plain(drive: Drive, lead: bool) -> Row:

@@ -123,7 +123,8 @@ def test_a_row_is_the_drive_at_every_phase(per_period, start, samples, lead):
     assert (np.diff(row.time) > 0).all() and (np.diff(row.node_time) > 0).all()
     # Nodes: one period from the minimum, before it another as lead-in.
     one = row.node_u.size // (2 if lead else 1)
-    assert per_period <= one <= per_period + 2
+    # Corners, and with effects, which may lag, what follows closely behind each turning point.
+    assert per_period <= one <= per_period + 2 + (48 if lead else 0)
     assert row.node_u[0] == row.node_u.min()
     assert np.ptp(row.node_time[-one:]) < 1 / drive.rate
     assert row.node_lead == (one if lead else 0)
@@ -133,6 +134,8 @@ def test_a_row_is_the_drive_at_every_phase(per_period, start, samples, lead):
         begin = row.time[row.lead]
         assert begin == pytest.approx(1.5, abs=1e-12)
         assert row.time[0] == pytest.approx(1.5 - 1 / drive.rate, abs=1.01 * drive.step_s)
+        since = np.mod(phase[None, :] - np.array([[0.0], [0.5]]), 1.0) / drive.rate / drive.step_s
+        assert (np.sort(since, axis=1)[:, 1] < 1.0 / 16).all()
         assert (row.sample[: row.lead] == -1).all() and row.sample[row.lead] == 0
     else:
         assert row.lead == 0 and row.time[0] >= 1.5 - 1e-9

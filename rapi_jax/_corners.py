@@ -37,10 +37,10 @@ def _meeting(time: np.ndarray, value: np.ndarray, i: int) -> tuple[float, float]
         after = slice(last + 1, last + 1 + _SIDE)
         if before.start < 0 or after.stop > time.size:
             continue
-        lines = [_line(time[part] - time[i], value[part]) for part in (before, after)]
-        if lines[0] is None or lines[1] is None:
+        first, second = (_line(time[part] - time[i], value[part]) for part in (before, after))
+        if first is None or second is None:
             continue
-        (a, b), (c, d) = lines
+        (a, b), (c, d) = first, second
         if a == c:
             continue
         at = (d - b) / (a - c) + time[i]

@@ -22,7 +22,7 @@ from ._estimates import estimates
 from ._gap import gap, parametric
 from ._held_out import Held, credit
 from ._maps import maps
-from ._next_scan import Hypothesis, next_scan
+from ._next_scan import Hypothesis, NextScan, next_scan
 from ._probability import CALIBRATION, credited, probabilities, smallest_set
 from ._remainder import ceiling
 from ._usable import check_arguments, check_data, check_enough, shown_faults
@@ -82,12 +82,14 @@ def diagnose(
     top = attribution.none if best is None else best
     held = credits.get(name)
     content = _content(engine, fitted, attribution, ranked, credits, top, held)
+    following = None
     if scan:
         say("next scan")
-        content["next_scan"] = _next_scan(engine, fitted, ranked, limits)
+        following = _next_scan(engine, fitted, ranked, limits)
+        content["next_scan"] = None if following is None else following.to_dict()
     refit, state = _of(top, fitted.refit, rich)
     model = state.ecdl(engine, refit.base)
-    tied = [n for n in names if n != "none"]
+    tied = [n for n in names if n not in ("none", "unlisted")]
     words = tuple(sorted(effect.name for effect in top.effects))
     verdict = Verdict(
         name,
@@ -109,7 +111,8 @@ def diagnose(
     notes = tuple(f"{fault.kind}: {fault.message}" for fault in wrong)
     notes += _notes(engine, fitted, top, rich)
     seconds = time.perf_counter() - began
-    return Diagnosis(recording, model, verdict, content, notes, seconds)
+    drive = None if following is None else following.drive
+    return Diagnosis(recording, model, verdict, content, notes, seconds, drive)
 
 
 def _needs_rich(top: Candidate) -> bool:
@@ -265,7 +268,7 @@ def _next_scan(
     fitted: Fitted,
     ranked: list[tuple[Candidate | None, float]],
     limits: DriveLimits | None,
-) -> dict[str, Any] | None:
+) -> NextScan | None:
     """The scan that separates the likeliest hypotheses; the best two where one stands alone."""
     named = [(c, p) for c, p in ranked if c is not None][:_RIVALS]
     tied = [(c, p) for c, p in named if p > 0.02]
@@ -273,8 +276,7 @@ def _next_scan(
     if len(rivals) < 2:
         return None
     said = [Hypothesis(c.name, c.plain.effects, np.asarray(c.plain.values), p) for c, p in rivals]
-    found = next_scan(engine, fitted.whitener, fitted.refit.base, said, limits)
-    return None if found is None else found.to_dict()
+    return next_scan(engine, fitted.whitener, fitted.refit.base, said, limits)
 
 
 def _reason(attribution: Attribution, top: Candidate, content: dict[str, Any]) -> str:

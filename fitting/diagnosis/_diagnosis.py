@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from fitting._result import _finite, versions
-from rapi_jax import ECDL, Recording
+from rapi_jax import ECDL, Drive, Recording
 
 SCHEMA = "rapi.diagnosis/1"
 
@@ -31,7 +31,8 @@ class Diagnosis:
     """Where the gap of a model and a recording lies, which effect causes it, how far it closes.
 
     `model`: the base refitted together with the effects named, for prediction, fitting and
-    compensation. `content`: all figures, as in `diagnosis.json`.
+    compensation. `content`: all figures, as in `diagnosis.json`. `next_drive`: the next scan, ready
+    to play.
     """
 
     recording: Recording
@@ -40,6 +41,7 @@ class Diagnosis:
     content: dict[str, Any]
     notes: tuple[str, ...]
     seconds: float
+    next_drive: Drive | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The diagnosis as in `diagnosis.json` (schema `rapi.diagnosis/1`)."""

@@ -21,7 +21,8 @@ class Calibration:
     - `left_unknown`, `left_unknown_width`: the same where no run repeats, so that noise is unknown.
     - `closed`, `closed_width`: share of the gap on data held out that the right effects close.
     - `misfit`: chi-square a locked line that a base may leave; `misfit_loose`: the same of what
-      does not repeat; `misfit_unknown`: the same where noise is unknown; `misfit_width`: how sharply, in the same unit.
+      does not repeat; `misfit_unknown`: the same where noise is unknown; `misfit_width`: how
+      sharply, in the same unit.
     """
 
     temperature: float = 4.0

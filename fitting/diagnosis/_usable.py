@@ -73,7 +73,9 @@ def shown_faults(
     """
     found = [f for f in faults(recording) if f.kind != "clipped" or "saturation" not in named]
     moves = [float(np.var(block.data[block.use > 0])) for block in engine.blocks]
-    rest = [float(np.mean(e[b.use > 0] ** 2)) for e, b in zip(left, engine.blocks, strict=True)]
+    used = [e[b.use > 0] for e, b in zip(left, engine.blocks, strict=True)]
+    origin = [float(e.mean()) if engine.own_origin else 0.0 for e in used]
+    rest = [float(np.mean((e - o) ** 2)) for e, o in zip(used, origin, strict=True)]
     share = np.mean(rest) / max(float(np.mean(moves)), 1e-300)
     if share > 1.0 - _EXPLAINED:
         text = (

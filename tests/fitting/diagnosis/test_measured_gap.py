@@ -25,7 +25,7 @@ def test_the_loop_of_a_servo_is_a_lag(shared_data):
 
 
 def test_a_piezo_identified_on_full_loops_lags_on_small_ones(shared_data):
-    """The same piezo and amplifier, other amplitudes: a model of 1 Hz loops brought to decaying ones.
+    """The same piezo, other amplitudes: a model of 1 Hz loops brought to decaying ones.
 
     Its zero has moved by micrometres between the files, which is a parameter's fault. What is left
     grows with the drive's slope: the capacitive sensor and its electronics answer some 10 ms late,

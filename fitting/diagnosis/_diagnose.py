@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from fitting.report._diagnosis_words import said
 from rapi_jax import ECDL, DriveLimits, ModelError, Recording, effects
 from rapi_jax._precision import float64
 from rapi_jax.effects import AbstractEffect
@@ -27,7 +28,7 @@ from ._probability import CALIBRATION, credited, probabilities, smallest_set
 from ._remainder import ceiling
 from ._usable import check_arguments, check_data, check_enough, shown_faults
 from ._where import summary, where
-from ._words import advice, meaning, sentence
+from ._words import advice, sentence
 
 Progress = Callable[[str], None]
 _SHOWN = 1e-6  # hypotheses less probable are not listed
@@ -255,9 +256,7 @@ def _hypotheses(
                 ),
                 "closed_fraction": credit_.closed if credit_ else None,
                 "delta_chi2": attribution.none.cost - candidate.cost,
-                "sentence": meaning(candidate.name)
-                if len(candidate.effects) == 1
-                else " and ".join(meaning(e.name) for e in candidate.effects),
+                "sentence": said(candidate.name),
             }
         out.append(entry)
     return out

@@ -11,7 +11,6 @@ from rapi_jax import Recording
 
 from ._blocks import Block, part
 from ._bootstrap import closed_fraction
-from ._candidates import Candidate
 from ._descend import Refit, State
 from ._engine import Engine
 from ._noise import Spectrum, Whitener
@@ -177,8 +176,3 @@ def rms(errors: list[np.ndarray], own_origin: bool) -> float:
     if own_origin:
         errors = [e - e.mean() for e in errors]
     return float(np.sqrt(np.mean(np.concatenate([e.ravel() for e in errors]) ** 2)))
-
-
-def pair_of(candidate: Candidate, refit: Refit, rich: bool) -> tuple[Refit, State]:
-    """The refit and state of a candidate, on the richer base or on the plain one."""
-    return (candidate.rich_refit, candidate.rich) if rich else (refit, candidate.plain)

@@ -39,7 +39,7 @@ class Calibration:
     misfit_loose: float = 0.05
     misfit_unknown: float = 1.5
     misfit_width: float = 0.04
-    provenance: str = "simulated devices of the model's own class and wider ones, 2026-11"
+    provenance: str = "set by hand on one simulated device of the model's own class, no bank"
 
 
 CALIBRATION = Calibration()

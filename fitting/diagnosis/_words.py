@@ -2,23 +2,8 @@
 
 from typing import Any
 
-_MEANING = {
-    "creep": "slow creep of the piezo",
-    "resonance": "a mechanical resonance",
-    "amplifier_lowpass": "the limited bandwidth of the amplifier",
-    "slew_limit": "the slew limit of the amplifier",
-    "delay": "a delay between drive and reading",
-    "saturation": "saturation of the drive",
-    "quantisation": "the steps of a digital source",
-    "rate_law": "thresholds that do not grow in proportion to the rate",
-    "amplitude_law": "gain or thresholds that do not follow the amplitude",
-    "drift": "drift of the optical frequency",
-    "gain_drift": "drift of the gain",
-    "mode_hop": "a mode hop",
-    "etalon": "a parasitic etalon",
-    "pickup": "pickup at a fixed frequency",
-    "current_coupling": "coupling of the drive's slope into the diode current",
-}
+from fitting.report._diagnosis_words import said
+
 _CURE = {
     "creep": "Compensate with the corrected model; let the device run in before a scan.",
     "resonance": "Compensate with the corrected model; round the corners of the scan.",
@@ -38,11 +23,6 @@ _CURE = {
 }
 
 
-def meaning(name: str) -> str:
-    """An effect in plain words; effects of others under their own name."""
-    return _MEANING.get(name, name.replace("_", " "))
-
-
 def sentence(
     name: str, effects: tuple[str, ...], probability: float, shrinkage: dict[str, Any], unit: str
 ) -> str:
@@ -53,7 +33,7 @@ def sentence(
         return f"No effect is missing: what the model leaves is noise ({sure})."
     if name == "unlisted":
         return f"Something is missing that is none of the effects known ({sure})."
-    what = " and ".join(meaning(effect) for effect in effects)
+    what = said("+".join(effects))
     closed = shrinkage.get("closed_fraction")
     if closed is None:
         return f"The gap is {what} ({sure})."

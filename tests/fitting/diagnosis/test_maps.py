@@ -5,25 +5,13 @@ import json
 
 import numpy as np
 import pytest
+from silent import session
 
 from fitting.diagnosis._blocks import Block, blocks
 from fitting.diagnosis._maps import maps
 from fitting.diagnosis._noise import Spectrum, measure
-from rapi_jax import Drive, Recording, triangle
+from rapi_jax import Drive, Recording
 from rapi_jax._sampled import sampled
-
-
-def session(
-    rates: tuple[float, ...] = (10.0, 20.0, 30.0, 40.0), periods: int = 5, phases: int = 156
-) -> tuple[Recording, list[Block]]:
-    """Triangles at these rates; the readings are 0, so that a model's values are its errors."""
-    drives, start = [], 0.0
-    for hz in rates:
-        (d,) = triangle(hz, amplitude=2.0, bias=3.0, samples=periods * phases, periods=periods)
-        drives.append(dataclasses.replace(d, start_s=start))
-        start += periods / hz + 0.2
-    recording = Recording.of(drives, [np.zeros(d.size) for d in drives])
-    return recording, blocks(recording, sampled(recording, lead=True))
 
 
 def white(parts: list[Block], size: float = 0.1) -> list[np.ndarray]:

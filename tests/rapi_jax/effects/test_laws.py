@@ -36,6 +36,10 @@ NAMES = {
     "current_coupling",
 }  # fmt: skip
 ALL = pytest.mark.parametrize("name", sorted(NAMES))
+SMOOTH = pytest.mark.parametrize("name", sorted(n for n, e in EXAMPLES.items() if e.smooth))
+UNDONE = pytest.mark.parametrize(
+    "name", sorted(n for n, e in EXAMPLES.items() if isinstance(e, AbstractInvertible))
+)
 OPERATOR = paper_device().operator
 NOISE = 0.020  # GHz, of one reading
 
@@ -142,11 +146,9 @@ def slope(effect, path):
 STEPS = {"delay": {"tau": 1e-8}, "amplifier_lowpass": {"tau": 1e-8}}
 
 
-@ALL
+@SMOOTH
 def test_gradients_are_central_differences(name):
     effect = EXAMPLES[name]
-    if not effect.smooth:
-        pytest.skip("jumps as its parameters move")
     for p in parameters(effect):
         value = float(follow(effect, p.path))
         h = STEPS.get(name, {}).get(p.name, 1e-6 * max(abs(value), 1e-3))
@@ -226,11 +228,9 @@ def test_jit_vmap_and_plain_calls_agree(name):
 # --- undoing
 
 
-@ALL
+@UNDONE
 def test_what_is_undone_comes_back(name):
     effect = EXAMPLES[name]
-    if not isinstance(effect, AbstractInvertible):
-        pytest.skip("has no inverse")
     count, period = 2000, 0.05
     t = np.arange(2 * count) * (period / count)
     turn = 2 * np.pi * t / period

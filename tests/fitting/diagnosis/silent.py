@@ -22,6 +22,11 @@ def session(
     return recording, blocks(recording, sampled(recording, lead=True))
 
 
+def usual_step(parts: list[Block]) -> float:
+    """The sampling interval at which a spectrum's slow part is told, s."""
+    return float(np.median([b.step_s for b in parts]))
+
+
 def noise(rng: np.random.Generator, parts: list[Block], low: float = 0.0) -> list[np.ndarray]:
     """White noise of variance 1, or 1/2 + low / (1 + (f/200 Hz)^2), cut from a longer record."""
     if not low:
@@ -30,6 +35,7 @@ def noise(rng: np.random.Generator, parts: list[Block], low: float = 0.0) -> lis
     for b in parts:
         line = np.fft.rfft(rng.standard_normal(8 * b.size))
         f = np.fft.rfftfreq(8 * b.size, b.step_s)
-        line *= np.sqrt(0.5 + low / (1.0 + (f / 200.0) ** 2))
+        slow = low * usual_step(parts) / b.step_s  # a process in time: faster samples hold more
+        line *= np.sqrt(0.5 + slow / (1.0 + (f / 200.0) ** 2))
         out.append(np.fft.irfft(line, 8 * b.size)[: b.size].reshape(b.left.shape))
     return out

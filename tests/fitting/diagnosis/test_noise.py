@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from silent import noise, session
+from silent import noise, session, usual_step
 
 from fitting.diagnosis._blocks import blocks
 from fitting.diagnosis._noise import Lines, Spectrum, Whitener, measure, transform
@@ -70,7 +70,10 @@ def test_the_spectrum_is_recovered(low: float):
     _, parts = session()
     grid = np.array([40.0, 200.0, 1000.0])
     found = np.mean(
-        [measure(noise(np.random.default_rng(s), parts, low), parts).at(grid) for s in range(30)],
+        [
+            measure(noise(np.random.default_rng(s), parts, low), parts).at(grid, usual_step(parts))
+            for s in range(30)
+        ],
         axis=0,
     )
     truth = (0.5 if low else 1.0) + low / (1.0 + (grid / 200.0) ** 2)
@@ -86,10 +89,11 @@ def test_effects_hardly_move_the_spectrum():
     locked = measure(
         [x + 99 * np.cos(b.phase)[None, :] for x, b in zip(e, parts, strict=True)], parts
     )
-    assert locked.at(np.array([100.0])) == pytest.approx(clean.at(np.array([100.0])), rel=1e-6)
+    at, step = np.array([100.0]), usual_step(parts)
+    assert locked.at(at, step) == pytest.approx(clean.at(at, step), rel=1e-6)
     moved = [x + 5 * np.sin(300 * b.time) + 50 * b.time for x, b in zip(e, parts, strict=True)]
     high = np.array([2000.0])
-    assert measure(moved, parts).at(high) == pytest.approx(clean.at(high), rel=0.15)
+    assert measure(moved, parts).at(high, step) == pytest.approx(clean.at(high, step), rel=0.15)
 
 
 def test_one_period_makes_the_noise_unknown():
@@ -107,7 +111,7 @@ def test_no_noise_at_all_is_no_error():
 
 def test_whitened_errors_have_unit_variance():
     _, parts = session()
-    spectrum = Spectrum(0.5, 3.0, 200.0, True)
+    spectrum = Spectrum(0.5, 3.0, 200.0, True, usual_step(parts))
     whitener = Whitener(parts, spectrum, False)
     e = [noise(np.random.default_rng(s), parts, 3.0) for s in range(20)]
     locked = np.stack([whitener.locked(x) for x in e])

@@ -12,6 +12,7 @@ from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
 from rapi_jax._parameter import follow
 
 from ._problem import Problem, Solution
+from ._rank import unidentifiable
 
 _EACH = ("alpha", "lam", "eta")
 # Two ends agree where their predictions differ by this share of the rms residual: a tenth where the
@@ -20,6 +21,12 @@ _EACH = ("alpha", "lam", "eta")
 _AGREE, _AGREE_MISFIT = 0.1, 0.25
 _GUESSES = 8
 _SHAKES = 4
+# Where the model is wrong in ways that repeat, the plays' kinks make many near-equal ends: so many
+# jumps are made, by turns from plays that are all alike and from the best end so far, by these
+# sizes (standard deviations of logarithms).
+_JUMPS = 24
+_SIZES = (0.1, 0.2, 0.3)
+_WRONG = 0.3  # correlation of neighbouring residuals
 
 
 @dataclasses.dataclass(frozen=True)
@@ -69,10 +76,10 @@ def _changed(ecdl: ECDL, seed: int) -> ECDL:
     return jax.tree_util.tree_map(change, ecdl)
 
 
-def _shaken(problem: Problem, vector: np.ndarray, seed: int) -> np.ndarray:
+def _shaken(problem: Problem, vector: np.ndarray, seed: int, size: float = 0.05) -> np.ndarray:
     out = vector.copy()
     n = problem.vector.size
-    factor = np.exp(0.05 * np.random.default_rng(seed).standard_normal(n))
+    factor = np.exp(size * np.random.default_rng(seed).standard_normal(n))
     out[:n] *= np.where(problem.free, factor, 1.0)
     return out
 
@@ -139,15 +146,18 @@ def search(
     """Fit from up to `count` starts, until `enough` of them have ended in the best end.
 
     A model with a value for each play is first fitted with one value for all, then let go, once as
-    it is and once with its plays unequal: the wide basin first, the fine valleys after. Where no
-    two ends agree, the best is shaken a few times, which counts as starts nearby.
+    it is and once with its plays unequal: the wide basin first, the fine valleys after. Where the
+    residuals repeat, jumps look for a better one among many that are near equal,
+    but not for one in which plays have lost their say.
+    Where no two ends agree, the best is shaken a few times, which counts as starts nearby.
     """
     groups = shared(problem.ecdl.operator, problem)
     ends: list[tuple[str, Solution]] = []
     begun: list[np.ndarray] = []
+    tied = np.zeros(0)
 
     def settled() -> bool:
-        best = min((end for _, end in ends), key=lambda end: end.cost)
+        best = min((end for _, end in ends), key=_cost)
         return sum(agree(problem, weight, best, end) for _, end in ends) >= enough
 
     for origin, model in candidates(problem.ecdl, problem.recording, count, guess):
@@ -159,6 +169,7 @@ def search(
         if groups is not None:
             full = np.concatenate([groups, np.arange(groups.size, problem.own_size)])
             start = problem.solve(averaged(problem, start, groups), weight, full, **options).values
+            tied = start
             tilts["tilted"] = 1.0
         found = []
         for name, by in tilts.items():
@@ -167,13 +178,28 @@ def search(
         ends.append(min(found, key=lambda pair: pair[1].cost))
         if settled():
             break
+    best = min((end for _, end in ends), key=_cost)
+    if count > 1 and groups is not None and _correlation(weight * best.error) > _WRONG:
+        sound, jumps = not unidentifiable(problem, best), []
+        for jump in range(_JUMPS):
+            base = best.values if jump % 2 else tied
+            begin = _shaken(problem, base, jump, _SIZES[jump // 2 % len(_SIZES)])
+            end = problem.solve(begin, weight, **options)
+            jumps.append((f"jump {jump + 1}", end))
+            if end.cost < best.cost and not (sound and unidentifiable(problem, end)):
+                best = end
+        ends += [
+            (name, end)
+            for name, end in jumps
+            if end.cost >= best.cost and agree(problem, weight, best, end)
+        ]
     for shake in range(_SHAKES):
         if settled() or count == 1:
             break
-        best = min((end for _, end in ends), key=lambda end: end.cost)
+        best = min((end for _, end in ends), key=_cost)
         begin = _shaken(problem, best.values, shake)
         ends.append((f"best, shaken {shake + 1}", problem.solve(begin, weight, **options)))
-    best = min((end for _, end in ends), key=lambda end: end.cost)
+    best = min((end for _, end in ends), key=_cost)
     starts = [
         Start(
             origin,

@@ -105,19 +105,22 @@ def _closer(
     turns = np.flatnonzero(rise * np.roll(rise, -1) < 0) * step
     count, period = value.size, value.size * step
     if turns.size <= _MOST_TURNS:  # those of samples, where no corner stands beside them
-        turns = np.concatenate(
-            [at, turns[(np.abs(turns[:, None] - at[None, :]) > step).all(axis=1)]]
-        )
+        beside = np.abs(_around(turns[:, None] - at[None, :], period)) <= step
+        turns = np.concatenate([at, turns[~beside.any(axis=1)]])
     if not 0 < turns.size <= _MOST_TURNS:
         return at, height
     known = np.concatenate([np.arange(count) * step, at])
     order = np.argsort(known)
     levels = np.concatenate([value, height])[order]
     fine = np.unique(np.mod((turns[:, None] + step * _BEHIND[None, :]).ravel(), period))
-    far = np.abs(np.mod(fine[:, None] - known[None, :] + period / 2, period) - period / 2)
+    far = np.abs(_around(fine[:, None] - known[None, :], period))
     fine = fine[(far.min(axis=1) > 1e-3 * step) & (fine < period - 1e-3 * step)]
     more = np.interp(fine, known[order], levels, period=period)
     return np.concatenate([at, fine]), np.concatenate([height, more])
+
+
+def _around(difference: np.ndarray, period: float) -> np.ndarray:
+    return np.mod(difference + period / 2, period) - period / 2
 
 
 def _plain(drive: Drive, lead: bool) -> Row:

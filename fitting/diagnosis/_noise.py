@@ -13,6 +13,7 @@ from ._blocks import Block
 
 _BINS = 24  # of log frequency, for the medians
 _SLOWEST = 6  # lines of one run below which slow effects, not noise, rule
+_PASSES = 3
 _MEDIAN = np.log(2.0)  # of an exponential variable with mean 1
 _RESOLUTION = 1e-6  # of the readings' span: what no reading is better than
 
@@ -102,37 +103,60 @@ def _measure(errors: list[np.ndarray], blocks: list[Block]) -> Spectrum:
         return Spectrum(float(np.median(p)) / _MEDIAN, 0.0, 1.0, False)
     edges = np.geomspace(f[f > 0].min(), f.max() * (1 + 1e-9), _BINS + 1)
     where = np.digitize(f, edges)
-    middle, level, count, share = [], [], [], []
-    for b in range(1, _BINS + 1):
-        inside = where == b
-        if inside.sum() >= 6:
-            middle.append(np.exp(np.mean(np.log(f[inside]))))
-            level.append(np.median(p[inside]) / _MEDIAN)
-            count.append(inside.sum())
-            share.append(np.mean(k[inside]))
-    if len(middle) < 4:
+    groups = [np.flatnonzero(where == b) for b in range(1, _BINS + 1)]
+    groups = [g for g in groups if g.size >= 6]
+    if len(groups) < 4:
         return Spectrum(float(np.median(p)) / _MEDIAN, 0.0, 1.0, True)
-    x, y = np.array(middle), np.log(np.maximum(level, 1e-300))
-    weight, share = np.sqrt(np.minimum(count, 200.0)), np.array(share)
+    white, low, corner = _smooth(f, p, k, groups)
+    return Spectrum(white, low, corner, True, step)
+
+
+def _smooth(
+    f: np.ndarray, p: np.ndarray, k: np.ndarray, groups: list[np.ndarray]
+) -> tuple[float, float, float]:
+    """White part, slow part and corner through the medians of groups of lines.
+
+    The lines of a group differ in what they should be: by frequency, and by the sampling of their
+    runs. So after a first pass the median is that of power over what the first pass expects.
+    """
+    x = np.array([np.exp(np.mean(np.log(f[g]))) for g in groups])
+    share = np.array([np.mean(k[g]) for g in groups])
+    weight = np.sqrt([min(g.size, 200.0) for g in groups])
+    expected = np.ones_like(p)
+    q = np.zeros(3)
+    for again in range(_PASSES):
+        level = np.array([np.median(p[g] / expected[g]) for g in groups]) / _MEDIAN
+        if again:
+            level *= _law(q, x, share)
+        q = _through(x, np.log(np.maximum(level, 1e-300)), weight, share)
+        expected = _law(q, f, k)
+    scale = float(np.median(p / expected)) / _MEDIAN  # of all lines
+    white, low, corner = np.exp(q)
+    return float(scale * white), float(scale * low), float(corner)
+
+
+def _law(q: np.ndarray, hertz: np.ndarray, share: np.ndarray) -> np.ndarray:
+    return np.exp(q[0]) + share * np.exp(q[1]) / (1.0 + (hertz / np.exp(q[2])) ** 2)
+
+
+def _through(x: np.ndarray, y: np.ndarray, weight: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Logarithms of white part, slow part and corner, by least squares of logarithms."""
     top, bottom = float(np.exp(y.max())), float(np.exp(y[-4:].mean()))
-
-    def miss(q: np.ndarray) -> np.ndarray:
-        model = np.exp(q[0]) + share * np.exp(q[1]) / (1.0 + (x / np.exp(q[2])) ** 2)
-        return weight * (np.log(model) - y)
-
-    best = None
+    low = np.array([np.log(bottom) - 12.0, np.log(bottom) - 14.0, np.log(x[0])])
+    high = np.array([np.log(top) + 2.0, np.log(top) + 3.0, np.log(x[-1]) + 3.0])
+    fits = []
     for corner in np.geomspace(max(x[0], 1e-3), x[-1], 4):
         start = np.array([np.log(bottom), np.log(max(top - bottom, 0.05 * bottom)), np.log(corner)])
-        low = [np.log(bottom) - 12.0, np.log(bottom) - 14.0, np.log(x[0])]
-        high = [np.log(top) + 2.0, np.log(top) + 3.0, np.log(x[-1]) + 3.0]
-        start = np.clip(start, np.array(low) + 1e-6, np.array(high) - 1e-6)
-        found = least_squares(miss, start, bounds=(low, high), loss="soft_l1", f_scale=2.0)
-        if best is None or found.cost < best.cost:
-            best = found
-    assert best is not None  # noqa: S101 (four starts)
-    w, a, c = np.exp(best.x)
-    level = float(np.median(p / (w + k * a / (1.0 + (f / c) ** 2)))) / _MEDIAN  # of all lines
-    return Spectrum(float(level * w), float(level * a), float(c), True, step)
+        fits.append(
+            least_squares(
+                lambda q: weight * (np.log(_law(q, x, share)) - y),
+                np.clip(start, low + 1e-6, high - 1e-6),
+                bounds=(low, high),
+                loss="soft_l1",
+                f_scale=2.0,
+            )
+        )
+    return min(fits, key=lambda fit: fit.cost).x
 
 
 class Whitener:

@@ -125,6 +125,9 @@ class Chromium:
 
     def settle(self, seconds: float = 30.0) -> None:
         """Wait for the figures of the page."""
+        # A page hears of another colour scheme when its next frame is drawn.
+        frame = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+        self.send("Runtime.evaluate", expression=frame, awaitPromise=True)
         until = time.monotonic() + seconds
         drawn = (
             "!document.getElementById('drawings') || document.documentElement.dataset.drawn"

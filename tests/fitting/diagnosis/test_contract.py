@@ -17,7 +17,7 @@ NUMBER, FRACTION = (float, int), {"value": float, "low": float, "high": float}
 GAP = {"total": float, "noise_floor": (float, None), "parametric": float, "structural": float}
 WHERE = {
     "run": int,
-    "excitation_hz": float,
+    "excitation_hz": (float, None),  # None: the drive is not periodic
     "direction": str,
     "region": str,
     "rms": float,

@@ -63,7 +63,7 @@ def test_one_recording(rapi, folder, tmp_path):
     said = json.loads((output / "diagnosis.json").read_text(), parse_constant=pytest.fail)
     assert said["verdict"]["name"] == "etalon" and said["recording"]["name"] == "etalon"
     assert said["next_scan"] is None
-    assert "The gap is a parasitic etalon" in out and str(output) in out.replace("\n", "")
+    assert "The gap is an etalon in the light path" in out and str(output) in out.replace("\n", "")
     assert "\x1b" not in out
     model, about = read_model(output / "model.rapi")
     assert [type(e) for e in model.effects] == [Etalon] and about["trusted"]

@@ -25,6 +25,8 @@ from .effects._base import AbstractFollower
 from .effects._lags import History, respond_linear
 from .operators import AbstractOperator
 
+Effects = tuple[AbstractEffect, ...]
+
 
 class ECDL(eqx.Module):
     """An external-cavity diode laser, or any device a hysteresis operator describes.
@@ -34,7 +36,7 @@ class ECDL(eqx.Module):
     """
 
     operator: AbstractOperator
-    effects: tuple[AbstractEffect, ...] = ()
+    effects: Effects = ()
 
     def __call__(
         self,
@@ -70,10 +72,10 @@ def _linear(effect: AbstractLinearEffect, t: Array, x: Array, history: History) 
     )
 
 
-def drive_side(ecdl: ECDL, drives: DriveBatch) -> Float[Array, "runs nodes"]:
+def drive_side(effects: Effects, drives: DriveBatch) -> Float[Array, "runs nodes"]:
     """The drive that reaches the operator, on the nodes."""
     t, u = drives.node_time, drives.node_u
-    for effect in ecdl.effects:
+    for effect in effects:
         if isinstance(effect, AbstractDriveEffect):
             if isinstance(effect, AbstractLinearEffect):
                 u = _linear(effect, t, u, drives.node_history)
@@ -105,10 +107,10 @@ def _followed(effect: AbstractFollower, t: Array, u: Array, history: History) ->
     return jax.vmap(effect.follow)(t, u, jnp.where(history.period_s > 0, start, first))
 
 
-def laws(ecdl: ECDL, drives: DriveBatch) -> Law:
+def laws(effects: Effects, drives: DriveBatch) -> Law:
     """What the operator's laws see of each run; fields of shape `runs`."""
     law = Law(drives.freq, drives.u_pp, jnp.ones_like(drives.freq))
-    for effect in ecdl.effects:
+    for effect in effects:
         if isinstance(effect, AbstractLawEffect):
             law = jax.vmap(effect)(law, drives.bias)
     return law
@@ -133,11 +135,11 @@ def answered(
 
 
 def optical_side(
-    ecdl: ECDL, drives: DriveBatch, nu: Float[Array, "runs time"]
+    effects: Effects, drives: DriveBatch, nu: Float[Array, "runs time"]
 ) -> Float[Array, "runs time"]:
     """What the effects behind the operator make of its answer, on the samples."""
     t = drives.time
-    for effect in ecdl.effects:
+    for effect in effects:
         if isinstance(effect, AbstractDriveEffect | AbstractLawEffect):
             continue
         if isinstance(effect, AbstractLinearEffect):
@@ -159,11 +161,11 @@ def respond(
 ) -> Float[Array, "runs time"]:
     """The response in every run of a session, on the samples of `drives`."""
     changed = any(isinstance(effect, AbstractDriveEffect) for effect in ecdl.effects)
-    u = drive_side(ecdl, drives)
+    u = drive_side(ecdl.effects, drives)
     u_min = jnp.min(u, axis=1) if changed else drives.u_min
-    nodes = answered(ecdl.operator, laws(ecdl, drives), u, u_min, initial)
+    nodes = answered(ecdl.operator, laws(ecdl.effects, drives), u, u_min, initial)
     nu = jnp.take_along_axis(nodes, drives.place, axis=1)
-    return optical_side(ecdl, drives, nu)
+    return optical_side(ecdl.effects, drives, nu)
 
 
 _respond = eqx.filter_jit(respond)

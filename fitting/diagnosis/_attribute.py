@@ -3,7 +3,7 @@ base, then forward selection with a backward check.
 """
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -13,9 +13,10 @@ from ._base_fit import Fitted
 from ._candidates import (
     Candidate,
     enriched,
+    finished,
     let_go,
+    looked,
     name_of,
-    refitted,
     refitted_from_straight,
     rich_none,
     straightened,
@@ -25,7 +26,8 @@ from ._engine import Effects
 from ._screen import basis, evidence, reach, screen
 
 _LEADERS = 4  # refitted on the richer base
-_NEAR = 0.5  # of the best fall in chi-square: a candidate below is no rival
+_NEAR, _FAR = 0.5, 0.2  # of the best fall in chi-square: a candidate below is no rival
+_BEHIND = 10.0  # times the best's excess, or what chance adds to it: the same
 _EXPLAINED = 1.25  # chi-square a locked line: what a base may leave that is not quite the device's
 _LOOSE = 1.04  # the same of what does not repeat
 _WORTH = 0.5  # of the excess, that a second effect must take away
@@ -123,6 +125,7 @@ def _one_more(
     plain_basis = basis(refit.base_columns(state))
     rich_basis = basis(start.rich_refit.base_columns(rich))
     straight = straightened(refit, state) if _one_rate(refit) else None
+    looks: list[tuple[State, float]] = []
     ends: list[tuple[State, float]] = []
     for cls in classes:
         say(cls.name)
@@ -130,21 +133,23 @@ def _one_more(
         found = screen(refit, state, trials, plain_basis, rich_basis)
         if not found:
             continue
-        end = refitted(refit, state, found)
+        look = looked(refit, state, found)
+        if look is not None:
+            looks.append((look, found[0].survival))
         if straight is not None:
             bent = basis(straight[0].base_columns(straight[1]))
-            looks = screen(*straight, trials, bent, bent)
-            other = refitted_from_straight(refit, straight, looks)
-            if other is not None and (end is None or other.cost < end.cost):
-                end = other
-        if end is not None and end.cost < state.cost:
-            ends.append((end, found[0].survival))
-    ends.sort(key=lambda pair: pair[0].cost)
-    most = state.cost - ends[0][0].cost if ends else 0.0
+            look = refitted_from_straight(refit, straight, screen(*straight, trials, bent, bent))
+            if look is not None:
+                looks.append((look, found[0].survival))
+    say("the best of them")
+    for look, survival in sorted(looks, key=lambda pair: pair[0].cost):
+        best = min((end for end, _ in ends), key=_cost, default=None)
+        if best is None or _rivals(look, best, state, _FAR):
+            ends.append((finished(refit, look), survival))
+    ends = _one_each(end for end in ends if end[0].cost < state.cost)
+    best = ends[0][0] if ends else state
     leaders = [
-        (end, survival)
-        for end, survival in ends[: _LEADERS + 1]
-        if state.cost - end.cost > max(_NEAR * most, _CHANCE / 4)
+        pair for pair in ends[: _LEADERS + 1] if _rivals(pair[0], best, state, _NEAR)
     ] or ends[:1]
     own = len(none.plain.effects)
     out = []
@@ -155,6 +160,26 @@ def _one_more(
         effects: Effects = rich.effects[own:]
         out.append(Candidate(effects, end, plain, rich, rich_refit, survival))
     return out
+
+
+def _cost(state: State) -> float:
+    return state.cost
+
+
+def _rivals(one: State, best: State, none: State, share: float) -> bool:
+    """Whether what `one` leaves is near enough to what the best does for more work on it."""
+    fall, most = none.cost - one.cost, none.cost - best.cost
+    chance = 4.0 * np.sqrt(2.0 * (best.errors.locked.size + best.errors.loose.size))
+    near = excess(one) < _BEHIND * max(excess(best), float(chance))
+    return near and fall > max(share * most, _CHANCE / 4)
+
+
+def _one_each(ends: Iterable[tuple[State, float]]) -> list[tuple[State, float]]:
+    """The best end of each effect, the best of all first."""
+    best: dict[str, tuple[State, float]] = {}
+    for end, survival in sorted(ends, key=lambda pair: pair[0].cost):
+        best.setdefault(end.effects[-1].name, (end, survival))
+    return list(best.values())
 
 
 def _noise(refit: Refit) -> float:

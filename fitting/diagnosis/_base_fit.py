@@ -49,7 +49,7 @@ def fitted_base(engine: Engine, ecdl: ECDL | None) -> Fitted:
     first = starts[0]
     values = Base.of(engine, first).centre
     nodes = engine.nodes(first, values, effects)
-    raw = engine.errors(engine.whitener(_ONE), first, effects, nodes).raw
+    raw = engine.errors(engine.whitener(_ONE), effects, nodes).raw
     spectrum = _quiet(raw, engine.blocks)
     while True:
         found: list[tuple[Refit, State]] = []

@@ -17,6 +17,7 @@ from ._screen import Screened
 _FIRST, _REST = 4, 40  # steps of the first look, and of the best one afterwards
 _FREE = 20  # steps once `eta` is let go
 _ROUNDS = 3  # of search and descent, for effects that jump
+_SETTLED = 1e-4  # of chi-square: another round that takes away less is the last
 _LOOKS = 3  # trials that are refitted
 _FAINT = 0.02  # of the weights: what is left where hysteresis is to begin from nothing
 _RICH_STEPS = 20
@@ -60,9 +61,14 @@ def name_of(effects: Effects) -> str:
     return "+".join(sorted(effect.name for effect in effects)) or "none"
 
 
-def refitted(refit: Refit, state: State, screened: list[Screened]) -> State | None:
-    """The best joint refit of the operator with one more effect, from its most promising trials."""
-    return _best(refit, refit, state, screened)
+def looked(refit: Refit, state: State, screened: list[Screened]) -> State | None:
+    """The best of a few steps from each of an effect's most promising trials."""
+    return _looked(refit, state, screened, _FIRST)
+
+
+def finished(refit: Refit, look: State) -> State:
+    """The joint refit of the operator with one more effect, from a first look."""
+    return _finished(refit, refit, look)
 
 
 def let_go(refit: Refit, stiff: State) -> State:
@@ -78,27 +84,32 @@ def refitted_from_straight(
     At one rate a lag and a loop look alike, and a fit that begins with the loop keeps it.
     """
     bent, state = straight
-    end = _best(bent, refit, state, screened)
-    return None if end is None else refit.descend(end, _REST)
+    look = _looked(bent, state, screened, 3 * _FIRST)
+    return None if look is None else refit.descend(_finished(bent, refit, look), _REST)
 
 
-def _best(first: Refit, then: Refit, state: State, screened: list[Screened]) -> State | None:
+def _looked(refit: Refit, state: State, screened: list[Screened], steps: int) -> State | None:
     ends = []
     for one in _different(screened):
-        start = first.at(state.values, (*state.effects, one.effect))
+        start = refit.at(state.values, (*state.effects, one.effect))
         if not np.isfinite(start.cost):
             continue
         if not type(one.effect).smooth:  # what was found on a grid is good, the base beside it not
-            start = dataclasses.replace(first, still=True).descend(start, 3 * _FIRST)
-        ends.append(first.descend(start, _FIRST if first is then else 3 * _FIRST))
-    if not ends:
-        return None
-    best = min(ends, key=lambda end: end.cost)
-    for _ in range(1 if type(best.effects[-1]).smooth else _ROUNDS):
-        if not type(best.effects[-1]).smooth:
-            best = _searched(first, best)
-        best = then.descend(best, _REST)
-    return best
+            start = dataclasses.replace(refit, still=True).descend(start, 3 * _FIRST)
+        ends.append(refit.descend(start, steps))
+    return min(ends, key=lambda end: end.cost, default=None)
+
+
+def _finished(search: Refit, refit: Refit, look: State) -> State:
+    smooth = type(look.effects[-1]).smooth
+    for _ in range(1 if smooth else _ROUNDS):
+        before = look.cost
+        if not smooth:
+            look = _searched(search, look)
+        look = refit.descend(look, _REST)
+        if before - look.cost < _SETTLED * before:
+            break
+    return look
 
 
 def straightened(refit: Refit, state: State) -> tuple[Refit, State] | None:

@@ -118,7 +118,7 @@ class Refit:
         """The state at given values."""
         base = self.base
         nodes = self.engine.nodes(base.operator, values, effects)
-        errors = self.engine.errors(self.whitener, base.operator, effects, nodes)
+        errors = self.engine.errors(self.whitener, effects, nodes)
         with np.errstate(invalid="ignore", over="ignore"):
             off = np.where(np.isfinite(base.prior), (values - base.centre) / base.prior, 0.0)
         return State(values, effects, errors, float(off @ off), nodes)
@@ -130,9 +130,7 @@ class Refit:
     def base_columns(self, state: State) -> np.ndarray:
         """Derivative of the locked errors by each value of the operator."""
         nodes, moved = self.engine.moved(self.base.operator, state.values, state.effects)
-        columns = self.engine.columns(
-            self.whitener, self.base.operator, state.effects, nodes, moved
-        )
+        columns = self.engine.columns(self.whitener, state.effects, nodes, moved)
         return columns * self.base.free[None, :]
 
     def gram(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -232,9 +230,9 @@ def _effect_columns(refit: Refit, state: State) -> np.ndarray:
         other[i] = value + step
         effects = with_values(state.effects, other)
         engine, whitener, base = refit.engine, refit.whitener, refit.base
-        ahead = engine._ahead(effects) != ()
+        ahead = engine.ahead(effects) != ()
         nodes = engine.nodes(base.operator, state.values, effects) if ahead else state.nodes
-        errors = engine.errors(whitener, base.operator, effects, nodes)
+        errors = engine.errors(whitener, effects, nodes)
         columns[:, i] = (np.concatenate([errors.locked, errors.loose]) - here) / step
     return columns
 

@@ -8,7 +8,7 @@ a play is not one where a turning point passes a sample.
 import dataclasses
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -17,12 +17,19 @@ import numpy as np
 from jaxtyping import Array
 
 from fitting._vector import Vector
-from rapi_jax import ECDL, AbstractOperator, Recording
+from rapi_jax import AbstractOperator, Recording
 from rapi_jax._ecdl import answered, drive_side, laws, optical_side
 from rapi_jax._parameter import follow, parameters
 from rapi_jax._sampled import DriveBatch, Sampled, sampled
-from rapi_jax.effects import AbstractDriveEffect, AbstractEffect, AbstractLawEffect
-from rapi_jax.effects._lags import History
+from rapi_jax.effects import (
+    AbstractDriveEffect,
+    AbstractEffect,
+    AbstractLawEffect,
+    AbstractLinearEffect,
+    Delay,
+    Law,
+)
+from rapi_jax.effects._base import transfer
 
 from ._blocks import Block, blocks
 from ._noise import Spectrum, Whitener
@@ -31,27 +38,36 @@ _ROUND = 256
 Effects = tuple[AbstractEffect, ...]
 
 
-@eqx.filter_jit
-def _before(effects: Effects, operator: AbstractOperator, drives: DriveBatch) -> tuple[Any, ...]:
-    """Drive and laws that reach the operator."""
-    ecdl = ECDL(operator, effects)
-    u = drive_side(ecdl, drives)
-    changed = any(isinstance(effect, AbstractDriveEffect) for effect in effects)
-    return u, laws(ecdl, drives), jnp.min(u, axis=1) if changed else drives.u_min
+# Effects are compiled one by one, so that a pair of effects needs nothing new.
 
 
-@eqx.filter_jit
-def _nodes(operator: AbstractOperator, before: tuple[Any, ...], initial: Array | None) -> Array:
-    u, law, u_min = before
+@jax.jit
+def _driven(effect: AbstractEffect, drives: DriveBatch, u: Array) -> Array:
+    return drive_side((effect,), dataclasses.replace(drives, node_u=u))
+
+
+@jax.jit
+def _laws(effects: Effects, drives: DriveBatch) -> Law:
+    return laws(effects, drives)
+
+
+@jax.jit
+def _nodes(
+    operator: AbstractOperator, law: Law, u: Array, u_min: Array, initial: Array | None
+) -> Array:
     return answered(operator, law, u, u_min, initial)
 
 
-@eqx.filter_jit
+@jax.jit
 def _moved(
-    operator: AbstractOperator, values: Array, before: tuple[Any, ...], initial: Array | None
+    operator: AbstractOperator,
+    values: Array,
+    law: Law,
+    u: Array,
+    u_min: Array,
+    initial: Array | None,
 ) -> tuple[Array, Array]:
     """The answer on the nodes, and its derivative by each value: "values runs nodes"."""
-    u, law, u_min = before
     vector = Vector(tuple(parameters(operator)))
 
     def answer(values: Array) -> Array:
@@ -67,30 +83,44 @@ def _moved(
     return value, jax.vmap(push)(jnp.eye(values.size))
 
 
-@eqx.filter_jit
-def _behind(
-    effects: Effects, operator: AbstractOperator, drives: DriveBatch, nodes: Array
-) -> Array:
-    nu = jnp.take_along_axis(nodes, drives.place, axis=1)
-    return optical_side(ECDL(operator, effects), drives, nu)
+@jax.jit
+def _spread(nodes: Array, place: Array) -> Array:
+    return jnp.take_along_axis(nodes, place, axis=1)
 
 
-@eqx.filter_jit
+@jax.jit
+def _spread_all(columns: Array, place: Array) -> Array:
+    return jax.vmap(_spread, in_axes=(0, None))(columns, place)
+
+
+@jax.jit
+def _passed(effect: AbstractEffect, drives: DriveBatch, nu: Array) -> Array:
+    return optical_side((effect,), drives, nu)
+
+
+@jax.jit
 def _pushed(
-    effects: Effects, operator: AbstractOperator, drives: DriveBatch, nodes: Array, columns: Array
-) -> Array:
-    """What effects behind the operator make of small changes of its answer."""
-    nu = jnp.take_along_axis(nodes, drives.place, axis=1)
-    small = jax.vmap(lambda c: jnp.take_along_axis(c, drives.place, axis=1))(columns)
-    if not any(_is_behind(effect) for effect in effects):
-        return small
-    ecdl = ECDL(operator, effects)
-    push = jax.linearize(lambda nu: optical_side(ecdl, drives, nu), nu)[1]
-    return jax.vmap(push)(small)
+    effect: AbstractEffect, drives: DriveBatch, nu: Array, small: Array
+) -> tuple[Array, Array]:
+    """What an effect behind the operator makes of its answer, and of small changes of it."""
+    nu, push = jax.linearize(lambda nu: optical_side((effect,), drives, nu), nu)
+    return nu, jax.vmap(push)(small)
 
 
-def _is_behind(effect: AbstractEffect) -> bool:
-    return not isinstance(effect, AbstractDriveEffect | AbstractLawEffect)
+def _is_ahead(effect: AbstractEffect) -> bool:
+    return isinstance(effect, AbstractDriveEffect | AbstractLawEffect)
+
+
+def _is_linear(effect: AbstractEffect) -> bool:
+    """Whether the effect, behind the operator, is told by its transfer function."""
+    return not _is_ahead(effect) and isinstance(effect, AbstractLinearEffect | Delay)
+
+
+def _transfer(effect: AbstractEffect, hertz: np.ndarray) -> np.ndarray:
+    if isinstance(effect, Delay):
+        return np.exp(-2j * np.pi * hertz * float(effect.tau))
+    assert isinstance(effect, AbstractLinearEffect)  # noqa: S101 (see `_is_linear`)
+    return np.asarray(transfer(effect.modes(), jnp.asarray(hertz)))
 
 
 class Errors(NamedTuple):
@@ -125,37 +155,53 @@ class Engine:
         return self.data.device()
 
     @cached_property
-    def _starts(self) -> list[tuple[int, int, int]]:
-        """Of one period of each run: first sample of its lead-in, its own first, and its end."""
-        out = []
-        fields = self.data.drives
-        for k, block in enumerate(self.blocks):
-            first, last = int(block.left[0, 0]), int(block.right[0, -1])
-            begin = first
-            if fields["period_s"][k] > 0:
-                time = fields["time"][k]
-                begin = int(np.searchsorted(time, time[first] - fields["period_s"][k] * (1 + 1e-9)))
-            out.append((begin, first, last + 1))
-        return out
+    def short(self) -> DriveBatch:
+        """The same with nodes of one period alone: all that an operator without lead-in needs."""
+        full, u = self.full, np.asarray(self.full.node_u)
+        lead, last = np.asarray(full.node_history.lead), u.shape[1] - 1
+        # Eq. 13 is the periodic state at the minimum, so there alone may an operator begin.
+        whole = np.asarray(full.node_history.period_s) > 0
+        whole &= u[np.arange(len(u)), lead] == u.min(axis=1)
+        lead = np.where(whole, lead, 0)
+        longest = int(np.max(np.asarray(full.place).max(axis=1) - lead)) + 1
+        longest += -longest % _ROUND
+        index = np.minimum(lead[:, None] + np.arange(longest)[None, :], last)
+        return dataclasses.replace(
+            full,
+            node_time=jnp.asarray(np.take_along_axis(np.asarray(full.node_time), index, axis=1)),
+            node_u=jnp.asarray(np.take_along_axis(u, index, axis=1)),
+            place=full.place - jnp.asarray(lead)[:, None],
+        )
+
+    def _batch(self, effects: Effects) -> DriveBatch:
+        """The nodes that effects ahead of the operator need."""
+        ahead = any(isinstance(effect, AbstractDriveEffect) for effect in effects)
+        return self.full if ahead else self.short
 
     @cached_property
-    def cycle(self) -> DriveBatch:
-        """One period of each run behind its lead-in; all of a run that does not repeat."""
-        longest = max(end - begin for begin, _, end in self._starts)
+    def _cycles(self) -> tuple[np.ndarray, list[int]]:
+        """Of one period of each run, or all of one that does not repeat: samples, and the first."""
+        ends = [(int(b.left[0, 0]), int(b.right[0, -1]) + 1) for b in self.blocks]
+        longest = max(end - begin for begin, end in ends)
         longest += -longest % _ROUND
-        rows = []
-        for begin, _, end in self._starts:
-            rows.append(np.minimum(np.arange(begin, begin + longest), end - 1))
-        index = np.stack(rows)
-        full = self.full
-        take = [np.take_along_axis(np.asarray(a), index, axis=1) for a in (full.time, full.place)]
-        lead = np.array([first - begin for begin, first, _ in self._starts])
-        history = History(
-            full.history.period_s, jnp.asarray(lead), jnp.full(full.history.gap_s.shape, jnp.inf)
+        index = np.stack([np.minimum(np.arange(a, a + longest), b - 1) for a, b in ends])
+        return index, [begin for begin, _ in ends]
+
+    def _cycle(self, batch: DriveBatch) -> DriveBatch:
+        index, _ = self._cycles
+        time, place = (
+            jnp.asarray(np.take_along_axis(np.asarray(a), index, axis=1))
+            for a in (batch.time, batch.place)
         )
-        return dataclasses.replace(
-            full, time=jnp.asarray(take[0]), place=jnp.asarray(take[1]), history=history
-        )
+        return dataclasses.replace(batch, time=time, place=place)
+
+    @cached_property
+    def _short_cycle(self) -> DriveBatch:
+        return self._cycle(self.short)
+
+    @cached_property
+    def _full_cycle(self) -> DriveBatch:
+        return self._cycle(self.full)
 
     def initial(self, plays: int) -> np.ndarray | None:
         """First outputs of the plays as fractions of their bands, NaN where Eq. 13 holds."""
@@ -180,67 +226,93 @@ class Engine:
         vector = Vector(tuple(parameters(operator)))
         return vector.put(operator, jnp.asarray(values[: vector.size]))
 
+    def _before(self, effects: Effects) -> tuple[Law, Array, Array]:
+        """Laws and drive that reach the operator, and the drive's minima."""
+        batch = self._batch(effects)
+        u, u_min = batch.node_u, batch.u_min
+        for effect in effects:
+            if isinstance(effect, AbstractDriveEffect):
+                u = _driven(effect, batch, u)
+                u_min = jnp.min(u, axis=1)
+        return _laws(tuple(e for e in effects if isinstance(e, AbstractLawEffect)), batch), u, u_min
+
     def nodes(self, operator: AbstractOperator, values: np.ndarray, effects: Effects) -> Array:
         """The operator's answer on the nodes of all runs."""
-        before = _before(self._ahead(effects), operator, self.full)
-        return _nodes(self.filled(operator, values), before, self._start(operator, values))
+        start = self._start(operator, values)
+        return _nodes(self.filled(operator, values), *self._before(effects), start)
 
     def moved(
         self, operator: AbstractOperator, values: np.ndarray, effects: Effects
     ) -> tuple[Array, Array]:
         """The same, with its derivative by each value."""
-        before = _before(self._ahead(effects), operator, self.full)
         start = self._start(operator, values)
-        return _moved(operator, jnp.asarray(values), before, start)
+        return _moved(operator, jnp.asarray(values), *self._before(effects), start)
 
     @staticmethod
-    def _ahead(effects: Effects) -> Effects:
-        return tuple(effect for effect in effects if not _is_behind(effect))
+    def ahead(effects: Effects) -> Effects:
+        """Those of `effects` that act before the operator has answered."""
+        return tuple(effect for effect in effects if _is_ahead(effect))
 
-    @staticmethod
-    def _after(effects: Effects) -> Effects:
-        return tuple(effect for effect in effects if _is_behind(effect))
-
-    def rows(self, operator: AbstractOperator, effects: Effects, nodes: Array) -> np.ndarray:
+    def rows(self, effects: Effects, nodes: Array) -> np.ndarray:
         """The model's values on the padded rows of all runs."""
-        return np.asarray(_behind(self._after(effects), operator, self.full, nodes))
+        batch = self._batch(effects)
+        nu = _spread(nodes, batch.place)
+        for effect in effects:
+            if not _is_ahead(effect):
+                nu = _passed(effect, batch, nu)
+        return np.asarray(nu)
 
-    def response(
-        self, operator: AbstractOperator, effects: Effects, nodes: Array
-    ) -> list[np.ndarray]:
+    def response(self, effects: Effects, nodes: Array) -> list[np.ndarray]:
         """The model's values on the blocks of all runs."""
-        rows = self.rows(operator, effects, nodes)
+        rows = self.rows(effects, nodes)
         return [block.of(rows[k]) for k, block in enumerate(self.blocks)]
 
-    def errors(
-        self, whitener: Whitener, operator: AbstractOperator, effects: Effects, nodes: Array
-    ) -> Errors:
+    def errors(self, whitener: Whitener, effects: Effects, nodes: Array) -> Errors:
         """Model less data; masked readings have no error."""
-        model = self.response(operator, effects, nodes)
+        model = self.response(effects, nodes)
         raw = [(m - b.data) * b.use for m, b in zip(model, self.blocks, strict=True)]
         return Errors(raw, whitener.locked(raw), whitener.loose(raw))
 
     def columns(
-        self,
-        whitener: Whitener,
-        operator: AbstractOperator,
-        effects: Effects,
-        nodes: Array,
-        moved: Array,
+        self, whitener: Whitener, effects: Effects, nodes: Array, moved: Array
     ) -> np.ndarray:
-        """Whitened derivative by the operator's values, of what is locked: "lines values"."""
-        rows = np.asarray(_pushed(self._after(effects), operator, self.cycle, nodes, moved))
+        """Whitened derivative by the operator's values, of what is locked: "lines values".
+
+        What linear effects make of it follows from their transfer functions, as if they came last.
+        """
+        long = self._batch(effects) is self.full
+        cycle = self._full_cycle if long else self._short_cycle
+        nu, small = _spread(nodes, cycle.place), _spread_all(moved, cycle.place)
+        for effect in effects:
+            if not _is_ahead(effect) and not _is_linear(effect):
+                nu, small = _pushed(effect, cycle, nu, small)
+        rows = np.asarray(small)
+        linear = [effect for effect in effects if _is_linear(effect)]
         parts = []
-        for k, (block, (begin, _, _)) in enumerate(zip(self.blocks, self._starts, strict=True)):
+        for k, (block, begin) in enumerate(zip(self.blocks, self._cycles[1], strict=True)):
             row = rows[:, k, :]
             left, right = block.left[0] - begin, block.right[0] - begin
             value = (1.0 - block.share[0]) * row[:, left] + block.share[0] * row[:, right]
+            if linear:
+                value = _through(linear, value, block)
             parts.append((value * block.use.mean(axis=0))[:, None, :])
         return whitener.locked(parts).T
 
     def whitener(self, spectrum: Spectrum) -> Whitener:
         """The whitening of this recording's runs for a noise spectrum."""
         return Whitener(self.blocks, spectrum, self.own_origin)
+
+
+def _through(effects: Sequence[AbstractEffect], value: np.ndarray, block: Block) -> np.ndarray:
+    """Periods behind linear effects; a run that does not repeat starts from rest."""
+    size = value.shape[1]
+    first = np.zeros((len(value), 1)) if block.repeats else value[:, :1]
+    count = size if block.repeats else 2 * size
+    line = np.fft.rfft(value - first, count, axis=1)
+    hertz = np.fft.rfftfreq(count, block.step_s)
+    for effect in effects:
+        line *= _transfer(effect, hertz)[None, :]
+    return np.fft.irfft(line, count, axis=1)[:, :size] + first
 
 
 def free_parameters(

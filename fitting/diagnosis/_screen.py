@@ -95,8 +95,9 @@ def screen(
     found = []
     for trial in trials:
         effects = (*state.effects, trial)
-        nodes = engine.nodes(base.operator, state.values, effects)
-        errors = engine.errors(refit.whitener, base.operator, effects, nodes)
+        ahead = engine.ahead((trial,)) != ()
+        nodes = engine.nodes(base.operator, state.values, effects) if ahead else state.nodes
+        errors = engine.errors(refit.whitener, effects, nodes)
         s, t = errors.locked - locked, errors.loose - loose
         whole = float(s @ s + t @ t)
         if not np.isfinite(whole) or whole == 0:

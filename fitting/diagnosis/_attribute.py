@@ -35,6 +35,7 @@ _POOR = 0.5  # of the excess, left where noise is unknown: then a second effect 
 _CHANCE = 60.0  # fall in chi-square that no search over effects and their trials finds in noise
 
 Progress = Callable[[str], None]
+Trials = dict[str, list[AbstractEffect]]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -71,15 +72,14 @@ def attribute(
     state = fitted.state
     own = {effect.name for effect in state.effects}
     classes = [cls for cls in candidates if cls.name not in own]
-    seen = evidence(fitted.refit.engine, state, _noise(fitted.refit))
-    grids = [reach(cls.trials(seen)) for cls in classes]
-    edges = {k: v for grid in grids for k, v in grid.items()}
+    trials = _trials(fitted.stiff[0], fitted.stiff[1], classes)
+    edges = {k: v for grid in trials.values() for k, v in reach(grid).items()}
     refit = dataclasses.replace(fitted.refit, reach=edges)
     stiff = dataclasses.replace(fitted.stiff[0], reach=edges)
     say("richer base")
     rich_refit, rich = rich_none(refit, state)
     none = Candidate((), fitted.stiff[1], state, rich, rich_refit, 1.0)
-    found = _one_more((stiff, refit), none, none, classes, say)
+    found = _one_more((stiff, refit), none, none, trials, say)
     if not found:
         return Attribution(none, ())
     # The richer base with every leader's values, without its effect: no effect is credited with
@@ -93,7 +93,7 @@ def attribute(
         firsts = sorted(found, key=lambda c: c.cost)[:2]
         firsts = [c for c in firsts if none.cost - c.cost > _NEAR * (none.cost - best.cost)]
         for first in firsts:
-            rest = [cls for cls in classes if cls.name != first.name]
+            rest = _trials(stiff, first.stiff, [c for c in classes if c.name != first.name])
             say(f"{first.name} and another")
             for pair in _one_more((stiff, refit), first, none, rest, lambda line: None):
                 names = {p.name for p in pairs}
@@ -115,21 +115,19 @@ def _one_more(
     refits: tuple[Refit, Refit],
     start: Candidate,
     none: Candidate,
-    classes: Sequence[type[AbstractEffect]],
+    grids: Trials,
     say: Progress,
 ) -> list[Candidate]:
     """Every class beside the effects of `start`; the leaders also on the richer base."""
     refit, free = refits
     state, rich = start.stiff, start.rich
-    seen = evidence(refit.engine, state, _noise(refit))
     plain_basis = basis(refit.base_columns(state))
     rich_basis = basis(start.rich_refit.base_columns(rich))
     straight = straightened(refit, state) if _one_rate(refit) else None
     looks: list[tuple[State, float]] = []
     ends: list[tuple[State, float]] = []
-    for cls in classes:
-        say(cls.name)
-        trials = list(cls.trials(seen))
+    for name, trials in grids.items():
+        say(name)
         found = screen(refit, state, trials, plain_basis, rich_basis)
         if not found:
             continue
@@ -182,9 +180,11 @@ def _one_each(ends: Iterable[tuple[State, float]]) -> list[tuple[State, float]]:
     return list(best.values())
 
 
-def _noise(refit: Refit) -> float:
+def _trials(refit: Refit, state: State, classes: Sequence[type[AbstractEffect]]) -> Trials:
+    """Where each class may start, by what `state` leaves."""
     spectrum = refit.whitener.spectrum
-    return float(np.sqrt(spectrum.white + spectrum.low))
+    seen = evidence(refit.engine, state, float(np.sqrt(spectrum.white + spectrum.low)))
+    return {cls.name: list(cls.trials(seen)) for cls in classes}
 
 
 def _one_rate(refit: Refit) -> bool:

@@ -8,6 +8,8 @@ than the refit.
 import dataclasses
 from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 from rapi_jax import ECDL, AbstractOperator
@@ -96,7 +98,8 @@ class State:
 
     def ecdl(self, engine: Engine, base: Base) -> ECDL:
         """The model."""
-        return ECDL(engine.filled(base.operator, self.values), self.effects)
+        effects = jax.tree_util.tree_map(jnp.asarray, self.effects)
+        return ECDL(engine.filled(base.operator, self.values), effects)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -185,11 +188,12 @@ class Refit:
 
     def edges(self, effects: Effects) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest value of each moved parameter of `effects`."""
-        own = [
-            (e.name, path, low, high) for e in effects for path, low, high, _ in free_parameters(e)
-        ]
         reach = self.reach or {}
-        edges = [reach.get((name, path), (low, high)) for name, path, low, high in own]
+        edges = [
+            reach.get((e.name, p.path), (p.low, p.high))
+            for e in effects
+            for p in free_parameters(e)
+        ]
         low, high = np.array(edges, dtype=float).reshape(-1, 2).T
         return low, high
 
@@ -239,6 +243,5 @@ def _effect_columns(refit: Refit, state: State) -> np.ndarray:
 
 def _least(effects: Effects, index: int) -> float:
     """Size to take for a parameter that is zero: a hundredth of what its bounds allow, or one."""
-    edges = [(low, high) for e in effects for _, low, high, _ in free_parameters(e)]
-    low, high = edges[index]
+    low, high = [(p.low, p.high) for e in effects for p in free_parameters(e)][index]
     return (high - low) / 100.0 if np.isfinite(high - low) else 1e-3

@@ -6,11 +6,11 @@ a play is not one where a turning point passes a sample.
 """
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -53,9 +53,19 @@ def _laws(effects: Effects, drives: DriveBatch) -> Law:
 
 @jax.jit
 def _nodes(
-    operator: AbstractOperator, law: Law, u: Array, u_min: Array, initial: Array | None
+    operator: AbstractOperator,
+    values: Array,
+    law: Law,
+    u: Array,
+    u_min: Array,
+    initial: Array | None,
 ) -> Array:
-    return answered(operator, law, u, u_min, initial)
+    return answered(_filled(operator, values), law, u, u_min, initial)
+
+
+def _filled(operator: AbstractOperator, values: Array) -> AbstractOperator:
+    vector = Vector(tuple(parameters(operator)))
+    return vector.put(operator, values[: vector.size])
 
 
 @jax.jit
@@ -71,13 +81,12 @@ def _moved(
     vector = Vector(tuple(parameters(operator)))
 
     def answer(values: Array) -> Array:
-        filled = vector.put(operator, values[: vector.size])
         start = initial
         if start is not None:
             given = values[vector.size :].reshape(-1, start.shape[1])
             unknown = jnp.cumsum(~jnp.isnan(start[:, 0])) - 1
             start = jnp.where(jnp.isnan(start), start, given[jnp.maximum(unknown, 0)])
-        return answered(filled, law, u, u_min, start)
+        return answered(_filled(operator, values), law, u, u_min, start)
 
     value, push = jax.linearize(answer, values)
     return value, jax.vmap(push)(jnp.eye(values.size))
@@ -223,8 +232,7 @@ class Engine:
 
     def filled(self, operator: AbstractOperator, values: np.ndarray) -> AbstractOperator:
         """The operator with the elements of `values`."""
-        vector = Vector(tuple(parameters(operator)))
-        return vector.put(operator, jnp.asarray(values[: vector.size]))
+        return _filled(operator, jnp.asarray(values))
 
     def _before(self, effects: Effects) -> tuple[Law, Array, Array]:
         """Laws and drive that reach the operator, and the drive's minima."""
@@ -239,14 +247,14 @@ class Engine:
     def nodes(self, operator: AbstractOperator, values: np.ndarray, effects: Effects) -> Array:
         """The operator's answer on the nodes of all runs."""
         start = self._start(operator, values)
-        return _nodes(self.filled(operator, values), *self._before(effects), start)
+        return _nodes(operator, values, *self._before(effects), start)
 
     def moved(
         self, operator: AbstractOperator, values: np.ndarray, effects: Effects
     ) -> tuple[Array, Array]:
         """The same, with its derivative by each value."""
         start = self._start(operator, values)
-        return _moved(operator, jnp.asarray(values), *self._before(effects), start)
+        return _moved(operator, values, *self._before(effects), start)
 
     @staticmethod
     def ahead(effects: Effects) -> Effects:
@@ -315,25 +323,49 @@ def _through(effects: Sequence[AbstractEffect], value: np.ndarray, block: Block)
     return np.fft.irfft(line, count, axis=1)[:, :size] + first
 
 
-def free_parameters(
-    effect: AbstractEffect,
-) -> list[tuple[tuple[str | int, ...], float, float, str]]:
-    """Path, bounds and unit of the scalar parameters that a diagnosis moves."""
-    return [(p.path, *p.bounds, p.unit) for p in parameters(effect) if not p.held and p.size == 1]
+class Moved(NamedTuple):
+    """A scalar parameter that a diagnosis moves: path, bounds, unit, and which leaf it is."""
+
+    path: tuple[str | int, ...]
+    low: float
+    high: float
+    unit: str
+    leaf: int
+
+
+@functools.cache
+def _moved_of(kind: Any, shapes: tuple[tuple[int, ...], ...]) -> tuple[Moved, ...]:
+    numbered = jax.tree_util.tree_unflatten(kind, list(range(kind.num_leaves)))
+    found = parameters(jax.tree_util.tree_unflatten(kind, [np.zeros(s) for s in shapes]))
+    return tuple(
+        Moved(p.path, *p.bounds, p.unit, follow(numbered, p.path))
+        for p in found
+        if not p.held and p.size == 1
+    )
+
+
+def free_parameters(effect: AbstractEffect) -> tuple[Moved, ...]:
+    """The scalar parameters of an effect that a diagnosis moves."""
+    leaves, kind = jax.tree_util.tree_flatten(effect)
+    return _moved_of(kind, tuple(np.shape(leaf) for leaf in leaves))
 
 
 def effect_values(effects: Sequence[AbstractEffect]) -> np.ndarray:
     """The moved parameters of all effects as one vector."""
-    return np.array([float(follow(e, path)) for e in effects for path, *_ in free_parameters(e)])
+    out = []
+    for effect in effects:
+        leaves = jax.tree_util.tree_leaves(effect)
+        out += [float(leaves[p.leaf]) for p in free_parameters(effect)]
+    return np.array(out)
 
 
 def with_values(effects: Effects, values: np.ndarray) -> Effects:
     """The effects with the elements of `values` put in."""
     out, at = [], 0
     for effect in effects:
-        for path, *_ in free_parameters(effect):
-            new = jnp.asarray(values[at])
-            effect = eqx.tree_at(lambda e, p=path: follow(e, p), effect, new)
+        leaves, kind = jax.tree_util.tree_flatten(effect)
+        for p in free_parameters(effect):
+            leaves[p.leaf] = np.asarray(values[at], dtype=np.float64)
             at += 1
-        out.append(effect)
+        out.append(jax.tree_util.tree_unflatten(kind, leaves))
     return tuple(out)

@@ -58,12 +58,12 @@ def estimates(refit: Refit, state: State, unit: str, drive_unit: str) -> dict[st
     several = len(state.effects) > 1
     out, at = {}, 0
     for effect in state.effects:
-        for path, _, _, own in free_parameters(effect):
-            name = f"{effect.name}.{path[-1]}" if several else str(path[-1])
+        for p in free_parameters(effect):
+            name = f"{effect.name}.{p.path[-1]}" if several else str(p.path[-1])
             out[name] = {
                 "value": float(values[at]),
                 "stderr": float(errors[at]),
-                "unit": own.format(x=unit, u=drive_unit),
+                "unit": p.unit.format(x=unit, u=drive_unit),
             }
             at += 1
     return out

@@ -5,11 +5,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from rapi_jax._parameter import follow
 from rapi_jax.effects import AbstractEffect, Evidence
 
 from ._descend import Reach, Refit, State
-from ._engine import Engine, free_parameters
+from ._engine import Engine, effect_values, free_parameters
 
 _BEYOND = 1.3  # the grid of its trials, that a parameter may go
 
@@ -63,9 +62,9 @@ def reach(trials: Iterable[AbstractEffect]) -> Reach:
     seen: dict[tuple[str, tuple[str | int, ...]], list[float]] = {}
     edges: dict[tuple[str, tuple[str | int, ...]], tuple[float, float]] = {}
     for trial in trials:
-        for path, low, high, _ in free_parameters(trial):
-            seen.setdefault((trial.name, path), []).append(float(follow(trial, path)))
-            edges[trial.name, path] = (low, high)
+        for p, value in zip(free_parameters(trial), effect_values((trial,)), strict=True):
+            seen.setdefault((trial.name, p.path), []).append(float(value))
+            edges[trial.name, p.path] = (p.low, p.high)
     out: Reach = {}
     for key, values in seen.items():
         least, most = min(values), max(values)

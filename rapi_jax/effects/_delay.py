@@ -40,7 +40,7 @@ class Delay(AbstractOpticalEffect, AbstractInvertible):
     ) -> Float[Array, " time"]:
         asked = jnp.maximum(t - self.tau, t[0])
         # The first sample not before the time asked for: itself where there is no delay.
-        after = jnp.searchsorted(t, asked, side="left", method="sort")
+        after = jnp.searchsorted(t, asked, side="left", method="scan")
         before = jnp.maximum(after - 1, 0)
         step = t[after] - t[before]
         share = (t[after] - asked) / jnp.where(step > 0, step, 1.0)

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from .._parameter import parameter
 from .._precision import float64
-from ._base import AbstractInvertible, AbstractLinearEffect, AbstractOpticalEffect, Modes, transfer
+from ._base import AbstractInvertible, AbstractLinearEffect, AbstractOpticalEffect, Modes
 from ._evidence import Evidence
 from ._lags import from_rest, undo_linear
 from ._size import peaks
@@ -73,7 +73,7 @@ class Resonance(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible)
         found = [
             (fine[i], z, score[i])
             for z in (0.02, 0.1)
-            for score in [np.array([_explains(cls, evidence, f, z) for f in fine])]
+            for score in [_explained(evidence, fine, z)]
             for i in peaks(score, 3, apart=1)
             if score[i] > 0
         ]
@@ -81,13 +81,12 @@ class Resonance(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible)
         return [cls.at(hertz=f, damping=z, share=1.0) for f, z in [*best, *coarse]]
 
 
-def _explains(cls: type[Resonance], evidence: Evidence, hertz: float, damping: float) -> float:
-    """Share of the residual's power that the ringing explains, beside a delay and a gain.
+def _explained(evidence: Evidence, hertz: np.ndarray, damping: float) -> np.ndarray:
+    """Share of the residual's power that a ringing at each of `hertz` explains.
 
-    In the fastest runs, which ring most.
+    Beside a delay and a gain, in the fastest runs, which ring most.
     """
-    modes = cls.at(hertz=hertz, damping=damping, share=1.0).modes()
-    power = explained = 0.0
+    power, explained = 0.0, np.zeros(hertz.size)
     fastest = np.argsort(-np.asarray(evidence.rates), kind="stable")[:_RUNS]
     for k in fastest:
         mine = evidence.run == k
@@ -97,14 +96,14 @@ def _explains(cls: type[Resonance], evidence: Evidence, hertz: float, damping: f
         line = np.linspace(0.0, 1.0, nu.size)
         level = nu - (nu[0] + (nu[-1] - nu[0]) * line)  # so that it closes on itself
         step = (time[-1] - time[0]) / (nu.size - 1)
-        gain = np.asarray(transfer(modes, jnp.asarray(np.fft.rfftfreq(nu.size, step))))
-        wave = np.fft.irfft((gain - 1.0) * np.fft.rfft(level), n=nu.size)
+        ratio = np.fft.rfftfreq(nu.size, step)[None, :] / hertz[:, None]
+        gain = 1.0 / (1.0 - ratio**2 + 2j * damping * ratio)
+        waves = np.fft.irfft((gain - 1.0) * np.fft.rfft(level)[None, :], n=nu.size, axis=1)
         known = np.stack([np.ones(nu.size), line, nu, np.gradient(nu)], axis=1)
-        known /= np.maximum(np.linalg.norm(known, axis=0), 1e-300)
-        for part in (0, 1):
-            signal = (wave, rest)[part]
-            signal = signal - known @ np.linalg.lstsq(known, signal, rcond=1e-9)[0]
-            wave, rest = (signal, rest) if part == 0 else (wave, signal)
+        known, size, _ = np.linalg.svd(known / np.linalg.norm(known, axis=0), full_matrices=False)
+        known = known[:, size > 1e-9 * size[0]]
+        waves = waves - (waves @ known) @ known.T
+        rest = rest - known @ (known.T @ rest)
         power += float(rest @ rest)
-        explained += float(wave @ rest) ** 2 / max(float(wave @ wave), 1e-300)
-    return explained / power if power > 0 else 0.0
+        explained += (waves @ rest) ** 2 / np.maximum((waves**2).sum(axis=1), 1e-300)
+    return explained / power if power > 0 else explained

@@ -113,7 +113,7 @@ def test_columns_of_effects_are_central_differences(name, refit):
     state = refit.at(refit.base.centre, EFFECTS[name])
     columns = refit.effect_columns(state)
     now = effect_values(state.effects)
-    sizes = [hi - lo for e in state.effects for _, lo, hi, _ in free_parameters(e)]
+    sizes = [p.high - p.low for e in state.effects for p in free_parameters(e)]
     assert columns.shape == (state.errors.locked.size + state.errors.loose.size, now.size)
     for i, value in enumerate(now):
         step = 1e-4 * (abs(value) or min(sizes[i], 1.0))

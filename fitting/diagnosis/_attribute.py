@@ -25,6 +25,8 @@ from ._descend import Refit, State
 from ._engine import Effects
 from ._screen import basis, evidence, reach, screen
 
+_SWAPS = 2  # pairs whose first effect is looked for anew
+_ALONE = 4  # steps of the base with the other effect alone
 _LEADERS = 4  # refitted on the richer base
 _NEAR, _FAR = 0.5, 0.2  # of the best fall in chi-square: a candidate below is no rival
 _BEHIND = 10.0  # times the best's excess, or what chance adds to it: the same
@@ -95,12 +97,43 @@ def attribute(
         for first in firsts:
             rest = _trials(stiff, first.stiff, [c for c in classes if c.name != first.name])
             say(f"{first.name} and another")
-            for pair in _one_more((stiff, refit), first, none, rest, lambda line: None):
+            for pair in _both_ways((stiff, refit), first, none, rest, classes):
                 names = {p.name for p in pairs}
                 if pair.name not in names and _worth(pair, [first, *found]):
                     pairs.append(pair)
     ordered = sorted([*found, *pairs], key=lambda c: c.cost)
     return Attribution(none, tuple(ordered))
+
+
+def _both_ways(
+    refits: tuple[Refit, Refit],
+    first: Candidate,
+    none: Candidate,
+    grids: Trials,
+    classes: Sequence[type[AbstractEffect]],
+) -> list[Candidate]:
+    """Pairs with `first`; it is looked for anew beside the other where the two leave too much.
+
+    What was found while the other was missing may be the wrong fringe, or the wrong edge.
+    """
+    own, cls = len(none.plain.effects), next(c for c in classes if c.name == first.name)
+    out = _one_more(refits, first, none, grids, _silent)
+    for pair in sorted(out, key=lambda c: c.cost)[:_SWAPS]:
+        if not unexplained(pair.rich):
+            continue
+        (other,) = (e for e in pair.effects if e.name != first.name)
+        kept = (*none.plain.effects, other)
+        refit = refits[0]
+        alone = refit.descend(refit.at(pair.stiff.values, kept), _ALONE)
+        start = dataclasses.replace(pair, stiff=alone)
+        again = _one_more(refits, start, none, _trials(refit, alone, [cls]), _silent)
+        if again and again[0].cost < pair.cost:
+            out[out.index(pair)] = again[0]
+    return out
+
+
+def _silent(line: str) -> None:
+    pass
 
 
 def _worth(pair: Candidate, singles: list[Candidate]) -> bool:

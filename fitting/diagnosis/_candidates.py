@@ -17,7 +17,7 @@ from ._screen import Screened
 _FIRST, _REST = 4, 40  # steps of the first look, and of the best one afterwards
 _FREE = 20  # steps once `eta` is let go
 _ROUNDS = 3  # of search and descent, for effects that jump
-_SETTLED = 1e-4  # of chi-square: another round that takes away less is the last
+_SETTLED = 1e-3  # of chi-square: another round that takes away less is the last
 _LOOKS = 3  # trials that are refitted
 _FAINT = 0.02  # of the weights: what is left where hysteresis is to begin from nothing
 _RICH_STEPS = 20
@@ -101,7 +101,7 @@ def _looked(refit: Refit, state: State, screened: list[Screened], steps: int) ->
 
 
 def _finished(search: Refit, refit: Refit, look: State) -> State:
-    smooth = type(look.effects[-1]).smooth
+    smooth = all(type(effect).smooth for effect in look.effects)
     for _ in range(1 if smooth else _ROUNDS):
         before = look.cost
         if not smooth:
@@ -139,10 +139,10 @@ def _different(screened: list[Screened]) -> list[Screened]:
 
 
 def _searched(refit: Refit, state: State) -> State:
-    """Parameters of the last effect moved to and fro by shrinking steps, the base following."""
-    at = effect_values(state.effects[:-1]).size
+    """Parameters of effects that jump, moved to and fro by shrinking steps."""
+    jumps = [not type(effect).smooth for effect in state.effects for _ in free_parameters(effect)]
     for share in (0.2, 0.06, 0.02, 0.006, 0.002, 0.0006):
-        for i in range(at, effect_values(state.effects).size):
+        for i in np.flatnonzero(jumps):
             now = effect_values(state.effects)
             size = abs(now[i]) if now[i] else 0.5
             for sign in (1.0, -1.0):

@@ -100,7 +100,8 @@ def _explained(evidence: Evidence, hertz: np.ndarray, damping: float) -> np.ndar
         gain = 1.0 / (1.0 - ratio**2 + 2j * damping * ratio)
         waves = np.fft.irfft((gain - 1.0) * np.fft.rfft(level)[None, :], n=nu.size, axis=1)
         known = np.stack([np.ones(nu.size), line, nu, np.gradient(nu)], axis=1)
-        known, size, _ = np.linalg.svd(known / np.linalg.norm(known, axis=0), full_matrices=False)
+        known = known / np.maximum(np.linalg.norm(known, axis=0), 1e-300)
+        known, size, _ = np.linalg.svd(known, full_matrices=False)
         known = known[:, size > 1e-9 * size[0]]
         waves = waves - (waves @ known) @ known.T
         rest = rest - known @ (known.T @ rest)

@@ -84,8 +84,8 @@ def _played(u: np.ndarray, rate: float, begin_s: float, periods: int) -> DriveBa
 @eqx.filter_jit
 def _parts(device: ECDL, drives: DriveBatch) -> tuple[Any, Any]:
     """Memory and memoryless function (Eq. 16) on the nodes, as drive effects and laws have them."""
-    operator, u = device.operator, drive_side(device, drives)[0]
-    law = laws(device, drives)
+    operator, u = device.operator, drive_side(device.effects, drives)[0]
+    law = laws(device.effects, drives)
     freq, u_pp, gain = law.freq[0], law.u_pp[0], law.gain[0]
     constant = getattr(operator, operator.fields.constant)
     memory = operator.hysteresis(u, freq, None, u_pp, jnp.min(u))
@@ -94,7 +94,7 @@ def _parts(device: ECDL, drives: DriveBatch) -> tuple[Any, Any]:
 
 @eqx.filter_jit
 def _optical(device: ECDL, drives: DriveBatch, nu: Any) -> Any:
-    return optical_side(device, drives, nu[None, :])[0]
+    return optical_side(device.effects, drives, nu[None, :])[0]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

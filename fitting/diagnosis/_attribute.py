@@ -33,6 +33,7 @@ _BEHIND = 10.0  # times the best's excess, or what chance adds to it: the same
 _EXPLAINED = 1.25  # chi-square a locked line: what a base may leave that is not quite the device's
 _LOOSE = 1.04  # the same of what does not repeat
 _WORTH = 0.5  # of the excess, that a second effect must take away
+_OWN = 0.3  # of that gain, that it has on the identified base at least
 _POOR = 0.5  # of the excess, left where noise is unknown: then a second effect is looked for
 _CHANCE = 60.0  # fall in chi-square that no search over effects and their trials finds in noise
 
@@ -116,7 +117,7 @@ def _both_ways(
 
     What was found while the other was missing may be the wrong fringe, or the wrong edge.
     """
-    own, cls = len(none.plain.effects), next(c for c in classes if c.name == first.name)
+    cls = next(c for c in classes if c.name == first.name)
     out = _one_more(refits, first, none, grids, _silent)
     for pair in sorted(out, key=lambda c: c.cost)[:_SWAPS]:
         if not unexplained(pair.rich):
@@ -137,11 +138,18 @@ def _silent(line: str) -> None:
 
 
 def _worth(pair: Candidate, singles: list[Candidate]) -> bool:
-    """The backward check: neither of the two alone leaves nearly as little."""
+    """The backward check: neither of the two alone leaves nearly as little.
+
+    On the identified base too, where there is more to gain: what a second effect takes away only
+    beside a hysteresis that was bent for it is not its own.
+    """
     members = {effect.name for effect in pair.effects}
-    alone = min((s.rich for s in singles if s.name in members), key=lambda s: s.cost)
-    gain = alone.cost - pair.cost
-    return gain > _CHANCE and gain > _WORTH * excess(alone)
+    alone = [s for s in singles if s.name in members]
+    rich, plain = min(s.cost for s in alone), min(s.plain.cost for s in alone)
+    gain = rich - pair.cost
+    own = plain - pair.plain.cost > _OWN * gain
+    left = min(excess(s.rich) for s in alone)
+    return own and gain > _CHANCE and gain > _WORTH * left
 
 
 def _one_more(

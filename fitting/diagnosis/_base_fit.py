@@ -16,6 +16,7 @@ from ._noise import Spectrum, Whitener, measure
 
 _GUESSES = 4
 _STEPS = 40
+_FAR_LESS = 0.3  # of the excess of one with shared values
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -57,7 +58,7 @@ def fitted_base(engine: Engine, ecdl: ECDL | None) -> Fitted:
             base = Base.of(engine, operator, _free(engine, operator))
             refit = Refit(engine, engine.whitener(spectrum), base.without("eta"))
             found.append((refit, refit.descend(refit.at(base.centre, effects), _STEPS)))
-        refit, state = min(found, key=lambda pair: pair[1].cost)
+        refit, state = _simplest(found)
         better = _quiet(state.errors.raw, engine.blocks)
         if spectrum.known or better.white > 0.5 * spectrum.white:
             break
@@ -67,6 +68,31 @@ def fitted_base(engine: Engine, ecdl: ECDL | None) -> Fitted:
     loose = dataclasses.replace(refit, base=base)
     end = loose.descend(state, _STEPS)
     return Fitted(loose, end, (refit, state), spectrum, None if ecdl is None else raw)
+
+
+def _simplest(found: list[tuple[Refit, State]]) -> tuple[Refit, State]:
+    """The best fit; one with a value for each play only where it leaves far less.
+
+    Such plays bend to what an effect does, and then hide it.
+    """
+    best = min(found, key=_cost_of)
+    tied = [pair for pair in found if not _each(pair[0].base.operator)]
+    if not tied or not _each(best[0].base.operator):
+        return best
+    simple = min(tied, key=_cost_of)
+    noise = simple[1].errors.locked.size + simple[1].errors.loose.size
+    return best if best[1].cost - noise < _FAR_LESS * (simple[1].cost - noise) else simple
+
+
+def _cost_of(pair: tuple[Refit, State]) -> float:
+    return pair[1].cost
+
+
+def _each(operator: AbstractOperator) -> bool:
+    """Whether plays have shapes of their own."""
+    return isinstance(operator, RAPI) and any(
+        np.ndim(getattr(operator, name)) > 0 for name in ("alpha", "lam", "eta")
+    )
 
 
 _ONE = Spectrum(1.0, 0.0, 1.0, True)

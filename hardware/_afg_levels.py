@@ -31,12 +31,12 @@ def grid(volts: float) -> float:
 def floor_level(volts: float) -> float:
     """The next level at or below `volts`."""
     step = grid(volts)
-    return round(math.floor(volts / step + _TOLERANCE) * step, 4)
+    return round(math.floor(volts / step + _TOLERANCE) * step, 4) + 0.0  # never -0.0
 
 
 def ceil_level(volts: float) -> float:
     """The next level at or above `volts`."""
-    return -floor_level(-volts)
+    return 0.0 - floor_level(-volts)
 
 
 def inside(limits: DriveLimits, largest_v: float) -> DriveLimits:

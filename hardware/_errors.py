@@ -9,7 +9,9 @@ def shown(data: bytes | str) -> str:
     """`data` on one line for a log or a terminal: control characters escaped, the middle cut."""
     if isinstance(data, bytes):
         head, tail = data[: 2 * _SHOWN], data[-2 * _SHOWN :]
-        data = (head if len(data) <= 2 * _SHOWN else head + tail).decode("ascii", "backslashreplace")
+        data = (head if len(data) <= 2 * _SHOWN else head + tail).decode(
+            "ascii", "backslashreplace"
+        )
     return printable(data.rstrip("\r\n"), _SHOWN)
 
 

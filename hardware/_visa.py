@@ -7,11 +7,15 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from ._errors import LinkError, closed, silent
+from rapi_jax.io import printable
+
+from ._errors import InstrumentError, LinkError, closed, silent
 from ._link import AbstractLink, Received
 
-_CHUNK = 4096  # bytes: what pyvisa-py sends at once after it has seen that there is room
-_ONCE = 1 << 16  # bytes read at once
+# Bytes that pyvisa-py moves at once. Asked for more, it keeps what it read too much in a buffer that
+# cannot be seen from here.
+_CHUNK = 4096
+_MESSAGE = 1 << 16  # bytes of a message asked for at once
 
 
 class VisaLink(AbstractLink):
@@ -24,13 +28,18 @@ class VisaLink(AbstractLink):
 
     def __init__(self, resource: str, *, backend: str = "", open_s: float = 5.0) -> None:
         """`backend`: as `pyvisa.ResourceManager` takes it, "@py" for pyvisa-py; `open_s`: longest
-        time to connect, s. Raises `LinkError`.
+        time to connect, s. Raises `InstrumentError`.
         """
         self.resource = resource
         self._backend = backend
         self._visa: Any = None
         self._socket: socket.socket | None = None
-        self._open(open_s)
+        try:
+            self._open(open_s)
+        except LinkError as error:
+            raise InstrumentError(
+                resource, "(connect)", error.received, why=error.why, cure=error.cure
+            ) from error
 
     def now(self) -> float:
         """Seconds of the computer's steady clock."""
@@ -60,14 +69,13 @@ class VisaLink(AbstractLink):
     def receive(self, count: int, deadline: float) -> Received:
         """The next 1 to `count` bytes; a raw socket never says where a message ends."""
         began = self.now()
-        count = min(count, _ONCE)
         with self._failing(deadline - began):
             left = self._left(deadline, began)
             if self._socket is None:
-                return self._message(count, left)
+                return self._message(min(count, _MESSAGE), left)
             if not select.select([self._socket], [], [], left)[0]:
                 raise silent(deadline - began)
-            there = len(self._socket.recv(count, socket.MSG_PEEK))
+            there = len(self._socket.recv(min(count, _CHUNK), socket.MSG_PEEK))
             if there == 0:
                 raise closed()
             return Received(self._visa.read_bytes(there, chunk_size=there), False)
@@ -108,7 +116,6 @@ class VisaLink(AbstractLink):
             manager = pyvisa.ResourceManager(self._backend)
             self._visa = manager.open_resource(self.resource, open_timeout=int(seconds * 1e3))
             self._visa.timeout = seconds * 1e3
-            self._visa.send_end = True
             session = getattr(manager.visalib, "sessions", {}).get(self._visa.session)
             interface = getattr(session, "interface", None)
             if isinstance(interface, socket.socket):
@@ -161,6 +168,4 @@ class VisaLink(AbstractLink):
 
 
 def _cause(error: BaseException) -> str:
-    from rapi_jax.io import printable
-
     return printable(" ".join(str(error).split()).rstrip(".") or type(error).__name__)

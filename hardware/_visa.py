@@ -12,7 +12,7 @@ from rapi_jax.io import printable
 from ._errors import InstrumentError, LinkError, closed, silent
 from ._link import AbstractLink, Received
 
-# Bytes that pyvisa-py moves at once. Asked for more, it keeps what it read too much in a buffer that
+# Bytes that pyvisa-py moves at once. Asked for more, it keeps what it read too much where it
 # cannot be seen from here.
 _CHUNK = 4096
 _MESSAGE = 1 << 16  # bytes of a message asked for at once

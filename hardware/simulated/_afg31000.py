@@ -13,6 +13,7 @@ from ._instrument import AbstractInstrument, Answer
 from ._messages import Messages, TooLong, Unit, header_pattern, units
 from ._status import ScpiFault, Status
 
+Handler = Callable[[int, Unit], str | bytes | None]  # channel and unit to reply
 IDENTITY = "TEKTRONIX,AFG31052,C000001,SCPI:99.0 FV:1.6.2"
 
 
@@ -46,6 +47,7 @@ class SimulatedAFG31052(AbstractInstrument):
         self._memory = {n: np.full(1000, FULL // 2, np.uint16) for n in (1, 2)}
         self._messages = Messages()
         self._busy_s = 0.0
+        self._found: dict[str, tuple[int, Handler]] = {}
         self._handlers = [(header_pattern(spec), run) for spec, run in self._table().items()]
 
     @property
@@ -84,19 +86,26 @@ class SimulatedAFG31052(AbstractInstrument):
                 raise ScpiFault(-102)
             if unit.header in self.ignores:
                 return None
-            for pattern, run in self._handlers:
-                if found := pattern.fullmatch(unit.header):
-                    n = int(found.groupdict().get("n") or 1)
-                    if n not in self._outputs:
-                        raise ScpiFault(-113, unit.header)
-                    reply = run(n, unit)
-                    return reply.encode("latin-1") if isinstance(reply, str) else reply
-            raise ScpiFault(-113, unit.header)
+            n, run = self._find(unit.header)
+            reply = run(n, unit)
+            return reply.encode("latin-1") if isinstance(reply, str) else reply
         except ScpiFault as fault:
             self.status.report(fault.code, fault.detail)
             return None
 
-    def _table(self) -> dict[str, Callable[[int, Unit], str | bytes | None]]:
+    def _find(self, header: str) -> tuple[int, Handler]:
+        known = self._found.get(header)
+        if known is None:
+            for pattern, run in self._handlers:
+                if found := pattern.fullmatch(header):
+                    known = int(found.groupdict().get("n") or 1), run
+                    break
+            if known is None or known[0] not in self._outputs:
+                raise ScpiFault(-113, header)
+            self._found[header] = known
+        return known
+
+    def _table(self) -> dict[str, Handler]:
         def level(name: str) -> Callable[[int, Unit], None]:
             return lambda n, unit: self._outputs[n].set_level(name, _number(unit))
 

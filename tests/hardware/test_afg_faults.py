@@ -24,7 +24,7 @@ TIMEOUT_S = 1.0
 FAULTS = {
     "silent": Silent(),
     "too slow": Slow(1.5),
-    "byte by byte": Slow(0.3, pieces=1),
+    "byte by byte": Slow(0.6, pieces=1),
     "closing": Closing(),
     "closing half-way": Closing(3),
     "half an answer": Cut(1),
@@ -65,8 +65,6 @@ def test_before_output_every_fault_ends_in_one_error_and_the_output_was_never_on
         channel.read_back()
         yield
 
-    if (place, fault) == ("error queue", "an entry of the error queue"):
-        began = -1.0  # a hundred entries, each answered
     with pytest.raises(InstrumentError) as caught:
         for _ in steps():
             began = link.now()
@@ -180,7 +178,7 @@ def test_any_exception_parks_both_outputs(error):
     with pytest.raises(error), AFG31000(Scpi(link)) as afg:
         for n in (1, 2):
             channel = afg.channel(n, limits=LIMITS)
-            channel.load(WAVE + n, 10.0)
+            channel.load(WAVE + 0.1 * n, 10.0)
             channel.start()
         assert instrument.output(2) is not None
         raise error
@@ -246,11 +244,11 @@ def test_a_busy_instrument_is_waited_for():
 
 
 def test_ramps_keep_to_the_slew():
-    limits = DriveLimits(0.0, 7.5, 0.5, 0.05, 1.0)
+    limits = DriveLimits(0.0, 7.5, 0.5, 0.5, 1.0)
     link = SimulatedLink(SimulatedAFG31052())
     with AFG31000(Scpi(link)) as afg:
         channel = afg.channel(1, limits=limits)
-        channel.load(np.full(10, 5.0), 0.1)
+        channel.load(np.full(10, 2.0), 0.1)
         began = link.clock_s
         channel.start()
-        assert link.clock_s - began == pytest.approx(5.0 / 0.5, rel=0.02)
+        assert link.clock_s - began == pytest.approx(2.0 / 0.5, rel=0.02)

@@ -1,4 +1,4 @@
-"""The simulated generator speaks SCPI: long and short forms, blocks cut anywhere, its error queue."""
+"""The simulated generator speaks SCPI: long and short forms, blocks cut anywhere, errors."""
 
 import hypothesis.strategies as st
 import numpy as np

@@ -1,6 +1,5 @@
 """One output of the generator: within limits while it is on, parked and off at the end."""
 
-import atexit
 import math
 
 import numpy as np
@@ -12,6 +11,7 @@ from . import _afg_table as table
 from ._afg_levels import Levels, around, inside, parked, path
 from ._afg_port import AfgPort
 from ._errors import InstrumentError
+from ._exits import forget, on_exit
 
 _RAMP_V = 0.05  # largest change of a level at once while the output is on
 
@@ -110,7 +110,7 @@ class AfgChannel:
         port.check_clamp(self.limits.low_v, self.limits.high_v)
         port.set_levels(port.levels(), self._park)
         self.on = True  # from here on it may be, whatever comes back
-        atexit.register(self.off)
+        on_exit(self.off)
         try:
             port.switch(True)
             self._ramp(Levels(wave.low_v, wave.high_v))
@@ -139,7 +139,7 @@ class AfgChannel:
             finally:
                 port.switch(False)
                 self.on = False
-                atexit.unregister(self.off)
+                forget(self.off)
         except InstrumentError as error:
             if not self.on:  # only the ramp failed
                 raise
@@ -156,10 +156,11 @@ class AfgChannel:
         port, now = self._port, self._port.levels()
         for levels in path(now, goal, self._step_v):
             began = port.scpi.now()
-            port.set_levels(now, levels)
+            port.move_levels(now, levels)
             moved = max(abs(levels.low_v - now.low_v), abs(levels.high_v - now.high_v))
             port.scpi.sleep(moved / self.limits.slew_v_per_s - (port.scpi.now() - began))
             now = levels
+        port.set_levels(now, goal)  # nothing is left to move: they are read back
 
     def _loaded(self) -> AfgWaveform:
         if self.loaded is None:

@@ -58,12 +58,7 @@ class AfgPort:
 
     def set_levels(self, now: Levels, then: Levels) -> Levels:
         """Go from `now` to `then` in an order that is legal between; read back what was taken."""
-        for which in order(now, then):
-            template, value = (
-                (table.LOW, then.low_v) if which == "low" else (table.HIGH, then.high_v)
-            )
-            if value != (now.low_v if which == "low" else now.high_v):
-                self._set(template, table.volts(value))
+        self.move_levels(now, then)
         read = self.levels()
         for template, got, asked in (
             (table.LOW, read.low_v, then.low_v),
@@ -72,6 +67,15 @@ class AfgPort:
             if not abs(got - asked) <= grid(asked) * 1.01:
                 raise self._differs(template, f"{got:g}", table.volts(asked))
         return read
+
+    def move_levels(self, now: Levels, then: Levels) -> None:
+        """The same, without reading back."""
+        for which in order(now, then):
+            template, value = (
+                (table.LOW, then.low_v) if which == "low" else (table.HIGH, then.high_v)
+            )
+            if value != (now.low_v if which == "low" else now.high_v):
+                self._set(template, table.volts(value))
 
     def clamp(self) -> Levels:
         """The instrument's own limits for the levels."""

@@ -3,6 +3,7 @@
 import contextlib
 import re
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import TypeVar
 
 from . import _reply
@@ -11,6 +12,8 @@ from ._link import AbstractLink, Received
 
 _T = TypeVar("_T")
 _QUEUE = 100  # entries at most
+_MOST_BYTES = 999_999
+_SHOWN = 64  # bytes of a broken answer in a message
 _BAD_STATUS = 0b0011_1100  # query, device, execution and command errors in *ESR?
 _CURE = "Check the setting against the instrument's range and firmware."
 
@@ -61,14 +64,8 @@ class Scpi:
 
     def text(self, query: str, pattern: str = r".+") -> str:
         """The answer to `query`, one printable line that must match `pattern` as a whole."""
-
-        def parse(line: str) -> str:
-            if not re.fullmatch(pattern, line):
-                raise ValueError("it has another form than the answer to this query")
-            return line
-
         with self._call(query) as deadline:
-            return self._ask(query, parse, deadline)
+            return self._ask(query, partial(_matching, pattern), deadline)
 
     def number(self, query: str) -> float:
         """The answer to `query`: a finite number, or infinity where the instrument says so."""
@@ -79,15 +76,18 @@ class Scpi:
         """The block that answers `query`: at most `limit` bytes, or exactly `size`."""
         with self._call(query) as deadline:
             self._send(query.encode("ascii"), deadline)
-            return _reply.read_block(self._receiver(deadline), limit=limit, size=size)
+            return _reply.read_block(_Listener(self._link, deadline), limit=limit, size=size)
 
     def command(
         self, command: str, block: bytes | None = None, *, timeout_s: float | None = None
     ) -> None:
         """Send `command`, with `block` behind it, wait until it is done, and empty the error queue.
 
-        Raises `InstrumentError` where the instrument reports any error.
+        A block has at most 999 999 bytes: its length is written in six digits. Raises
+        `InstrumentError` where the instrument reports any error.
         """
+        if block is not None and len(block) > _MOST_BYTES:
+            raise ValueError(f"A block has at most {_MOST_BYTES} bytes, but this has {len(block)}.")
         head = command.encode("ascii")
         if block is not None:
             head += f",#6{len(block):06d}".encode("ascii")
@@ -135,7 +135,7 @@ class Scpi:
 
     def _ask(self, query: str, parse: Callable[[str], _T], deadline: float) -> _T:
         self._send(query.encode("ascii"), deadline)
-        line = _reply.read_line(self._receiver(deadline))
+        line = _reply.read_line(_Listener(self._link, deadline))
         try:
             return parse(line)
         except ValueError as error:
@@ -148,24 +148,6 @@ class Scpi:
         if stray:
             raise _reply.malformed("An answer came that nobody had asked for.", stray)
         self._link.send(message + b"\n", deadline)
-
-    def _receiver(self, deadline: float) -> _reply.Receive:
-        began, got = self.now(), bytearray()
-
-        def receive(count: int) -> Received:
-            if self.now() >= deadline:  # a peer that never stops must not be listened to for ever
-                raise silent(deadline - began, bytes(got))
-            try:
-                received = self._link.receive(count, deadline)
-            except LinkError as error:
-                error.received = error.received or bytes(got)
-                raise
-            if len(received.data) > count or not (received.data or received.end):
-                raise _reply.malformed("The connection gave nothing, or too much.", received.data)
-            got.extend(received.data[: max(0, 64 - len(got))])  # for the message only
-            return received
-
-        return receive
 
     @contextlib.contextmanager
     def _call(self, label: str, timeout_s: float | None = None) -> Iterator[float]:
@@ -194,6 +176,34 @@ class Scpi:
                     identity.encode(),
                 )
         self._lost = False
+
+
+class _Listener:
+    """Receives until a deadline, and remembers the first bytes for a message."""
+
+    def __init__(self, link: AbstractLink, deadline: float) -> None:
+        self._link = link
+        self._began, self._deadline = link.now(), deadline
+        self._got = bytearray()
+
+    def __call__(self, count: int) -> Received:
+        if self._link.now() >= self._deadline:  # a peer that never stops is not heard for ever
+            raise silent(self._deadline - self._began, bytes(self._got))
+        try:
+            received = self._link.receive(count, self._deadline)
+        except LinkError as error:
+            error.received = error.received or bytes(self._got)
+            raise
+        if len(received.data) > count or not (received.data or received.end):
+            raise _reply.malformed("The connection gave nothing, or too much.", received.data)
+        self._got += received.data[: max(0, _SHOWN - len(self._got))]
+        return received
+
+
+def _matching(pattern: str, line: str) -> str:
+    if not re.fullmatch(pattern, line):
+        raise ValueError("it has another form than the answer to this query")
+    return line
 
 
 def _done(line: str) -> None:

@@ -71,7 +71,7 @@ class SimulatedLink(AbstractLink):
         data = bytes(self._inbox[:count])
         self._pass(self._per_byte_s * len(data), began, deadline)
         del self._inbox[:count]
-        end = self._ends and not self._inbox and data.endswith(b"\n")
+        end = self._ends and not self._inbox and self._next is None and data.endswith(b"\n")
         return Received(data, end)
 
     def unread(self) -> bytes:

@@ -1,5 +1,6 @@
 """No waveform out of limits reaches the wire; every legal one does, and reads back."""
 
+import functools
 import math
 
 import hypothesis.extra.numpy as hnp
@@ -32,21 +33,22 @@ points = hnp.arrays(np.float64, st.integers(2, 40), elements=finite)
 small = points.map(lambda wave: 2.0 + 0.02 * wave)
 
 
+@functools.cache
+def shared():
+    """One generator for all examples."""
+    return Generator()
+
+
 @settings(max_examples=150)
 @given(points | small, st.floats(0.01, 120.0))
 def test_any_waveform_is_played_or_refused(wave, rate):
-    SHARED.try_one(wave, rate)
-
-
-SHARED = None
+    shared().try_one(wave, rate)
 
 
 @pytest.fixture(autouse=True, scope="module")
-def _shared():
-    global SHARED
-    SHARED = Generator()
+def _checked_at_the_end():
     yield
-    SHARED.check()
+    shared().check()
 
 
 def test_a_drive_is_resampled_loaded_and_started():

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from rapi_jax import DriveLimits, LimitError
 
 PARK_PP = 0.004  # V: what the output still moves by when it is parked
-_TOLERANCE = 1e-3  # of a step of the grid: less than any rounding matters
+_TOLERANCE = 1e-6  # of a step of the grid: the rounding of floats
 
 
 class Levels(NamedTuple):

@@ -102,16 +102,20 @@ class VisaLink(AbstractLink):
 
     def close(self) -> None:
         """Close the resource."""
-        import pyvisa
-
         visa, self._visa, self._socket = self._visa, None, None
         if visa is not None:
+            import pyvisa
+
             with contextlib.suppress(pyvisa.Error, OSError):
                 visa.close()
 
     def _open(self, seconds: float) -> None:
-        import pyvisa
-
+        try:
+            import pyvisa
+        except ImportError:
+            raise LinkError(
+                "pyvisa is not installed here.", "Install the extra: pip install 'rapi-jax[lab]'."
+            ) from None
         try:
             manager = pyvisa.ResourceManager(self._backend)
             self._visa = manager.open_resource(self.resource, open_timeout=int(seconds * 1e3))

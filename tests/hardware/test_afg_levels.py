@@ -40,9 +40,9 @@ def test_levels_are_settable_and_enclose(value):
     low, high = floor_level(value), ceil_level(value)
     assert settable(low)
     assert settable(high)
-    assert low <= value + 1e-6
-    assert high >= value - 1e-6
-    assert high - low <= max(1e-4, 1.01e-3 * max(abs(value), abs(low), abs(high)))
+    assert low <= value + 1e-8
+    assert high >= value - 1e-8
+    assert high - low <= max(1.001e-4, 1.01e-3 * max(abs(value), abs(low), abs(high)))
     assert (math.copysign(1, low), math.copysign(1, high)) == (
         math.copysign(1, low or 1.0),
         math.copysign(1, high or 1.0),
@@ -53,8 +53,8 @@ def test_levels_are_settable_and_enclose(value):
 def test_levels_around_a_drive_stay_within_the_limits(a, b):
     limits = inside(DriveLimits(-10.0, 10.0, 1.0, 1.0, 1.0), 10.0)
     levels = around(min(a, b), max(a, b), limits)
-    assert limits.low_v <= levels.low_v <= min(a, b) + 1e-6
-    assert limits.high_v >= levels.high_v >= max(a, b) - 1e-6
+    assert limits.low_v <= levels.low_v <= min(a, b) + 1e-8
+    assert limits.high_v >= levels.high_v >= max(a, b) - 1e-8
     assert levels.pp >= PARK_PP - 1e-9
 
 

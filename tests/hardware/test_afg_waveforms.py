@@ -8,7 +8,7 @@ import hypothesis.strategies as st
 import numpy as np
 import pytest
 from generated_waveforms import KINDS, LIMITS, Generator, legal, waveform
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 
 from hardware import AFG31000, DriveLimits, InstrumentError, Scpi
 from hardware.simulated import SimulatedAFG31052, SimulatedLink
@@ -41,6 +41,7 @@ def shared():
 
 @settings(max_examples=150)
 @given(points | small, st.floats(0.01, 120.0))
+@example(np.array([2.0, 2.00900049]), 1.0)  # less than half a code beyond a level
 def test_any_waveform_is_played_or_refused(wave, rate):
     shared().try_one(wave, rate)
 

@@ -1,6 +1,7 @@
 """The same driver over a real socket and real VISA input and output, and peers that misbehave."""
 
 import socket
+import sys
 import time
 
 import numpy as np
@@ -133,3 +134,9 @@ def test_nothing_listens():
 def test_no_such_resource():
     with pytest.raises(InstrumentError, match="cannot be opened"):
         VisaLink("\x1b[2Jnonsense", backend="@py")
+
+
+def test_without_pyvisa(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyvisa", None)
+    with pytest.raises(InstrumentError, match=r"rapi-jax\[lab\]"):
+        VisaLink("TCPIP::127.0.0.1::5025::SOCKET")

@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 
-from rapi_jax import AfgWaveform, DataError, Drive, DriveLimits, LimitError
+from rapi_jax import AfgWaveform, Drive, DriveLimits, LimitError
 from rapi_jax._afg import FULL, POINTS, codes_of, period_volts
 
 from . import _afg_table as table
+from ._afg_check import checked_codes, checked_period
 from ._afg_levels import Levels, around, inside, parked, path
 from ._afg_port import AfgPort
 from ._errors import InstrumentError
@@ -72,7 +73,16 @@ class AfgChannel:
         Raises `LimitError` or `DataError`, with nothing sent, where a value, slope, step or the
         step that closes the period is out of limits.
         """
-        volts = checked_period(volts, frequency_hz, self.limits)
+        return self._load(checked_period(volts, frequency_hz, self.limits), frequency_hz)
+
+    def load_waveform(self, wave: AfgWaveform) -> AfgWaveform:
+        """Upload a waveform that is in codes already, from a file; see `load`.
+
+        Its codes stand for a drive within half a code of each, and that drive must keep `limits`.
+        """
+        return self._load(checked_codes(wave, self.limits), wave.frequency_hz)
+
+    def _load(self, volts: np.ndarray, frequency_hz: float) -> AfgWaveform:
         if self.on:
             raise ValueError(f"The output of channel {self._port.n} is on: call `off` first.")
         port, self.loaded = self._port, None
@@ -166,19 +176,3 @@ class AfgChannel:
         if self.loaded is None:
             raise ValueError(f"Channel {self._port.n} has no waveform: call `load` first.")
         return self.loaded
-
-
-def checked_period(volts: np.ndarray, frequency_hz: float, limits: DriveLimits) -> np.ndarray:
-    """One period as float64, if it may be played; raises `LimitError` or `DataError`."""
-    volts = np.array(volts, dtype=np.float64)
-    if volts.ndim != 1 or not 2 <= volts.size <= POINTS:
-        raise DataError(
-            f"A waveform has 2 to {POINTS} values in one column, but this has shape {volts.shape}."
-        )
-    if not (math.isfinite(frequency_hz) and frequency_hz >= 1e-3):
-        raise DataError(f"The rate must be 1 mHz or more, but is {frequency_hz} Hz.")
-    # Two periods where one is too short for a drive of its own.
-    played = np.tile(volts, 2) if volts.size < 4 else volts
-    time = np.arange(played.size) / (frequency_hz * volts.size)
-    limits.check(Drive(time, played, frequency_hz, "multisine"))
-    return volts

@@ -11,8 +11,9 @@ from generated_waveforms import KINDS, LIMITS, Generator, legal, waveform
 from hypothesis import example, given, settings
 
 from hardware import AFG31000, DriveLimits, InstrumentError, Scpi
+from hardware._afg_check import checked_codes
 from hardware.simulated import SimulatedAFG31052, SimulatedLink
-from rapi_jax import DataError, LimitError, triangle
+from rapi_jax import AfgWaveform, DataError, LimitError, triangle
 
 
 def test_a_few_thousand_waveforms():
@@ -202,4 +203,36 @@ def test_a_rate_that_cannot_be_is_refused(rate):
     before = generator.bytes
     with pytest.raises(DataError):
         generator.channels[1].load(np.array([1.0, 1.1]), rate)
+    assert generator.bytes == before
+
+
+@pytest.mark.parametrize("points", [400, 4000, 131072])
+def test_a_waveform_in_codes_is_judged_by_the_drive_it_stands_for(points):
+    generator = Generator()
+    steepest = 2 * 40.0 * 4.5  # V/s, of the triangle below
+    channel = generator.channels[1]
+    wave = AfgWaveform.of(triangle(40.0, amplitude=4.5, bias=3.0)[0], points)
+    loaded = channel.load_waveform(wave)
+    assert (channel.read_back() == loaded.codes).all()
+    assert np.abs(loaded.volts - wave.volts).max() <= 4.5 / 16382
+    tight = DriveLimits(0.0, 6.5, steepest * 1.001, 1.0, 100.0)
+    checked_codes(wave, tight)
+    for slew, step in ((steepest * 0.99, 1.0), (1e9, 2 * 4.5 / points * 0.9)):
+        with pytest.raises(LimitError, match="changes faster"):
+            checked_codes(wave, DriveLimits(0.0, 6.5, slew, step, 100.0))
+    with pytest.raises(LimitError, match="high_v"):
+        checked_codes(wave, DriveLimits(0.0, 5.0, 1e9, 1.0, 100.0))
+
+
+@pytest.mark.parametrize("at", [0, 1, 200, 398, 399])
+def test_one_code_out_of_line_is_refused(at):
+    codes = np.full(400, 8000)
+    codes[at] += 60  # the limit allows 0.111 V a sample
+    wave = AfgWaveform(codes, 0.0, 6.0, 90.0)
+    assert (checked_codes(wave, LIMITS) == wave.volts).all()
+    codes[at] += 400
+    generator = Generator()
+    before = generator.bytes
+    with pytest.raises(LimitError, match=f"code {at} "):
+        generator.channels[1].load_waveform(AfgWaveform(codes, 0.0, 6.0, 90.0))
     assert generator.bytes == before

@@ -49,23 +49,36 @@ class AfgWaveform:
         lies outside the drive's own range by more than half a code. Raises `DataError` where the
         drive has no period.
         """
-        if drive.excitation_hz is None or drive.periods < 1:
-            raise DataError(
-                "Only a drive that repeats can be loaded into a generator, but this one has no "
-                "complete period."
-            )
-        if not 2 <= points <= POINTS:
-            raise DataError(f"A waveform has 2 to {POINTS} points, but {points} are asked for.")
-        period = 1.0 / drive.excitation_hz
-        inside = drive.time < period * (1 - 1e-9)
-        at = (np.arange(points) + 0.5) * (period / points)
-        value = np.interp(at, drive.time[inside], drive.value[inside], period=period)
+        value = period_volts(drive, points)
         low = np.floor(drive.value.min() / _LEVEL + 1e-6) * _LEVEL
         high = max(np.ceil(drive.value.max() / _LEVEL - 1e-6) * _LEVEL, low + _LEVEL)
-        codes = np.rint((value - low) / (high - low) * FULL)
-        return cls(codes.astype(np.uint16), float(low), float(high), float(drive.excitation_hz))
+        rate = drive.rate  # not zero: it repeats
+        return cls(codes_of(value, float(low), float(high)), float(low), float(high), rate)
 
     @property
     def volts(self) -> np.ndarray:
         """What the generator puts out, one value a code, V."""
         return self.low_v + self.codes * ((self.high_v - self.low_v) / FULL)
+
+
+def period_volts(drive: Drive, points: int) -> np.ndarray:
+    """One period of `drive` from its first sample on, at the middle of each of `points` steps, V.
+
+    Raises `DataError` where the drive has no period.
+    """
+    if drive.excitation_hz is None or drive.periods < 1:
+        raise DataError(
+            "Only a drive that repeats can be loaded into a generator, but this one has no "
+            "complete period."
+        )
+    if not 2 <= points <= POINTS:
+        raise DataError(f"A waveform has 2 to {POINTS} points, but {points} are asked for.")
+    period = 1.0 / drive.excitation_hz
+    inside = drive.time < period * (1 - 1e-9)
+    at = (np.arange(points) + 0.5) * (period / points)
+    return np.interp(at, drive.time[inside], drive.value[inside], period=period)
+
+
+def codes_of(volts: np.ndarray, low_v: float, high_v: float) -> np.ndarray:
+    """The nearest codes to `volts` between two levels, uint16; the levels must enclose `volts`."""
+    return np.rint((volts - low_v) / (high_v - low_v) * FULL).astype(np.uint16)

@@ -1,0 +1,91 @@
+"""Tektronix AFG31052, basic mode: the instrument and its two channels."""
+
+import contextlib
+import math
+from types import TracebackType
+
+from rapi_jax import DriveLimits
+
+from . import _afg_table as table
+from ._afg_channel import AfgChannel
+from ._afg_port import AfgPort
+from ._scpi import Scpi
+
+
+class AFG31000:
+    """The generator, identified; its channels are had from `channel`.
+
+    A context manager: at its end every output is ramped to its park voltage and off, and the
+    connection is closed.
+    """
+
+    def __init__(self, scpi: Scpi) -> None:
+        """Raises `InstrumentError` for any other instrument than an AFG31052."""
+        self._scpi = scpi
+        self.identity = scpi.identify(table.IDENTITY)
+        scpi.clear()
+        self._channels: dict[int, AfgChannel] = {}
+
+    def channel(
+        self,
+        number: int,
+        *,
+        limits: DriveLimits | None,
+        load_ohm: float = math.inf,
+        park_v: float = 0.0,
+    ) -> "AfgChannel":
+        """Channel 1 or 2, off, with its load and its clamp set and read back.
+
+        - `limits`: of the voltage at the load; none is none given, and refused.
+        - `load_ohm`: what is connected, infinite for the high impedance of an amplifier's input.
+        - `park_v`: where the output rests before it is switched; as near to it as `limits` allow.
+          A relay that opens at another voltage than 0 is itself a step.
+        """
+        if number not in table.CHANNELS:
+            raise ValueError(f"Argument `number` must be 1 or 2, but is {number}.")
+        if number in self._channels:
+            raise ValueError(f"Channel {number} is in use already.")
+        channel = AfgChannel(AfgPort(self._scpi, number), limits, load_ohm, park_v)
+        self._channels[number] = channel
+        try:
+            channel.prepare()
+        except BaseException:
+            del self._channels[number]
+            raise
+        return channel
+
+    def set_trigger(self, *, source: str = "TIM", output: str = "TRIG") -> None:
+        """`source`: "TIM" (internal) or "EXT"; `output`: "TRIG" or "SYNC" at the connector."""
+        for name, value, known in (
+            ("source", source, ("TIM", "EXT")),
+            ("output", output, ("TRIG", "SYNC")),
+        ):
+            if value not in known:
+                raise ValueError(f"Argument `{name}` must be one of {known}, but is {value!r}.")
+        for template, value in ((table.TRIGGER_SOURCE, source), (table.TRIGGER_OUTPUT, output)):
+            self._scpi.command(f"{template} {value}")
+            self._scpi.text(template + "?", rf"(?i:{value}\w*)")
+
+    def off(self) -> None:
+        """Park and switch off every channel that may be on; all are tried."""
+        with contextlib.ExitStack() as stack:
+            for channel in self._channels.values():
+                stack.callback(channel.off)
+
+    def close(self) -> None:
+        """Park, switch off and hang up."""
+        try:
+            self.off()
+        finally:
+            self._scpi.close()
+
+    def __enter__(self) -> "AFG31000":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()

@@ -1,0 +1,178 @@
+"""One output of the generator: within limits while it is on, parked and off at the end."""
+
+import math
+
+import numpy as np
+
+from rapi_jax import AfgWaveform, Drive, DriveLimits, LimitError
+from rapi_jax._afg import FULL, POINTS, codes_of, period_volts
+
+from . import _afg_table as table
+from ._afg_check import checked_codes, checked_period
+from ._afg_levels import Levels, around, inside, parked, path
+from ._afg_port import AfgPort
+from ._errors import InstrumentError
+from ._exits import forget, on_exit
+
+_RAMP_V = 0.05  # largest change of a level at once while the output is on
+
+
+class AfgChannel:
+    """One output: `load` a period while it is off, `start` it, and it is parked and off at the end.
+
+    - `limits`: as given, narrowed to what the instrument can set. Every check is against these.
+    - `on`: whether the output may be on. `loaded`: what will be played, `None` at first.
+    """
+
+    def __init__(
+        self, port: AfgPort, limits: DriveLimits | None, load_ohm: float, park_v: float
+    ) -> None:
+        if limits is None:
+            raise LimitError(
+                f"Channel {port.n} has no limits, so its output stays off. Give `limits`: lowest "
+                "and highest voltage, slew, step and rate that the device behind it stands."
+            )
+        if not load_ohm > 0 or not math.isfinite(park_v):
+            raise ValueError("`load_ohm` must be positive, and `park_v` a number of volts.")
+        self.limits = inside(limits, table.LARGEST_V * table.into_load(load_ohm))
+        self.load_ohm = load_ohm
+        self.on = False
+        self.loaded: AfgWaveform | None = None
+        self._port = port
+        self._park = parked(park_v, self.limits)
+        self._step_v = max(1e-3, min(_RAMP_V, self.limits.step_v / 2))
+
+    def prepare(self) -> None:
+        """Off, load, clamp: each verified. An output that somebody left on is parked first."""
+        port, limits = self._port, self.limits
+        self.on = port.output()
+        self.off()
+        port.switch(False)
+        port.set_load(self.load_ohm)
+        clamp = port.clamp()
+        if limits.low_v < clamp.low_v:  # widen, move the levels, narrow: legal at every step
+            port.set_clamp_low(limits.low_v)
+        if limits.high_v > clamp.high_v:
+            port.set_clamp_high(limits.high_v)
+        port.set_levels(port.levels(), self._park)
+        if limits.low_v > clamp.low_v:
+            port.set_clamp_low(limits.low_v)
+        if limits.high_v < clamp.high_v:
+            port.set_clamp_high(limits.high_v)
+        port.check_clamp(limits.low_v, limits.high_v)
+
+    def load_drive(self, drive: Drive, *, points: int = POINTS) -> AfgWaveform:
+        """One period of `drive`, resampled to `points`; see `load`."""
+        self.limits.check(drive)
+        return self.load(period_volts(drive, points), drive.rate)
+
+    def load(self, volts: np.ndarray, frequency_hz: float) -> AfgWaveform:
+        """Upload one period, 2 to 131072 values (V) held for equal times; the output is off.
+
+        Gives what will be played: codes computed from the levels that the instrument reports.
+        Raises `LimitError` or `DataError`, with nothing sent, where a value, slope, step or the
+        step that closes the period is out of limits.
+        """
+        return self._load(checked_period(volts, frequency_hz, self.limits), frequency_hz)
+
+    def load_waveform(self, wave: AfgWaveform) -> AfgWaveform:
+        """Upload a waveform that is in codes already, from a file; see `load`.
+
+        Its codes stand for a drive within half a code of each, and that drive must keep `limits`.
+        """
+        return self._load(checked_codes(wave, self.limits), wave.frequency_hz)
+
+    def _load(self, volts: np.ndarray, frequency_hz: float) -> AfgWaveform:
+        if self.on:
+            raise ValueError(f"The output of channel {self._port.n} is on: call `off` first.")
+        port, self.loaded = self._port, None
+        port.set_frequency(frequency_hz)
+        wanted = around(float(volts.min()), float(volts.max()), self.limits)
+        levels = port.set_levels(port.levels(), wanted)
+        half = levels.pp / FULL / 2
+        if volts.min() < levels.low_v - half or volts.max() > levels.high_v + half:
+            raise InstrumentError(
+                port.scpi.resource,
+                f"levels {wanted.low_v:g} V to {wanted.high_v:g} V",
+                f"{levels.low_v:g} V to {levels.high_v:g} V",
+                why="The instrument rounds its levels inward, so the drive does not fit between.",
+                cure="Scan a little less. The output was not switched on.",
+            )
+        wave = AfgWaveform(
+            codes_of(volts, levels.low_v, levels.high_v), levels.low_v, levels.high_v, frequency_hz
+        )
+        port.upload(wave.codes)
+        port.select()
+        port.set_levels(levels, self._park)
+        self.loaded = wave
+        return wave
+
+    def read_back(self) -> np.ndarray:
+        """The codes in the instrument's memory, as many as were loaded."""
+        return self._port.read_back(self._loaded().codes.size)
+
+    def start(self) -> None:
+        """Check load, clamp and length again, switch on at park, and ramp the levels out."""
+        wave, port = self._loaded(), self._port
+        if self.on:
+            raise ValueError(f"The output of channel {port.n} is on already.")
+        port.check_load(self.load_ohm)
+        port.check_clamp(self.limits.low_v, self.limits.high_v)
+        port.set_levels(port.levels(), self._park)
+        self.on = True  # from here on it may be, whatever comes back
+        on_exit(self.off)
+        try:
+            port.switch(True)
+            self._ramp(Levels(wave.low_v, wave.high_v))
+        except BaseException:
+            self.off()
+            raise
+
+    def align(self) -> None:
+        """Start the periods of both channels together."""
+        self._port.align()
+
+    def off(self) -> None:
+        """Ramp to park, then off, queried back. Nothing is sent where the output is off.
+
+        Where the ramp fails or is interrupted, the output is switched off at once. Raises
+        `InstrumentError` that says so where the output may still be on.
+        """
+        if not self.on:
+            return
+        port = self._port
+        try:
+            port.scpi.resynchronise()
+            try:
+                if port.output():
+                    self._ramp(self._park)
+            finally:
+                port.switch(False)
+                self.on = False
+                forget(self.off)
+        except InstrumentError as error:
+            if not self.on:  # only the ramp failed
+                raise
+            raise InstrumentError(
+                error.resource,
+                error.command,
+                error.reply,
+                why=f"THE OUTPUT OF CHANNEL {port.n} MAY STILL BE ON: the instrument could not be "
+                "told to switch it off.",
+                cure="Switch it off at the instrument now.",
+            ) from error
+
+    def _ramp(self, goal: Levels) -> None:
+        port, now = self._port, self._port.levels()
+        for levels in path(now, goal, self._step_v):
+            began = port.scpi.now()
+            port.move_levels(now, levels)
+            moved = max(abs(levels.low_v - now.low_v), abs(levels.high_v - now.high_v))
+            port.scpi.sleep(moved / self.limits.slew_v_per_s - (port.scpi.now() - began))
+            now = levels
+        port.set_levels(now, goal)  # nothing is left to move: they are read back
+
+    def _loaded(self) -> AfgWaveform:
+        if self.loaded is None:
+            raise ValueError(f"Channel {self._port.n} has no waveform: call `load` first.")
+        return self.loaded

@@ -1,0 +1,156 @@
+"""One channel of the generator, setting by setting: each is sent, checked and read back."""
+
+import math
+
+import numpy as np
+
+from . import _afg_table as table
+from ._afg_levels import Levels, grid, order
+from ._errors import InstrumentError
+from ._scpi import Scpi
+
+_BYTES_PER_S = 5e4  # a slow line: what an upload may take beyond the usual time
+
+
+class AfgPort:
+    """Settings of channel `n` without any policy; `AfgChannel` decides what may be set when."""
+
+    def __init__(self, scpi: Scpi, n: int) -> None:
+        self.scpi = scpi
+        self.n = n
+
+    def name(self, template: str) -> str:
+        """A command for this channel."""
+        return template.format(n=self.n)
+
+    def output(self) -> bool:
+        """Whether the output is on."""
+        return self.scpi.text(self.name(table.OUTPUT) + "?", r"[01]") == "1"
+
+    def switch(self, on: bool) -> None:
+        """Output on or off, and queried back."""
+        self._set(table.OUTPUT, "ON" if on else "OFF")
+        if self.output() != on:
+            raise self._differs(table.OUTPUT, "OFF" if on else "ON", "ON" if on else "OFF")
+
+    def set_load(self, ohm: float) -> None:
+        """The load that the instrument reckons with, ohm; infinite for high impedance."""
+        self._set(table.LOAD, table.ohms(ohm))
+        self.check_load(ohm)
+
+    def check_load(self, ohm: float) -> None:
+        """Refuse another load: a 50 ohm setting doubles the voltage into high impedance."""
+        read = self.scpi.number(self.name(table.LOAD) + "?")
+        if not (read == ohm or math.isclose(read, ohm, rel_tol=1e-3)):
+            raise InstrumentError(
+                self.scpi.resource,
+                self.name(table.LOAD) + "?",
+                f"{read:g}",
+                why=f"The load must be {ohm:g} ohm. Set for 50 ohm, the instrument gives twice its "
+                "stated voltage into a high impedance.",
+                cure="The output was not switched on. Set the load at the instrument and see why "
+                "it does not take it from here.",
+            )
+
+    def levels(self) -> Levels:
+        """The levels as the instrument has them."""
+        return Levels(self._read(table.LOW), self._read(table.HIGH))
+
+    def set_levels(self, now: Levels, then: Levels) -> Levels:
+        """Go from `now` to `then` in an order that is legal between; read back what was taken."""
+        self.move_levels(now, then)
+        read = self.levels()
+        for template, got, asked in (
+            (table.LOW, read.low_v, then.low_v),
+            (table.HIGH, read.high_v, then.high_v),
+        ):
+            if not abs(got - asked) <= grid(asked) * 1.01:
+                raise self._differs(template, f"{got:g}", table.volts(asked))
+        return read
+
+    def move_levels(self, now: Levels, then: Levels) -> None:
+        """The same, without reading back."""
+        for which in order(now, then):
+            template, value = (
+                (table.LOW, then.low_v) if which == "low" else (table.HIGH, then.high_v)
+            )
+            if value != (now.low_v if which == "low" else now.high_v):
+                self._set(template, table.volts(value))
+
+    def clamp(self) -> Levels:
+        """The instrument's own limits for the levels."""
+        return Levels(self._read(table.CLAMP_LOW), self._read(table.CLAMP_HIGH))
+
+    def set_clamp_low(self, value: float) -> None:
+        """The lowest level that the instrument accepts, V."""
+        self._set(table.CLAMP_LOW, table.volts(value))
+
+    def set_clamp_high(self, value: float) -> None:
+        """The highest level that the instrument accepts, V."""
+        self._set(table.CLAMP_HIGH, table.volts(value))
+
+    def check_clamp(self, low: float, high: float) -> None:
+        """Refuse a clamp that lets more through than `low` to `high`, or less."""
+        got = self.clamp()
+        for template, read, asked in (
+            (table.CLAMP_LOW, got.low_v, low),
+            (table.CLAMP_HIGH, got.high_v, high),
+        ):
+            if not abs(read - asked) < 1e-6:
+                raise self._differs(template, f"{read:g}", table.volts(asked))
+
+    def set_frequency(self, hertz: float) -> None:
+        """Periods a second, Hz."""
+        self._set(table.FREQUENCY, table.hertz(hertz))
+        read = self._read(table.FREQUENCY)
+        if not abs(read - hertz) <= 1e-6 * hertz + 1e-6:
+            raise self._differs(table.FREQUENCY, f"{read:g}", table.hertz(hertz))
+
+    def upload(self, codes: np.ndarray) -> None:
+        """Fill this channel's memory; the length is read back."""
+        content = table.block(codes)
+        seconds = self.scpi.timeout_s + len(content) / _BYTES_PER_S
+        self.scpi.command(self.name(table.UPLOAD), content, timeout_s=seconds)
+        points = self.scpi.number(self.name(table.POINTS))
+        if points != codes.size:
+            raise self._differs(table.UPLOAD, f"{points:g} points", f"{codes.size} points")
+
+    def select(self) -> None:
+        """Play this channel's memory."""
+        self._set(table.SHAPE, f"EMEM{self.n}")
+        self.scpi.text(self.name(table.SHAPE) + "?", rf"(?i:EMEM(ory)?{self.n})")
+
+    def read_back(self, points: int) -> np.ndarray:
+        """The codes in this channel's memory; some relatives of the instrument cannot tell."""
+        query, size = self.name(table.READ_BACK), 2 * points
+        return table.codes(self.scpi.block(query, limit=size, size=size))
+
+    def align(self) -> None:
+        """Start both channels' periods together."""
+        self.scpi.command(self.name(table.ALIGN))
+
+    def _set(self, template: str, value: str) -> None:
+        self.scpi.command(f"{self.name(template)} {value}")
+
+    def _read(self, template: str) -> float:
+        query = self.name(template) + "?"
+        value = self.scpi.number(query)
+        if math.isinf(value):
+            raise InstrumentError(
+                self.scpi.resource,
+                query,
+                "infinity",
+                why="A level or rate is never infinite.",
+                cure="Look at the instrument.",
+            )
+        return value
+
+    def _differs(self, template: str, read: str, asked: str) -> InstrumentError:
+        return InstrumentError(
+            self.scpi.resource,
+            f"{self.name(template)} {asked}",
+            read,
+            why="The instrument has another setting than the one it was given.",
+            cure="See whether someone else operates it, and whether its firmware rounds or clamps "
+            "the setting.",
+        )

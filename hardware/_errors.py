@@ -1,0 +1,65 @@
+"""What goes wrong on the way to an instrument."""
+
+from rapi_jax.io import printable
+
+_SHOWN = 120  # characters of a command or reply in a message
+
+
+def shown(data: bytes | str) -> str:
+    """`data` on one line for a log or a terminal: control characters escaped, the middle cut."""
+    if isinstance(data, bytes):
+        head, tail = data[: 2 * _SHOWN], data[-2 * _SHOWN :]
+        data = (head if len(data) <= 2 * _SHOWN else head + tail).decode(
+            "ascii", "backslashreplace"
+        )
+    return printable(data.rstrip("\r\n"), _SHOWN)
+
+
+class InstrumentError(Exception):
+    """An instrument that failed, or did not do what it was told.
+
+    - `resource`: address of the instrument. `command`: what was sent to it.
+    - `reply`: what came back, empty where nothing did.
+
+    All three are safe to print: control characters are escaped and long texts are cut.
+    """
+
+    def __init__(
+        self, resource: str, command: bytes | str, reply: bytes | str, *, why: str, cure: str
+    ) -> None:
+        """`why`: the likely cause; `cure`: what to do. Both are sentences."""
+        self.resource = shown(resource)
+        self.command = shown(command)
+        self.reply = shown(reply)
+        came = f"and '{self.reply}' came back" if self.reply else "and nothing usable came back"
+        super().__init__(f"{self.resource}: sent '{self.command}', {came}. {why} {cure}")
+
+
+class LinkError(Exception):
+    """A connection that failed; a session turns it into an `InstrumentError`.
+
+    `why` and `cure` are sentences; `received` is what had come before.
+    """
+
+    def __init__(self, why: str, cure: str, received: bytes = b"") -> None:
+        super().__init__(why)
+        self.why, self.cure, self.received = why, cure, received
+
+
+def silent(seconds: float, received: bytes = b"") -> LinkError:
+    """The deadline has passed."""
+    part = "only a part of an answer" if received else "no answer"
+    return LinkError(
+        f"There was {part} within {seconds:g} s: the instrument is busy, off or not connected.",
+        "Look at its display and cable, or allow a longer `timeout_s`.",
+        received,
+    )
+
+
+def closed(received: bytes = b"") -> LinkError:
+    """The other side has hung up."""
+    return LinkError(
+        "The connection was closed by the other side, or nothing listens there.",
+        "Check the address, and that no other program holds the instrument; then connect again.",
+        received,
+    )

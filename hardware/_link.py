@@ -1,0 +1,49 @@
+"""The way to an instrument: bytes out and in, with a deadline on each."""
+
+import abc
+from typing import NamedTuple
+
+
+class Received(NamedTuple):
+    """Some bytes; `end`: whether the transport says that the message ends with them."""
+
+    data: bytes
+    end: bool
+
+
+class AbstractLink(abc.ABC):
+    """A connection to one instrument, with its own clock (real, or that of a simulation).
+
+    A deadline is a time on that clock. Every method raises `LinkError`, and nothing else, where the
+    connection fails or the deadline passes.
+    """
+
+    resource: str
+
+    @abc.abstractmethod
+    def now(self) -> float:
+        """Time on the link's clock, s; it never goes back."""
+
+    @abc.abstractmethod
+    def sleep(self, seconds: float) -> None:
+        """Let time pass on the link's clock."""
+
+    @abc.abstractmethod
+    def send(self, data: bytes, deadline: float) -> None:
+        """Send all of `data`, one message."""
+
+    @abc.abstractmethod
+    def receive(self, count: int, deadline: float) -> Received:
+        """The next 1 to `count` bytes, as soon as there are any."""
+
+    @abc.abstractmethod
+    def unread(self) -> bytes:
+        """What came and was not read, as far as can be seen without waiting; it is left there."""
+
+    @abc.abstractmethod
+    def reconnect(self, deadline: float) -> None:
+        """Start afresh: nothing that was sent or asked before can be answered on the new way."""
+
+    @abc.abstractmethod
+    def close(self) -> None:
+        """Hang up; more than once does no harm."""

@@ -1,0 +1,217 @@
+"""A session with one SCPI instrument: what is asked is answered in time, or an error says why."""
+
+import contextlib
+import re
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import TypeVar
+
+from . import _reply
+from ._errors import InstrumentError, LinkError, shown, silent
+from ._link import AbstractLink, Received
+
+_T = TypeVar("_T")
+_QUEUE = 100  # entries at most
+_MOST_BYTES = 999_999
+_SHOWN = 64  # bytes of a broken answer in a message
+_BAD_STATUS = 0b0011_1100  # query, device, execution and command errors in *ESR?
+_CURE = "Check the setting against the instrument's range and firmware."
+
+
+class Scpi:
+    """Questions and commands, each with one deadline for all of its traffic.
+
+    After a failure nothing that still comes is trusted: the next call connects again, and asks the
+    instrument who it is before anything else. Nothing is ever sent twice. Every method raises
+    `InstrumentError`, at most `timeout_s` after the call.
+    """
+
+    def __init__(self, link: AbstractLink, *, timeout_s: float = 2.0) -> None:
+        """`timeout_s`: for all traffic of one call, s."""
+        if not 0 < timeout_s < float("inf"):
+            raise ValueError(f"Argument `timeout_s` must be positive, but is {timeout_s}.")
+        self._link = link
+        self.timeout_s = timeout_s
+        self._identity: str | None = None
+        self._lost = False
+
+    @property
+    def resource(self) -> str:
+        """Address of the instrument."""
+        return self._link.resource
+
+    def now(self) -> float:
+        """Time on the link's clock, s."""
+        return self._link.now()
+
+    def sleep(self, seconds: float) -> None:
+        """Let time pass on the link's clock."""
+        self._link.sleep(seconds)
+
+    def identify(self, pattern: str) -> str:
+        """The instrument's `*IDN?`; refused where it does not match `pattern` as a whole."""
+        identity = self.text("*IDN?")
+        if not re.fullmatch(pattern, identity):
+            raise InstrumentError(
+                self.resource,
+                "*IDN?",
+                identity,
+                why="This is another instrument than the one asked for.",
+                cure="Check the address. Nothing was set.",
+            )
+        self._identity = identity
+        return identity
+
+    def text(self, query: str, pattern: str = r".+") -> str:
+        """The answer to `query`, one printable line that must match `pattern` as a whole."""
+        with self._call(query) as deadline:
+            return self._ask(query, partial(_matching, pattern), deadline)
+
+    def number(self, query: str) -> float:
+        """The answer to `query`: a finite number, or infinity where the instrument says so."""
+        with self._call(query) as deadline:
+            return self._ask(query, _reply.number, deadline)
+
+    def block(self, query: str, *, limit: int, size: int | None = None) -> bytes:
+        """The block that answers `query`: at most `limit` bytes, or exactly `size`."""
+        with self._call(query) as deadline:
+            self._send(query.encode("ascii"), deadline)
+            return _reply.read_block(_Listener(self._link, deadline), limit=limit, size=size)
+
+    def command(
+        self, command: str, block: bytes | None = None, *, timeout_s: float | None = None
+    ) -> None:
+        """Send `command`, with `block` behind it, wait until it is done, and empty the error queue.
+
+        A block has at most 999 999 bytes: its length is written in six digits. Raises
+        `InstrumentError` where the instrument reports any error.
+        """
+        if block is not None and len(block) > _MOST_BYTES:
+            raise ValueError(f"A block has at most {_MOST_BYTES} bytes, but this has {len(block)}.")
+        head = command.encode("ascii")
+        if block is not None:
+            head += f",#6{len(block):06d}".encode("ascii")
+        label = command if block is None else f"{head.decode()}<{len(block)} bytes>"
+        with self._call(label, timeout_s) as deadline:
+            self._send(head + (block or b""), deadline)
+            self._ask("*OPC?", _done, deadline)
+            status = self._ask("*ESR?", _status, deadline)
+            errors = self._errors(deadline)
+        if errors or status & _BAD_STATUS:
+            told = "; ".join(f'{code},"{text}"' for code, text in errors) or f"*ESR? {status}"
+            raise InstrumentError(
+                self.resource,
+                label,
+                told,
+                why="The instrument refuses the command, or reports an earlier fault.",
+                cure=_CURE,
+            )
+
+    def clear(self) -> None:
+        """Empty the instrument's status and error queue (`*CLS`)."""
+        with self._call("*CLS") as deadline:
+            self._send(b"*CLS", deadline)
+            self._ask("*OPC?", _done, deadline)
+
+    def resynchronise(self) -> None:
+        """Connect again where an earlier call failed; nothing is sent where none did."""
+        with self._call("*IDN?"):
+            pass
+
+    def close(self) -> None:
+        """Hang up."""
+        self._link.close()
+
+    def _errors(self, deadline: float) -> list[tuple[int, str]]:
+        entries = []
+        for _ in range(_QUEUE):
+            entry = self._ask("SYST:ERR?", _reply.error_entry, deadline)
+            if entry[0] == 0:
+                return entries
+            entries.append(entry)
+        raise LinkError(
+            f"The error queue does not end after {_QUEUE} entries.", "Restart the instrument."
+        )
+
+    def _ask(self, query: str, parse: Callable[[str], _T], deadline: float) -> _T:
+        self._send(query.encode("ascii"), deadline)
+        line = _reply.read_line(_Listener(self._link, deadline))
+        try:
+            return parse(line)
+        except ValueError as error:
+            raise _reply.malformed(
+                f"The answer to {query} cannot be used: {error}.", line.encode()
+            ) from None
+
+    def _send(self, message: bytes, deadline: float) -> None:
+        stray = self._link.unread()
+        if stray:
+            raise _reply.malformed("An answer came that nobody had asked for.", stray)
+        self._link.send(message + b"\n", deadline)
+
+    @contextlib.contextmanager
+    def _call(self, label: str, timeout_s: float | None = None) -> Iterator[float]:
+        deadline = self.now() + (self.timeout_s if timeout_s is None else timeout_s)
+        try:
+            if self._lost:
+                self._reconnect(deadline)
+            yield deadline
+        except LinkError as error:
+            self._lost = True
+            raise InstrumentError(
+                self.resource, label, error.received, why=error.why, cure=error.cure
+            ) from error
+        except BaseException:  # an interrupt: an answer may still be on its way
+            self._lost = True
+            raise
+
+    def _reconnect(self, deadline: float) -> None:
+        self._link.reconnect(deadline)
+        if self._identity is not None:
+            identity = self._ask("*IDN?", str, deadline)
+            if identity != self._identity:
+                raise LinkError(
+                    f"After connecting again, another instrument answers: '{shown(identity)}'.",
+                    "Check the address.",
+                    identity.encode(),
+                )
+        self._lost = False
+
+
+class _Listener:
+    """Receives until a deadline, and remembers the first bytes for a message."""
+
+    def __init__(self, link: AbstractLink, deadline: float) -> None:
+        self._link = link
+        self._began, self._deadline = link.now(), deadline
+        self._got = bytearray()
+
+    def __call__(self, count: int) -> Received:
+        if self._link.now() >= self._deadline:  # a peer that never stops is not heard for ever
+            raise silent(self._deadline - self._began, bytes(self._got))
+        try:
+            received = self._link.receive(count, self._deadline)
+        except LinkError as error:
+            error.received = error.received or bytes(self._got)
+            raise
+        if len(received.data) > count or not (received.data or received.end):
+            raise _reply.malformed("The connection gave nothing, or too much.", received.data)
+        self._got += received.data[: max(0, _SHOWN - len(self._got))]
+        return received
+
+
+def _matching(pattern: str, line: str) -> str:
+    if not re.fullmatch(pattern, line):
+        raise ValueError("it has another form than the answer to this query")
+    return line
+
+
+def _done(line: str) -> None:
+    if line != "1":
+        raise ValueError("it must be 1")
+
+
+def _status(line: str) -> int:
+    if not re.fullmatch(r"\+?\d{1,3}", line) or int(line) > 255:
+        raise ValueError("it must be a number from 0 to 255")
+    return int(line)

@@ -1,0 +1,98 @@
+"""One output of the simulated generator: levels, clamp, load and relay, and what the load felt."""
+
+import dataclasses
+import math
+
+from ._status import ScpiFault
+
+_OPEN_V = 10.0  # most into high impedance, either sign
+_LEAST_PP = 0.002  # V into high impedance
+
+
+@dataclasses.dataclass
+class Seen:
+    """What a load has felt: V at the load itself, whatever the instrument reckons with.
+
+    - `low_v`, `high_v`: extremes while the output was on. `jump_v`: the largest change of a level
+      meanwhile. `relay_v`: the largest voltage at which the relay opened or closed.
+    """
+
+    low_v: float = math.inf
+    high_v: float = -math.inf
+    jump_v: float = 0.0
+    relay_v: float = 0.0
+    times_on: int = 0
+
+
+class AfgOutput:
+    """Settings of one channel, in volts at the load that is set, and their rules."""
+
+    def __init__(self, load_ohm: float, digits: int) -> None:
+        """`load_ohm`: what is really connected; `digits`: of a level."""
+        self._true_ohm = load_ohm
+        self._digits = digits
+        self.on = False
+        self.seen = Seen()
+        self.reset()
+
+    def reset(self) -> None:
+        """Settings as after `*RST`: off, set for 50 ohm, 1 V peak to peak."""
+        self.switch(False)
+        self.set_ohm = 50.0
+        self.shape = "SIN"
+        self.frequency_hz = 1e6
+        self._volts = {"low": -0.5, "high": 0.5, "clamp_low": -5.0, "clamp_high": 5.0}
+
+    def level(self, name: str) -> float:
+        """`low`, `high`, `clamp_low` or `clamp_high`, V."""
+        return self._volts[name]
+
+    def at_load(self) -> tuple[float, float]:
+        """The levels at what is really connected, V."""
+        gain = _share(self._true_ohm) / _share(self.set_ohm)
+        return self._volts["low"] * gain, self._volts["high"] * gain
+
+    def set_level(self, name: str, value: float) -> None:
+        """Set it, or leave it and raise `ScpiFault`."""
+        value = round(float(f"{value:.{self._digits}g}"), 4)
+        new, share = self._volts | {name: value}, _share(self.set_ohm)
+        if abs(value) > _OPEN_V * share * (1 + 1e-9):
+            raise ScpiFault(-222, f"{value:g} V")
+        if not new["clamp_low"] < new["clamp_high"]:
+            raise ScpiFault(-221, "limits cross")
+        if new["high"] - new["low"] < _LEAST_PP * share * (1 - 1e-9):
+            raise ScpiFault(-221, "high level below low level")
+        if new["low"] < new["clamp_low"] or new["high"] > new["clamp_high"]:
+            raise ScpiFault(-221 if "clamp" in name else -222, "voltage limit")
+        before = self.at_load()
+        self._volts = new
+        self._felt(before)
+
+    def set_load(self, ohm: float) -> None:
+        """Reckon with another load: the same source, other volts."""
+        before = self.at_load()
+        ratio = _share(ohm) / _share(self.set_ohm)
+        self._volts = {name: value * ratio for name, value in self._volts.items()}
+        self.set_ohm = ohm
+        self._felt(before)
+
+    def switch(self, on: bool) -> None:
+        """Close or open the relay."""
+        if on != self.on:
+            self.seen.relay_v = max(self.seen.relay_v, *map(abs, self.at_load()))
+            self.seen.times_on += on
+        self.on = on
+        if on:
+            self._felt(self.at_load())
+
+    def _felt(self, before: tuple[float, float]) -> None:
+        if not self.on:
+            return
+        low, high = self.at_load()
+        seen = self.seen
+        seen.low_v, seen.high_v = min(seen.low_v, low), max(seen.high_v, high)
+        seen.jump_v = max(seen.jump_v, abs(low - before[0]), abs(high - before[1]))
+
+
+def _share(ohm: float) -> float:
+    return 1.0 if math.isinf(ohm) else ohm / (ohm + 50.0)

@@ -1,0 +1,107 @@
+"""A simulated instrument on a TCP port of this computer, for `TCPIP::127.0.0.1::<port>::SOCKET`."""
+
+import contextlib
+import select
+import socket
+import threading
+import time
+from types import TracebackType
+
+from ._instrument import AbstractInstrument, Answer
+
+_TICK_S = 0.02  # how often a waiting server looks whether it shall stop
+_QUICKACK = getattr(socket, "TCP_QUICKACK", None)  # Linux
+
+
+class TcpServer:
+    """Serves one connection after the other, on 127.0.0.1 alone; a context manager.
+
+    Acknowledges at once: a small upload would otherwise stall for 44 ms, where a client waits for
+    the acknowledgement of one piece before it sends the next.
+    """
+
+    def __init__(self, instrument: AbstractInstrument, port: int = 0) -> None:
+        """`port`: 0 for any that is free."""
+        self._instrument = instrument
+        self._listener = socket.create_server(("127.0.0.1", port))
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._serve, daemon=True)
+        self._thread.start()
+
+    @property
+    def port(self) -> int:
+        """Where it listens."""
+        return self._listener.getsockname()[1]
+
+    @property
+    def resource(self) -> str:
+        """Its VISA address."""
+        return f"TCPIP::127.0.0.1::{self.port}::SOCKET"
+
+    def close(self) -> None:
+        """Stop, and wait until the thread is done."""
+        self._stop.set()
+        self._thread.join()
+        self._listener.close()
+
+    def __enter__(self) -> "TcpServer":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _serve(self) -> None:
+        while not self._stop.is_set():
+            if not select.select([self._listener], [], [], _TICK_S)[0]:
+                continue
+            connection, _ = self._listener.accept()
+            with connection, contextlib.suppress(OSError):
+                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                self._instrument.connected()
+                self._converse(connection)
+
+    def _converse(self, connection: socket.socket) -> None:
+        while not self._stop.is_set():
+            if not select.select([connection], [], [], _TICK_S)[0]:
+                continue
+            if _QUICKACK is not None:
+                connection.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
+            data = connection.recv(1 << 16)
+            if not data:
+                return
+            for answer in self._instrument.feed(data):
+                if not self._give(connection, answer):
+                    return
+
+    def _give(self, connection: socket.socket, answer: Answer) -> bool:
+        """Whether the connection goes on."""
+        if answer.after_s and not self._wait(connection, answer.after_s):
+            return False
+        data = memoryview(answer.data)
+        while data:
+            if self._stop.is_set():
+                return False
+            if select.select([], [connection], [], _TICK_S)[1]:
+                data = data[connection.send(data[: 1 << 14]) :]
+            elif self._gone(connection):
+                return False
+        while answer.deaf and not self._stop.wait(_TICK_S):
+            pass
+        return not answer.hang_up
+
+    def _wait(self, connection: socket.socket, seconds: float) -> bool:
+        until = time.monotonic() + seconds
+        while (left := until - time.monotonic()) > 0:
+            if self._stop.wait(min(left, _TICK_S)) or self._gone(connection):
+                return False
+        return True
+
+    def _gone(self, connection: socket.socket) -> bool:
+        if not select.select([connection], [], [], 0.0)[0]:
+            return False
+        return not connection.recv(1, socket.MSG_PEEK)

@@ -44,7 +44,7 @@ Law = Callable[[Array, Moment], Array]
 
 @dataclass(frozen=True)
 class Effect:
-    """One effect: what it does to the laws of the actuator, the drive, the displacement, the light."""
+    """One effect: what it does to the actuator's laws, the drive, the displacement, the light."""
 
     name: str
     law: Callable[[Piezo], Piezo] | None = None
@@ -83,11 +83,11 @@ class Device:
             step = scan.step_s / self.oversample
             first = -lead * scan.samples * self.oversample
             last = (scan.periods * scan.samples - 1) * self.oversample
-            local = np.arange(first, last + 1) * step
+            local = np.arange(first, last + 1, dtype=float) * float(step)
             command = scan.voltage(local)
             moment = Moment(
-                scan=scan, number=number, t=scan.start_s + local, step=step, command=command,
-                drive=command, moved=command, opening=command, rest=self.rest, earlier=earlier, cycles=cycles,
+                scan, number, scan.start_s + local, step, command, command, command, command,
+                self.rest, earlier, cycles,
             )  # fmt: skip
             for effect in self.effects:
                 moment.drive = effect.drive(moment.drive, moment) if effect.drive else moment.drive

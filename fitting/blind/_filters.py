@@ -1,5 +1,7 @@
 """Linear filters on the fine clock, exact for inputs that are straight between its points."""
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 from scipy import signal
@@ -8,7 +10,7 @@ Array = npt.NDArray[np.float64]
 
 
 def lag(x: Array, step: float, tau: float, before: tuple[float, float]) -> Array:
-    """First-order lag `1/(tau s + 1)`; `before` is (input, output) one step before the first point."""
+    """First-order lag `1/(tau s + 1)`; `before`: input and output one step before the first."""
     m = step / tau
     a = float(np.exp(-m))
     fresh = 1 + float(np.expm1(-m)) / m
@@ -24,8 +26,8 @@ def lowpass(x: Array, step: float, tau: float) -> Array:
 
 def filtered(x: Array, step: float, top: list[float], bottom: list[float]) -> Array:
     """`top(s)/bottom(s)`, highest power first, settled at the first value."""
-    b, a, _ = signal.cont2discrete((top, bottom), step, method="foh")
-    b = np.ravel(b)
+    made: Any = signal.cont2discrete((top, bottom), step, method="foh")
+    b, a = np.ravel(made[0]), np.ravel(made[1])
     # The settled state from the gain at rest: subtract the first value, filter, add its image.
     gain = top[-1] / bottom[-1]
     return gain * x[0] + np.asarray(signal.lfilter(b, a, x - x[0]))

@@ -17,7 +17,7 @@ def creep(rng: np.random.Generator, setting: Setting) -> Recipe:
     taus = np.geomspace(1e-4, 1e4, 33)
     weights = np.full(33, np.log10(taus[1] / taus[0]))
     return Recipe(
-        name="creep", strength="gain", low=5e-4, high=0.06, parameters={"form": "log"},
+        name="creep", strength="gain", low=5e-4, high=0.05, parameters={"form": "log"},
         build=lambda g: Effect(
             "creep",
             displacement=lambda nu, now: nu + g * creeping(nu - now.rest, now, taus, weights),
@@ -32,9 +32,7 @@ def resonance(rng: np.random.Generator, setting: Setting) -> Recipe:
 
     def build(period: float) -> Effect:
         top, bottom = mode(ratio / period, z), mode(1 / period, z)
-        return Effect(
-            "resonance", displacement=lambda nu, now: filtered(nu, now.step, top, bottom)
-        )
+        return Effect("resonance", displacement=lambda nu, now: filtered(nu, now.step, top, bottom))
 
     return Recipe(
         name="resonance", strength="period", low=1 / 25e3, high=1 / 150.0, build=build,
@@ -46,7 +44,7 @@ def amplifier_lowpass(rng: np.random.Generator, setting: Setting) -> Recipe:
     """Two equal lags, critically damped."""
     del rng, setting
     return Recipe(
-        name="amplifier_lowpass", strength="tau", low=1 / (4 * np.pi * 6e3),
+        name="amplifier_lowpass", strength="tau", low=5e-7,
         high=1 / (4 * np.pi * 100), parameters={"form": "second order"},
         build=lambda tau: Effect(
             "amplifier_lowpass",
@@ -69,27 +67,27 @@ def saturation(rng: np.random.Generator, setting: Setting) -> Recipe:
         )
 
     return Recipe(
-        name="saturation", strength="part", low=1e-3, high=0.06, build=build,
+        name="saturation", strength="part", low=1e-4, high=0.06, build=build,
         parameters={"form": "soft"},
     )  # fmt: skip
 
 
 def rate_law(rng: np.random.Generator, setting: Setting) -> Recipe:
-    """`zeta f/(1 + f/f_c)`; strength: `f_max/f_c`."""
-    del rng
+    """`zeta f/(1 + f/f_c)`, or a term in `f^2`; strength: `f_max/f_c`, or that term at `f_max`."""
     top = max(scan.rate_hz for scan in setting.scans)
+    saturating = bool(rng.random() < 0.5)
 
-    def build(x: float) -> Effect:
-        return Effect(
-            "rate_law",
-            law=lambda piezo: replace(
-                piezo, rate_law=lambda f: f * (1 + x / 2) / (1 + x * f / top)
-            ),
-        )
+    def rate(f: float, x: float) -> float:
+        if saturating:
+            return f * (1 + x / 2) / (1 + x * f / top)
+        return f * (1 + x * (f / top - 0.5))
 
     return Recipe(
-        name="rate_law", strength="bend", low=1e-3, high=20.0, build=build,
-        parameters={"form": "saturating", "top": top},
+        name="rate_law", strength="bend", low=1e-3, high=4.0 if saturating else 1.9,
+        parameters={"form": "saturating" if saturating else "square", "top": top},
+        build=lambda x: Effect(
+            "rate_law", law=lambda piezo: replace(piezo, rate_law=lambda f: rate(f, x))
+        ),
     )  # fmt: skip
 
 
@@ -133,7 +131,7 @@ def gain_drift(rng: np.random.Generator, setting: Setting) -> Recipe:
         return Effect("gain_drift", light=light)
 
     return Recipe(
-        name="gain_drift", strength="total", low=1e-5, high=0.05, build=build,
+        name="gain_drift", strength="total", low=1e-5, high=0.03, build=build,
         parameters={"form": "exponential", "tau": tau},
     )  # fmt: skip
 
@@ -143,7 +141,7 @@ def mode_hop(rng: np.random.Generator, setting: Setting) -> Recipe:
     up, down = hop_places(rng, setting)
     width = float(rng.uniform(1.0, 4.0))
     return Recipe(
-        name="mode_hop", strength="jump", low=0.4, high=4.0,
+        name="mode_hop", strength="jump", low=0.2, high=4.0,
         parameters={"form": "smooth", "up": up, "down": down, "samples": width},
         build=lambda jump: Effect(
             "mode_hop",

@@ -55,9 +55,7 @@ def names_of(kind: str) -> list[str]:
     return table[kind]
 
 
-def makers(
-    kind: str, effect: str
-) -> list[Callable[[np.random.Generator, Setting], Recipe]]:
+def makers(kind: str, effect: str) -> list[Callable[[np.random.Generator, Setting], Recipe]]:
     """The makers of a world's effects. `effect` is a name of `names_of(kind)`."""
     effect = effect.removeprefix("unlisted:")
     if effect not in names_of(kind):

@@ -10,10 +10,10 @@ from ._recipe import Recipe, Setting, levels
 
 
 def amplifier_lowpass(rng: np.random.Generator, setting: Setting) -> Recipe:
-    """`1/(tau s + 1)`, corner at 150 Hz to 6 kHz."""
+    """`1/(tau s + 1)`, corner at 150 Hz to 6 kHz, or higher where that is too much."""
     del rng, setting
     return Recipe(
-        name="amplifier_lowpass", strength="tau", low=1 / (2 * np.pi * 6e3),
+        name="amplifier_lowpass", strength="tau", low=1e-6,
         high=1 / (2 * np.pi * 150), parameters={},
         build=lambda tau: Effect(
             "amplifier_lowpass", drive=lambda u, now: lowpass(u, now.step, tau)
@@ -40,7 +40,7 @@ def slew_limit(rng: np.random.Generator, setting: Setting) -> Recipe:
         return Effect("slew_limit", drive=lambda u, now: limited(u, now.step, limit))
 
     return Recipe(
-        name="slew_limit", strength="cut", low=1e-3, high=0.6, build=build,
+        name="slew_limit", strength="cut", low=1e-5, high=0.6, build=build,
         parameters={"steepest": steepest},
     )  # fmt: skip
 
@@ -57,7 +57,7 @@ def saturation(rng: np.random.Generator, setting: Setting) -> Recipe:
         return Effect("saturation", drive=lambda u, now: np.maximum(u, low + cut))
 
     return Recipe(
-        name="saturation", strength="part", low=1e-3, high=0.06, build=build,
+        name="saturation", strength="part", low=1e-4, high=0.06, build=build,
         parameters={"end": "high" if top else "low"},
     )  # fmt: skip
 
@@ -88,9 +88,7 @@ def rate_law(rng: np.random.Generator, setting: Setting) -> Recipe:
         m = 1 + far if up else 1 - far
         return Effect(
             "rate_law",
-            law=lambda piezo: replace(
-                piezo, rate_law=lambda f: reference * (f / reference) ** m
-            ),
+            law=lambda piezo: replace(piezo, rate_law=lambda f: reference * (f / reference) ** m),
         )
 
     return Recipe(
@@ -121,8 +119,6 @@ def amplitude_law(rng: np.random.Generator, setting: Setting) -> Recipe:
         )
 
     return Recipe(
-        name="amplitude_law", strength="exponent", low=1e-4, high=0.9, build=build,
+        name="amplitude_law", strength="exponent", low=1e-4, high=0.4, build=build,
         parameters={"reference": reference, "sign": sign, "on": "gain" if gain else "threshold"},
     )  # fmt: skip
-
-

@@ -1,6 +1,7 @@
 """Listed effects on the displacement and on the light, written from their equations."""
 
 import numpy as np
+import numpy.typing as npt
 
 from ._device import Effect, Moment, level
 from ._filters import filtered, lag, mode, slope
@@ -13,7 +14,7 @@ def creeping(x: Array, now: Moment, taus: Array, weights: Array) -> Array:
     total = np.zeros_like(x)
     fresh = []
     for k, (tau, weight) in enumerate(zip(taus.tolist(), weights.tolist(), strict=True)):
-        before = held[1][k] * float(np.exp(-(now.t[0] - held[0]) / tau)) if held else 0.0
+        before = held[1][k] * float(np.exp(-max(now.t[0] - held[0], 0.0) / tau)) if held else 0.0
         y = lag(x, now.step, tau, (0.0, before))
         total += weight * y
         fresh.append(float(y[-1]))
@@ -27,7 +28,7 @@ def creep(rng: np.random.Generator, setting: Setting) -> Recipe:
     taus = np.geomspace(5e-3, 20.0, 12)
     weights = np.full(12, np.log10(taus[1] / taus[0]))
     return Recipe(
-        name="creep", strength="gain", low=5e-4, high=0.06, parameters={},
+        name="creep", strength="gain", low=5e-4, high=0.05, parameters={},
         build=lambda g: Effect(
             "creep",
             displacement=lambda nu, now: nu + g * creeping(nu - now.rest, now, taus, weights),
@@ -74,32 +75,32 @@ def gain_drift(rng: np.random.Generator, setting: Setting) -> Recipe:
         return Effect("gain_drift", light=light)
 
     return Recipe(
-        name="gain_drift", strength="total", low=1e-5, high=0.05, build=build,
+        name="gain_drift", strength="total", low=1e-5, high=0.03, build=build,
         parameters={"sign": sign, "session": end},
     )  # fmt: skip
 
 
-def hopped(nu: Array, up: float, down: float) -> Array:
-    """Whether the laser has hopped: set above `up`, reset below `down`, kept between, at first not."""
+def hopped(nu: Array, up: float, down: float) -> npt.NDArray[np.bool_]:
+    """Whether the laser has hopped: set above `up`, reset below `down`, kept between, first not."""
     mark = np.where(nu > up, 1, np.where(nu < down, 0, -1))
     known = np.maximum.accumulate(np.where(mark >= 0, np.arange(len(nu)), -1))
     return (known >= 0) & (mark[np.maximum(known, 0)] == 1)
 
 
 def hop_places(rng: np.random.Generator, setting: Setting) -> tuple[float, float]:
-    """Thresholds up and down in GHz at which a jump of a drawn size has about the size asked for."""
-    jump = log_uniform(rng, 0.5, 3.0)
-    part = float(np.clip(2.5 * (setting.target / jump) ** 2, 2e-3, 0.5))
+    """Thresholds up and down in GHz at which a drawn jump has about the size asked for."""
+    jump = log_uniform(rng, 0.4, 3.0)
+    part = float(np.clip(2.5 * (setting.target / jump) ** 2, 1e-4, 0.5))
     up = float(np.quantile(setting.pooled, 1 - part))
     return up, up - float(rng.uniform(0.05, 0.5))
 
 
 def mode_hop(rng: np.random.Generator, setting: Setting) -> Recipe:
-    """A jump at a threshold in frequency, itself hysteretic; strength: the jump, 0.4 to 4 GHz."""
+    """A jump at a threshold in frequency, itself hysteretic; strength: the jump, 0.2 to 4 GHz."""
     up, down = hop_places(rng, setting)
     sign = 1 if rng.random() < 0.5 else -1
     return Recipe(
-        name="mode_hop", strength="jump", low=0.4, high=4.0,
+        name="mode_hop", strength="jump", low=0.2, high=4.0,
         parameters={"up": up, "down": down, "sign": sign},
         build=lambda jump: Effect(
             "mode_hop", light=lambda nu, now: nu + sign * jump * hopped(nu, up, down)

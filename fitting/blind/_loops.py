@@ -1,8 +1,8 @@
 """Play operators over whole records at once.
 
-An operator with rising bounds, `max(low(u), min(high(u), before))`, keeps this form over any stretch
-in which the drive does not turn, with `before` the value at the stretch's beginning. So its memory
-needs a step only at the turning points, and everything between them is one array operation.
+An operator with rising bounds, `max(low(u), min(high(u), before))`, keeps this form over any
+stretch in which the drive does not turn, with `before` the value at the stretch's beginning. So its
+memory needs a step only at the turning points, and all between them is one array operation.
 """
 
 import numpy as np
@@ -13,19 +13,19 @@ Index = npt.NDArray[np.intp]
 
 
 def turning_points(u: Array) -> Index:
-    """Indices of the last sample before each change of direction, and of the last sample."""
+    """Indices of the first sample, of the last before each change of direction, and of the last."""
     step = np.sign(np.diff(u))
     moving = np.flatnonzero(step)
     if len(moving) == 0:
-        return np.array([len(u) - 1])
+        return np.array([0, len(u) - 1])
     turned = np.flatnonzero(step[moving][1:] != step[moving][:-1])
-    return np.append(moving[turned + 1], len(u) - 1)
+    return np.concatenate(([0], moving[turned + 1], [len(u) - 1]))
 
 
 def memory(
     u: Array, ends: Index, low: tuple[Array, ...], high: tuple[Array, ...], bow: float
 ) -> Array:
-    """Values held over each stretch, shape (stretches, operators).
+    """Values held over each stretch, shape (stretches, operators). The first sample is one alone.
 
     `low` is (r,): the bound `u - r`. `high` is (slope, offset): the bound
     `slope u + offset + bow (u - 3)^2`. The first value is that of Eq. (13): both bounds' larger one

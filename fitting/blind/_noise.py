@@ -7,6 +7,7 @@ import numpy.typing as npt
 from scipy import signal
 
 Array = npt.NDArray[np.float64]
+LEAST, MOST = 0.005, 0.030  # GHz rms
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,10 @@ class Noise:
         """Of a sample, rounding included, GHz."""
         return float(np.sqrt(self.white**2 + self.coloured**2 + self.step**2 / 12))
 
+    def scaled(self, factor: float) -> "Noise":
+        """The same noise, `factor` times as large."""
+        return Noise(factor * self.white, factor * self.coloured, self.taus, factor * self.step)
+
     def drawn(self, rng: np.random.Generator, count: int, step_s: float) -> Array:
         """`count` values at one sampling step, before rounding, GHz."""
         noise = self.white * rng.standard_normal(count)
@@ -43,8 +48,8 @@ class Noise:
 
 
 def draw_noise(rng: np.random.Generator) -> Noise:
-    """5 to 30 MHz in all, up to half of its power coloured, steps of 1 MHz to a third of the rms."""
-    rms = float(np.exp(rng.uniform(np.log(0.005), np.log(0.030))))
+    """5 to 30 MHz in all, up to half of it coloured, steps of 1 MHz to a third of the rms."""
+    rms = float(np.exp(rng.uniform(np.log(LEAST), np.log(MOST))))
     step = float(np.exp(rng.uniform(np.log(0.001), np.log(rms / 3))))
     part = float(rng.uniform(0.05, 0.5))
     if rng.random() < 0.5:

@@ -1,9 +1,10 @@
 r"""The actuator of a world: a sum of asymmetric play operators and a polynomial.
 
-$\nu = \sum_i p_i \Gamma_i[u] + \sum_k d_k u^k$, with $\Gamma = \max(u - r, \min(\lambda u + \eta r, \cdot))$,
-$r = \sigma_i u_{pp}/2 + \zeta_i f$ and $p_i = a_i \exp(-(b r)^q)$. The paper's operator (Eqs. 9 to 16) has
-$\sigma_i = \alpha i/N$, one $\zeta$, one $\lambda$ and $q = 1$; the others here have many operators, curved
-thresholds, other densities of weights and shapes that differ from operator to operator.
+$\nu = \sum_i p_i \Gamma_i[u] + \sum_k d_k u^k$, with
+$\Gamma = \max(u - r, \min(\lambda u + \eta r, \cdot))$, $r = \sigma_i u_{pp}/2 + \zeta_i f$ and
+$p_i = a_i \exp(-(b r)^q)$. The paper's operator (Eqs. 9 to 16) has $\sigma_i = \alpha i/N$, one
+$\zeta$, one $\lambda$ and $q = 1$; the others here have many operators, curved thresholds, other
+densities of weights and shapes that differ from operator to operator.
 """
 
 from collections.abc import Callable
@@ -50,7 +51,7 @@ class Piezo:
         return self.weight * np.exp(-((self.decay * np.maximum(r, 0.0)) ** self.power))
 
     def respond(self, u: Array, rate: float, swing: float) -> tuple[Array, Array]:
-        """Frequency of one run, and that part of it which is due to the loop's opening, both in GHz.
+        """Frequency of one run, and that part of it which the loop's opening makes, both in GHz.
 
         The opening is each operator's distance from the middle of its bounds.
         """
@@ -97,21 +98,21 @@ def draw_inside(rng: np.random.Generator) -> Piezo:
 def draw_outside(rng: np.random.Generator) -> Piezo:
     """A device that the paper's operator fits nearly: 30 to 60 operators under other laws.
 
-    Its thresholds stay linear in rate and swing but for one part in a thousand: more would be the
+    Its thresholds stay linear in rate and swing but for a part in a thousand: more would be the
     listed effects `rate_law` and `amplitude_law` under another name.
     """
     n = int(rng.integers(30, 61))
     x = (np.arange(n) + 0.5) / n
     scale = float(rng.uniform(0.6, 1.05))
-    bend = float(rng.choice([rng.uniform(0.55, 0.75), rng.uniform(1.4, 2.0)]))
+    bend = float(rng.choice([rng.uniform(0.6, 0.8), rng.uniform(1.3, 1.8)]))
     density = _density(rng, x)
     tilt = rng.uniform(-1, 1, 3)
     kappa = float(rng.uniform(-1e-3, 1e-3))
     return Piezo(
         share=float(rng.uniform(0.22, 0.38)) * x**bend,
-        zeta=float(rng.uniform(3.5e-3, 8e-3)) * (1 + 0.25 * tilt[0] * (x - 0.5)),
-        lam=float(rng.uniform(1.25, 1.6)) + 0.25 * tilt[1] * (x - 0.5),
-        eta=float(rng.uniform(0.9, 1.1)) + 0.2 * tilt[2] * (x - 0.5),
+        zeta=float(rng.uniform(3.5e-3, 8e-3)) * (1 + 0.15 * tilt[0] * (x - 0.5)),
+        lam=float(rng.uniform(1.25, 1.6)) + 0.15 * tilt[1] * (x - 0.5),
+        eta=float(rng.uniform(0.9, 1.1)) + 0.15 * tilt[2] * (x - 0.5),
         weight=scale * float(rng.uniform(4.5, 7.0)) * density / density.sum(),
         decay=float(rng.uniform(0.1, 0.3)),
         power=float(rng.uniform(1.2, 2.0)),

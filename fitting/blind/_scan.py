@@ -1,5 +1,6 @@
 """Scans of a simulated session: the drive as a function of time, known between its samples too."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,8 +17,8 @@ class Scan:
     """One run's periodic drive in V.
 
     `phase` is the fraction of a period that has passed since the drive's minimum when the first
-    sample is taken. `table` holds one period of any other drive, in V, equally spaced from the first
-    sample on; between its entries the drive is a straight line.
+    sample is taken. `table` holds one period of any other drive, in V, equally spaced from phase 0
+    on; between its entries the drive is a straight line.
     """
 
     rate_hz: float
@@ -43,7 +44,7 @@ class Scan:
     @cached_property
     def time_s(self) -> Array:
         """Sample times from 0, s."""
-        return np.arange(self.periods * self.samples) * self.step_s
+        return np.arange(self.periods * self.samples, dtype=float) * self.step_s
 
     @cached_property
     def drive(self) -> Array:
@@ -60,11 +61,10 @@ class Scan:
             return self.bias + self.swing * (0.5 - np.abs(2 * place - 1))
         if self.waveform == "sine":
             return self.bias - self.swing / 2 * np.cos(2 * np.pi * place)
-        raise ValueError(f"Argument `waveform` is {self.waveform!r}, but only triangle and sine need no table.")
-
-    def at(self, start_s: float) -> "Scan":
-        """The same scan at another time of the session."""
-        return replace(self, start_s=start_s)
+        raise ValueError(
+            f"Argument `waveform` is {self.waveform!r}, but only triangle and sine need no table. "
+            "Give one period of the drive to `sampled`."
+        )
 
 
 def sampled(
@@ -84,11 +84,20 @@ def sampled(
     )
 
 
+def placed(scans: Sequence[Scan], begin_s: float, *, pause_s: float = 2.0) -> tuple[Scan, ...]:
+    """The same scans one after the other from `begin_s` on, with pauses between them."""
+    out = []
+    for scan in scans:
+        out.append(replace(scan, start_s=begin_s))
+        begin_s += scan.duration_s + pause_s
+    return tuple(out)
+
+
 def draw_session(rng: np.random.Generator) -> tuple[Scan, ...]:
     """Six to nine runs on one clock: at least four rates at the full swing, two or three swings.
 
-    Triangles mostly, one or two sines. In half of the sessions the corners lie off the sampling
-    grid, in one of three a run of small swing has another bias.
+    Triangles mostly, one or two sines. In one of three sessions the corners lie off the
+    sampling grid, in one of three a run of small swing has another bias.
     """
     count = int(rng.integers(6, 10))
     rates = _apart(rng, count)
@@ -100,7 +109,7 @@ def draw_session(rng: np.random.Generator) -> tuple[Scan, ...]:
     chosen = [swings[1 + k % (len(swings) - 1)] if k < small else full for k in range(count)]
     sines = set(rng.choice(count, size=int(rng.integers(1, 3)), replace=False).tolist())
     shifted = rng.random() < 1 / 3
-    off_grid = rng.random() < 0.5
+    off_grid = rng.random() < 1 / 3
     phase = float(rng.choice([0.0, 0.25]))
     clock = float(rng.uniform(1.0, 5.0))
     scans = []
@@ -122,7 +131,7 @@ def draw_session(rng: np.random.Generator) -> tuple[Scan, ...]:
 
 
 def _apart(rng: np.random.Generator, count: int) -> list[float]:
-    """Rates in Hz, one a run: small swings repeat a rate of the full swing, which spans the range."""
+    """Rates in Hz, one a run: four differ at the full swing, and a small swing repeats one."""
     while True:
         rates = rng.choice(RATES, size=count, replace=True).astype(float)
         full = rates[-4:]

@@ -24,11 +24,10 @@ class Sized:
     effects: tuple[Effect, ...]
     parameters: dict[str, dict[str, Any]]
     size: float
+    alone: tuple[float, ...]  # GHz, of each effect by itself
 
 
-def sized(
-    rng: np.random.Generator, made: Sequence[Maker], setting: Setting, size: Size
-) -> Sized:
+def sized(rng: np.random.Generator, made: Sequence[Maker], setting: Setting, size: Size) -> Sized:
     """All effects of a world, together of the size asked for as nearly as they can be.
 
     Each of two is solved alone for its share (of equal order, in quadrature), then both once more
@@ -59,7 +58,9 @@ def sized(
 
 def _alone(rng: np.random.Generator, maker: Maker, setting: Setting, size: Size) -> Sized:
     recipe, strength, found = _reaching(rng, maker, setting, size)
-    return Sized((recipe.build(strength),), {recipe.name: recipe.settings(strength)}, found)
+    return Sized(
+        (recipe.build(strength),), {recipe.name: recipe.settings(strength)}, found, (found,)
+    )
 
 
 def _reaching(
@@ -87,4 +88,4 @@ def _together(recipes: Sequence[tuple[Recipe, float, float]], size: Size) -> Siz
     ordered = sorted(recipes, key=lambda found: (place.get(found[0].name, -1), found[0].name))
     effects = tuple(recipe.build(strength) for recipe, strength, _ in ordered)
     parameters = {recipe.name: recipe.settings(strength) for recipe, strength, _ in ordered}
-    return Sized(effects, parameters, size(effects))
+    return Sized(effects, parameters, size(effects), tuple(size((effect,)) for effect in effects))

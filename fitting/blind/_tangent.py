@@ -77,14 +77,14 @@ def _columns(piezo: Piezo, scan: Scan, oversample: int) -> Array:
 
     group = np.arange(n) * min(n, GROUPS) // n
     gather = (group[:, None] == np.arange(group[-1] + 1)).astype(float)
-    wide = by(NUDGE, 0, 0) * p
+    wide = by(NUDGE, 0.0, 0.0) * p
     parts = [
         v[:, None] ** np.arange(5),
         (here * p) @ gather,
         (here * p * r) @ gather,
         wide @ gather * scan.swing,
         wide @ gather * scan.rate_hz,
-        (by(0, NUDGE, 0) * p) @ gather,
-        (by(0, 0, NUDGE) * p * r) @ gather,
+        (by(0.0, NUDGE, 0.0) * p) @ gather,
+        (by(0.0, 0.0, NUDGE) * p * r) @ gather,
     ]
     return np.concatenate(parts, axis=1)

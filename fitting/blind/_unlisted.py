@@ -28,7 +28,7 @@ def stiction(rng: np.random.Generator, setting: Setting) -> Recipe:
 
 
 def absorption(rng: np.random.Generator, setting: Setting) -> Recipe:
-    """Pulling by an absorption line: a dispersive curve about one frequency; strength: its swing."""
+    """Pulling by an absorption line: a dispersive curve about one frequency; strength: its peak."""
     line = float(np.quantile(setting.pooled, rng.uniform(0.2, 0.8)))
     half = log_uniform(rng, 0.3, 2.0)
 
@@ -122,8 +122,8 @@ def ripple(rng: np.random.Generator, setting: Setting) -> Recipe:
     step = 1 / (40 * centre)
     grid = np.arange(0, horizon, step)
     b, a = signal.iirpeak(centre, quality, fs=1 / step)
-    wave = signal.lfilter(b, a, rng.standard_normal(len(grid)))
-    path = path_in_time(horizon, grid, np.asarray(wave / np.std(wave)))
+    wave = np.asarray(signal.lfilter(b, a, rng.standard_normal(len(grid))))
+    path = path_in_time(horizon, grid, wave / np.std(wave))
     return Recipe(
         name="unlisted:ripple", strength="size", low=1e-3, high=3.0,
         parameters={"centre": centre, "quality": quality},
@@ -193,4 +193,3 @@ UNLISTED: dict[str, Callable[[np.random.Generator, Setting], Recipe]] = {
         stiction, telegraph,
     )
 }  # fmt: skip
-

@@ -1,8 +1,9 @@
 """Worlds: simulated lasers and sessions whose effect is known, and is withheld from a diagnosis.
 
-Nothing here comes from the model or the estimator. A world is a function of its seed and of what is
-asked for. Its random streams are apart: session, actuator, noise, effects and readings each have
-their own, so a world with an effect and its null of the same seed share everything else.
+Nothing here comes from the model or the estimator. A world is a function of its seed and of what
+is asked for. Its random streams are apart: session, actuator, noise, effects and readings each have
+their own, so a world with an effect and the null of its seed share session, actuator and, but for
+its size, noise.
 """
 
 from collections.abc import Sequence
@@ -14,15 +15,14 @@ import numpy.typing as npt
 
 from ._device import Device, Effect, Moment, level
 from ._kinds import MIX, SIGMA, makers, names_of
-from ._noise import Noise, draw_noise
+from ._noise import LEAST, MOST, Noise, draw_noise
 from ._piezo import draw_inside, draw_outside
 from ._recipe import Setting, log_uniform
 from ._scan import Scan, draw_session
-from ._strength import Sized, sized
+from ._strength import NEAR, Sized, sized
 from ._tangent import tangent
 
 Array = npt.NDArray[np.float64]
-FREE = "none"
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +49,7 @@ class World:
     truth: tuple[str, ...]  # names of effects, () for none, ("unlisted:stiction",)
     asked: float  # size asked for, in multiples of the noise; 0 for a null
     size: float  # size achieved: projected rms of the noise-free effect over the noise's rms
+    alone: tuple[float, ...]  # size of each effect by itself, in the order of `truth`
     parameters: dict[str, dict[str, Any]]  # of each effect
     base_misfit: bool  # whether the paper's operator can fit the base only nearly
     runs: tuple[Run, ...]
@@ -90,9 +91,10 @@ def draw(
 ) -> World:
     """The world of a seed; what is not asked for is drawn, in the mix of `_kinds.MIX`.
 
-    `effect` is a name of `_kinds.names_of(kind)`, two names joined by `+` for a pair. `sigma` is the
-    size in multiples of the noise; where no strength within the effect's physical range has it,
-    the nearest is taken and `World.size` says what it is. Raises ValueError for unknown names.
+    `effect` is a name of `_kinds.names_of(kind)`, two names joined by `+` for a pair. `sigma` is
+    the size in multiples of the noise; where no strength within the effect's physical range has it,
+    the noise is scaled, within 5 to 30 MHz, and where that is not enough the nearest is taken;
+    `World.size` says what it is. Raises ValueError for unknown names.
     """
     choice = np.random.default_rng([seed, _CHOICE])
     drawn = str(choice.choice(list(MIX), p=list(MIX.values())))
@@ -118,7 +120,7 @@ def draw(
     bare = Device(piezo, (), oversample, rest)
     known = bare.path(scans)
     without = tuple(bare.answer(scans, known))
-    found = Sized((), {}, 0.0)
+    found = Sized((), {}, 0.0, ())
     if made:
         setting = Setting(scans, without, rest, asked * noise.rms)
         space = tangent(piezo, scans, oversample)
@@ -128,6 +130,10 @@ def draw(
             return space.left([a - b for a, b in zip(answers, without, strict=True)])
 
         found = sized(np.random.default_rng([seed, _EFFECT]), made, setting, size)
+        wanted = found.size / (asked * noise.rms)
+        if abs(wanted - 1) > NEAR:
+            least, most = LEAST / noise.rms, MOST / noise.rms
+            noise = noise.scaled(float(np.clip(wanted, least, most)))
     device = Device(piezo, found.effects, oversample, rest)
     clean = tuple(_answers(device, scans, known))
     readings = np.random.default_rng([seed, _READINGS, 0])
@@ -138,6 +144,7 @@ def draw(
         truth=tuple(effect.name for effect in found.effects),
         asked=asked if made else 0.0,
         size=found.size / noise.rms,
+        alone=tuple(part / noise.rms for part in found.alone),
         parameters=found.parameters,
         base_misfit=misfit,
         runs=_read(scans, clean, noise, readings),
@@ -176,7 +183,7 @@ def _in_order(scans: Sequence[Scan]) -> Sequence[Scan]:
     for before, after in zip(scans, scans[1:], strict=False):
         if after.start_s < before.start_s + before.duration_s:
             raise ValueError(
-                f"Argument `scans` must be in order of time, but the scan at {after.start_s} s begins"
-                f" before the one at {before.start_s} s has ended. Give each its own `start_s`."
+                f"Argument `scans` must be in order of time, but the scan at {after.start_s} s "
+                f"begins before the one at {before.start_s} s has ended. Place them with `placed`."
             )
     return scans

@@ -7,7 +7,7 @@ from fitting.blind._filters import delayed, filtered, lag, limited, lowpass, mod
 from fitting.blind._scan import Scan
 
 STEP = 1e-5
-T = np.arange(20001) * STEP
+T: np.ndarray = np.arange(20001, dtype=np.float64) * np.float64(STEP)
 
 
 @pytest.mark.parametrize("tau", [3e-6, 1e-4, 2e-2, 50.0])

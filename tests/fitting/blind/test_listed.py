@@ -134,7 +134,7 @@ def test_creep_answers_a_step_by_the_logarithm_and_forgets_between_runs():
     step = 1e-3
     taus = np.geomspace(5e-3, 20.0, 12)
     weights = np.full(12, np.log10(taus[1] / taus[0]))
-    t = np.arange(1, 20001) * step
+    t: np.ndarray = np.arange(1, 20001) * step
     x = np.ones(20000)
     at_rest = Moment(TRIANGLE, 0, t, step, x, x, x, x, 0.0, None, 0.0, {})
     y = creeping(x, at_rest, taus, weights)

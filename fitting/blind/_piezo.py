@@ -62,14 +62,13 @@ class Piezo:
         where = stretches(ends, len(u))
         curve = self.bow * (u - 3) ** 2
         total = np.polynomial.polynomial.polyval(u, self.line)
-        middle = np.zeros_like(u)
+        middle = (p.sum() * (u + curve) + (p @ self.lam) * u + p @ (r * (self.eta - 1))) / 2
         summed = np.zeros_like(u)
         for i in range(len(r)):
             low = u - r[i]
             high = self.lam[i] * u
             high += curve
             high += self.eta[i] * r[i]
-            middle += (p[i] / 2) * (low + high)
             np.minimum(high, held[:, i][where], out=high)
             np.maximum(low, high, out=low)
             low *= p[i]

@@ -3,7 +3,8 @@
 Order: command, effects on the drive, hysteresis, effects on the displacement, effects on the
 light; within one kind as the effects are listed, and `ORDER` says in which order the generator
 lists them. Each run's drive has been on for a lead-in of at least 0.1 s and two whole periods
-before the first sample; between runs the displacement rests.
+before the first sample. Before the session and between runs the displacement rests at `rest`: the
+middle of the first run's loop at that run's bias.
 """
 
 import math

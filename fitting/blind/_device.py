@@ -1,0 +1,124 @@
+"""The light path of a simulated laser, run after run on one clock, oversampled.
+
+Order: command, effects on the drive, hysteresis, effects on the displacement, effects on the
+light; within one kind as the effects are listed, and `ORDER` says in which order the generator
+lists them. Each run's drive has been on for a lead-in of at least 0.1 s and two whole periods
+before the first sample. Before the session and between runs the displacement rests at `rest`: the
+middle of the first run's loop at that run's bias.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ._piezo import Piezo
+from ._scan import Scan
+
+Array = npt.NDArray[np.float64]
+LEAD_S = 0.1
+
+
+@dataclass
+class Moment:
+    """What an effect may know of the run it acts on; arrays are on the fine clock."""
+
+    scan: Scan
+    number: int  # of the run
+    t: Array  # session time, s
+    step: float  # s
+    command: Array  # V
+    drive: Array  # V, after the effects on the drive
+    moved: Array  # GHz, the hysteresis' answer
+    opening: Array  # GHz, that part of it which the loop's opening makes
+    rest: float  # GHz, the response at rest
+    earlier: Scan | None  # the run before
+    cycles: float  # periods driven before this run
+    state: dict[str, Any] = field(default_factory=dict)  # carried from run to run
+
+
+Law = Callable[[Array, Moment], Array]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect: what it does to the actuator's laws, the drive, the displacement, the light."""
+
+    name: str
+    law: Callable[[Piezo], Piezo] | None = None
+    drive: Law | None = None
+    displacement: Law | None = None
+    light: Law | None = None
+
+    @property
+    def after_hysteresis(self) -> bool:
+        """Whether the hysteresis is as without the effect."""
+        return self.law is None and self.drive is None
+
+
+ORDER = ("gain_drift", "drift", "current_coupling", "mode_hop", "etalon", "pickup")
+
+
+@dataclass(frozen=True)
+class Device:
+    """A laser with its effects."""
+
+    piezo: Piezo
+    effects: tuple[Effect, ...]
+    oversample: int
+    rest: float  # GHz
+
+    def path(self, scans: Sequence[Scan], known: Sequence[Moment] | None = None) -> list[Moment]:
+        """Each run up to the drive and the loop's opening, with `known` ones of the same laws."""
+        if known is not None:
+            return list(known)
+        piezo = self.piezo
+        for effect in self.effects:
+            piezo = effect.law(piezo) if effect.law else piezo
+        moments, earlier, cycles = [], None, 0.0
+        for number, scan in enumerate(scans):
+            lead = max(2, math.ceil(LEAD_S * scan.rate_hz))
+            step = scan.step_s / self.oversample
+            first = -lead * scan.samples * self.oversample
+            last = (scan.periods * scan.samples - 1) * self.oversample
+            local = np.arange(first, last + 1, dtype=float) * float(step)
+            command = scan.voltage(local)
+            moment = Moment(
+                scan, number, scan.start_s + local, step, command, command, command, command,
+                self.rest, earlier, cycles,
+            )  # fmt: skip
+            for effect in self.effects:
+                moment.drive = effect.drive(moment.drive, moment) if effect.drive else moment.drive
+            moment.moved, moment.opening = piezo.respond(moment.drive, scan.rate_hz, scan.swing)
+            moments.append(moment)
+            earlier, cycles = scan, cycles + lead + scan.periods
+        return moments
+
+    def answer(self, scans: Sequence[Scan], known: Sequence[Moment] | None = None) -> list[Array]:
+        """Frequency in GHz at the samples of each run, without noise."""
+        answers, state = [], {}
+        for moment in self.path(scans, known):
+            nu, now = moment.moved, replace(moment, state=state)
+            for act in ("displacement", "light"):
+                for effect in self.effects:
+                    law = getattr(effect, act)
+                    nu = law(nu, now) if law else nu
+            count = moment.scan.periods * moment.scan.samples
+            answers.append(nu[:: self.oversample][-count:].copy())
+        return answers
+
+
+def level(moved: Array, drive: Array, volts: float) -> float:
+    """Mean response in GHz where the drive crosses `volts`, over both directions."""
+    above = drive >= volts
+    crossed = np.flatnonzero(above[1:] != above[:-1])
+    if len(crossed) == 0:
+        return float(np.mean(moved))
+    part = (volts - drive[crossed]) / (drive[crossed + 1] - drive[crossed])
+    values = moved[crossed] + part * (moved[crossed + 1] - moved[crossed])
+    rising = above[crossed + 1]
+    sides = [float(np.mean(v)) for v in (values[rising], values[~rising]) if len(v)]
+    return sum(sides) / len(sides)

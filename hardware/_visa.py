@@ -152,6 +152,7 @@ class VisaLink(AbstractLink):
     @contextlib.contextmanager
     def _failing(self, seconds: float) -> Iterator[None]:
         import pyvisa
+        from pyvisa.constants import StatusCode
 
         if self._visa is None:
             raise closed()
@@ -162,7 +163,7 @@ class VisaLink(AbstractLink):
         except TimeoutError as error:
             raise silent(seconds) from error
         except pyvisa.VisaIOError as error:
-            if error.error_code == pyvisa.constants.StatusCode.error_timeout:
+            if error.error_code == StatusCode.error_timeout:
                 raise silent(seconds) from error
             raise LinkError(
                 f"VISA reports: {_cause(error)}.", "Check the cable, and connect again."

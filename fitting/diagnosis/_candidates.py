@@ -79,7 +79,7 @@ def let_go(refit: Refit, stiff: State) -> State:
 def refitted_from_straight(
     refit: Refit, straight: tuple[Refit, State], screened: list[Screened]
 ) -> State | None:
-    """The same, beginning without hysteresis: the effect first, then all together.
+    """A joint refit that begins without hysteresis: the effect first, then all together.
 
     At one rate a lag and a loop look alike, and a fit that begins with the loop keeps it.
     """

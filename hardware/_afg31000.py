@@ -2,17 +2,17 @@
 
 import contextlib
 import math
-from types import TracebackType
 
 from rapi_jax import DriveLimits
 
 from . import _afg_table as table
 from ._afg_channel import AfgChannel
 from ._afg_port import AfgPort
+from ._closes import ClosesOnExit
 from ._scpi import Scpi
 
 
-class AFG31000:
+class AFG31000(ClosesOnExit):
     """The generator, identified; its channels are had from `channel`.
 
     A context manager: at its end every output is ramped to its park voltage and off, and the
@@ -78,14 +78,3 @@ class AFG31000:
             self.off()
         finally:
             self._scpi.close()
-
-    def __enter__(self) -> "AFG31000":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()

@@ -7,22 +7,14 @@ import numpy as np
 
 from ._device import Effect, Moment, level
 from ._filters import filtered, lowpass, mode, slope
-from ._listed_light import creeping, hop_places, hopped, pickup_frequency
+from ._listed_light import creep_of, hop_places, hopped, pickup_frequency
 from ._recipe import Array, Recipe, Setting, levels, log_uniform, path_in_time
 
 
 def creep(rng: np.random.Generator, setting: Setting) -> Recipe:
     """Logarithmic over eight decades of time, without the list's two ends."""
     del rng, setting
-    taus = np.geomspace(1e-4, 1e4, 33)
-    weights = np.full(33, np.log10(taus[1] / taus[0]))
-    return Recipe(
-        name="creep", strength="gain", low=5e-4, high=0.05, parameters={"form": "log"},
-        build=lambda g: Effect(
-            "creep",
-            displacement=lambda nu, now: nu + g * creeping(nu - now.rest, now, taus, weights),
-        ),
-    )  # fmt: skip
+    return creep_of(np.geomspace(1e-4, 1e4, 33), {"form": "log"})
 
 
 def resonance(rng: np.random.Generator, setting: Setting) -> Recipe:

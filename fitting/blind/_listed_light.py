@@ -1,5 +1,7 @@
 """Listed effects on the displacement and on the light, written from their equations."""
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -25,10 +27,14 @@ def creeping(x: Array, now: Moment, taus: Array, weights: Array) -> Array:
 def creep(rng: np.random.Generator, setting: Setting) -> Recipe:
     """A step answers as `g log10 t` from 5 ms to 20 s: twelve lags, equal weights a decade."""
     del rng, setting
-    taus = np.geomspace(5e-3, 20.0, 12)
-    weights = np.full(12, np.log10(taus[1] / taus[0]))
+    return creep_of(np.geomspace(5e-3, 20.0, 12), {})
+
+
+def creep_of(taus: Array, parameters: dict[str, Any]) -> Recipe:
+    """Creep by lags that are even in the logarithm of time, with equal weights a decade."""
+    weights = np.full(taus.size, np.log10(taus[1] / taus[0]))
     return Recipe(
-        name="creep", strength="gain", low=5e-4, high=0.05, parameters={},
+        name="creep", strength="gain", low=5e-4, high=0.05, parameters=parameters,
         build=lambda g: Effect(
             "creep",
             displacement=lambda nu, now: nu + g * creeping(nu - now.rest, now, taus, weights),

@@ -38,6 +38,14 @@ _ROUND = 256
 Effects = tuple[AbstractEffect, ...]
 
 
+class Before(NamedTuple):
+    """What reaches the operator: the laws of each run, the drive, and its minima."""
+
+    law: Law
+    u: Array
+    u_min: Array
+
+
 # Effects are compiled one by one, so that a pair of effects needs nothing new.
 
 
@@ -55,12 +63,10 @@ def _laws(effects: Effects, drives: DriveBatch) -> Law:
 def _nodes(
     operator: AbstractOperator,
     values: Array,
-    law: Law,
-    u: Array,
-    u_min: Array,
+    before: Before,
     initial: Array | None,
 ) -> Array:
-    return answered(_filled(operator, values), law, u, u_min, initial)
+    return answered(_filled(operator, values), *before, initial)
 
 
 def _filled(operator: AbstractOperator, values: Array) -> AbstractOperator:
@@ -72,9 +78,7 @@ def _filled(operator: AbstractOperator, values: Array) -> AbstractOperator:
 def _moved(
     operator: AbstractOperator,
     values: Array,
-    law: Law,
-    u: Array,
-    u_min: Array,
+    before: Before,
     initial: Array | None,
 ) -> tuple[Array, Array]:
     """The answer on the nodes, and its derivative by each value: "values runs nodes"."""
@@ -86,7 +90,7 @@ def _moved(
             given = values[vector.size :].reshape(-1, start.shape[1])
             unknown = jnp.cumsum(~jnp.isnan(start[:, 0])) - 1
             start = jnp.where(jnp.isnan(start), start, given[jnp.maximum(unknown, 0)])
-        return answered(_filled(operator, values), law, u, u_min, start)
+        return answered(_filled(operator, values), *before, start)
 
     value, push = jax.linearize(answer, values)
     return value, jax.vmap(push)(jnp.eye(values.size))
@@ -234,27 +238,27 @@ class Engine:
         """The operator with the elements of `values`."""
         return _filled(operator, jnp.asarray(values))
 
-    def _before(self, effects: Effects) -> tuple[Law, Array, Array]:
-        """Laws and drive that reach the operator, and the drive's minima."""
+    def _before(self, effects: Effects) -> Before:
         batch = self._batch(effects)
         u, u_min = batch.node_u, batch.u_min
         for effect in effects:
             if isinstance(effect, AbstractDriveEffect):
                 u = _driven(effect, batch, u)
                 u_min = jnp.min(u, axis=1)
-        return _laws(tuple(e for e in effects if isinstance(e, AbstractLawEffect)), batch), u, u_min
+        lawful = tuple(e for e in effects if isinstance(e, AbstractLawEffect))
+        return Before(_laws(lawful, batch), u, u_min)
 
     def nodes(self, operator: AbstractOperator, values: np.ndarray, effects: Effects) -> Array:
         """The operator's answer on the nodes of all runs."""
         start = self._start(operator, values)
-        return _nodes(operator, values, *self._before(effects), start)
+        return _nodes(operator, values, self._before(effects), start)
 
     def moved(
         self, operator: AbstractOperator, values: np.ndarray, effects: Effects
     ) -> tuple[Array, Array]:
         """The same, with its derivative by each value."""
         start = self._start(operator, values)
-        return _moved(operator, values, *self._before(effects), start)
+        return _moved(operator, values, self._before(effects), start)
 
     @staticmethod
     def ahead(effects: Effects) -> Effects:

@@ -5,15 +5,15 @@ import select
 import socket
 import threading
 import time
-from types import TracebackType
 
+from .._closes import ClosesOnExit
 from ._instrument import AbstractInstrument, Answer
 
 _TICK_S = 0.02  # how often a waiting server looks whether it shall stop
 _QUICKACK = getattr(socket, "TCP_QUICKACK", None)  # Linux
 
 
-class TcpServer:
+class TcpServer(ClosesOnExit):
     """Serves one connection after the other, on 127.0.0.1 alone; a context manager.
 
     Acknowledges at once: a small upload would otherwise stall for 44 ms, where a client waits for
@@ -43,17 +43,6 @@ class TcpServer:
         self._stop.set()
         self._thread.join()
         self._listener.close()
-
-    def __enter__(self) -> "TcpServer":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def _serve(self) -> None:
         while not self._stop.is_set():

@@ -96,6 +96,7 @@ def test_the_longest_upload_has_262144_bytes():
     sent = b"DATA:DATA EMEM1,#6262144" + codes.astype(">u2").tobytes()
     with Transcript(*command(sent), ("DATA:POIN? EMEM1", "131072")) as link:
         AfgPort(Scpi(link), 1).upload(codes)
+        assert link.whole
 
 
 def test_trigger():
@@ -103,6 +104,7 @@ def test_trigger():
     lines += (*command("OUTP:TRIG:MODE SYNC"), ("OUTP:TRIG:MODE?", "SYNC"))
     with Transcript(*OPEN, *lines) as link:
         AFG31000(Scpi(link)).set_trigger(source="EXT", output="SYNC")
+        assert link.whole
 
 
 def test_a_channel_is_off_then_loaded_then_clamped():

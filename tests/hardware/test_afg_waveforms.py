@@ -44,7 +44,10 @@ def shared():
 @given(points | small, st.floats(0.01, 120.0))
 @example(np.array([2.0, 2.00900049]), 1.0)  # less than half a code beyond a level
 def test_any_waveform_is_played_or_refused(wave, rate):
+    before = dict(shared().counts)
     shared().try_one(wave, rate)
+    kind = "played" if legal(wave, rate) else "refused"
+    assert shared().counts[kind] == before.get(kind, 0) + 1
 
 
 @pytest.fixture(autouse=True, scope="module")

@@ -21,6 +21,11 @@ class Transcript(AbstractLink):
         if kind is None:
             assert not self._lines, f"never sent: {self._lines}"
 
+    @property
+    def whole(self):
+        """Whether every line was sent."""
+        return not self._lines
+
     def now(self) -> float:
         return 0.0
 

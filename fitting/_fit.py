@@ -7,7 +7,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from rapi_jax import ECDL, RAPI, DataError, InverseRAPI, Recording, parameters
+from rapi_jax import ECDL, RAPI, DataError, GeneralRAPI, InverseRAPI, Recording, parameters
 from rapi_jax._precision import float64
 
 from ._faults import check_usable, faults, hops
@@ -30,12 +30,17 @@ def default_free(ecdl: ECDL, recording: Recording) -> Callable[[ECDL], Any]:
     Only `r (1 + eta)` and `b r` are seen in one scan, up to an offset. So with one rate and
     amplitude, or an origin of its own for every run, `eta` is held (where it has a value for each
     play, `alpha`).
-    Where no run has a scan rate, `zeta` is held too. Of an `InverseRAPI` the origin `v_0` is held,
+    Where no run has a scan rate, `zeta` is held too. Of a `GeneralRAPI` the same and `u_0`, which
+    `lam` and `eta` follow; with one rate and amplitude also `alpha`, which `zeta` there says all
+    about (where `alpha` or `eta` has a value for each play, `zeta`), and with an `a` for each play
+    `b`. Of an `InverseRAPI` the origin `v_0` is held,
     and with one rate `kappa` and `eta` (where it has a value for each play, `s_1` to `s_3`).
     """
     operator = ecdl.operator
     if isinstance(operator, InverseRAPI):
         held = _held_inverse(operator, recording)
+    elif isinstance(operator, GeneralRAPI):
+        held = _held_general(operator, recording)
     elif isinstance(operator, RAPI):
         held = _held(operator, recording)
     else:
@@ -44,13 +49,27 @@ def default_free(ecdl: ECDL, recording: Recording) -> Callable[[ECDL], Any]:
     return lambda e: tuple(getattr(e.operator, name) for name in names)
 
 
-def _held(operator: RAPI, recording: Recording) -> set[str]:
-    kinds = {(d.rate, round(d.u_pp, 6)) for d in recording.drives}
+def _held(operator: RAPI | GeneralRAPI, recording: Recording) -> set[str]:
     held = set()
-    if len(kinds) == 1 or recording.response_origin == "run":
+    if _one_kind(recording) or recording.response_origin == "run":
         held.add("alpha" if jnp.ndim(operator.eta) > 0 else "eta")
     if max(recording.rates) == 0:
         held.add("zeta")
+    return held
+
+
+def _one_kind(recording: Recording) -> bool:
+    return len({(d.rate, round(d.u_pp, 6)) for d in recording.drives}) == 1
+
+
+def _held_general(operator: GeneralRAPI, recording: Recording) -> set[str]:
+    held = _held(operator, recording) | {"u_0"}
+    if _one_kind(recording):
+        each = jnp.ndim(operator.alpha) > 0 or jnp.ndim(operator.eta) > 0
+        if "zeta" not in held:
+            held.add("zeta" if each else "alpha")
+        if jnp.ndim(operator.a) > 0:
+            held.add("b")
     return held
 
 

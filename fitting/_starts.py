@@ -4,11 +4,12 @@ import dataclasses
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
+from rapi_jax import ECDL, RAPI, AbstractOperator, GeneralRAPI, Recording
 from rapi_jax._parameter import follow
 
 from ._problem import Problem, Solution
@@ -52,12 +53,12 @@ def candidates(
     operator = ecdl.operator
     if not isinstance(guess, bool):
         models = list(guess)
-    elif guess and isinstance(operator, RAPI):
+    elif guess and isinstance(operator, RAPI | GeneralRAPI):
         each = [name for name in _EACH if jnp.ndim(follow(operator, (name,))) > 0]
         guesses = RAPI.guesses(
             recording, plays=operator.count, order=operator.d.size, each=each, count=_GUESSES
         )
-        models = [ECDL(guess, ecdl.effects) for guess in guesses]
+        models = [ECDL(_like(operator, guess), ecdl.effects) for guess in guesses]
     else:
         models = []
     given = [("given", ecdl)]
@@ -65,6 +66,13 @@ def candidates(
     yield from [*found[:1], *given, *found[1:]][:count]
     for i in range(max(count - len(found) - 1, 0)):
         yield f"given, changed {i + 1}", _changed(ecdl, i)
+
+
+def _like(operator: RAPI | GeneralRAPI, guess: RAPI) -> RAPI | GeneralRAPI:
+    """`guess` as an operator of the kind and the shape of `operator`."""
+    weights = jnp.broadcast_to(guess.a, operator.a.shape)
+    guess = eqx.tree_at(lambda o: o.a, guess, weights)
+    return guess if isinstance(operator, RAPI) else GeneralRAPI.of(guess, u_0=operator.u_0)
 
 
 def _changed(ecdl: ECDL, seed: int) -> ECDL:
@@ -89,7 +97,7 @@ def shared(operator: AbstractOperator, problem: Problem) -> np.ndarray | None:
     groups = np.arange(problem.vector.size)
     at = 0
     for part in problem.vector.parts:
-        if part.name in _EACH and part.shape and isinstance(operator, RAPI):
+        if part.name in _EACH and part.shape and isinstance(operator, RAPI | GeneralRAPI):
             groups[at : at + part.size] = at
         at += part.size
     return None if (groups == np.arange(groups.size)).all() else groups

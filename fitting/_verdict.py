@@ -4,6 +4,8 @@ import dataclasses
 
 import numpy as np
 
+from rapi_jax._pieces import Band
+
 from ._faults import Fault
 from ._held_out import HeldOut
 from ._polish import step_left, worth
@@ -158,22 +160,20 @@ def _band_notes(problem: Problem, solution: Solution) -> list[str]:
     notes = []
     for row, run in enumerate(problem.recording.runs):
         plays = operator.plays(*(as_device(v[row]) for v in (problem.data.u_pp, problem.data.freq)))
-        r, lam, eta = (np.asarray(v) for v in (plays.r, plays.lam, plays.eta))
-        if (r <= 0).any():
+        band = Band.of(plays)
+        if (band.r <= 0).any():
             notes.append(
-                f"run {run.name!r}: threshold of play {int(np.argmin(r)) + 1} is {r.min():.3g}, "
-                "not positive: that play has no memory there."
+                f"run {run.name!r}: threshold of play {int(np.argmin(band.r)) + 1} is "
+                f"{band.r.min():.3g}, not positive: that play has no memory there."
             )
         u = run.drive.value
-        ends = np.asarray(operator.centred(as_device(np.array([u.min(), u.max()]))))
-        crossed = (ends[:, None] - r > lam * ends[:, None] + eta * r).any(axis=0)
-        if crossed.any():
-            which = np.flatnonzero(crossed)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                at = (1.0 + eta[which]) * r[which] / (1.0 - lam[which])
+        low, high = np.asarray(operator.centred(as_device(np.array([u.min(), u.max()]))))
+        crossed = band.crossed_stretches(float(low), float(high))
+        if crossed:
+            play, begin, end = crossed[0]
             notes.append(
-                f"run {run.name!r}: the band of play {which[0] + 1} is crossed from "
-                f"{at[0] + origin:.3g} {problem.recording.drive_unit} on: no memory there, but "
-                "still monotone."
+                f"run {run.name!r}: the band of play {play} is crossed from {begin + origin:.3g} "
+                f"to {end + origin:.3g} {problem.recording.drive_unit}: no memory there, but still "
+                "monotone."
             )
     return notes

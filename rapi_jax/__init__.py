@@ -35,4 +35,5 @@ from ._waveform import triangle as triangle
 from .operators import PI as PI
 from .operators import RAPI as RAPI
 from .operators import AbstractOperator as AbstractOperator
+from .operators import GeneralRAPI as GeneralRAPI
 from .operators import InverseRAPI as InverseRAPI

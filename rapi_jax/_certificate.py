@@ -1,24 +1,27 @@
 r"""Where an operator is monotone in the drive, exactly: the condition under which it inverts.
 
 Given its past, the slope of an operator's response to the next sample is $G'(u)$ and, for each play
-in contact, $p_i$ on a rising drive and $p_i\lambda_i$ on a falling one; where the band is crossed
-the play is memoryless, with slope $p_i$ both ways. Which plays are in contact depends on the past
-only through the last turning point $m$ that is not wiped out:
+in contact, $p_i$ on a rising drive and $p_i U_i'(u)$ on a falling one, with the falling bound
+$U_i(u) = \lambda_i u + \eta_i r_i + c (u - u_0)^2$, mostly straight; where the band is crossed the
+play is memoryless, with slope $p_i$ both ways. Which plays are in contact depends on the past only
+through the last turning point $m$ that is not wiped out, as long as every $U_i$ rises:
 
-- rising from $m$: those with $u \ge \lambda_i m + (1+\eta_i) r_i$;
-- falling from $M$: those with $M \ge \lambda_i u + (1+\eta_i) r_i$.
+- rising from $m$: those with $u \ge U_i(m) + r_i$;
+- falling from $M$: those with $M \ge U_i(u) + r_i$.
 
-For one $u$ the sets so reached are nested, and change with $u$ only where two of these straight
-lines meet. So the smallest slope over every history within a range is found by looking at finitely
-many pieces of $u$, on each of which only the polynomial $G'$ varies.
+For one $u$ the sets so reached are nested, and change with $u$ only in finitely many places (see
+`_pieces`). So the smallest slope over every history within a range is found by looking at finitely
+many pieces of $u$, on each of which only $G'$ varies and, where bounds bend, a linear function.
 """
 
 import dataclasses
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ._errors import ModelError
+from ._pieces import Band, Pieces
 from ._precision import as_float64, float64
 from .operators import AbstractOperator
 
@@ -91,19 +94,20 @@ def certify(
         raise ValueError(f"`low` must lie below `high`, both finite, but they are {low}, {high}.")
     u_pp = float(high - low) if u_pp is None else float(u_pp)
     plays = operator.plays(as_float64(u_pp), as_float64(freq))
-    r, lam, eta, p = (np.asarray(x, float) for x in (plays.r, plays.lam, plays.eta, plays.p))
+    band = Band.of(plays)
     gain = np.polynomial.Polynomial([0.0, *np.asarray(operator.coefficients, float)]).deriv()
     origin = -float(operator.centred(as_float64(0.0)))
     low, high = float(low) - origin, float(high) - origin  # as plays and polynomial see it
-    reasons = _broken(r, lam, eta, p, gain.coef)
+    reasons = _broken(band, gain.coef, low, high, origin)
     failures: tuple[Failure, ...] = ()
     least = (-np.inf, low, "up")
     if not reasons:
-        pieces = _Pieces.of(r, lam, eta, p, low, high)
-        stretches = [_worst(pieces, gain, direction) for direction in ("up", "down")]
-        least = min(best for best, _ in stretches)
-        scale = abs(float(gain.integ()(high) - gain.integ()(low))) / (high - low) + np.abs(p).sum()
-        failures = tuple(_failed(stretches, _MARGIN * scale, origin))
+        pieces = Pieces.of(band, low, high)
+        slopes = [_slopes(pieces, gain, direction) for direction in ("up", "down")]
+        least = min(found.best for found in slopes)
+        scale = abs(float(gain.integ()(high) - gain.integ()(low))) / (high - low)
+        scale += np.abs(band.p).sum()
+        failures = tuple(_failed(slopes, _MARGIN * scale, origin))
         reasons = [
             f"on a drive going {f.direction} the response does not rise with it from {f.low:.6g} "
             f"to {f.high:.6g} (slope down to {f.slope:.4g}, with "
@@ -120,20 +124,31 @@ def certify(
         slope_at=float(least[1]) + origin,
         slope_direction=least[2],
         failures=failures,
-        crossed=tuple((i, a + origin, b + origin) for i, a, b in _crossed(r, lam, eta, low, high)),
-        negative=tuple(int(i) + 1 for i in np.flatnonzero(r < 0)),
+        crossed=tuple((i, a + origin, b + origin) for i, a, b in band.crossed_stretches(low, high)),
+        negative=tuple(int(i) + 1 for i in np.flatnonzero(band.r < 0)),
         reasons=tuple(reasons),
     )
 
 
-def _broken(r, lam, eta, p, coefficients) -> list[str]:
-    if not all(np.isfinite(x).all() for x in (r, lam, eta, p, coefficients)):
+def _broken(
+    band: Band, coefficients: np.ndarray, low: float, high: float, origin: float
+) -> list[str]:
+    numbers = (band.r, band.lam, band.eta, band.p, band.bow, band.u_0, coefficients)
+    if not all(np.isfinite(x).all() for x in numbers):
         return ["a parameter is not a number"]
-    flat = np.flatnonzero((lam <= 0) & (p != 0))
-    if flat.size:
-        where = ", ".join(str(i + 1) for i in flat[:5])
+    ends = np.stack([band.slope(low), band.slope(high)])
+    flat = np.flatnonzero((ends <= 0).any(axis=0) & (band.p != 0))
+    if not flat.size:
+        return []
+    where = ", ".join(str(i + 1) for i in flat[:5])
+    if band.bow == 0.0:
         return [f"`lam` is not positive in play {where}: its falling bound does not fall"]
-    return []
+    i = int(flat[0])
+    turns = band.u_0 - band.lam[i] / (2.0 * band.bow) + origin
+    return [
+        f"`lam + 2 bow (u - u_0)` is not positive all over the range in play {where}: its falling "
+        f"bound turns over at {turns:.6g}"
+    ]
 
 
 def _listed(plays: tuple[int, ...]) -> str:
@@ -141,112 +156,121 @@ def _listed(plays: tuple[int, ...]) -> str:
     return f"play{'s' if len(plays) > 1 else ''} {shown}"
 
 
-def _crossing(lam: np.ndarray, width: np.ndarray) -> np.ndarray:
-    """Where `(1 - lam) u = (1 + eta) r`; NaN where the bounds are parallel."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(lam == 1.0, np.nan, width / (1.0 - lam))
+class _Slopes(NamedTuple):
+    """The smallest slopes in one direction, with every set of plays that can be in contact.
 
-
-def _crossed(r, lam, eta, low, high):
-    """Stretches of the range with `u - r` above `lam u + eta r`."""
-    width = (1.0 + eta) * r
-    for i, at in enumerate(_crossing(lam, width)):
-        begin, end = (low, high) if np.isnan(at) else (max(low, at), high)
-        if lam[i] > 1.0:
-            begin, end = low, min(high, at)
-        if (lam[i] != 1.0 and begin < end) or (lam[i] == 1.0 and width[i] < 0):
-            yield i + 1, float(begin), float(end)
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class _Pieces:
-    """Stretches of drive on which the sets of plays in contact do not change."""
+    The sets of a piece are nested: the first `k` plays of its `order`, for `k` from 0.
+    """
 
     edges: np.ndarray
-    turn: dict[str, np.ndarray]  # turning point at which each play comes into contact, per piece
-    slope: dict[str, np.ndarray]  # what each play then adds
-    low: float
-    high: float
+    gain: np.polynomial.Polynomial
+    sums: np.ndarray  # what a set adds at drive 0, "pieces sets"; infinite where not a whole set
+    tilts: np.ndarray  # by how much that grows with the drive
+    least: np.ndarray  # the smallest slope, "pieces sets"
+    place: np.ndarray  # where it is met
+    order: np.ndarray
+    reached: np.ndarray  # which plays can be in contact at all, "pieces plays"
+    direction: str
 
-    @classmethod
-    def of(cls, r, lam, eta, p, low, high) -> "_Pieces":
-        width = (1.0 + eta) * r
-        i, j = np.triu_indices(r.size, 1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            meet_up = (lam[j] * width[i] - lam[i] * width[j]) / (lam[j] - lam[i])
-            meet_down = (width[j] - width[i]) / (lam[i] - lam[j])
-        special = np.concatenate(
-            [lam * low + width, (high - width) / lam, _crossing(lam, width), meet_up, meet_down]
-        )
-        inside = special[np.isfinite(special) & (special > low) & (special < high)]
-        edges = np.unique(np.concatenate([[low, high], inside]))
-        u = ((edges[:-1] + edges[1:]) / 2)[:, None]
-        crossed = u - r > lam * u + eta * r
-        return cls(
-            edges,
-            {"up": (u - width) / lam, "down": lam * u + width},
-            {"up": np.broadcast_to(p, crossed.shape), "down": np.where(crossed, p, p * lam)},
-            low,
-            high,
-        )
+    @property
+    def best(self) -> tuple[float, float, str]:
+        """The smallest of all, where it is met, and the direction."""
+        at = np.unravel_index(int(np.argmin(self.least)), self.least.shape)
+        return float(self.least[at]), float(self.place[at]), self.direction
+
+    def contacts(self, piece: int) -> tuple[int, ...]:
+        """The plays of the set with the smallest slope on a piece, counted from 1."""
+        first = self.order[piece, : int(np.argmin(self.least[piece]))]
+        return tuple(sorted(int(k) + 1 for k in first if self.reached[piece, k]))
+
+    def where(self, piece: int, margin: float) -> tuple[float, float]:
+        """First and last place of a piece where the slope of some set is not above `margin`."""
+        bad = np.flatnonzero(self.least[piece] <= margin)
+        ends = []
+        for tilt in np.unique(self.tilts[piece, bad]):  # of equal ones the lowest holds the others
+            added = self.sums[piece, bad[self.tilts[piece, bad] == tilt]].min()
+            slope = self.gain + np.polynomial.Polynomial([added - margin, tilt])
+            ends.append(_where(slope, *self.edges[piece : piece + 2]))
+        return min(low for low, _ in ends), max(high for _, high in ends)
 
 
-def _worst(pieces: _Pieces, gain: np.polynomial.Polynomial, direction: str):
-    """The smallest slope with where it is met, and each piece's smallest slope."""
+def _slopes(pieces: Pieces, gain: np.polynomial.Polynomial, direction: str) -> _Slopes:
+    """The smallest slope on each piece for each set of plays that can be in contact."""
     u = (pieces.edges[:-1] + pieces.edges[1:]) / 2
-    turn, added = pieces.turn[direction], pieces.slope[direction]
+    turn = pieces.turn[direction]
     # Rising from m: in contact where m <= turn, the largest m being u itself. Falling from M: where
     # M >= turn, the smallest M being u.
     key = np.minimum(turn, u[:, None]) if direction == "up" else np.maximum(turn, u[:, None])
     reached = key >= pieces.low if direction == "up" else key <= pieces.high
     order = np.argsort(-key if direction == "up" else key, axis=1, kind="stable")
-    sums = np.cumsum(np.take_along_axis(np.where(reached, added, 0.0), order, 1), axis=1)
     ordered = np.take_along_axis(key, order, 1)
     # A set is whole only where the next play comes later; before the first, there may be none.
     whole = np.concatenate(
-        [ordered[:, 1:] != ordered[:, :-1], np.ones((u.size, 1), dtype=bool)], axis=1
+        [
+            ordered[:, :1] != u[:, None],
+            ordered[:, 1:] != ordered[:, :-1],
+            np.ones((u.size, 1), dtype=bool),
+        ],
+        axis=1,
     )
-    empty = ordered[:, :1] != u[:, None]
-    sums = np.concatenate([np.where(empty, 0.0, np.inf), np.where(whole, sums, np.inf)], axis=1)
-    at = np.argmin(sums, axis=1)
-    plays_least = sums[np.arange(u.size), at]
-    poly_least, place = _lowest(gain, pieces.edges)
-    slopes = plays_least + poly_least
-    worst = int(np.argmin(slopes))
-    contacts = [
-        tuple(sorted(int(k) + 1 for k in order[n, : at[n]] if reached[n, k])) for n in range(u.size)
-    ]
-    best = (float(slopes[worst]), float(place[worst]), direction)
-    return best, (pieces.edges, slopes, plays_least, gain, contacts, direction)
+
+    def summed(added: np.ndarray) -> np.ndarray:
+        each = np.take_along_axis(np.where(reached, added, 0.0), order, 1)
+        return np.concatenate([np.zeros((u.size, 1)), np.cumsum(each, axis=1)], axis=1)
+
+    sums = np.where(whole, summed(pieces.slope[direction]), np.inf)
+    tilts = summed(pieces.tilt[direction])
+    least, place = _lowest(gain, sums, tilts, pieces.edges)
+    return _Slopes(pieces.edges, gain, sums, tilts, least, place, order, reached, direction)
 
 
-def _lowest(poly: np.polynomial.Polynomial, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The smallest value of a polynomial on each stretch between `edges`, and where."""
-    places = np.stack([edges[:-1], edges[1:]])
-    roots = poly.deriv().roots() if poly.degree() > 1 else np.zeros(0)
-    flat = np.sort(roots[np.abs(roots.imag) < 1e-12 * (1 + np.abs(roots))].real)
-    for x in flat:
-        clipped = np.clip(x, edges[:-1], edges[1:])
-        places = np.concatenate([places, clipped[None, :]])
-    values = poly(places)
-    best = np.argmin(values, axis=0)
-    columns = np.arange(edges.size - 1)
-    return values[best, columns], places[best, columns]
+def _lowest(
+    gain: np.polynomial.Polynomial, sums: np.ndarray, tilts: np.ndarray, edges: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The smallest value of `gain(u) + sum + tilt u` on each stretch between `edges`, and where."""
+    low, high = edges[:-1, None], edges[1:, None]
+    ends = [np.broadcast_to(x, sums.shape) for x in (low, high)]
+    places = np.stack([*ends, *np.clip(_flat(gain, tilts), low, high)])
+    values = gain(places) + sums + tilts * places
+    best = np.argmin(values, axis=0)[None]
+    return np.take_along_axis(values, best, 0)[0], np.take_along_axis(places, best, 0)[0]
 
 
-def _failed(stretches, margin: float, origin: float):
+def _flat(gain: np.polynomial.Polynomial, tilts: np.ndarray) -> np.ndarray:
+    """Where the derivative of `gain(u) + tilt u` is zero, "roots pieces sets".
+
+    Of complex ones the real part: to look in one place more does no harm.
+    """
+    bend = gain.deriv().trim()
+    count = bend.degree()
+    if count < 1:
+        return np.zeros((0, *tilts.shape))
+    if not tilts.any():
+        return np.broadcast_to(bend.roots().real[:, None, None], (count, *tilts.shape))
+    lead = bend.coef[-1]
+    companion = np.zeros((*tilts.shape, count, count))
+    companion[..., range(1, count), range(count - 1)] = 1.0
+    companion[..., -1] = -bend.coef[:-1] / lead
+    companion[..., 0, -1] -= tilts / lead
+    return np.moveaxis(np.linalg.eigvals(companion).real, -1, 0)
+
+
+def _failed(found: Sequence[_Slopes], margin: float, origin: float) -> Iterator[Failure]:
     """Joined stretches whose slope is not above `margin`, with their exact ends."""
-    for _, (edges, slopes, added, gain, contacts, direction) in stretches:
-        found: list[Failure] = []
-        for n in np.flatnonzero(slopes <= margin):
-            low, high = _where(gain + (added[n] - margin), edges[n], edges[n + 1])
-            new = Failure(low + origin, high + origin, direction, float(slopes[n]), contacts[n])
-            if found and abs(found[-1].high - new.low) < 1e-9 * (edges[-1] - edges[0]):
-                last = found.pop()
+    for slopes in found:
+        failures: list[Failure] = []
+        edges, least = slopes.edges, slopes.least.min(axis=1)
+        for n in map(int, np.flatnonzero(least <= margin)):
+            low, high = slopes.where(n, margin)
+            new = Failure(
+                low + origin, high + origin, slopes.direction, float(least[n]), slopes.contacts(n)
+            )
+            if failures and abs(failures[-1].high - new.low) < 1e-9 * (edges[-1] - edges[0]):
+                last = failures.pop()
                 worse = min(last, new, key=lambda f: f.slope)
                 new = dataclasses.replace(worse, low=last.low, high=new.high)
-            found.append(new)
-        yield from found
+            failures.append(new)
+        yield from failures
 
 
 def _where(poly: np.polynomial.Polynomial, low: float, high: float) -> tuple[float, float]:

@@ -28,7 +28,7 @@ from ._undo import (
     steady,
     undone,
 )
-from .effects import AbstractCouplingEffect
+from .effects import AbstractCouplingEffect, Law
 from .operators import AbstractOperator
 from .operators._inverse_rapi import InverseRAPI
 
@@ -173,14 +173,14 @@ def _exact(
     scan = _Scan(ecdl, target, bias, limits)
     coupled = any(isinstance(e, AbstractCouplingEffect) for e in ecdl.effects)
     law = law_of(ecdl, rate, scan.widest / 2, bias)
-    state = _Round(float(law.freq), float(law.u_pp) / (scan.widest / 2), float(law.gain))
+    state = _Round.of(law, scan.widest / 2)
     mixing = Mixing()
     for _ in range(_MOST_ROUNDS):
         found = scan.at_operator(state)
         sent = np.asarray(undone(drive_effects(ecdl), time, jnp.asarray(found.sampled)))
-        law = law_of(ecdl, rate, float(np.ptp(sent)), float(sent.min() + sent.max()) / 2)
-        ratio = float(law.u_pp) / found.u_pp
-        new = _Round(float(law.freq), ratio, float(law.gain), sent if coupled else None)
+        low, high = float(sent.min()) - found.below, float(sent.max()) + found.above
+        law = law_of(ecdl, rate, high - low, (low + high) / 2)
+        new = _Round.of(law, found.u_pp, sent if coupled else None)
         if new.is_as(state):
             return sent, scan.certified(found, state), target.value + found.begin
         last = state
@@ -196,7 +196,7 @@ def _exact(
 class _Round(NamedTuple):
     """What a round takes from the one before it.
 
-    - `freq`, `ratio`, `gain`: what the operator's laws see of the run; `ratio` is their
+    - `freq`, `ratio`, `gain`, `offset`: what the operator's laws see of the run; `ratio` is their
       peak-to-peak drive over that which reaches the operator.
     - `sent`: the drive that couples into the response; `None` without couplings, and at first.
     """
@@ -204,7 +204,20 @@ class _Round(NamedTuple):
     freq: float
     ratio: float
     gain: float
+    offset: float
     sent: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, law: Law, u_pp: float, sent: np.ndarray | None = None) -> "_Round":
+        """The laws of a run in which `u_pp` reaches the operator."""
+        freq, ratio = float(law.freq), float(law.u_pp) / u_pp
+        return cls(freq, ratio, float(law.gain), float(law.offset), sent)
+
+    @property
+    def law(self) -> Law:
+        """The part that acts on the response."""
+        numbers = (self.freq, self.ratio, self.gain, self.offset)
+        return Law(*(as_float64(x) for x in numbers))
 
     def is_as(self, last: "_Round") -> bool:
         """Whether nothing has moved since the `last` round."""
@@ -216,7 +229,8 @@ class _Round(NamedTuple):
             if not np.abs(self.sent - last.sent).max() < _SETTLED * np.ptp(self.sent):
                 return False
         most = max(abs(self.freq / last.freq - 1), abs(self.ratio - last.ratio))
-        return max(most, abs(self.gain - last.gain)) < still
+        moved = abs(self.offset - last.offset) / max(abs(self.offset), 1e-300)
+        return max(most, moved, abs(self.gain - last.gain)) < still
 
 
 class _Found(NamedTuple):
@@ -242,6 +256,16 @@ class _Found(NamedTuple):
     def u_pp(self) -> float:
         return float(self.u_max - self.u_min)
 
+    @property
+    def below(self) -> float:
+        """By how much the drive goes below its lowest sample, at a turn between two."""
+        return float(self.sampled.min() - self.u_min)
+
+    @property
+    def above(self) -> float:
+        """By how much it goes above its highest."""
+        return float(self.u_max - self.sampled.max())
+
 
 class _Scan(NamedTuple):
     """What is asked for."""
@@ -260,12 +284,12 @@ class _Scan(NamedTuple):
         """The drive that must reach the operator, its laws and couplings as `state` has them."""
         operator, time = self.ecdl.operator, as_float64(self.target.time)
         after = response_effects(self.ecdl)
-        constant = float(getattr(operator, operator.fields.constant))
+        constant = getattr(operator, operator.fields.constant)
 
         def wanted(offset: float) -> tuple[np.ndarray, np.ndarray]:
             """What the operator must answer for the scan to begin at `offset`."""
             signal = undone(after, time, as_float64(self.target.value + offset), state.sent)
-            return from_minimum(constant + (np.asarray(signal) - constant) / state.gain)
+            return from_minimum(np.asarray(state.law.before(signal, constant)))
 
         span, bias, most, rate, ratio = (
             as_float64(x)
@@ -274,8 +298,8 @@ class _Scan(NamedTuple):
             )
         )  # fmt: skip
         u_min, u_max = placed(operator, span, bias, rate, most, ratio)
-        least = float(at_minimum(operator, u_min, operator.plays(ratio * (u_max - u_min), rate)))
-        begin = constant + state.gain * (least - constant)
+        least = at_minimum(operator, u_min, operator.plays(ratio * (u_max - u_min), rate))
+        begin = float(state.law.after(least, constant))
         if after:
             ends = _Ends(operator, wanted, rate, self.limits, ratio)
             span = self.target.span
@@ -298,12 +322,20 @@ class _Scan(NamedTuple):
         change = np.fft.rfft(new.sent - last.sent) / (1.0 + back)
         sent = last.sent + np.fft.irfft(change, size)
         before, after = (
-            np.append(drive, self.widest * np.array([r.freq, r.ratio, r.gain]))
-            for drive, r in ((last.sent, last), (sent, new))
+            np.append(drive, self._numbers(r)) for drive, r in ((last.sent, last), (sent, new))
         )
         found = mixing.next(before, after)
-        freq, ratio, gain = (float(x) / self.widest for x in found[-3:])
-        return _Round(freq, ratio, gain, found[:-3])
+        numbers = found[-4:] / self._scale
+        freq, ratio, gain, offset = (float(x) for x in numbers)
+        return _Round(freq, ratio, gain, offset, found[:-4])
+
+    @property
+    def _scale(self) -> np.ndarray:
+        """Volts for each number of a round."""
+        return self.widest / np.array([1.0, 1.0, 1.0, self.target.span])
+
+    def _numbers(self, state: _Round) -> np.ndarray:
+        return self._scale * np.array([state.freq, state.ratio, state.gain, state.offset])
 
     def certified(self, found: _Found, state: _Round) -> Certificate:
         """What is proved about the operator on the range found, which must lie within the limits.

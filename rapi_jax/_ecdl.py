@@ -67,9 +67,7 @@ class ECDL(eqx.Module):
 
 
 def _linear(effect: AbstractLinearEffect, t: Array, x: Array, history: History) -> Array:
-    return respond_linear(
-        effect.modes(), t, x, history, session=effect.session, settled=effect.settled()
-    )
+    return respond_linear(effect.modes(), t, x, history, session=effect.session, past=effect.past())
 
 
 def drive_side(effects: Effects, drives: DriveBatch) -> Float[Array, "runs nodes"]:
@@ -109,7 +107,7 @@ def _followed(effect: AbstractFollower, t: Array, u: Array, history: History) ->
 
 def laws(effects: Effects, drives: DriveBatch) -> Law:
     """What the operator's laws see of each run; fields of shape `runs`."""
-    law = Law(drives.freq, drives.u_pp, jnp.ones_like(drives.freq))
+    law = Law.of(drives.freq, drives.u_pp)
     for effect in effects:
         if isinstance(effect, AbstractLawEffect):
             law = jax.vmap(effect)(law, drives.bias)
@@ -128,7 +126,7 @@ def answered(
 
     def one(u, law, u_min, initial):
         answer = operator(u, law.freq, initial=initial, u_pp=law.u_pp, u_min=u_min)
-        return constant + law.gain * (answer - constant)
+        return law.after(answer, constant)
 
     axes = (0, 0, 0, None if initial is None else 0)
     return jax.vmap(one, in_axes=axes)(u, law, u_min, initial)

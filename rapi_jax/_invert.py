@@ -14,21 +14,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float
 
-from ._play import eq13_start
 from ._precision import as_float64, float64
 from ._root import Scalar, attach, root, search
 from .operators import AbstractOperator, Plays
 
 _GRID = 257  # peak-to-peak drives at which a first look is taken
 _CROSSINGS = 4  # so many of the zeros between them are looked into
-
-
-def _clamp(u: Scalar, plays: Plays, state: Float[Array, " plays"]) -> Float[Array, " plays"]:
-    return jnp.maximum(u - plays.r, jnp.minimum(plays.lam * u + plays.eta * plays.r, state))
-
-
-def _start(u: Scalar, plays: Plays) -> Float[Array, " plays"]:
-    return eq13_start(u, plays.r, plays.lam, plays.eta)  # Eq. (13)
 
 
 def _memoryless(operator: AbstractOperator, u: Scalar) -> Scalar:
@@ -38,19 +29,19 @@ def _memoryless(operator: AbstractOperator, u: Scalar) -> Scalar:
 def _error(u: Scalar, args: Any) -> Scalar:
     operator, plays, state, wanted = args
     return (
-        plays.p @ _clamp(operator.centred(u), plays, state) + _memoryless(operator, u) - wanted
+        plays.p @ plays.clamped(operator.centred(u), state) + _memoryless(operator, u) - wanted
     )  # Eq. (16)
 
 
 def at_minimum(operator: AbstractOperator, u: Scalar, plays: Plays) -> Scalar:
     """The response at the drive's minimum, all plays as Eq. 13 has them."""
-    return plays.p @ _start(operator.centred(u), plays) + _memoryless(operator, u)
+    return plays.p @ plays.lowest(operator.centred(u)) + _memoryless(operator, u)
 
 
 def at_maximum(operator: AbstractOperator, u: Scalar, u_min: Scalar, plays: Plays) -> Scalar:
     """The response at the drive's maximum in a run whose minimum is `u_min`."""
-    start = _start(operator.centred(u_min), plays)
-    return plays.p @ _clamp(operator.centred(u), plays, start) + _memoryless(operator, u)
+    start = plays.lowest(operator.centred(u_min))
+    return plays.p @ plays.clamped(operator.centred(u), start) + _memoryless(operator, u)
 
 
 def _bottom(u: Scalar, args: Any) -> Scalar:
@@ -68,7 +59,9 @@ def _top(u_pp: Scalar, args: Any) -> Scalar:
     operator, y_min, y_max, freq, low, high, ratio = args
     u_min, plays = _lowest(u_pp, args), operator.plays(ratio * u_pp, freq)
     # Outside the range, where the operator may turn over, it is continued more steeply than it is.
-    rise = (y_max - y_min) / (high - low) + 2.0 * jnp.sum(jnp.abs(plays.p) * (1.0 + plays.lam))
+    ends = (plays.falling(operator.centred(u)) for u in (low, high))
+    steepest = jnp.sum(jnp.abs(plays.p) * (1.0 + jnp.maximum(*ends)))
+    rise = (y_max - y_min) / (high - low) + 2.0 * steepest
     u_max = jnp.minimum(u_min + u_pp, high)
     beyond = (u_min + u_pp - u_max) * rise - _bottom(u_min, (operator, plays, y_min))
     return at_maximum(operator, u_max, u_min, plays) + beyond - y_max
@@ -204,8 +197,8 @@ def scan_inverse(operator, y, freq, u_min, u_max, ratio):
     def step(carry, wanted):
         u, rate, state = carry
         new = root(_error, (operator, plays, state, wanted), low, high, u + rate)
-        state = _clamp(operator.centred(new), plays, state)
+        state = plays.clamped(operator.centred(new), state)
         return (new, jax.lax.stop_gradient(new - u), state), new
 
-    start = _start(operator.centred(u_min), plays)
+    start = plays.lowest(operator.centred(u_min))
     return jax.lax.scan(step, (u_min, jnp.zeros_like(u_min), start), y)[1]

@@ -92,16 +92,16 @@ def play(
 
 
 @eqx.filter_custom_jvp
-def _memory(u, r, lam, eta, p, start):
-    return _values(*_bands(u, r, lam, eta), start) @ p
+def _memory(u, r, lam, eta, p, start, bow, u_0):
+    return _values(*_bands(u, r, lam, eta, bow, u_0), start) @ p
 
 
 @_memory.def_jvp
 @float64
 def _memory_jvp(primals, tangents):
-    u, r, lam, eta, p, start = primals
+    u, r, lam, eta, p, start, bow, u_0 = primals
     du, *others = tangents
-    value, contact, low = _contacts(*_bands(u, r, lam, eta), start)
+    value, contact, low = _contacts(*_bands(u, r, lam, eta, bow, u_0), start)
     out = value @ p
     at = jnp.maximum(contact, 0)
     below = low & (contact >= 0)
@@ -116,19 +116,30 @@ def _memory_jvp(primals, tangents):
         value,  # p
         jnp.where(contact < 0, 1.0, 0.0) * p,  # start
     )
-    given = [(c, t) for c, t in zip(columns, others, strict=True) if t is not None]
+    bend = jnp.zeros(())
+    if bow is not None:
+        off = u[at] - u_0
+        bend = 2.0 * bow * off
+        columns += (
+            jnp.sum(jnp.where(above, off**2, 0.0) * p, axis=1, keepdims=True),  # bow
+            jnp.sum(jnp.where(above, -bend, 0.0) * p, axis=1, keepdims=True),  # u_0
+        )
+    given = [(c, jnp.atleast_1d(t)) for c, t in zip(columns, others, strict=False) if t is not None]
     tangent = jnp.zeros_like(out)
     if given:
         matrix = jnp.concatenate([c for c, _ in given], axis=1)
         tangent = matrix @ jnp.concatenate([t for _, t in given])
     if du is not None:
-        slope = jnp.where(below, 1.0, jnp.where(above, lam, 0.0)) * p
+        slope = jnp.where(below, 1.0, jnp.where(above, lam + bend, 0.0)) * p
         tangent = tangent + jnp.sum(slope * du[at], axis=1)
     return out, tangent
 
 
-def _bands(u, r, lam, eta):
-    return u[:, None] - r[None, :], lam[None, :] * u[:, None] + (eta * r)[None, :]  # Eq. (12)
+def _bands(u, r, lam, eta, bow, u_0):
+    upper = lam[None, :] * u[:, None] + (eta * r)[None, :]
+    if bow is not None:
+        upper = upper + (bow * (u - u_0) ** 2)[:, None]
+    return u[:, None] - r[None, :], upper  # Eq. (12)
 
 
 @float64
@@ -139,21 +150,16 @@ def memory(
     eta: Float[Array, " plays"],
     p: Float[Array, " plays"],
     start: Float[Array, " plays"],
+    bow: Float[Array, ""] | None = None,
+    u_0: Float[Array, ""] | None = None,
 ) -> Float[Array, " time"]:
     r"""The memory function $\sum_i p_i \Gamma_{r_i,\lambda_i,\eta_i}[u](t)$ (Eqs. 12, 14).
 
     `u` in the drive's unit, `r` likewise, `p` in response units per drive unit, `start` each
-    operator's output before the first sample. This function and its derivative are the seam behind
-    which the recursion lives: everything that fits or predicts comes through here.
+    operator's output before the first sample. `bow` bends the falling bounds of all operators
+    alike, to $\lambda u + \eta r + c (u - u_0)^2$; not given, they are straight. This function and
+    its derivative are the seam behind which the recursion lives: everything that fits or predicts
+    comes through here.
     """
-    return _memory(*(as_float64(x) for x in (u, r, lam, eta, p, start)))
-
-
-def eq13_start(
-    u_min: Float[Array, ""],
-    r: Float[Array, " plays"],
-    lam: Float[Array, " plays"],
-    eta: Float[Array, " plays"],
-) -> Float[Array, " plays"]:
-    """Each operator's initial output, at the minimum of the drive (Eq. 13)."""
-    return jnp.maximum(u_min - r, lam * u_min + eta * r)
+    bend = (None, None) if bow is None or u_0 is None else (as_float64(bow), as_float64(u_0))
+    return _memory(*(as_float64(x) for x in (u, r, lam, eta, p, start)), *bend)

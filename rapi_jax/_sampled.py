@@ -83,8 +83,9 @@ def batch(drives: Sequence[Drive], rows: Sequence[Row]) -> dict[str, np.ndarray]
     step = max(drive.step_s for drive in drives)
     # A run that starts before the last one ended shares no clock with it.
     gaps = [max(g, 0.0) if g > -step / 2 else np.inf for g in gaps]
-    low = np.array([float(drive.value.min()) for drive in drives])
-    u_pp = np.array([drive.u_pp for drive in drives])
+    # With the turning points between samples: thresholds follow what the drive reaches (Eq. 11).
+    low = np.array([row.node_u.min() for row in rows])
+    u_pp = np.array([np.ptp(row.node_u) for row in rows])
     return {
         "node_time": _stack([row.node_time for row in rows]),
         "node_u": _stack([row.node_u for row in rows]),

@@ -28,7 +28,7 @@ from .effects import (
     Law,
     Modes,
 )
-from .effects._base import transfer
+from .effects._base import Past, transfer
 from .effects._delay import Delay
 
 _ROUNDS = 30
@@ -37,7 +37,8 @@ _ROUNDS = 30
 def refuse(effects: Sequence[AbstractEffect]) -> None:
     """Raise `NotInvertible` where one of `effects` cannot be undone."""
     for effect in effects:
-        if not isinstance(effect, AbstractInvertible | AbstractLawEffect | AbstractCouplingEffect):
+        coupled = isinstance(effect, AbstractCouplingEffect) and effect.steady
+        if not (coupled or isinstance(effect, AbstractInvertible | AbstractLawEffect)):
             raise NotInvertible(
                 f"the effect {type(effect).__name__} cannot be undone, so no drive allows for it. "
                 "Leave it out of the model to compensate without it."
@@ -56,7 +57,7 @@ def response_effects(ecdl: ECDL) -> list[AbstractEffect]:
 
 def law_of(ecdl: ECDL, freq: float, u_pp: float, bias: float) -> Law:
     """What the operator's laws see of a run with the drive sent that is described."""
-    law = Law(as_float64(freq), as_float64(u_pp), as_float64(1.0))
+    law = Law.of(as_float64(freq), as_float64(u_pp))
     for effect in ecdl.effects:
         if isinstance(effect, AbstractLawEffect):
             law = effect(law, as_float64(bias))
@@ -162,8 +163,8 @@ class Steady(AbstractOpticalEffect, AbstractLinearEffect):
     def modes(self) -> Modes:
         return self.effect.modes()
 
-    def settled(self) -> Float[Array, ""]:
-        return jnp.ones(())
+    def past(self) -> Past:
+        return Past.of(1.0)
 
     def __call__(
         self, t: Float[Array, " time"], nu: Float[Array, " time"]

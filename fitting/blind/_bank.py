@@ -26,22 +26,33 @@ class Spec:
         return draw(self.seed, self.kind, self.effect, sigma, base_misfit=self.base_misfit)
 
 
-def bank(seed: int, count: int = 200) -> list[Spec]:
+UNSEEN = {"form": 2, "unlisted": 3}
+"""One in how many worlds of a kind has an unseen effect, where a bank has any; rounded down."""
+
+
+def bank(seed: int, count: int = 200, *, unseen: bool = False) -> list[Spec]:
     """`count` worlds in an order that tells nothing.
 
     Kinds in the parts of `_kinds.MIX`; within a kind all effects in turn, with and without base
     misfit in turn, three of four at 4 to 20 sigma and one at 0.5 to 4 (pairs all at 4 to 20). Of
     200, 44 are nulls, 60 single listed effects (each of fifteen four times, thrice large), 24
     other forms, 26 pairs and 46 unlisted.
+
+    `unseen`: half of the other forms and a third of the unlisted effects are ones that a bank
+    without it never holds, by the same rules; the spec's `effect` tells.
     """
     rng = np.random.default_rng([seed, 1])
     seeds = np.unique(np.random.SeedSequence(seed).generate_state(2 * count + 8, np.uint32))
     free = rng.permutation(seeds)[:count].tolist()
     specs = []
     for kind, number in _numbers(count).items():
+        new = number // UNSEEN[kind] if unseen and kind in UNSEEN else 0
         names = rng.permutation(names_of(kind)).tolist()
-        for k in range(number):
-            turn, place = divmod(k, len(names))
+        places = [(names[k % len(names)], *divmod(k, len(names))) for k in range(number - new)]
+        if new:
+            names = rng.permutation(names_of(kind, unseen=True)).tolist()
+            places += [(names[k % len(names)], *divmod(k, len(names))) for k in range(new)]
+        for effect, turn, place in places:
             large = kind == "pair" or (place + turn) % 4 != 0
             ends = (LARGE, SIGMA[1]) if large else (SIGMA[0], LARGE)
             sigma = float(np.exp(rng.uniform(*np.log(ends))))
@@ -49,7 +60,7 @@ def bank(seed: int, count: int = 200) -> list[Spec]:
                 Spec(
                     seed=int(free.pop()),
                     kind=kind,
-                    effect=names[place],
+                    effect=effect,
                     sigma=0.0 if kind == "null" else round(sigma, 3),
                     base_misfit=(place // 2 + turn) % 2 == 0,
                 )

@@ -7,6 +7,8 @@ import numpy as np
 from . import _listed_drive as on_drive
 from . import _listed_light as on_light
 from ._forms import FORMS
+from ._more_forms import MORE_FORMS
+from ._more_unlisted import MORE_UNLISTED
 from ._recipe import Recipe, Setting
 from ._unlisted import UNLISTED
 
@@ -41,8 +43,12 @@ def pairs() -> list[tuple[str, str]]:
     return [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]]
 
 
-def names_of(kind: str) -> list[str]:
-    """The effects that a kind of world may be asked for, pairs joined by `+`."""
+def names_of(kind: str, *, unseen: bool = False) -> list[str]:
+    """The effects that a kind of world may be asked for, pairs joined by `+`.
+
+    `unseen`: instead those that no open bank and no calibration holds. Such a form is called by
+    its effect's name and `/2`, and the truth of its world is the name alone.
+    """
     table = {
         "null": [""],
         "listed": sorted(LISTED),
@@ -52,21 +58,23 @@ def names_of(kind: str) -> list[str]:
     }
     if kind not in table:
         raise ValueError(f"Argument `kind` must be one of {', '.join(table)}, but it is {kind!r}.")
+    if unseen:
+        return sorted({"form": MORE_FORMS, "unlisted": MORE_UNLISTED}.get(kind, {}))
     return table[kind]
 
 
 def makers(kind: str, effect: str) -> list[Callable[[np.random.Generator, Setting], Recipe]]:
-    """The makers of a world's effects. `effect` is a name of `names_of(kind)`."""
+    """The makers of a world's effects. `effect` is a name of `names_of(kind)`, or an unseen one."""
     effect = effect.removeprefix("unlisted:")
-    if effect not in names_of(kind):
+    if effect not in (*names_of(kind), *names_of(kind, unseen=True)):
         raise ValueError(
-            f"Argument `effect` must be one of {', '.join(names_of(kind))} for worlds of kind "
-            f"{kind}, but it is {effect!r}."
+            f"Argument `effect` must be one of {', '.join(names_of(kind))}, or one of those "
+            f"that no open bank holds, for worlds of kind {kind}, but it is {effect!r}."
         )
     if kind == "null":
         return []
     if kind == "form":
-        return [FORMS[effect]]
+        return [(FORMS | MORE_FORMS)[effect]]
     if kind == "unlisted":
-        return [UNLISTED[effect]]
+        return [(UNLISTED | MORE_UNLISTED)[effect]]
     return [LISTED[name] for name in effect.split("+")]

@@ -12,6 +12,7 @@ from rapi_jax.effects import AbstractEffect
 from ._base_fit import Fitted
 from ._candidates import (
     Candidate,
+    added,
     enriched,
     finished,
     let_go,
@@ -22,9 +23,9 @@ from ._candidates import (
     straightened,
 )
 from ._descend import Refit, State
-from ._engine import Effects
 from ._screen import basis, evidence, reach, screen
 
+_FIRSTS = 2  # effects beside which a second is looked for
 _SWAPS = 2  # pairs whose first effect is looked for anew
 _ALONE = 4  # steps of the base with the other effect alone
 _LEADERS = 4  # refitted on the richer base
@@ -89,13 +90,11 @@ def attribute(
     # a better start.
     none = _fairer(none, found)
     pairs: list[Candidate] = []
-    best = min(found, key=lambda c: c.cost)
+    best = min([none, *found], key=lambda c: c.cost)
     known = refit.whitener.spectrum.known
     needed = unexplained(best.rich) if known else excess(best.rich) > _POOR * excess(none.rich)
-    if needed and none.cost - best.cost > _CHANCE:
-        firsts = sorted(found, key=lambda c: c.cost)[:2]
-        firsts = [c for c in firsts if none.cost - c.cost > _NEAR * (none.cost - best.cost)]
-        for first in firsts:
+    if needed:
+        for first in _firsts(none, found):
             rest = _trials(stiff, first.stiff, [c for c in classes if c.name != first.name])
             say(f"{first.name} and another")
             for pair in _both_ways((stiff, refit), first, none, rest, classes):
@@ -104,6 +103,21 @@ def attribute(
                     pairs.append(pair)
     ordered = sorted([*found, *pairs], key=lambda c: c.cost)
     return Attribution(none, tuple(ordered))
+
+
+def _firsts(none: Candidate, found: list[Candidate]) -> list[Candidate]:
+    """What a second effect is looked for beside: the best on the richer base, and on the operator.
+
+    Where two effects are missing, the richer base bends to one of them, and then the other alone
+    may explain nothing on it.
+    """
+    out: dict[str, Candidate] = {}
+    for cost in (lambda c: c.cost, lambda c: c.plain.cost):
+        best = min(cost(c) for c in found)
+        if cost(none) - best > _CHANCE:
+            near = [c for c in found if cost(none) - cost(c) > _NEAR * (cost(none) - best)]
+            out |= {c.name: c for c in sorted(near, key=cost)[: _FIRSTS - len(out)]}
+    return list(out.values())
 
 
 def _both_ways(
@@ -190,13 +204,13 @@ def _one_more(
     leaders = [
         pair for pair in ends[: _LEADERS + 1] if _rivals(pair[0], best, state, _NEAR)
     ] or ends[:1]
-    own = len(none.plain.effects)
+    own = none.plain.effects
     out = []
     for end, survival in leaders:
-        say(f"{name_of(end.effects[own:])} on the richer base")
+        say(f"{name_of(added(end.effects, own))} on the richer base")
         plain = let_go(free, end)
         rich_refit, rich = enriched(free, plain, (start.rich_refit, start.rich))
-        effects: Effects = rich.effects[own:]
+        effects = added(rich.effects, own)
         out.append(Candidate(effects, end, plain, rich, rich_refit, survival))
     return out
 
@@ -217,7 +231,7 @@ def _one_each(ends: Iterable[tuple[State, float]]) -> list[tuple[State, float]]:
     """The best end of each effect, the best of all first."""
     best: dict[str, tuple[State, float]] = {}
     for end, survival in sorted(ends, key=lambda pair: pair[0].cost):
-        best.setdefault(end.effects[-1].name, (end, survival))
+        best.setdefault(name_of(end.effects), (end, survival))
     return list(best.values())
 
 

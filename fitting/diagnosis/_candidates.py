@@ -8,6 +8,7 @@ import numpy as np
 
 from rapi_jax import RAPI
 from rapi_jax._parameter import parameters
+from rapi_jax.effects import ALL, AbstractEffect
 
 from ._descend import Refit, State
 from ._engine import Effects, effect_values, free_parameters, with_values
@@ -21,6 +22,7 @@ _SETTLED = 1e-3  # of chi-square: another round that takes away less is the last
 _LOOKS = 3  # trials that are refitted
 _FAINT = 0.02  # of the weights: what is left where hysteresis is to begin from nothing
 _RICH_STEPS = 20
+_RICH_SETTLED = 0.03  # of chi-square: another round on the richer base that takes away less is last
 _RICH_SHARE = 2e-3  # of the excess: a slower descent on the richer base is over
 
 
@@ -28,7 +30,7 @@ _RICH_SHARE = 2e-3  # of the excess: a slower descent on the richer base is over
 class Candidate:
     """A set of effects beside the base: refitted on the operator, and on the richer base.
 
-    `effects` are those added, in the states they stand behind the base's own. `stiff`: with `eta`
+    `effects` are those added to the base's own. `stiff`: with `eta`
     held; `plain`: with all of the operator free.
     `survival`: see `Screened`; of the effect added last.
     """
@@ -61,6 +63,23 @@ def name_of(effects: Effects) -> str:
     return "+".join(sorted(effect.name for effect in effects)) or "none"
 
 
+def with_one_more(effects: Effects, one: AbstractEffect) -> Effects:
+    """`effects` and one more, where light and signal meet it; one that is not ours comes last.
+
+    An etalon fixed in frequency sees what drift and current have made of it, not the reverse.
+    """
+    place = {cls: k for k, cls in enumerate(ALL)}
+    mine = place.get(type(one), len(ALL))
+    at = next((k for k, e in enumerate(effects) if place.get(type(e), -1) > mine), len(effects))
+    return (*effects[:at], one, *effects[at:])
+
+
+def added(effects: Effects, to: Effects) -> Effects:
+    """Those of `effects` that are not among those it was added `to`."""
+    names = {effect.name for effect in to}
+    return tuple(effect for effect in effects if effect.name not in names)
+
+
 def looked(refit: Refit, state: State, screened: list[Screened]) -> State | None:
     """The best of a few steps from each of an effect's most promising trials."""
     return _looked(refit, state, screened, _FIRST)
@@ -91,7 +110,7 @@ def refitted_from_straight(
 def _looked(refit: Refit, state: State, screened: list[Screened], steps: int) -> State | None:
     ends = []
     for one in _different(screened):
-        start = refit.at(state.values, (*state.effects, one.effect))
+        start = refit.at(state.values, with_one_more(state.effects, one.effect))
         if not np.isfinite(start.cost):
             continue
         if not type(one.effect).smooth:  # what was found on a grid is good, the base beside it not
@@ -106,10 +125,20 @@ def _finished(search: Refit, refit: Refit, look: State) -> State:
         before = look.cost
         if not smooth:
             look = _searched(search, look)
-        look = refit.descend(look, _REST)
+        look = _settled(refit, look, _REST)
         if before - look.cost < _SETTLED * before:
             break
     return look
+
+
+def _settled(refit: Refit, state: State, steps: int, share: float = 1e-4) -> State:
+    """A descent; beside an effect that jumps first of the base alone.
+
+    Slopes of what jumps mean little, and would hold the base back.
+    """
+    if not all(type(effect).smooth for effect in state.effects):
+        state = dataclasses.replace(refit, still=True).descend(state, steps, share)
+    return refit.descend(state, steps, share)
 
 
 def straightened(refit: Refit, state: State) -> tuple[Refit, State] | None:
@@ -141,7 +170,7 @@ def _different(screened: list[Screened]) -> list[Screened]:
 def _searched(refit: Refit, state: State) -> State:
     """Parameters of effects that jump, moved to and fro by shrinking steps."""
     jumps = [not type(effect).smooth for effect in state.effects for _ in free_parameters(effect)]
-    for share in (0.2, 0.06, 0.02, 0.006, 0.002, 0.0006):
+    for share in (0.2, 0.06, 0.02, 0.006, 0.002, 0.0006, 0.0002, 6e-5, 2e-5):
         for i in np.flatnonzero(jumps):
             now = effect_values(state.effects)
             size = abs(now[i]) if now[i] else 0.5
@@ -178,12 +207,27 @@ def enriched(refit: Refit, plain: State, none: tuple[Refit, State]) -> tuple[Ref
     ]
     starts = sorted((s for s in starts if np.isfinite(s[1].cost)), key=lambda s: s[1].cost)
     first, state = starts[0]
-    end = first.descend(state, _RICH_STEPS, _RICH_SHARE)
+    end = _enriched(first, state)
     if len(starts) > 1 and starts[1][1].cost < 3.0 * end.cost and end.locked > 1.2 * _lines(end):
-        second = starts[1][0].descend(starts[1][1], _RICH_STEPS, _RICH_SHARE)
+        second = _enriched(*starts[1])
         if second.cost < end.cost:
             return starts[1][0], second
     return first, end
+
+
+def _enriched(refit: Refit, state: State) -> State:
+    """A descent on the richer base; where an effect jumps, with another look for its edges.
+
+    On the operator alone they were fitted to what its misfit left.
+    """
+    end = refit.descend(state, _RICH_STEPS, _RICH_SHARE)
+    for _ in range(_ROUNDS * any(not type(effect).smooth for effect in end.effects)):
+        if end.locked < 1.2 * _lines(end):
+            break
+        before, end = end, _settled(refit, _searched(refit, end), _RICH_STEPS, _RICH_SHARE)
+        if before.cost - end.cost < _RICH_SETTLED * before.cost:
+            break
+    return end
 
 
 def _lines(state: State) -> int:

@@ -14,7 +14,7 @@ import numpy as np
 
 from rapi_jax import ECDL, AbstractOperator
 from rapi_jax._parameter import parameters
-from rapi_jax.effects import AbstractOpticalEffect
+from rapi_jax.effects import AbstractCouplingEffect, AbstractOpticalEffect
 
 from ._engine import Effects, Engine, Errors, effect_values, free_parameters, with_values
 from ._noise import Whitener
@@ -23,7 +23,7 @@ Reach = dict[tuple[str, tuple[str | int, ...]], tuple[float, float]]
 # Of a parameter's size, to move an effect by: before a play, or where a response jumps, the change
 # must be larger than a kink; elsewhere small, since a line's phase turns fast over a session.
 _STEP, _FINE = 3e-3, 1e-6
-_TRIES = 5
+_TRIES = 9  # each with 12 times the damping of the one before
 _SMALL = 0.05  # fall of chi-square below which a descent is over
 
 
@@ -219,8 +219,9 @@ def _effect_columns(refit: Refit, state: State) -> np.ndarray:
     if not now.size or refit.still:
         return np.zeros((total, now.size))
     low, high = refit.edges(state.effects)
+    behind = (AbstractOpticalEffect, AbstractCouplingEffect)
     steps = [
-        _FINE if type(e).smooth and isinstance(e, AbstractOpticalEffect) else _STEP
+        _FINE if type(e).smooth and isinstance(e, behind) else _STEP
         for e in state.effects
         for _ in free_parameters(e)
     ]

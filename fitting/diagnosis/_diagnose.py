@@ -15,16 +15,18 @@ from rapi_jax.effects import AbstractEffect
 from ._attribute import Attribution, attribute, unexplained
 from ._base_fit import Fitted, fitted_base
 from ._blocks import thinned
+from ._calibration import shipped
 from ._candidates import Candidate
 from ._descend import Refit, State
 from ._diagnosis import Diagnosis, Verdict
 from ._engine import Engine
 from ._estimates import estimates
+from ._evidence import Evidence
 from ._gap import gap, parametric
 from ._held_out import Held, credit
 from ._maps import maps
 from ._next_scan import Hypothesis, NextScan, next_scan
-from ._probability import CALIBRATION, credited, probabilities, smallest_set
+from ._probability import UNLISTED, Ranked, probabilities, smallest_set
 from ._remainder import ceiling
 from ._usable import check_arguments, check_data, check_enough, shown_faults
 from ._where import summary, where
@@ -71,18 +73,21 @@ def diagnose(
     fitted = fitted_base(engine, ecdl)
     chosen = effects.ALL if candidates is None else tuple(dict.fromkeys(candidates))
     attribution = attribute(fitted, chosen, say)
-    ranked = probabilities(attribution, noise_known=fitted.spectrum.known)
+    evidence = Evidence.of(attribution, noise_known=fitted.spectrum.known)
+    ranked = _named(attribution, probabilities(evidence))
     rich = _needs_rich(ranked[0][0] or attribution.none)
     say("held-out data")
     credits = _credits(engine, fitted, attribution, ranked, rich, say)
-    if ranked[0][0] is not None and fitted.spectrum.known and ranked[0][0].name in credits:
-        ranked = credited(ranked, credits[ranked[0][0].name].closed)
-    names = smallest_set(ranked)
-    best, probability = ranked[0]
-    name = "unlisted" if best is None else best.name
+    closed = {name: held.closed["value"] for name, held in credits.items() if held.closed}
+    said = probabilities(evidence, closed)
+    ranked = _named(attribution, said)
+    names = smallest_set(said)
+    best = ranked[0][0]
+    name, probability = said[0]
     top = attribution.none if best is None else best
     held = credits.get(name)
     content = _content(engine, fitted, attribution, ranked, credits, top, held)
+    content["evidence"] = evidence.to_dict()
     following = None
     if scan:
         say("next scan")
@@ -90,6 +95,8 @@ def diagnose(
         content["next_scan"] = None if following is None else following.to_dict()
     refit, state = _of(top, fitted.refit, rich)
     model = state.ecdl(engine, refit.base)
+    without, bare = _of(attribution.none, fitted.refit, rich)
+    base = bare.ecdl(engine, without.base)
     tied = [n for n in names if n not in ("none", "unlisted")]
     words = tuple(sorted(effect.name for effect in top.effects))
     verdict = Verdict(
@@ -113,7 +120,14 @@ def diagnose(
     notes += _notes(engine, fitted, top, rich)
     seconds = time.perf_counter() - began
     drive = None if following is None else following.drive
-    return Diagnosis(recording, model, verdict, content, notes, seconds, drive)
+    return Diagnosis(recording, model, base, verdict, content, notes, seconds, drive)
+
+
+def _named(attribution: Attribution, ranked: Ranked) -> list[tuple[Candidate | None, float]]:
+    """The candidates behind the names; `None` stands for `unlisted`."""
+    known: dict[str, Candidate | None] = {UNLISTED: None}
+    known |= {c.name: c for c in (attribution.none, *attribution.candidates)}
+    return [(known[name], probability) for name, probability in ranked]
 
 
 def _needs_rich(top: Candidate) -> bool:
@@ -198,7 +212,7 @@ def _content(
         "hypotheses": _hypotheses(engine, fitted, attribution, ranked, credits),
         "shrinkage": shrinkage,
         "next_scan": None,
-        "calibration": {"bank": CALIBRATION.provenance},
+        "calibration": {"bank": shipped().provenance},
     }
 
 

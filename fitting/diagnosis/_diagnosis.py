@@ -31,12 +31,13 @@ class Diagnosis:
     """Where the gap of a model and a recording lies, which effect causes it, how far it closes.
 
     `model`: the base refitted together with the effects named, for prediction, fitting and
-    compensation. `content`: all figures, as in `diagnosis.json`. `next_drive`: the next scan, ready
-    to play.
+    compensation; `base`: refitted without them, which is what a gap is closed from. `content`: all
+    figures, as in `diagnosis.json`. `next_drive`: the next scan, ready to play.
     """
 
     recording: Recording
     model: ECDL
+    base: ECDL
     verdict: Verdict
     content: dict[str, Any]
     notes: tuple[str, ...]

@@ -20,7 +20,7 @@ from fitting._vector import Vector
 from rapi_jax import AbstractOperator, Recording
 from rapi_jax._ecdl import answered, drive_side, laws, optical_side
 from rapi_jax._parameter import follow, parameters
-from rapi_jax._sampled import DriveBatch, Sampled, sampled
+from rapi_jax._sampled import DriveBatch, Sampled, on_device, sampled
 from rapi_jax.effects import (
     AbstractDriveEffect,
     AbstractEffect,
@@ -33,8 +33,8 @@ from rapi_jax.effects._base import transfer
 
 from ._blocks import Block, blocks
 from ._noise import Spectrum, Whitener
+from ._padding import padded, repeated, rounded
 
-_ROUND = 256
 Effects = tuple[AbstractEffect, ...]
 
 
@@ -165,7 +165,7 @@ class Engine:
     @cached_property
     def full(self) -> DriveBatch:
         """All samples."""
-        return self.data.device()
+        return on_device(padded(self.data.drives))
 
     @cached_property
     def short(self) -> DriveBatch:
@@ -176,8 +176,7 @@ class Engine:
         whole = np.asarray(full.node_history.period_s) > 0
         whole &= u[np.arange(len(u)), lead] == u.min(axis=1)
         lead = np.where(whole, lead, 0)
-        longest = int(np.max(np.asarray(full.place).max(axis=1) - lead)) + 1
-        longest += -longest % _ROUND
+        longest = rounded(int(np.max(np.asarray(full.place).max(axis=1) - lead)) + 1)
         index = np.minimum(lead[:, None] + np.arange(longest)[None, :], last)
         return dataclasses.replace(
             full,
@@ -195,10 +194,9 @@ class Engine:
     def _cycles(self) -> tuple[np.ndarray, list[int]]:
         """Of one period of each run, or all of one that does not repeat: samples, and the first."""
         ends = [(int(b.left[0, 0]), int(b.right[0, -1]) + 1) for b in self.blocks]
-        longest = max(end - begin for begin, end in ends)
-        longest += -longest % _ROUND
+        longest = rounded(max(end - begin for begin, end in ends))
         index = np.stack([np.minimum(np.arange(a, a + longest), b - 1) for a, b in ends])
-        return index, [begin for begin, _ in ends]
+        return repeated(index, len(self.full.freq)), [begin for begin, _ in ends]
 
     def _cycle(self, batch: DriveBatch) -> DriveBatch:
         index, _ = self._cycles
@@ -232,7 +230,8 @@ class Engine:
             return None
         size = values.size - self.fractions(operator.count)
         initial[self.unknown] = values[size:].reshape(-1, operator.count)
-        return jnp.asarray(initial)
+        missing = len(self.full.freq) - len(initial)
+        return jnp.asarray(np.pad(initial, [(0, missing), (0, 0)], constant_values=np.nan))
 
     def filled(self, operator: AbstractOperator, values: np.ndarray) -> AbstractOperator:
         """The operator with the elements of `values`."""

@@ -14,16 +14,20 @@ from ._blocks import Block
 _BINS = 24  # of log frequency, for the medians
 _SLOWEST = 6  # lines of one run below which slow effects, not noise, rule
 _PASSES = 3
+_BELOW = 4.0  # times the slowest frequency seen, that the corner may lie below it
+_FLICKER = 0.7  # the least power
+_CHANCE = 2.0  # fall of the cost (half a sum of squares) that one more number brings
 _MEDIAN = np.log(2.0)  # of an exponential variable with mean 1
 _RESOLUTION = 1e-6  # of the readings' span: what no reading is better than
 
 
 @dataclasses.dataclass(frozen=True)
 class Spectrum:
-    r"""Noise of a sample: $S(f) = w + (h/\Delta t) a / (1 + (f/f_c)^2)$, a variance a line.
+    r"""Noise of a sample: $S(f) = w + (h/\Delta t) a / (1 + (f/f_c)^p)$, a variance a line.
 
     The white part is that of one reading. The slow part is a process in time, so a line of faster
-    samples holds more of it: `low` is what it has at a sampling interval of `step_s` ($h$, s).
+    samples holds more of it: `low` is what it has at a sampling interval of `step_s` ($h$, s). Its
+    `power` ($p$) is 2 for one relaxation, and about 1 for the many that make flicker noise.
     `white`, `low`: variances in the response's unit squared. `corner`: Hz. `known`: whether
     repeated periods measured it; where not, it is read off the fastest lines of the residual, and
     is only an upper edge of the white part.
@@ -34,6 +38,7 @@ class Spectrum:
     corner: float
     known: bool
     step_s: float = 1.0
+    power: float = 2.0
 
     def at(self, hertz: np.ndarray, step_s: float) -> np.ndarray:
         """Variance a sample at each frequency, for samples every `step_s`."""
@@ -41,7 +46,7 @@ class Spectrum:
 
     def slow(self, hertz: np.ndarray, step_s: float) -> np.ndarray:
         """The part of the process in time alone."""
-        return self.low * (self.step_s / step_s) / (1.0 + (hertz / self.corner) ** 2)
+        return self.low * (self.step_s / step_s) / (1.0 + (hertz / self.corner) ** self.power)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -107,14 +112,14 @@ def _measure(errors: list[np.ndarray], blocks: list[Block]) -> Spectrum:
     groups = [g for g in groups if g.size >= 6]
     if len(groups) < 4:
         return Spectrum(float(np.median(p)) / _MEDIAN, 0.0, 1.0, True)
-    white, low, corner = _smooth(f, p, k, groups)
-    return Spectrum(white, low, corner, True, step)
+    white, low, corner, steep = _smooth(f, p, k, groups)
+    return Spectrum(white, low, corner, True, step, steep)
 
 
 def _smooth(
     f: np.ndarray, p: np.ndarray, k: np.ndarray, groups: list[np.ndarray]
-) -> tuple[float, float, float]:
-    """White part, slow part and corner through the medians of groups of lines.
+) -> tuple[float, float, float, float]:
+    """White part, slow part, corner and power through the medians of groups of lines.
 
     The lines of a group differ in what they should be: by frequency, and by the sampling of their
     runs. So after a first pass the median is that of power over what the first pass expects.
@@ -123,7 +128,7 @@ def _smooth(
     share = np.array([np.mean(k[g]) for g in groups])
     weight = np.sqrt([min(g.size, 200.0) for g in groups])
     expected = np.ones_like(p)
-    q = np.zeros(3)
+    q = np.zeros(4)
     for again in range(_PASSES):
         level = np.array([np.median(p[g] / expected[g]) for g in groups]) / _MEDIAN
         if again:
@@ -131,32 +136,47 @@ def _smooth(
         q = _through(x, np.log(np.maximum(level, 1e-300)), weight, share)
         expected = _law(q, f, k)
     scale = float(np.median(p / expected)) / _MEDIAN  # of all lines
-    white, low, corner = np.exp(q)
-    return float(scale * white), float(scale * low), float(corner)
+    white, low, corner = np.exp(q[:3])
+    return float(scale * white), float(scale * low), float(corner), float(q[3])
 
 
 def _law(q: np.ndarray, hertz: np.ndarray, share: np.ndarray) -> np.ndarray:
-    return np.exp(q[0]) + share * np.exp(q[1]) / (1.0 + (hertz / np.exp(q[2])) ** 2)
+    return np.exp(q[0]) + share * np.exp(q[1]) / (1.0 + (hertz / np.exp(q[2])) ** q[3])
 
 
 def _through(x: np.ndarray, y: np.ndarray, weight: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Logarithms of white part, slow part and corner, by least squares of logarithms."""
+    """Logarithms of white part, slow part and corner, and the power, through medians.
+
+    A power other than 2 is taken where it draws the medians better by more than chance.
+    """
     top, bottom = float(np.exp(y.max())), float(np.exp(y[-4:].mean()))
-    low = np.array([np.log(bottom) - 12.0, np.log(bottom) - 14.0, np.log(x[0])])
-    high = np.array([np.log(top) + 2.0, np.log(top) + 3.0, np.log(x[-1]) + 3.0])
-    fits = []
-    for corner in np.geomspace(max(x[0], 1e-3), x[-1], 4):
-        start = np.array([np.log(bottom), np.log(max(top - bottom, 0.05 * bottom)), np.log(corner)])
-        fits.append(
-            least_squares(
-                lambda q: weight * (np.log(_law(q, x, share)) - y),
-                np.clip(start, low + 1e-6, high - 1e-6),
-                bounds=(low, high),
+    low = np.array([np.log(bottom) - 12.0, np.log(bottom) - 14.0, np.log(x[0] / _BELOW), _FLICKER])
+    high = np.array([np.log(top) + 2.0, np.log(top) + 3.0, np.log(x[-1]) + 3.0, 2.0])
+    size = np.log(max(top - bottom, 0.05 * bottom))
+    corners = np.log(np.geomspace(max(x[0], 1e-3), x[-1], 4))
+
+    def best(free: int) -> tuple[float, np.ndarray]:
+        """The best fit with the first `free` of the four numbers moved."""
+        fits = []
+        for corner in corners:
+            start = np.array([np.log(bottom), size, corner, 2.0 if free == 3 else 1.2])
+            fit = least_squares(
+                lambda q, rest=start[free:]: (
+                    weight * (np.log(_law(np.concatenate([q, rest]), x, share)) - y)
+                ),
+                np.clip(start, low + 1e-6, high - 1e-6)[:free],
+                bounds=(low[:free], high[:free]),
                 loss="soft_l1",
                 f_scale=2.0,
+                xtol=1e-12,
+                ftol=1e-12,
+                gtol=1e-12,
             )
-        )
-    return min(fits, key=lambda fit: fit.cost).x
+            fits.append((float(fit.cost), np.concatenate([fit.x, start[free:]])))
+        return min(fits, key=lambda pair: pair[0])
+
+    (one, simple), (many, flicker) = best(3), best(4)
+    return flicker if one - many > _CHANCE else simple
 
 
 class Whitener:

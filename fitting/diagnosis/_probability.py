@@ -1,149 +1,108 @@
 """How probable each hypothesis is: none, each effect, pairs, and `unlisted`."""
 
-import dataclasses
+from collections.abc import Mapping
 
 import numpy as np
 
-from ._attribute import Attribution, excess
-from ._candidates import Candidate
+from ._calibration import Calibration, shipped
+from ._evidence import Evidence, Left
 
-
-@dataclasses.dataclass(frozen=True)
-class Calibration:
-    """Numbers that turn chi-squares into probabilities, and where they come from.
-
-    - `temperature`: differences of log evidence are divided by it, and by `form` times the excess
-      at stake between two hypotheses besides: no effect is quite as its equation says.
-    - `parameter`: log evidence that one more parameter costs, in units of the logarithm of the
-      number of lines, halved.
-    - `chance`: log evidence that one more effect costs, for the search over its trials.
-    - `left`: share of the excess that the right effects leave at most; `left_width`: how sharply.
-    - `left_unknown`, `left_unknown_width`: the same where no run repeats, so that noise is unknown.
-    - `closed`, `closed_width`: share of the gap on data held out that the right effects close.
-    - `misfit`: chi-square a locked line that a base may leave; `misfit_loose`: the same of what
-      does not repeat; `misfit_unknown`: the same where noise is unknown; `misfit_width`: how
-      sharply, in the same unit.
-    """
-
-    temperature: float = 4.0
-    form: float = 1e-3
-    parameter: float = 1.0
-    chance: float = 20.0
-    left: float = 0.012
-    left_width: float = 0.002
-    closed: float = 0.965
-    closed_width: float = 0.01
-    left_unknown: float = 0.5
-    left_unknown_width: float = 0.08
-    misfit: float = 0.3
-    misfit_loose: float = 0.05
-    misfit_unknown: float = 1.5
-    misfit_width: float = 0.04
-    provenance: str = "set by hand on one simulated device of the model's own class, no bank"
-
-
-CALIBRATION = Calibration()
-
-
-def _logistic(x: float) -> float:
-    return float(1.0 / (1.0 + np.exp(-np.clip(x, -50.0, 50.0))))
-
-
-def remains(best: Candidate, none: Candidate, noise_known: bool, calibration: Calibration) -> float:
-    """Probability that what the best hypothesis leaves is more than noise and base misfit."""
-    state = best.rich
-    lines, loose = state.errors.locked.size, max(state.errors.loose.size, 1)
-    chance, chance_loose = (3.0 * np.sqrt(2.0 / n) for n in (lines, loose))
-    over = max(
-        (state.locked / lines - 1.0 - calibration.misfit - chance) / calibration.misfit_width,
-        (state.loose / loose - 1.0 - calibration.misfit_loose - chance_loose)
-        / (calibration.misfit_width / 5.0)
-        if state.errors.loose.size
-        else -np.inf,
-    )
-    before = excess(none.rich)
-    share = excess(state) / before if before > 0 else 0.0
-    if not noise_known:  # then all that is left may be noise, and only a poor share tells
-        poor = _logistic((share - calibration.left_unknown) / calibration.left_unknown_width)
-        more = state.locked / lines - 1.0 - calibration.misfit_unknown
-        return poor * _logistic(more / (5.0 * calibration.misfit_width))
-    closed = (share - calibration.left) / calibration.left_width
-    return _logistic(over) * _logistic(closed)
+UNLISTED = "unlisted"
+Ranked = list[tuple[str, float]]
+_LEAST = 0.02  # excess a line: what noise leaves by chance
+_SHARE = 1e-3  # of the excess, or of the gap held out: less is nothing
+_AT = (0.3, 0.03, 0.05)  # excess a line, share left, share open, at `named_level`
 
 
 def probabilities(
-    attribution: Attribution, *, noise_known: bool = True, calibration: Calibration = CALIBRATION
-) -> list[tuple[Candidate | None, float]]:
-    """Each hypothesis with its probability, most probable first; `None` stands for `unlisted`."""
-    all_of = [attribution.none, *attribution.candidates]
-    best = attribution.best if attribution.best.cost < attribution.none.cost else attribution.none
-    state = best.rich
-    lines, loose = state.errors.locked.size, max(state.errors.loose.size, 1)
+    evidence: Evidence,
+    closed: Mapping[str, float] | None = None,
+    calibration: Calibration | None = None,
+) -> Ranked:
+    """Each hypothesis by name with its probability, most probable first.
+
+    `closed`: the closed fraction of the gap on data held out, of hypotheses for which it is known.
+    """
+    calibration = shipped() if calibration is None else calibration
+    weight = _among_listed(evidence, calibration)
+    top = evidence.hypotheses[int(np.argmax(weight))]
+    unlisted = _remains(evidence, top, (closed or {}).get(top.name), calibration)
+    out = [
+        (h.name, float(w * (1.0 - unlisted)))
+        for h, w in zip(evidence.hypotheses, weight, strict=True)
+    ]
+    return sorted([*out, (UNLISTED, unlisted)], key=lambda pair: -pair[1])
+
+
+def smallest_set(ranked: Ranked, level: float = 0.95) -> list[str]:
+    """Names of the smallest set of hypotheses with at least `level` of the probability."""
+    total, names = 0.0, []
+    for name, probability in ranked:
+        names.append(name)
+        total += probability
+        if total >= level:
+            break
+    return names
+
+
+def _among_listed(evidence: Evidence, calibration: Calibration) -> np.ndarray:
+    """Weights of the hypotheses beside one another, were one of them true."""
+    found = evidence.hypotheses
+    best = min(found, key=lambda h: h.cost)
+    lines, loose = evidence.lines, max(evidence.loose_lines, 1)
     # Where the base misfits, its misfit is noise of that size to every comparison.
-    wide = max(1.0, state.locked / lines)
-    wide_loose = max(1.0, state.loose / loose)
+    wide, wide_loose = max(1.0, best.locked / lines), max(1.0, best.loose / loose)
     each = calibration.parameter * np.log(lines + loose)
     log = np.array(
         [
-            -0.5
-            * (c.rich.locked / wide + c.rich.loose / wide_loose + c.rich.prior + each * c.count)
-            - calibration.chance * len(c.effects)
-            for c in all_of
+            -0.5 * (h.locked / wide + h.loose / wide_loose + h.prior + each * h.parameters)
+            - calibration.chance * len(h.effects)
+            for h in found
         ]
     )
-    first = all_of[int(np.argmax(log))]
-    doubt = np.array(
-        [calibration.temperature + calibration.form * _at_stake(c, first, all_of) for c in all_of]
-    )
-    weight = np.exp((log - log.max()) / doubt)
-    weight /= weight.sum()
-    top = all_of[int(np.argmax(weight))]
-    unlisted = remains(top, attribution.none, noise_known, calibration)
-    out: list[tuple[Candidate | None, float]] = [
-        (c, float(w * (1.0 - unlisted))) for c, w in zip(all_of, weight, strict=True)
-    ]
-    out.append((None, unlisted))
-    return sorted(out, key=lambda pair: -pair[1])
+    first = found[int(np.argmax(log))]
+    stake = np.array([_at_stake(h, first, evidence) for h in found])
+    weight = np.exp((log - log.max()) / (calibration.temperature + calibration.form * stake))
+    return weight / weight.sum()
 
 
-def credited(
-    hypotheses: list[tuple[Candidate | None, float]],
-    closed: dict[str, float] | None,
-    calibration: Calibration = CALIBRATION,
-) -> list[tuple[Candidate | None, float]]:
-    """The same once the most probable was judged on data held out.
-
-    Effects that explain what they were fitted to and not the rest are a likeness of the right one.
-    """
-    if closed is None or closed["high"] > 1.0 - (1.0 - calibration.closed) / 2.0:
-        return hypotheses
-    doubt = _logistic((calibration.closed - closed["value"]) / calibration.closed_width)
-    before = next(p for c, p in hypotheses if c is None)
-    unlisted = max(before, doubt)
-    scale = (1.0 - unlisted) / max(1.0 - before, 1e-12)
-    out = [(c, unlisted if c is None else p * scale) for c, p in hypotheses]
-    return sorted(out, key=lambda pair: -pair[1])
-
-
-def _at_stake(one: Candidate, other: Candidate, all_of: list[Candidate]) -> float:
+def _at_stake(one: Left, other: Left, evidence: Evidence) -> float:
     """What the effects explain in which two hypotheses differ: the excess without these.
 
     An effect's equation is good to a few hundredths of what it explains: two that differ by less
     are not told apart by any amount of data.
     """
-    common = {effect.name for effect in one.effects} & {effect.name for effect in other.effects}
-    without = [c for c in all_of if {effect.name for effect in c.effects} == common]
-    return max(excess((without or all_of)[0].rich), 0.0)
+    common = set(one.effects) & set(other.effects)
+    found = evidence.hypotheses
+    without = [h for h in found if set(h.effects) == common]
+    return max(evidence.excess((without or found)[0]), 0.0)
 
 
-def smallest_set(
-    hypotheses: list[tuple[Candidate | None, float]], level: float = 0.95
-) -> list[str]:
-    """Names of the smallest set of hypotheses with at least `level` of the probability."""
-    total, names = 0.0, []
-    for candidate, probability in hypotheses:
-        names.append("unlisted" if candidate is None else candidate.name)
-        total += probability
-        if total >= level:
-            break
-    return names
+def _remains(
+    evidence: Evidence, top: Left, closed: float | None, calibration: Calibration
+) -> float:
+    """Probability that what the best hypothesis leaves is more than noise and base misfit."""
+    lines, loose = evidence.lines, max(evidence.loose_lines, 1)
+    chance, chance_loose = (3.0 * np.sqrt(2.0 / n) for n in (lines, loose))
+    over = top.locked / lines - 1.0 - chance
+    none = evidence.hypotheses[0]
+    before = evidence.excess(none)
+    share = evidence.excess(top) / before if before > 0 else 0.0
+    if not evidence.noise_known:  # then all that is left may be noise, and only a poor share tells
+        poor = (share - calibration.left_unknown) / calibration.left_unknown_width
+        more = (over + chance - calibration.misfit_unknown) / calibration.misfit_unknown_width
+        return _logistic(poor) * _logistic(more)
+    if evidence.loose_lines:
+        over = max(over, calibration.loose * (top.loose / loose - 1.0 - chance_loose))
+    over = max(over, _LEAST)
+    if not top.effects:
+        return _logistic(calibration.none_slope * np.log10(over / calibration.none_level))
+    share = float(np.clip(share, _SHARE, 1.0))
+    still = share if closed is None else float(np.clip(1.0 - closed, _SHARE, 1.0))
+    slopes = (calibration.named_excess, calibration.named_left, calibration.named_open)
+    seen = zip(slopes, (over, share, still), _AT, strict=True)
+    return _logistic(calibration.named_level + sum(k * np.log10(x / at) for k, x, at in seen))
+
+
+def _logistic(x: float) -> float:
+    return float(1.0 / (1.0 + np.exp(-np.clip(x, -50.0, 50.0))))

@@ -4,6 +4,7 @@ import dataclasses
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -86,10 +87,10 @@ def _parts(device: ECDL, drives: DriveBatch) -> tuple[Any, Any]:
     """Memory and memoryless function (Eq. 16) on the nodes, as drive effects and laws have them."""
     operator, u = device.operator, drive_side(device.effects, drives)[0]
     law = laws(device.effects, drives)
-    freq, u_pp, gain = law.freq[0], law.u_pp[0], law.gain[0]
+    law = jax.tree_util.tree_map(lambda x: x[0], law)
     constant = getattr(operator, operator.fields.constant)
-    memory = operator.hysteresis(u, freq, None, u_pp, jnp.min(u))
-    return gain * memory, constant + gain * (operator.memoryless(u) - constant)
+    memory = operator.hysteresis(u, law.freq, None, law.u_pp, jnp.min(u))
+    return law.gain * memory, law.after(operator.memoryless(u), constant)
 
 
 @eqx.filter_jit

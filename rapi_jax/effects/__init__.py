@@ -43,8 +43,8 @@ ALL: tuple[type[AbstractEffect], ...] = (
     Resonance,
     GainDrift,
     Drift,
+    CurrentCoupling,
     ModeHop,
     Etalon,
-    CurrentCoupling,
     Pickup,
 )

@@ -13,6 +13,7 @@ from ._base import (
     AbstractInvertible,
     AbstractLinearEffect,
     Modes,
+    Past,
 )
 from ._evidence import Evidence
 from ._lags import from_rest, undo_linear
@@ -41,8 +42,8 @@ class AmplifierLowpass(AbstractDriveEffect, AbstractLinearEffect, AbstractInvert
         return Modes(self.tau[None].astype(complex), jnp.ones(1, dtype=complex))
 
     @float64
-    def settled(self) -> Float[Array, ""]:
-        return jnp.zeros(())
+    def past(self) -> Past:
+        return Past.of(0.0)
 
     @float64
     def __call__(self, t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:

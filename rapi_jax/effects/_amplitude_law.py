@@ -17,10 +17,10 @@ _SAME = 0.02  # of the amplitude: amplitudes and biases that differ less are tak
 class AmplitudeLaw(AbstractLawEffect):
     r"""Thresholds and gain that depend on amplitude and bias as Eq. 11 does not have it.
 
-    $u_{pp}$ in the thresholds becomes $u_{pp} (u_{pp} / U)^k$, and the whole response, less its
-    constant, is multiplied by $1 + g (u_{pp} / U - 1) + h (\bar u - C)$, where $\bar u$ is the
-    middle of the run's drive. Piezo materials gain with amplitude (Rayleigh's law) and with
-    depoling bias.
+    $u_{pp}$ in the thresholds becomes $u_{pp} (u_{pp} / U)^k$, and the response about a pivot is
+    multiplied by $1 + g (u_{pp} / U - 1) + h (\bar u - C)$, where $\bar u$ is the middle of the
+    run's drive. `pivot` is counted from the operator's constant. Piezo materials gain with
+    amplitude (Rayleigh's law) and with depoling bias.
 
     $U$ (`reference`) and $C$ (`centre`) say where the base model holds as it is. One amplitude
     shows neither $k$ nor $g$, one bias does not show $h$.
@@ -29,6 +29,7 @@ class AmplitudeLaw(AbstractLawEffect):
     threshold: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(-0.9, 2.0))  # k
     gain: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(-1.0, 1.0))  # g
     tilt: Float[Array, ""] = parameter(unit="1/{u}", default=0.0, bounds=(-1.0, 1.0))  # h
+    pivot: Float[Array, ""] = parameter(unit="{x}", default=0.0)
     reference: Float[Array, ""] = parameter(  # U
         unit="{u}", default=1.0, positive=True, held=True
     )
@@ -62,4 +63,5 @@ class AmplitudeLaw(AbstractLawEffect):
         ratio = law.u_pp / self.reference
         grown = jnp.exp(self.threshold * jnp.log(jnp.where(ratio > 0, ratio, 1.0)))
         gain = 1.0 + self.gain * (ratio - 1.0) + self.tilt * (bias - self.centre)
-        return law._replace(u_pp=law.u_pp * grown, gain=law.gain * gain)
+        offset = gain * law.offset + (1.0 - gain) * self.pivot
+        return law._replace(u_pp=law.u_pp * grown, gain=law.gain * gain, offset=offset)

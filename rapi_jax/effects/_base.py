@@ -82,7 +82,12 @@ class AbstractOpticalEffect(AbstractEffect):
 
 
 class AbstractCouplingEffect(AbstractEffect):
-    """Acts on the response (GHz), and looks at the drive that was sent."""
+    """Acts on the response (GHz), and looks at the drive that was sent.
+
+    `steady`: whether a drive that repeats has an answer that does.
+    """
+
+    steady: eqx.AbstractClassVar[bool]
 
     @abc.abstractmethod
     def __call__(
@@ -94,12 +99,30 @@ class AbstractCouplingEffect(AbstractEffect):
 class Law(NamedTuple):
     """What an operator's laws see of a run: rate (Hz), peak-to-peak drive (V), and a gain of all.
 
-    The gain multiplies the operator's response less its constant.
+    The gain multiplies the operator's response less its constant; `offset` is added to that.
     """
 
     freq: Float[Array, ""]
     u_pp: Float[Array, ""]
     gain: Float[Array, ""]
+    offset: Float[Array, ""]
+
+    @classmethod
+    def of(cls, freq: Float[Array, "*runs"], u_pp: Float[Array, "*runs"]) -> "Law":
+        """The operator's own."""
+        return cls(freq, u_pp, jnp.ones_like(freq), jnp.zeros_like(freq))
+
+    def after(
+        self, answer: Float[Array, "*time"], constant: Float[Array, ""]
+    ) -> Float[Array, "*time"]:
+        """What becomes of an operator's response with that constant."""
+        return constant + self.gain * (answer - constant) + self.offset
+
+    def before(
+        self, response: Float[Array, "*time"], constant: Float[Array, ""]
+    ) -> Float[Array, "*time"]:
+        """What the operator must answer for a response."""
+        return constant + (response - constant - self.offset) / self.gain
 
 
 class AbstractLawEffect(AbstractEffect):
@@ -124,6 +147,30 @@ class Modes(NamedTuple):
     weight: Inexact[Array, " modes"]
 
 
+class Past(NamedTuple):
+    """What lies before the runs of a session, for a linear effect whose memory outlasts a run.
+
+    - `settled`: from rest (0) to a drive that has long been that of the first run (1), before it.
+    - `rest`: the signal while nothing is driven, counted from the first run's first value, as a
+      share of that run's range.
+    - `lead_s`: for how long each run's drive has been on when its first sample is taken, after a
+      rest; beyond `ALWAYS_ON_S` there is no rest: a run's drive is on from the end of the run
+      before, and the first one's begins with its first sample.
+    """
+
+    settled: Float[Array, ""]
+    rest: Float[Array, ""]
+    lead_s: Float[Array, ""]
+
+    @classmethod
+    def of(cls, settled: float) -> "Past":
+        """No rests between runs; `settled` before the first."""
+        return cls(jnp.asarray(settled), jnp.zeros(()), jnp.asarray(2.0 * ALWAYS_ON_S))
+
+
+ALWAYS_ON_S = 1e4
+
+
 class AbstractLinearEffect(AbstractEffect):
     """A linear effect with a memory; second base beside the type that says where it acts.
 
@@ -137,11 +184,8 @@ class AbstractLinearEffect(AbstractEffect):
         """Its lags."""
 
     @abc.abstractmethod
-    def settled(self) -> Float[Array, ""]:
-        """From 0 to 1: what lies before the session.
-
-        Rest at the first value (0), or a drive that has long been that of the first run (1).
-        """
+    def past(self) -> Past:
+        """What lies before the runs, where its memory outlasts them."""
 
 
 class AbstractInvertible(eqx.Module):

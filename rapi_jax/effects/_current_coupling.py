@@ -8,30 +8,40 @@ from jaxtyping import Array, Float
 
 from .._parameter import parameter
 from .._precision import float64
-from ._base import AbstractCouplingEffect
+from ._base import AbstractCouplingEffect, Modes
 from ._evidence import Evidence
+from ._lags import from_rest
 from ._size import size
+
+_LEAST_S, _SHORT_S = 1e-7, 1e-5
 
 
 class CurrentCoupling(AbstractCouplingEffect):
-    r"""Capacitive feed-through: $\nu + k\,\dot u$, $u$ the drive that is sent.
+    r"""Capacitive feed-through: $\nu + k\,L[\dot u]$, $u$ the drive that is sent.
 
-    `coupling` is $k$, of either sign. The drive is taken as straight between samples: inside a
-    straight piece $\dot u$ is its slope, on a corner the mean of both sides. (A part of $u$ itself
-    cannot be told from the operator's own gain.) A recorded drive with noise of its own passes that
-    noise on: send the drive that was asked for, not the one read back.
+    `coupling` is $k$, of either sign; $L$ a first-order lag by `lag_s`, where the current's own
+    driver rounds it (below some 30 us it counts as none). The drive is taken as straight between
+    samples: inside a straight piece $\dot u$ is its slope, on a corner the mean of both sides. (A
+    part of $u$ itself cannot be told from the operator's own gain.) A recorded drive with noise of
+    its own passes that noise on: send the drive that was asked for, not the one read back.
 
     Diode current moves a laser by some 3 MHz/uA (MOGLabs CEL manual); arXiv 1712.06627.
     """
 
     name: ClassVar[str] = "current_coupling"
+    steady: ClassVar[bool] = True
     coupling: Float[Array, ""] = parameter(unit="{x} s/{u}", default=0.0)  # k
+    lag_s: Float[Array, ""] = parameter(unit="s", default=0.0, bounds=(0.0, 0.02))
 
     @float64
     def __call__(
         self, t: Float[Array, " time"], nu: Float[Array, " time"], u: Float[Array, " time"]
     ) -> Float[Array, " time"]:
-        return nu + self.coupling * slopes(t, u)
+        lag = jnp.maximum(self.lag_s, _LEAST_S)
+        behind = (u - from_rest(Modes(lag[None], jnp.ones(1)), t, u)) / lag
+        # A sample on a corner sees one side as soon as there is a lag, and both without.
+        sudden = jnp.exp(-self.lag_s / _SHORT_S)
+        return nu + self.coupling * (sudden * slopes(t, u) + (1.0 - sudden) * behind)
 
     @classmethod
     def trials(cls, evidence: Evidence) -> "list[CurrentCoupling]":
@@ -41,7 +51,7 @@ class CurrentCoupling(AbstractCouplingEffect):
             if mine.size > 1:
                 slope[mine] = np.asarray(_slopes(evidence.time[mine], evidence.drive[mine]))
         found = size(evidence, slope)
-        return [cls.at(coupling=found), cls.at(coupling=-found)]
+        return [cls.at(coupling=k, lag_s=0.1 * _LEAST_S) for k in (found, -found)]
 
 
 @float64

@@ -16,14 +16,20 @@ from ._lags import not_invertible
 from ._size import peaks, power
 
 _CYCLES = 120  # over the span, at most
+_FINE = 4001  # places in one fringe at which its slope is looked at
 
 
 class Etalon(AbstractOpticalEffect, AbstractInvertible):
-    r"""Interference fixed in optical frequency: $\nu + A \sin(2\pi\nu/F + \phi)$.
+    r"""Interference fixed in optical frequency, with $\theta = 2\pi\nu/F + \phi$.
 
-    `amplitude` is $A$, `spacing` $F$ (the parasitic cavity's free spectral range), `phase` $\phi$
-    in rad. It moves with the response, whatever the time. Beyond $2\pi A/F = 1$ the response
-    would turn back within a scan: the laser then hops, and there is no inverse.
+    $$\nu + A \sqrt{1 - c^2} \sin\theta/(1 - c \sin\theta)$$
+
+    `amplitude` is $A$, `spacing` $F$ (the parasitic cavity's free
+    spectral range), `phase` $\phi$ in rad. `sharpness` is $c$: 0 is the sine of two weak beams, and
+    towards 1 (or -1) the fringes are the narrow peaks (or dips) of Airy's function, but for a
+    constant, with a coefficient of finesse of $2c/(1 - c)$. It moves with the response, whatever
+    the time. Where its slope goes below -1 the response would turn back within a scan: the laser
+    then hops, and there is no inverse.
 
     Parasitic cavities in tunable lasers: Zorabedian, Tunable Lasers Handbook, 16.3.
     """
@@ -32,16 +38,22 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
     amplitude: Float[Array, ""] = parameter(unit="{x}", default=0.0)  # A
     phase: Float[Array, ""] = parameter(unit="rad", default=0.0)  # phi
     spacing: Float[Array, ""] = parameter(unit="{x}", default=5.0, positive=True)  # F
+    sharpness: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(-0.95, 0.95))  # c
 
     @float64
     def __call__(
         self, t: Float[Array, " time"], nu: Float[Array, " time"]
     ) -> Float[Array, " time"]:
         del t
-        return nu + self.amplitude * jnp.sin(self._angle(nu))
+        return nu + self._ripple(nu)[0]
 
-    def _angle(self, nu):
-        return 2.0 * jnp.pi * nu / self.spacing + self.phase
+    def _ripple(self, nu):
+        """What it adds, and the slope of that."""
+        angle = 2.0 * jnp.pi * nu / self.spacing + self.phase
+        height = self.amplitude * jnp.sqrt(1.0 - self.sharpness**2)
+        below = 1.0 - self.sharpness * jnp.sin(angle)
+        slope = height * jnp.cos(angle) / below**2 * 2.0 * jnp.pi / self.spacing
+        return height * jnp.sin(angle) / below, slope
 
     @float64
     def inverse(
@@ -49,13 +61,13 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
     ) -> Float[Array, " time"]:
         """Newton's method between brackets that close on the root."""
         del t
-        steep = 2.0 * jnp.pi * self.amplitude / self.spacing
-        if not float(jnp.abs(steep)) < 1.0:
+        steep = float(jnp.max(jnp.abs(self._ripple(self.spacing * jnp.linspace(0, 1, _FINE))[1])))
+        if not steep < 1.0:
             raise not_invertible(
                 f"an etalon of amplitude {float(self.amplitude):.6g} and spacing "
-                f"{float(self.spacing):.6g} turns the response back within a scan (2 pi A / F = "
-                f"{float(jnp.abs(steep)):.3g}, and it must stay below 1). Tilt or coat the surface "
-                "that reflects, or leave the effect out of what is compensated."
+                f"{float(self.spacing):.6g} turns the response back within a scan (it has a slope "
+                f"of {steep:.3g}, which must stay below 1). Tilt or coat the surface that "
+                "reflects, or leave the effect out of what is compensated."
             )
 
         return _undone(self, signal)
@@ -80,16 +92,15 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
 
 @eqx.filter_jit
 def _undone(etalon: Etalon, signal: Float[Array, " time"]) -> Float[Array, " time"]:
-    steep = 2.0 * jnp.pi * etalon.amplitude / etalon.spacing
-
     def closer(_, state):
         low, high, nu = state
-        angle = etalon._angle(nu)
-        over = nu + etalon.amplitude * jnp.sin(angle) - signal
+        ripple, slope = etalon._ripple(nu)
+        over = nu + ripple - signal
         low, high = jnp.where(over < 0, nu, low), jnp.where(over < 0, high, nu)
-        newton = nu - over / (1.0 + steep * jnp.cos(angle))
+        newton = nu - over / (1.0 + slope)
         inside = (newton >= low) & (newton <= high)
         return low, high, jnp.where(inside, newton, (low + high) / 2.0)
 
-    half = jnp.abs(etalon.amplitude)
+    sharp = jnp.abs(etalon.sharpness)
+    half = jnp.abs(etalon.amplitude) * jnp.sqrt((1.0 + sharp) / (1.0 - sharp))
     return jax.lax.fori_loop(0, 60, closer, (signal - half, signal + half, signal))[2]

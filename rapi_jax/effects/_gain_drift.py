@@ -1,40 +1,72 @@
 """A gain that changes in the course of a session."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from .._parameter import parameter
 from .._precision import float64
-from ._base import AbstractOpticalEffect
+from ._base import AbstractCouplingEffect
 from ._evidence import Evidence
 from ._size import size
 
 
-class GainDrift(AbstractOpticalEffect):
-    r"""A gain straight in the session's time: $\nu + k (t - t_0)(\nu - \nu_c)$.
+class GainDrift(AbstractCouplingEffect):
+    r"""A gain that drifts: $\nu + k \tau (1 - e^{-(t-t_0)/\tau})(\nu - \nu_c - c)$.
 
-    `rate` is $k$, 1/s; `centre` $\nu_c$, the response about which the scan grows; `start` $t_0$, s.
-    It does not look at the drive's past, which is what tells it from creep; no repeating drive
-    undoes it. Typically 0.01 to 3 % in a session.
+    `rate` is $k$, 1/s, at first; with a long `tau` ($\tau$, s) the gain is straight in the
+    session's time. $\nu_c$ is the run's response where the drive crosses the middle of its range,
+    mean of both directions; `centre` $c$, by how much the scan grows about another point; `start`
+    $t_0$, s. It does not look at the drive's past, which is what tells it from creep; no repeating
+    drive undoes it. Typically 0.01 to 3 % in a session.
     """
 
     name: ClassVar[str] = "gain_drift"
+    steady: ClassVar[bool] = False
     rate: Float[Array, ""] = parameter(unit="1/s", default=0.0, bounds=(-10.0, 10.0))  # k
     centre: Float[Array, ""] = parameter(unit="{x}", default=0.0, held=True)
     start: Float[Array, ""] = parameter(unit="s", default=0.0, held=True)
+    tau: Float[Array, ""] = parameter(unit="s", default=1e6, bounds=(1e-2, 1e7))
 
     @float64
     def __call__(
-        self, t: Float[Array, " time"], nu: Float[Array, " time"]
+        self, t: Float[Array, " time"], nu: Float[Array, " time"], u: Float[Array, " time"]
     ) -> Float[Array, " time"]:
-        return nu + self.rate * (t - self.start) * (nu - self.centre)
+        about = middle(nu, u) + self.centre
+        gain = -self.rate * self.tau * jnp.expm1(-(t - self.start) / self.tau)
+        return nu + gain * (nu - about)
 
     @classmethod
     def trials(cls, evidence: Evidence) -> "list[GainDrift]":
         start = float(evidence.time.min())
-        centre = float(evidence.response.min() + evidence.response.max()) / 2.0
-        found = size(evidence, (evidence.time - start) * (evidence.response - centre))
+        about = np.zeros(evidence.time.size)
+        for k in np.unique(evidence.run):
+            mine = evidence.run == k
+            about[mine] = middle(evidence.response[mine], evidence.drive[mine], np)
+        found = size(evidence, (evidence.time - start) * (evidence.response - about))
         rates = np.clip([found, -found], -5.0, 5.0)
-        return [cls.at(rate=rate, centre=centre, start=start) for rate in rates]
+        tau = float(np.clip(5.0 * evidence.duration_s, 0.02, 5e6))
+        return [cls.at(rate=rate, start=start, tau=tau) for rate in rates]
+
+
+def middle(nu: Any, u: Any, xp: Any = jnp) -> Any:
+    """The response where the drive crosses the middle of its range, mean of both directions.
+
+    That of the first sample where it never crosses. `xp`: the arrays' module, JAX's or NumPy.
+    """
+    level = (xp.max(u) + xp.min(u)) / 2.0
+    above = u >= level
+    crossed = above[1:] != above[:-1]
+    rise = xp.where(crossed, u[1:] - u[:-1], 1.0)
+    at = nu[:-1] + (level - u[:-1]) / rise * (nu[1:] - nu[:-1])
+
+    def mean(side: Any) -> tuple[Any, Any]:
+        count = xp.sum(side.astype(nu.dtype))
+        return xp.sum(xp.where(side, at, 0.0)) / xp.maximum(count, 1.0), count > 0
+
+    up, rises = mean(crossed & above[1:])
+    down, falls = mean(crossed & ~above[1:])
+    sides = rises.astype(nu.dtype) + falls.astype(nu.dtype)
+    return xp.where(sides > 0, (up + down) / xp.maximum(sides, 1.0), nu[0])

@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact, Int
 
-from ._base import Modes, transfer
+from ._base import ALWAYS_ON_S, Modes, Past, transfer
 
 _NOTHING = 1e-9  # gain below which a frequency is lost to rounding
 _DEAD = 1e-15  # s: a lag as short as this is none
@@ -103,14 +103,13 @@ def respond_linear(
     history: History,
     *,
     session: bool,
-    settled: Float[Array, ""],
+    past: Past,
 ) -> Float[Array, "runs time"]:
     """The output of a linear system for all runs of a session; see `Modes`.
 
     A row with a lead-in of one period is in its periodic state, any other begins at rest at its
-    first value. With `session`, the first run begins between rest and that state as `settled`
-    says (0 to 1), and each later one goes on from the end of the one before: in the gap between
-    them the device is taken to be driven already as in the later run.
+    first value. With `session`, each later run goes on from the end of the one before, and `past`
+    says what was in the gap between them, and before the first.
     """
     zero = jnp.zeros(modes.tau.shape, dtype=modes.tau.dtype)
 
@@ -130,7 +129,7 @@ def respond_linear(
     wide = x.astype(modes.tau.dtype)[:, :, None]
     lags = driven + free * periodic[:, None, :] + wide[:, :1]
     if session:
-        off = _carried(modes, t, wide, lags, history, settled)
+        off = _carried(modes, t, wide, lags, history, past)
         since = t - t[row, history.lead][:, None]
         left = _decay(jnp.maximum(since, 0.0)[:, :, None], modes.tau[None, None, :])
         lags = lags + jnp.where((since >= 0)[:, :, None], left * off[:, None, :], 0.0)
@@ -149,21 +148,27 @@ def _just_behind(modes, t, x):
     return -modes.tau[None, None, :] * slope
 
 
-def _carried(modes, t, x, lags, history, settled):
+def _carried(modes, t, x, lags, history, past):
     """By how much each run's states differ, where it begins, from what they are by itself.
 
     `lags`: the states of each run by itself.
     """
+    rest = (past.rest * jnp.ptp(jnp.real(x[0]))).astype(x.dtype)
+    level = x[0, history.lead[0]] + rest
+    rests = past.lead_s < ALWAYS_ON_S
 
     def one(before, run):
         t, x, lags, lead, gap_s, period_s = run
         joined = jnp.isfinite(gap_s)
         gap_s = jnp.where(joined, gap_s, 0.0)
-        back = jnp.where(period_s > 0, gap_s % jnp.where(period_s > 0, period_s, 1.0), 0.0)
-        kept = _decay(gap_s[None], modes.tau)
-        carried = kept * (before - _between(t[lead] - back, t, lags))
-        rest = (1.0 - settled).astype(x.dtype) * (x[lead] - lags[lead])
-        off = jnp.where(joined, carried, rest)
+        # For how long the run's own drive was on, and what it began from.
+        longest = jnp.where(joined, gap_s, past.lead_s)
+        on = jnp.where(rests, jnp.minimum(past.lead_s, longest), gap_s)
+        idle = _decay(jnp.maximum(gap_s - on, 0.0)[None], modes.tau)
+        began = jnp.where(joined, level + idle * (before - level), x[lead] + rest)
+        back = jnp.where(period_s > 0, on % jnp.where(period_s > 0, period_s, 1.0), 0.0)
+        off = _decay(on[None], modes.tau) * (began - _between(t[lead] - back, t, lags))
+        off = off * jnp.where(joined, 1.0, 1.0 - past.settled)
         return lags[-1] + _decay((t[-1] - t[lead])[None], modes.tau) * off, off
 
     rows = (t, x, lags, history.lead, history.gap_s, history.period_s)
@@ -184,9 +189,7 @@ def from_rest(
     """The output for one run, from rest at its first value."""
     zero = jnp.zeros(1)
     alone = History(zero, jnp.zeros(1, dtype=jnp.int32), zero + jnp.inf)
-    return respond_linear(
-        modes, t[None, :], x[None, :], alone, session=False, settled=jnp.zeros(())
-    )[0]
+    return respond_linear(modes, t[None, :], x[None, :], alone, session=False, past=Past.of(0.0))[0]
 
 
 def undo_linear(

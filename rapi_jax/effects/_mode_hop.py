@@ -9,12 +9,14 @@ from jaxtyping import Array, Float
 
 from .._parameter import parameter
 from .._precision import float64
-from ._base import AbstractOpticalEffect
+from ._base import AbstractOpticalEffect, Modes
 from ._evidence import Evidence
+from ._lags import from_rest
 from ._size import least
 
 _BINS = 300
 _SIDE = 8  # bins to either side of a step through which a straight line is drawn
+_NONE_S, _SUDDEN_S = 1e-9, 1e-8
 _OUTLIER = 8.0  # robust standard deviations of one sample's change
 
 
@@ -24,6 +26,7 @@ class ModeHop(AbstractOpticalEffect):
     The laser hops when the response reaches `threshold` $\nu_h$, and hops back when it falls below
     $\nu_h$ - `width`. `size` is $\Delta$, of either sign: a multiple $m c/2L$ of the cavity's mode
     spacing. A run that begins between the two thresholds begins as if it had come from below.
+    The jump is sudden, or settles by a first-order lag of `settle_s`.
 
     External-cavity lasers hop by 3 to 4 GHz (MOGLabs CEL and CEX manuals).
     """
@@ -33,13 +36,17 @@ class ModeHop(AbstractOpticalEffect):
     size: Float[Array, ""] = parameter(unit="{x}", default=0.0)
     threshold: Float[Array, ""] = parameter(unit="{x}", default=0.0)
     width: Float[Array, ""] = parameter(unit="{x}", default=0.0, bounds=(0.0, np.inf))
+    settle_s: Float[Array, ""] = parameter(unit="s", default=0.0, bounds=(0.0, 0.1))
 
     @float64
     def __call__(
         self, t: Float[Array, " time"], nu: Float[Array, " time"]
     ) -> Float[Array, " time"]:
-        del t
-        return jnp.where(self.hopped(nu), nu + self.size, nu)
+        hopped = self.hopped(nu).astype(nu.dtype)
+        settles = self.settle_s > _NONE_S
+        lag = jnp.where(settles, self.settle_s, 1.0)
+        slow = from_rest(Modes(lag[None], jnp.ones(1)), t, hopped)
+        return nu + self.size * jnp.where(settles, slow, hopped)
 
     @float64
     def hopped(self, nu: Float[Array, " time"]) -> Array:
@@ -70,7 +77,7 @@ class ModeHop(AbstractOpticalEffect):
             below = [a for a, j in down if j * jump > 0 and -0.01 * span < at - a < 0.3 * span]
             found += [(jump, at, max(at - a, narrow)) for a in below[:1]] or [(jump, at, narrow)]
         found += [(jump, at, narrow) for at, jump in down[:1]]
-        return [cls.at(size=s, threshold=at, width=w) for s, at, w in found]
+        return [cls.at(size=s, threshold=at, width=w, settle_s=_SUDDEN_S) for s, at, w in found]
 
 
 def _jumps(cls: type[ModeHop], evidence: Evidence) -> list[ModeHop]:
@@ -91,7 +98,8 @@ def _jumps(cls: type[ModeHop], evidence: Evidence) -> list[ModeHop]:
     width = 0.0
     if back.size:
         width = at - float(np.median((data[back] + data[back + 1] + leap[back]) / 2.0))
-    return [cls.at(size=size, threshold=at, width=max(width, 1e-3 * evidence.span))]
+    width = max(width, 1e-3 * evidence.span)
+    return [cls.at(size=size, threshold=at, width=width, settle_s=_SUDDEN_S)]
 
 
 def _steps(evidence: Evidence, direction: int, count: int) -> list[tuple[float, float]]:

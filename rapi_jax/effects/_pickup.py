@@ -5,6 +5,7 @@ from typing import ClassVar
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+from scipy.fft import next_fast_len
 
 from .._parameter import parameter
 from .._precision import float64
@@ -18,22 +19,28 @@ _CELLS = 2**21  # of the session's clock, at most
 
 
 class Pickup(AbstractOpticalEffect):
-    r"""A sine in the session's time: $\nu + A \sin(2\pi f t + \phi)$.
+    r"""A tone in the session's time: $\nu + A (\sin\theta + s \sin 3\theta + c \cos 3\theta)$.
 
-    `amplitude` is $A$, `hertz` $f$, `phase` $\phi$ in rad. It looks at nothing but the clock, so
-    runs must have their places in the session (`start_s`), and no repeating drive undoes it.
+    $\theta = 2\pi f t + \phi$. `amplitude` is $A$, `hertz` $f$, `phase` $\phi$ in rad; `third_sine`
+    and `third_cosine` $s$ and $c$: a line that is no sine is symmetrical, and so its harmonics are
+    odd. It looks at nothing but the clock, so runs must have their places in the session
+    (`start_s`), and no repeating drive undoes it.
     """
 
     name: ClassVar[str] = "pickup"
     amplitude: Float[Array, ""] = parameter(unit="{x}", default=0.0)  # A
     hertz: Float[Array, ""] = parameter(unit="Hz", default=50.0, bounds=(_LOW, _HIGH))  # f
     phase: Float[Array, ""] = parameter(unit="rad", default=0.0)  # phi
+    third_sine: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(-1.0, 1.0))  # s
+    third_cosine: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(-1.0, 1.0))  # c
 
     @float64
     def __call__(
         self, t: Float[Array, " time"], nu: Float[Array, " time"]
     ) -> Float[Array, " time"]:
-        return nu + self.amplitude * jnp.sin(2.0 * jnp.pi * self.hertz * t + self.phase)
+        angle = 2.0 * jnp.pi * self.hertz * t + self.phase
+        third = self.third_sine * jnp.sin(3.0 * angle) + self.third_cosine * jnp.cos(3.0 * angle)
+        return nu + self.amplitude * (jnp.sin(angle) + third)
 
     @classmethod
     def trials(cls, evidence: Evidence) -> "list[Pickup]":
@@ -71,8 +78,9 @@ def _strongest(evidence: Evidence, residual: np.ndarray, count: int) -> list[flo
         mine = evidence.run == k
         np.add.at(level, cell[mine], residual[mine] - residual[mine].mean())
     # Padded to four sessions: phases at a peak are then right to pi / 8 at either end.
-    height = np.abs(np.fft.rfft(level, n=4 * size)) ** 2
-    hertz = np.fft.rfftfreq(4 * size, step)
+    padded: int = next_fast_len(4 * size, real=True)  # pyright: ignore[reportAssignmentType]
+    height = np.abs(np.fft.rfft(level, n=padded)) ** 2
+    hertz = np.fft.rfftfreq(padded, step)
     # Less than a cycle a session is drift; near the clock's limit a cell is no instant.
     height[(hertz < 1.0 / lasts) | (hertz > 0.25 / step) | (hertz < 2 * _LOW)] = 0.0
     return [float(hertz[i]) for i in peaks(height, count, apart=8) if height[i] > 0]

@@ -3,34 +3,42 @@
 from typing import ClassVar
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from .._parameter import parameter
 from .._precision import float64
-from ._base import AbstractDriveEffect, AbstractEffect
+from ._base import AbstractDriveEffect
 from ._evidence import Evidence
+from ._size import peaks
 
-_BITS = range(6, 15)
+_BITS = range(6, 15, 2)
+_FINEST = 2.0**-14  # of three times the drive's range: converters are seldom used to their ends
+_CELLS = 2**19  # of the drive's range, at most
+_LINES = 4
 
 
 class Quantisation(AbstractDriveEffect):
     r"""A drive rounded to whole steps: $u_0 + q\,\mathrm{round}((u - u_0) / q)$.
 
-    A converter of $n$ bits over a range $R$ has $q = R / 2^n$. It cannot be undone; a finer source
-    can replace it.
+    A converter of $n$ bits over a range $R$ has $q = R / 2^n$; `origin` ($u_0$) is where one of its
+    levels lies. It cannot be undone; a finer source can replace it.
     """
 
     step: Float[Array, ""] = parameter(unit="{u}", default=0.0, bounds=(0.0, jnp.inf))  # q
-    origin: Float[Array, ""] = parameter(unit="{u}", default=0.0, held=True)  # u_0
+    origin: Float[Array, ""] = parameter(unit="{u}", default=0.0)  # u_0
 
     name: ClassVar = "quantisation"
     smooth: ClassVar = False
 
     @classmethod
-    def trials(cls, evidence: Evidence) -> list[AbstractEffect]:
-        """6 to 14 bits of the drive's range."""
+    def trials(cls, evidence: Evidence) -> "list[Quantisation]":
+        """Where the residual repeats over the drive; and 6, 8 ... 14 bits of the drive's range."""
         low, high = float(evidence.drive.min()), float(evidence.drive.max())
-        return [cls.at(step=(high - low) / 2**bits, origin=low) for bits in _BITS if high > low]
+        if not high > low:
+            return []
+        bits = [((high - low) / 2**n, low) for n in _BITS]
+        return [cls.at(step=q, origin=at) for q, at in _sawteeth(evidence, low, high) + bits]
 
     @float64
     def __call__(self, t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
@@ -38,3 +46,35 @@ class Quantisation(AbstractDriveEffect):
         some = self.step > 0
         step = jnp.where(some, self.step, 1.0)
         return jnp.where(some, self.origin + step * jnp.round((u - self.origin) / step), u)
+
+
+def _sawteeth(evidence: Evidence, low: float, high: float) -> list[tuple[float, float]]:
+    r"""Steps and origins at which a sawtooth over the drive takes most of the residual.
+
+    Rounding puts $-(q/\pi) \sin(2\pi (u - u_0)/q)$ and its harmonics into the drive, and the slope
+    of the response times that into the residual.
+    """
+    span = high - low
+    cells = int(min(_CELLS, 2.0 / _FINEST))
+    level = np.zeros(cells)
+    cell = ((evidence.drive - low) / span * (cells - 1)).astype(int)
+    np.add.at(level, cell, evidence.residual - evidence.residual.mean())
+    # Padded to four ranges, so that no line falls between two.
+    height = np.abs(np.fft.rfft(level, n=4 * cells)) ** 2
+    cycles = np.fft.rfftfreq(4 * cells, span / (cells - 1))
+    height[(cycles * span < 4.0) | (cycles > 1.0 / (_FINEST * span))] = 0.0
+    out = []
+    for i in peaks(height, _LINES, apart=6):
+        if not height[i] > 0:
+            continue
+        near = cycles[i] + np.linspace(-1.0, 1.0, 41) * (cycles[1] - cycles[0])
+        wave = np.exp(-2j * np.pi * near[:, None] * evidence.drive[None, :])
+        total = wave @ (evidence.residual - evidence.residual.mean())
+        best = int(np.argmax(np.abs(total)))
+        step = 1.0 / float(near[best])
+        phase = float(np.angle(total[best]))  # of a cosine
+        # -sin(2 pi (u - u0) / q) = cos(2 pi u / q + phase)
+        origin = (0.5 * np.pi - phase) * step / (2.0 * np.pi)
+        middle = (low + high) / 2.0  # a level there, so that step and origin are told apart
+        out.append((step, origin + step * round((middle - origin) / step)))
+    return out

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from .._parameter import parameter
 from .._precision import float64
-from ._base import AbstractInvertible, AbstractLinearEffect, AbstractOpticalEffect, Modes
+from ._base import AbstractInvertible, AbstractLinearEffect, AbstractOpticalEffect, Modes, Past
 from ._evidence import Evidence
 from ._lags import from_rest, undo_linear
 from ._size import peaks
@@ -33,7 +33,7 @@ class Resonance(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible)
     session: ClassVar[bool] = False
     hertz: Float[Array, ""] = parameter(unit="Hz", default=1000.0, bounds=(_LOW, _HIGH))
     damping: Float[Array, ""] = parameter(unit="1", default=0.05, bounds=(0.002, 0.95))  # z
-    share: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(0.0, 1.0), held=True)
+    share: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(0.0, 1.5))
 
     @float64
     def modes(self) -> Modes:
@@ -44,8 +44,8 @@ class Resonance(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible)
         weight = jax.lax.complex(self.share, -self.share * self.damping / r)
         return Modes(tau[None], weight[None])
 
-    def settled(self) -> Float[Array, ""]:
-        return jnp.zeros_like(self.share)
+    def past(self) -> Past:
+        return Past.of(0.0)
 
     @float64
     def __call__(

@@ -2,6 +2,7 @@
 
 from typing import ClassVar
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -12,15 +13,20 @@ from ._base import AbstractDriveEffect, AbstractEffect, AbstractInvertible
 from ._evidence import Evidence
 from ._lags import not_invertible
 
+_SHARP = 1e-4  # of the swing: the knee to start from
+_SHUT = 1e-6  # of a knee: nearer to the end no drive leads
+
 
 class Saturation(AbstractDriveEffect, AbstractInvertible):
     r"""A drive that is cut off: $\min(\max(u, u_\mathrm{low}), u_\mathrm{high})$.
 
-    An amplifier at its supply rail clips the last percent of a scan, at one end or at both.
+    An amplifier at its supply rail clips the last percent of a scan, at one end or at both. `knee`
+    ($k$, V) makes the corner soft, $u - k \ln(1 + e^{(u - u_\mathrm{high})/k})$, likewise below.
     """
 
     low: Float[Array, ""] = parameter(unit="{u}", default=-jnp.inf)
     high: Float[Array, ""] = parameter(unit="{u}", default=jnp.inf)
+    knee: Float[Array, ""] = parameter(unit="{u}", default=0.0, bounds=(0.0, np.inf))
 
     name: ClassVar = "saturation"
 
@@ -32,18 +38,32 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
         if not swing > 0:
             return []
         cuts = [(0.01, -1.0), (0.04, -1.0), (-1.0, 0.01), (-1.0, 0.04), (0.02, 0.02)]
-        return [cls.at(low=low + below * swing, high=high - above * swing) for below, above in cuts]
+        return [
+            cls.at(low=low + below * swing, high=high - above * swing, knee=_SHARP * swing)
+            for below, above in cuts
+        ]
 
     @float64
     def __call__(self, t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
         del t
-        return jnp.clip(u, self.low, self.high)
+        soft = self.knee > 0
+        knee = jnp.where(soft, self.knee, 1.0)
+
+        def over(beyond):
+            """By how much the rail takes off what lies `beyond` it."""
+            inside = jnp.isfinite(beyond)
+            some = jnp.where(inside, beyond, 0.0)
+            cut = jnp.where(soft, knee * jax.nn.softplus(some / knee), jnp.maximum(some, 0.0))
+            return jnp.where(inside, cut, 0.0)
+
+        u = u - over(u - self.high)
+        return u + over(self.low - u)
 
     @float64
     def inverse(
         self, t: Float[Array, " time"], signal: Float[Array, " time"]
     ) -> Float[Array, " time"]:
-        """The signal itself, which must nowhere lie beyond the ends."""
+        """The signal itself, made higher in a knee; it must nowhere lie beyond the ends."""
         del t
         value, low, high = np.asarray(signal), float(self.low), float(self.high)
         slack = 1e-9 * float(np.ptp(value))
@@ -52,4 +72,19 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
                 f"the effect saturation passes {low:.6g} to {high:.6g} V, but the scan needs "
                 f"{value.min():.6g} to {value.max():.6g} V behind it. Scan less, or move the bias."
             )
-        return signal
+        knee = float(self.knee)
+        if not knee > 0:
+            return signal
+        for sign, end in ((-1.0, low), (1.0, high)):
+            room = sign * (end - value) / knee
+            if np.isfinite(end) and not room.min() > _SHUT:
+                raise not_invertible(
+                    f"the effect saturation reaches {end:.6g} V only with an endless drive, and "
+                    f"the scan needs {value.min():.6g} to {value.max():.6g} V behind it. Scan "
+                    "less, or move the bias."
+                )
+            # Far from the end nothing is taken off, and the exponential would overflow.
+            near = room < 40.0
+            some = np.where(near, room, 1.0)
+            value = np.where(near, end - sign * knee * np.log(np.expm1(some)), value)
+        return jnp.asarray(value)

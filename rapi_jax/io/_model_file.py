@@ -27,7 +27,8 @@ from ._safe import StrPath, open_regular, printable
 
 SCHEMA = "rapi.model-file/1"
 _LIMIT = 64 * 2**20
-_OPERATORS = {cls.__name__: cls for cls in (operators.RAPI, operators.PI, operators.InverseRAPI)}
+_KNOWN = (operators.RAPI, operators.PI, operators.InverseRAPI, operators.GeneralRAPI)
+_OPERATORS = {cls.__name__: cls for cls in _KNOWN}
 
 
 def _shapes(module: Any) -> dict[str, list[int]]:

@@ -4,6 +4,7 @@ from ._base import AbstractOperator as AbstractOperator
 from ._base import Fields as Fields
 from ._base import Plays as Plays
 from ._base import tie as tie
+from ._general_rapi import GeneralRAPI as GeneralRAPI
 from ._inverse_rapi import InverseRAPI as InverseRAPI
 from ._pi import PI as PI
 from ._rapi import RAPI as RAPI

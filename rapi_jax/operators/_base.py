@@ -9,17 +9,45 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from .._parameter import follow
-from .._play import eq13_start, memory
+from .._play import memory
 from .._precision import float64
 
 
 class Plays(eqx.Module):
-    """The play operators of one run: thresholds, shapes and weights, each of shape `plays`."""
+    """The play operators of one run: thresholds, shapes and weights, each of shape `plays`.
+
+    `bow` and `u_0` bend all falling bounds alike, by `bow (u - u_0)^2`; `None`: they are straight.
+    """
 
     r: Float[Array, " plays"]
     lam: Float[Array, " plays"]
     eta: Float[Array, " plays"]
     p: Float[Array, " plays"]
+    bow: Float[Array, ""] | None = None
+    u_0: Float[Array, ""] | None = None
+
+    def upper(self, u: Float[Array, ""]) -> Float[Array, " plays"]:
+        """The falling bounds at the drive `u`."""
+        straight = self.lam * u + self.eta * self.r  # Eq. (12)
+        if self.bow is None or self.u_0 is None:
+            return straight
+        return straight + self.bow * (u - self.u_0) ** 2
+
+    def falling(self, u: Float[Array, ""]) -> Float[Array, " plays"]:
+        """The slopes of the falling bounds at the drive `u`."""
+        if self.bow is None or self.u_0 is None:
+            return self.lam
+        return self.lam + 2.0 * self.bow * (u - self.u_0)
+
+    def clamped(
+        self, u: Float[Array, ""], before: Float[Array, " plays"]
+    ) -> Float[Array, " plays"]:
+        """The outputs at the drive `u`, after `before` (Eq. 9)."""
+        return jnp.maximum(u - self.r, jnp.minimum(self.upper(u), before))
+
+    def lowest(self, u_min: Float[Array, ""]) -> Float[Array, " plays"]:
+        """The outputs at the minimum of a periodic drive (Eq. 13)."""
+        return jnp.maximum(u_min - self.r, self.upper(u_min))
 
     def start(
         self,
@@ -31,11 +59,11 @@ class Plays(eqx.Module):
 
         A NaN in `initial` stands for Eq. 13.
         """
-        start = eq13_start(u_min, self.r, self.lam, self.eta)  # Eq. (13)
+        start = self.lowest(u_min)
         if initial is None:
             return start
         low = u[0] - self.r
-        high = jnp.maximum(low, self.lam * u[0] + self.eta * self.r)
+        high = self.lowest(u[0])
         given = ~jnp.isnan(initial)
         return jnp.where(given, low + jnp.where(given, initial, 0.0) * (high - low), start)
 
@@ -97,7 +125,8 @@ class AbstractOperator(eqx.Module):
         plays = self.plays(jnp.ptp(u) if u_pp is None else u_pp, freq)
         u, u_min = self.centred(u), None if u_min is None else self.centred(u_min)
         start = plays.start(u, jnp.min(u) if u_min is None else u_min, initial)
-        return memory(u, plays.r, plays.lam, plays.eta, plays.p, start)  # Eq. (14)
+        shape = (plays.r, plays.lam, plays.eta, plays.p)
+        return memory(u, *shape, start, plays.bow, plays.u_0)  # Eq. (14)
 
     @float64
     def memoryless(self, u: Float[Array, " time"]) -> Float[Array, " time"]:

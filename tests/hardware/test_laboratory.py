@@ -20,7 +20,7 @@ from hardware.simulated import (
     ParasiticEtalon,
 )
 from hardware.simulated._laser import PhaseNoise
-from rapi_jax import ECDL, predict
+from rapi_jax import ECDL, GeneralRAPI, predict
 from rapi_jax._afg import AfgWaveform
 from rapi_jax._paper_device import paper_device, paper_drives
 from rapi_jax._waveform import triangle
@@ -54,11 +54,20 @@ def waveform():
     return AfgWaveform.of(paper_drives()[3])  # 40 Hz: the shortest record
 
 
-def test_the_laser_follows_the_device(waveform):
+BENT = ECDL(
+    GeneralRAPI(
+        alpha=0.3, zeta=(6e-3, 2e-3), lam=1.5, eta=1.0, a=0.7, b=(0.2, 0.1), bow=0.03, u_0=3.0,
+        d=(18.8, -1.1, 0.01),
+    )
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("device", [paper_device(), BENT], ids=["paper", "bent bounds"])
+def test_the_laser_follows_the_device(waveform, device):
     """Within half a code (0.14 mV) and half a step of the generator, at the device's slope."""
     drive = paper_drives()[3]
-    truth = np.asarray(predict(paper_device(), drive))
-    lab = Laboratory(Device(paper_device()))
+    truth = np.asarray(predict(device, drive))
+    lab = Laboratory(Device(device))
     found = lab.frequency(waveform, drive.time)
     slope = np.abs(np.diff(truth) / np.diff(drive.value)).max()
     bound = slope * (4.5 / 16382 / 2 + 360.0 * 0.5 / (40.0 * 131072)) + 1e-4

@@ -174,6 +174,7 @@ RINGS = Resonance(hertz=900.0, damping=0.05, share=1.0)
 LAWS = (
     RateLaw(exponent=1.6),
     AmplitudeLaw(threshold=0.2, gain=0.02, tilt=0.01, reference=4.0, centre=2.5),
+    AmplitudeLaw(threshold=0.2, gain=0.02, tilt=0.01, pivot=40.0, reference=4.0, centre=2.5),
 )
 RIPPLE = ModelEtalon(amplitude=0.1, spacing=7.0, phase=1.0)
 

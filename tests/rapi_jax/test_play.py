@@ -12,7 +12,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from rapi_jax import memory, play
-from rapi_jax._play import eq13_start
+from rapi_jax.operators import Plays
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = ("u", "r", "lam", "eta", "p", "start")
@@ -126,7 +126,7 @@ def test_a_crossed_band_is_memoryless_with_the_lower_bound():
 
 def test_eq_13_starts_on_the_upper_bound_or_on_the_lower_where_crossed():
     r, lam, eta = np.array([0.4, 0.5]), np.array([1.5, 0.2]), np.array([1.0, 0.5])
-    start = eq13_start(jnp.asarray(3.0), *(jnp.asarray(x) for x in (r, lam, eta)))
+    start = Plays(*(jnp.asarray(x) for x in (r, lam, eta, r))).lowest(jnp.asarray(3.0))
     assert np.allclose(start, [1.5 * 3.0 + 0.4, 3.0 - 0.5], rtol=1e-15, atol=0.0)
 
 

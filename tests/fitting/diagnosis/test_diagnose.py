@@ -17,6 +17,12 @@ SESSION = drives(rates=(10.0, 40.0), periods=3, samples=256)
 # parameter. At one bias the tilt does not show.
 OWN = AmplitudeLaw(threshold=0.2, gain=0.02, tilt=0.0, reference=2.5, centre=3.0)
 EXACT = {**TRUTHS, "amplitude_law": OWN}
+# What these truths have none of, or no session this short shows.
+SILENT = {
+    ("amplitude_law", "tilt"), ("amplitude_law", "pivot"), ("creep", "lead_s"), ("creep", "rest"),
+    ("creep", "history"), ("saturation", "knee"), ("current_coupling", "lag_s"),
+    ("mode_hop", "settle_s"), ("gain_drift", "tau"),
+}  # fmt: skip
 
 
 def session_of(name):
@@ -38,7 +44,7 @@ def test_an_effect_is_found_and_its_parameters_with_it(name):
         found["parameters"].items(), effect_values((EXACT[name],)), strict=True
     ):
         if p["stderr"] is None:  # these data say nothing of it
-            assert (name, key) == ("amplitude_law", "tilt")
+            assert (name, key) in SILENT
             continue
         assert abs(p["value"] - true) <= 3.0 * p["stderr"], (key, p, true)
     closed = report.content["shrinkage"]["closed_fraction"]

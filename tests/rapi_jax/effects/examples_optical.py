@@ -14,10 +14,10 @@ EXAMPLES: dict[str, AbstractEffect] = {
     "creep": Creep.at(gain=0.02, history=0.3),
     "resonance": Resonance.at(hertz=700.0, damping=0.05, share=1.0),
     "drift": Drift.at(amplitude=0.8, tau=2.0),
-    "gain_drift": GainDrift.at(rate=0.02, centre=65.0),
-    "mode_hop": ModeHop.at(size=2.3, threshold=70.0, width=6.0),
+    "gain_drift": GainDrift.at(rate=0.02),
+    "mode_hop": ModeHop.at(size=2.3, threshold=70.0, width=6.0, settle_s=1e-10),
     "etalon": Etalon.at(amplitude=0.15, phase=0.7, spacing=6.5),
     "pickup": Pickup.at(amplitude=0.05, hertz=50.0, phase=0.4),
     # 120 to 360 V/s: 12 to 36 MHz.
-    "current_coupling": CurrentCoupling.at(coupling=1e-4),
+    "current_coupling": CurrentCoupling.at(coupling=1e-4, lag_s=1e-9),
 }

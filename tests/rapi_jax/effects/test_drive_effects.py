@@ -152,13 +152,19 @@ def test_an_amplitude_law_is_another_alpha_and_gain_in_each_run():
     law = AmplitudeLaw(threshold=0.3, gain=0.05, tilt=0.02, reference=3.0, centre=3.0)
     expected = 7.0 + (1 + 0.05 * 0.2 - 0.02 * 0.2) * (np.asarray(predict(ECDL(other), drive)) - 7.0)
     np.testing.assert_allclose(predict(ECDL(op, (law,)), drive), expected, rtol=1e-12)
+    about = AmplitudeLaw(threshold=0.3, gain=0.05, tilt=0.02, pivot=45.0, reference=3.0, centre=3.0)
+    pivot = 7.0 + 45.0
+    expected = pivot + (1 + 0.05 * 0.2 - 0.02 * 0.2) * (
+        np.asarray(predict(ECDL(other), drive)) - pivot
+    )
+    np.testing.assert_allclose(predict(ECDL(op, (about,)), drive), expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("diff", [jax.jacfwd, jax.jacrev])
 @pytest.mark.parametrize("law", [RateLaw(), RateLaw(exponent=0.3), AmplitudeLaw()])
 def test_laws_at_rest_have_finite_gradients(diff, law):
     """Rate 0 and a constant drive."""
-    still = Law(jnp.zeros(()), jnp.zeros(()), jnp.ones(()))
+    still = Law.of(jnp.zeros(()), jnp.zeros(()))
     value = law(still, jnp.asarray(3.0))
     assert float(value.freq) == 0.0 and float(value.u_pp) == 0.0 and float(value.gain) == 1.0
     for leaf in jax.tree.leaves(diff(lambda law: law(still, jnp.asarray(3.0)))(law)):

@@ -9,7 +9,7 @@ import scipy.signal
 
 from rapi_jax import NotInvertible
 from rapi_jax.effects import Modes, _lags
-from rapi_jax.effects._base import transfer
+from rapi_jax.effects._base import Past, transfer
 from rapi_jax.effects._lags import History, undo_linear
 
 respond_linear = eqx.filter_jit(_lags.respond_linear)
@@ -48,7 +48,7 @@ def answer(modes, t, x, starts):
     return x + np.asarray(modes.weight) @ (np.array(lags) - x[None, :])
 
 
-def rows(modes, t, x, *, period=0.0, lead=0, gap=None, session=False, settled=0.0):
+def rows(modes, t, x, *, period=0.0, lead=0, gap=None, session=False, settled=0.0, past=None):
     """`respond_linear` of NumPy rows that are alike."""
     t, x = np.atleast_2d(t), np.atleast_2d(x)
     gap = np.full(len(t), np.inf) if gap is None else np.asarray(gap)
@@ -56,8 +56,9 @@ def rows(modes, t, x, *, period=0.0, lead=0, gap=None, session=False, settled=0.
         jnp.full(len(t), float(period)), jnp.full(len(t), lead, dtype=int), jnp.asarray(gap)
     )
     out = respond_linear(
-        modes, jnp.asarray(t), jnp.asarray(x), history, session=session, settled=jnp.array(settled)
-    )
+        modes, jnp.asarray(t), jnp.asarray(x), history,
+        session=session, past=Past.of(settled) if past is None else past,
+    )  # fmt: skip
     return np.asarray(out)
 
 
@@ -280,6 +281,45 @@ def test_steps_and_holds_in_several_runs():
     assert np.abs(alone - want).max() > 10.0 * slack
 
 
+@pytest.mark.parametrize("lead_s", [0.02, 0.13, 0.5])
+def test_a_rest_between_runs_and_before_the_first(lead_s):
+    """Rest, a run whose drive was on for `lead_s`, a rest, and another, as one long record."""
+    step, period, periods, rest, gap = 5e-4, 0.05, 3, 0.35, 1.3
+    count, lead = round(periods * period / step), round(lead_s / step)
+    per = round(period / step)
+    t = np.arange(-per, count) * step
+    runs = [triangle_wave(t, period), 2.0 * triangle_wave(t, period) + 0.4]
+    level = runs[0][per] + rest * np.ptp(runs[0])
+    parts = []
+    for k, x in enumerate(runs):
+        index = (np.arange(-lead, count) % per) + per
+        # Between the last sample of a run and its neighbour's drive lies the rest.
+        still = round((2.0 if k == 0 else gap - lead_s) / step) - (k > 0)
+        parts += [np.full(still, level), x[index]]
+    record = np.concatenate(parts)
+    at = np.arange(record.size) * step
+    want = answer(real(), at, record, [level] * len(TAU))
+    sizes = np.cumsum([p.size for p in parts])
+    wanted = [want[e - count : e] for e in (sizes[1], sizes[3])]
+    times = np.stack([t, t + (count - 1) * step + gap])
+    past = Past(jnp.zeros(()), jnp.asarray(rest), jnp.asarray(lead_s))
+    y = rows(
+        real(), times, np.stack(runs),
+        period=period, lead=per, gap=[np.inf, gap], session=True, past=past,
+    )  # fmt: skip
+    # The record takes each jump of the drive as a ramp of one step.
+    jumps = max(np.abs(np.diff(record)).max(), 1.0)
+    left = [abs(c) / tau * np.exp(-lead_s / tau) for c, tau in zip(WEIGHT, TAU, strict=True)]
+    slack = 0.5 * step * jumps * sum(left)
+    for row, expected in zip(y[:, per:], wanted, strict=True):
+        assert np.abs(row - expected).max() <= 4.0 * slack
+    driven = rows(
+        real(), times, np.stack(runs),
+        period=period, lead=per, gap=[np.inf, gap], session=True,
+    )  # fmt: skip
+    assert np.abs(driven[1, per:] - wanted[1]).max() > 20.0 * slack
+
+
 # --- gradients
 
 
@@ -288,7 +328,8 @@ def loss(tau, weight, settled):
     t = jnp.asarray(np.stack([np.arange(-50, 80), np.arange(81, 211)]) * 1e-3)
     x = jnp.asarray(triangle_wave(np.stack([np.arange(-50, 80)] * 2) * 1e-3, 0.05))
     history = History(jnp.full(2, 0.05), jnp.full(2, 50), jnp.array([jnp.inf, 2e-3]))
-    y = respond_linear(Modes(tau, weight), t, x, history, session=True, settled=settled)
+    past = Past.of(0.0)._replace(settled=settled)
+    y = respond_linear(Modes(tau, weight), t, x, history, session=True, past=past)
     return y[:, 50::9].ravel()
 
 

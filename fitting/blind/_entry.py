@@ -1,0 +1,110 @@
+"""One world of the check: its answer beside what was predicted before the answer was seen."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+NONE, UNLISTED, FAILED = "none", "unlisted", "error"
+Given = tuple[Mapping[str, Any], Mapping[str, Any] | None, Path | None]
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """An answer, a prediction, and the folder of its models.
+
+    - `size`: of the effect, in multiples of the noise; 0 for a null.
+    - `right`: the name that a verdict should have had.
+    - `said`: the name that it had; `error` where there was no diagnosis, which is wrong everywhere.
+    - `names`: its smallest set. `probability`: of every hypothesis; of an error, all on `error`.
+    """
+
+    name: str
+    kind: str
+    size: float
+    base_misfit: bool
+    right: str
+    said: str
+    names: tuple[str, ...]
+    probability: Mapping[str, float]
+    withheld: str | None
+    answer: Mapping[str, Any]
+    diagnosis: Mapping[str, Any]
+    baselines: Mapping[str, str]
+    error: str | None = None
+    folder: Path | None = field(default=None)
+
+    @classmethod
+    def of(
+        cls,
+        answer: Mapping[str, Any],
+        prediction: Mapping[str, Any] | None,
+        folder: Path | None = None,
+    ) -> "Entry":
+        """From the two files; a prediction that is missing counts as an error."""
+        found = prediction or {"error": "no prediction was made"}
+        withheld = found.get("withheld")
+        error = found.get("error")
+        report = found.get("diagnosis") or {}
+        if error is None and "verdict" not in report:
+            error = "the prediction holds no verdict"
+        verdict = {} if error is not None else report["verdict"]
+        given = {} if error is not None else report.get("hypotheses", ())
+        probability = {h["name"]: float(h["probability"]) for h in given}
+        return cls(
+            name=str(answer["name"]),
+            kind=str(answer["kind"]),
+            size=float(answer["size"]),
+            base_misfit=bool(answer["base_misfit"]),
+            right=UNLISTED if withheld else truth_name(answer["truth"]),
+            said=FAILED if error is not None else str(verdict["name"]),
+            names=tuple(verdict.get("set", ())),
+            probability=probability or {FAILED: 1.0},
+            withheld=withheld,
+            answer=answer,
+            diagnosis={} if error is not None else report,
+            baselines=found.get("baselines") or {},
+            error=None if error is None else str(error),
+            folder=folder,
+        )
+
+    @property
+    def null(self) -> bool:
+        """Whether nothing was to be found."""
+        return not self.answer["truth"]
+
+    @property
+    def confidence(self) -> float:
+        """The probability of the verdict; 1 for an error, which nothing excuses."""
+        return self.probability.get(self.said, 0.0)
+
+    @property
+    def named(self) -> bool:
+        """Whether the verdict names effects."""
+        return bool(self.diagnosis) and bool(self.diagnosis["verdict"]["effects"])
+
+    @property
+    def survival(self) -> float | None:
+        """Share of the true effect that no base absorbs, as the diagnosis saw it, if it did."""
+        for hypothesis in self.diagnosis.get("hypotheses", ()):
+            if hypothesis["name"] == self.right:
+                value = hypothesis.get("survival")
+                return None if value is None else float(value)
+        return None
+
+    @property
+    def separable(self) -> bool:
+        """Whether the true effect can be told from the base; where that is not known it counts."""
+        survival = self.survival
+        return survival is None or survival >= SEPARABLE
+
+
+SEPARABLE = 0.05  # of an effect's signature
+
+
+def truth_name(truth: Iterable[str]) -> str:
+    """The verdict that names what an answer holds."""
+    names = sorted(truth)
+    if any(name.startswith("unlisted:") for name in names):
+        return UNLISTED
+    return "+".join(names) or NONE

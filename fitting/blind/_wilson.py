@@ -1,0 +1,62 @@
+"""Shares of small counts, with the interval in which the true share lies."""
+
+import math
+from typing import Any
+
+LEVEL_95 = 1.959963984540054  # standard deviations of a normal, both sides
+
+
+def wilson(k: int, n: int, *, z: float = LEVEL_95) -> tuple[float, float]:
+    """Wilson's score interval for the share of which `k` of `n` is a sample; (0, 1) for `n` = 0.
+
+    All shares p with `|k/n - p| <= z sqrt(p (1 - p)/n)`: it stays within 0 and 1, and has a width
+    also where all or none were counted.
+    """
+    if not 0 <= k <= n:
+        raise ValueError(f"Argument `k` must lie between 0 and `n`, but they are {k} and {n}.")
+    if n == 0:
+        return 0.0, 1.0
+    part, more = k / n, z * z / n
+    centre = (part + more / 2) / (1 + more)
+    half = z * math.sqrt(part * (1 - part) / n + more / (4 * n)) / (1 + more)
+    low = 0.0 if k == 0 else centre - half
+    return low, 1.0 if k == n else centre + half
+
+
+def counted(
+    k: int, n: int, *, least: float | None = None, most: float | None = None
+) -> dict[str, Any]:
+    """`k` of `n` as a record: share, its interval, and whether the target is met.
+
+    The target is `least` or `most`; `met` judges the share itself and is `None` without a target,
+    or where nothing was counted.
+    """
+    low, high = wilson(k, n)
+    share = k / n if n else None
+    met = None
+    if share is not None and least is not None:
+        met = share >= least
+    elif share is not None and most is not None:
+        met = share <= most
+    return {
+        "n": n, "k": k, "share": share, "low": low if n else None, "high": high if n else None,
+        "target": _target(least, most), "met": met,
+    }  # fmt: skip
+
+
+def judged(
+    value: float | None, n: int, *, least: float | None = None, most: float | None = None
+) -> dict[str, Any]:
+    """A figure that is no share, with its target, as a record."""
+    met = None
+    if value is not None and n and least is not None:
+        met = value >= least
+    elif value is not None and n and most is not None:
+        met = value <= most
+    return {"n": n, "value": value if n else None, "target": _target(least, most), "met": met}
+
+
+def _target(least: float | None, most: float | None) -> dict[str, float] | None:
+    if least is not None:
+        return {"least": least}
+    return None if most is None else {"most": most}

@@ -1,0 +1,114 @@
+"""Calibrations on evidence whose right answers are known by construction."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from fitting.blind._calibrate import Case, calibrate, fitted, loss
+from fitting.blind._folder import Folder
+from fitting.diagnosis._calibration import Calibration, shipped
+from fitting.diagnosis._evidence import Evidence, Left
+from fitting.diagnosis._probability import probabilities, smallest_set
+from rapi_jax import DataError
+
+LINES, LOOSE = 2000, 8000
+
+
+def evidence(none, **effects):
+    """`none` and each effect with the chi-square a locked line that it leaves."""
+    found = [Left((), 0, none * LINES, float(LOOSE), 0.0)]
+    for name, left in effects.items():
+        found.append(Left(tuple(name.split("_and_")), 2, left * LINES, float(LOOSE), 0.0))
+    return Evidence(LINES, LOOSE, True, tuple(found))
+
+
+def test_probabilities_add_up_and_name_what_leaves_nothing():
+    found = probabilities(evidence(40.0, creep=1.0, drift=20.0), {"creep": 0.999}, Calibration())
+    assert sum(p for _, p in found) == pytest.approx(1.0)
+    assert found[0][0] == "creep" and found[0][1] > 0.95 and smallest_set(found) == ["creep"]
+
+
+@pytest.mark.parametrize(
+    "case, right",
+    [
+        (evidence(1.0, creep=0.995), "none"),
+        (evidence(1.15, creep=1.14), "none"),  # a base that is not quite the device's
+        (evidence(40.0, creep=35.0), "unlisted"),
+        (evidence(40.0), "unlisted"),
+        (evidence(40.0, creep=1.0, delay=1.0005), None),  # a tie
+    ],
+)
+def test_what_is_said(case, right):
+    found = probabilities(case, {}, Calibration())
+    if right is None:
+        assert {"creep", "delay"} <= set(smallest_set(found))
+    else:
+        assert found[0][0] == right
+
+
+def test_more_left_is_more_unlisted_and_so_is_less_on_data_held_out():
+    def unlisted(left, closed):
+        return dict(probabilities(evidence(40.0, creep=left), {"creep": closed}))["unlisted"]
+
+    lefts = [unlisted(left, 0.95) for left in (1.0, 1.3, 2.0, 4.0, 9.0)]
+    opens = [unlisted(2.0, closed) for closed in (0.999, 0.97, 0.9, 0.5, -3.0)]
+    assert np.all(np.diff(lefts) > 0) and np.all(np.diff(opens) > 0)
+
+
+def overconfident(rng, count):
+    """Two effects whose chi-squares differ by 40 whichever is right, and nulls and unlisted."""
+    out = []
+    for _ in range(count):
+        right = rng.random() < 0.7
+        case = evidence(40.0, creep=1.0, delay=1.02)
+        out.append(Case(case, {"creep": 0.99, "delay": 0.99}, "creep" if right else "delay"))
+        out.append(Case(evidence(1.0 + 0.1 * rng.random(), creep=1.0), {}, "none"))
+        out.append(Case(evidence(40.0, creep=12.0), {"creep": 0.6}, "unlisted"))
+    return out
+
+
+def test_a_calibration_learns_how_often_the_likelier_is_right():
+    """70 % of the time, with more than 99 % at first."""
+    rng = np.random.default_rng(0)
+    cases, others = overconfident(rng, 60), overconfident(rng, 60)
+    start = dataclasses.replace(Calibration(), temperature=1.0, form=1e-6)
+    found = fitted(cases, start, "test", steps=800)
+    assert dict(probabilities(cases[0].evidence, cases[0].closed, start))["creep"] > 0.99
+    share = dict(probabilities(cases[0].evidence, cases[0].closed, found))["creep"]
+    assert share == pytest.approx(0.7, abs=0.12)
+    assert loss(others, found) < loss(others, start) - 0.1
+    assert found.provenance == "test"
+
+
+def test_few_cases_move_little():
+    case = Case(evidence(40.0, creep=1.0), {"creep": 0.999}, "creep")
+    found = fitted([case], Calibration(), "one", steps=300)
+    for name, value in dataclasses.asdict(found).items():
+        if name != "provenance":
+            assert value == pytest.approx(getattr(Calibration(), name), rel=0.5, abs=0.5)
+
+
+def test_no_cases_are_refused():
+    with pytest.raises(ValueError, match="at least one"):
+        fitted([], Calibration(), "none")
+
+
+def test_evidence_and_calibrations_survive_their_files():
+    one = evidence(40.0, creep=1.0)
+    assert Evidence.from_dict(one.to_dict()) == one
+    assert Calibration.from_dict(shipped().to_dict()) == shipped()
+    with pytest.raises(ValueError, match="schema"):
+        Calibration.from_dict({"schema": "rapi.calibration/0"})
+
+
+def test_a_sealed_bank_calibrates_nothing(tmp_path):
+    from fitting.blind._sealed import commit
+
+    folder = Folder(tmp_path / "bank")
+    commit(folder)
+    from fitting.blind._make import make
+
+    make(folder, "sealed", count=1, seed=None)
+    with pytest.raises(DataError, match="for judging alone"):
+        calibrate(folder)

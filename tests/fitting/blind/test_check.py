@@ -1,0 +1,110 @@
+"""The withheld-effect check from end to end: made, diagnosed blindfolded, closed, revealed, scored.
+
+One run of the commands, which several tests read. What is expected of a bank this small is wide.
+"""
+
+import json
+import math
+import shutil
+
+import pytest
+
+from fitting._commands.run import run
+from fitting.blind._answers import holds
+from fitting.blind._folder import Folder
+from fitting.cli import app
+
+COUNT, SEED = 20, 11
+
+
+def rapi(*arguments):
+    return run(app, ["blind", *map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def bank(tmp_path_factory):
+    """A bank that was made and scored."""
+    root = tmp_path_factory.mktemp("check") / "bank"
+    assert rapi("make", root, "--count", COUNT, "--seed", SEED) == 0
+    assert rapi("score", root) == 0
+    return Folder(root)
+
+
+@pytest.fixture(scope="module")
+def pairs(bank):
+    """Answer and prediction of each device."""
+    return [
+        tuple(
+            json.loads((place / f"{name}.json").read_text())
+            for place in (bank.answers, bank.predictions)
+        )
+        for name, _ in bank.entries
+    ]
+
+
+def right(answer):
+    """What a diagnosis should say."""
+    names = "+".join(sorted(answer["truth"])) or "none"
+    return "unlisted" if names.startswith("unlisted:") else names
+
+
+def verdict(prediction):
+    return prediction["diagnosis"]["verdict"]
+
+
+def test_every_recording_has_a_prediction(pairs):
+    assert [prediction.get("error") for _, prediction in pairs] == [None] * COUNT
+    for answer, prediction in pairs:
+        assert prediction["name"] == answer["name"]
+        assert prediction["recording_sha256"] == answer["recording_sha256"]
+        probabilities = [h["probability"] for h in prediction["diagnosis"]["hypotheses"]]
+        assert math.isclose(sum(probabilities), 1.0, abs_tol=1e-3)
+
+
+def test_no_diagnosis_reached_for_an_answer(pairs):
+    assert [prediction["refused"] for _, prediction in pairs] == [[]] * COUNT
+
+
+def test_the_answers_say_nothing_to_a_diagnosis(bank, pairs, tmp_path):
+    """With no answers there at all a diagnosis says the same."""
+    other = Folder(tmp_path / "bank")
+    other.answers.mkdir(parents=True)
+    shutil.copy(bank.bank, other.bank)
+    shutil.copytree(bank.recordings, other.recordings)
+    assert rapi("predict", other.root, "--limit", 1, "--no-baselines") == 0
+    name = bank.entries[0][0]
+    again = json.loads((other.predictions / f"{name}.json").read_text())
+    first = pairs[0][1]
+    assert verdict(again)["name"] == verdict(first)["name"]
+    assert verdict(again)["set"] == verdict(first)["set"]
+    assert math.isclose(verdict(again)["probability"], verdict(first)["probability"], rel_tol=1e-6)
+
+
+def test_commitments_hold(bank, pairs):
+    for answer, _ in pairs:
+        name = answer["name"]
+        content = (bank.answers / f"{name}.json").read_bytes()
+        salt = (bank.answers / f"{name}.salt").read_bytes()
+        assert holds(bank.about["commitments"][name], content, salt)
+
+
+def test_large_effects_are_seen_and_most_named(pairs):
+    large = [(a, p) for a, p in pairs if a["size"] >= 4]
+    seen = [verdict(p)["name"] != "none" for _, p in large]
+    named = [right(a) in verdict(p)["set"] for a, p in large]
+    assert len(large) >= COUNT / 3
+    assert sum(seen) >= 0.9 * len(large) and sum(named) >= 0.7 * len(large)
+
+
+def test_most_nulls_are_left_alone(pairs):
+    nulls = [verdict(p)["name"] for a, p in pairs if not a["truth"]]
+    assert len(nulls) >= COUNT / 6
+    assert nulls.count("none") >= len(nulls) - 1
+
+
+def test_the_scores_are_written(bank):
+    scores = json.loads(bank.scores.read_text())
+    assert scores["schema"] == "rapi.blind-scores/1" and scores["bank"]["count"] == COUNT
+    assert scores["secret"] == bank.secret.read_bytes().hex()
+    assert "|" in (bank.root / "scores.md").read_text()
+    assert (bank.root / "failures.csv").read_text().startswith("name")

@@ -13,6 +13,7 @@ from ._descend import Base, Refit, State
 from ._engine import Effects, Engine
 from ._lines import tones, without
 from ._noise import Spectrum, Whitener, measure
+from ._steady import steadied
 
 _GUESSES = 4
 _STEPS = 40
@@ -99,10 +100,15 @@ _ONE = Spectrum(1.0, 0.0, 1.0, True)
 
 
 def _quiet(errors: list[np.ndarray], blocks: list[Block]) -> Spectrum:
-    """The noise spectrum, with tones that do not follow the scan taken out: they leak."""
+    """The noise spectrum, less slow changes and tones that do not follow the scan: they leak."""
     spectrum = measure(errors, blocks)
-    found = tones(errors, blocks, spectrum) if spectrum.known else []
-    return measure(without(errors, blocks, found), blocks) if found else spectrum
+    if not spectrum.known:
+        return spectrum
+    steady = steadied(errors, blocks, spectrum)
+    if steady is not errors:
+        spectrum = measure(steady, blocks)
+    found = tones(steady, blocks, spectrum)
+    return measure(without(steady, blocks, found), blocks) if found else spectrum
 
 
 def _starts(recording: Recording, ecdl: ECDL | None) -> list[AbstractOperator]:

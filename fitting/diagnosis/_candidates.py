@@ -159,12 +159,24 @@ def straightened(refit: Refit, state: State) -> tuple[Refit, State] | None:
 
 
 def _different(screened: list[Screened]) -> list[Screened]:
-    """The best few by what the operator leaves, and the best by what the richer base leaves."""
+    """The best few by what the operator leaves, the best by what the richer base leaves.
+
+    And the one that leaves least as it stands: where an effect is far from linear in its
+    parameters, a trial that points the right way may still be too far off to descend from.
+    """
     best = screened[:_LOOKS]
-    for one in sorted(screened, key=lambda one: -one.fall_rich)[:1]:
+    for one in (max(screened, key=_fall_rich), min(screened, key=_left)):
         if all(one is not other for other in best):
             best = [*best, one]
     return best
+
+
+def _fall_rich(one: Screened) -> float:
+    return one.fall_rich
+
+
+def _left(one: Screened) -> float:
+    return one.left
 
 
 def _searched(refit: Refit, state: State) -> State:

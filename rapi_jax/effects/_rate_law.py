@@ -26,9 +26,9 @@ class RateLaw(AbstractLawEffect):
 
     @classmethod
     def trials(cls, evidence: Evidence) -> list[AbstractEffect]:
-        """Three exponents; none where there is one rate, at which `zeta` takes all of it."""
+        """Exponents; none where there is one rate, at which `zeta` takes all of it."""
         rates = {round(rate, 9) for rate in evidence.rates if rate > 0}
-        return [cls.at(exponent=m) for m in (0.4, 1.6, 2.3)] if len(rates) > 1 else []
+        return [cls.at(exponent=m) for m in (0.4, 0.7, 1.3, 1.6, 2.3)] if len(rates) > 1 else []
 
     @float64
     def __call__(self, law: Law, bias: Float[Array, ""]) -> Law:

@@ -12,7 +12,7 @@ from rapi_jax import DriveLimits, Recording, Run, triangle
 from rapi_jax.effects import ALL, AmplitudeLaw, Delay
 
 SIGMA = 4.0  # projected size in noise of a sample: rms of what no base can absorb
-SESSION = drives(rates=(10.0, 40.0), periods=3, samples=256)
+SESSION = drives(rates=(10.0, 20.0, 40.0), periods=3, samples=192)
 # As a diagnosis counts it: about the session's own amplitude and bias, which others are worth no
 # parameter. At one bias the tilt does not show.
 OWN = AmplitudeLaw(threshold=0.2, gain=0.02, tilt=0.0, reference=2.5, centre=3.0)

@@ -175,9 +175,10 @@ def calibrate(
     /,
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    workers: int | None = None,
     json: Json = False,
 ) -> int:
-    """Fit the diagnosis' probabilities to BANK, which must have been scored.
+    """Fit the diagnosis' probabilities to BANK: predict what is missing, close, reveal, fit.
 
     Writes a calibration file. A version of this package comes with one; it takes another where that
     is put in its place.
@@ -188,6 +189,8 @@ def calibrate(
         A bank of tier calibration (or open): a sealed one is for judging alone.
     output
         File for the calibration.
+    workers
+        Processes; by default two, or one where there is one processor.
     json
         Print the calibration on standard output.
     """
@@ -196,7 +199,8 @@ def calibrate(
 
     from ._out import console, say_json
 
-    found, losses = calibrated(Folder(bank))
+    with _progress("predicting") as say:
+        found, losses = calibrated(Folder(bank), workers=workers, progress=say)
     write_json(output, found.to_dict())
     if json:
         say_json({**found.to_dict(), "loss": losses})

@@ -22,7 +22,8 @@ from rapi_jax.io import printable
 from ._answers import revealed
 from ._entry import truth_name
 from ._folder import Folder
-from ._predictions import checked, files
+from ._frozen import tree_sha256
+from ._predictions import Progress, checked, close, files, predict
 
 # How far a number may go (one standard deviation): of its logarithm, or as it is.
 _LOGARITHMS = {
@@ -94,16 +95,22 @@ def fitted(
     return at(np.asarray(found.x))
 
 
-def calibrate(folder: Folder) -> tuple[Calibration, dict[str, float]]:
-    """A calibration from a bank whose predictions are closed, and the loss before and after.
+def calibrate(
+    folder: Folder, *, workers: int | None = None, progress: Progress | None = None
+) -> tuple[Calibration, dict[str, float]]:
+    """A calibration from a bank, and the loss before and after.
 
-    Raises DataError for a sealed bank: what is fitted to it can no longer be judged by it.
+    What is not predicted yet is, and predictions are closed before an answer is read. Raises
+    DataError for a sealed bank: what is fitted to it can no longer be judged by it.
     """
     if folder.sealed:
         raise DataError(
             f"{printable(folder.root)}: a sealed bank is for judging alone. Calibrate on one of "
             "tier `calibration`."
         )
+    if not folder.closed.exists():
+        predict(folder, workers=workers, baselines=False, progress=progress)
+        close(folder.closed, files(folder), tree_sha256())
     predictions = checked(folder.closed, files(folder))
     found = [Case.of(value, predictions[value["name"]]) for value in revealed(folder)]
     cases = [case for case in found if case is not None]

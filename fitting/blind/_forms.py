@@ -129,18 +129,17 @@ def gain_drift(rng: np.random.Generator, setting: Setting) -> Recipe:
 
 
 def mode_hop(rng: np.random.Generator, setting: Setting) -> Recipe:
-    """A hop that takes some samples to complete."""
+    """A hop that takes its time: that of the laser, some samples of the middle run."""
     up, down = hop_places(rng, setting)
-    width = float(rng.uniform(1.0, 4.0))
+    step = float(np.median([scan.step_s for scan in setting.scans]))
+    settle_s = float(rng.uniform(1.0, 4.0)) * step
     return Recipe(
         name="mode_hop", strength="jump", low=0.2, high=4.0,
-        parameters={"form": "smooth", "up": up, "down": down, "samples": width},
+        parameters={"form": "smooth", "up": up, "down": down, "settle_s": settle_s},
         build=lambda jump: Effect(
             "mode_hop",
             light=lambda nu, now: (
-                nu
-                - jump
-                * lowpass(hopped(nu, up, down).astype(float), now.step, width * now.scan.step_s)
+                nu - jump * lowpass(hopped(nu, up, down).astype(float), now.step, settle_s)
             ),
         ),
     )  # fmt: skip

@@ -27,10 +27,11 @@ def shrunk(
 ) -> dict[str, Any]:
     """Realised closed fractions of the model with the effects named beside the base alone.
 
-    `models`: with and without the effects. `promised`: the diagnosis' `shrinkage`. Each of the
-    unseen scans, and `all` together, has `closed`: `1 - sum e_model^2 / sum e_base^2`, and
-    `closed_about_mean`: the same of errors about each run's mean, since origins may drift; whether
-    `closed` lies `inside` the interval promised, and whether it is `no_worse` than its lower end.
+    `models`: with and without the effects. `promised`: the diagnosis' `shrinkage`, of which what
+    is `foreseen` of scans not recorded counts. Each of the unseen scans, and `all` together, has
+    `closed`: `1 - sum e_model^2 / sum e_base^2`, and `closed_about_mean`: the same of errors about
+    each run's mean, since origins may drift; whether `closed` lies `inside` the interval promised,
+    and whether it is `no_worse` than its lower end.
     """
     new = unseen(session)
     scans = [*session, *new.values()]
@@ -41,7 +42,7 @@ def shrunk(
     )
     found = {kind: _closed([model[k]], [base[k]]) for k, kind in enumerate(new)}
     found["all"] = _closed(model, base)
-    interval = promised.get("closed_fraction")
+    interval = promised.get("foreseen")
     return {
         "promised": interval,
         **{kind: one | _judged(one["closed"], interval) for kind, one in found.items()},

@@ -34,22 +34,22 @@ class Calibration:
       most, the excess a line that a base may leave, and how sharply.
     """
 
-    temperature: float = 4.0
-    form: float = 1e-3
-    parameter: float = 1.0
-    chance: float = 20.0
-    none_level: float = 0.5
-    none_slope: float = 6.0
-    named_level: float = 0.0
-    named_excess: float = 1.5
-    named_left: float = 3.0
-    named_open: float = 2.0
-    loose: float = 6.0
-    left_unknown: float = 0.5
-    left_unknown_width: float = 0.08
-    misfit_unknown: float = 1.5
-    misfit_unknown_width: float = 0.2
-    provenance: str = "set by hand, no bank"
+    temperature: float
+    form: float
+    parameter: float
+    chance: float
+    none_level: float
+    none_slope: float
+    named_level: float
+    named_excess: float
+    named_left: float
+    named_open: float
+    loose: float
+    left_unknown: float
+    left_unknown_width: float
+    misfit_unknown: float
+    misfit_unknown_width: float
+    provenance: str
 
     @classmethod
     def from_dict(cls, value: dict[str, Any]) -> "Calibration":

@@ -5,6 +5,7 @@ richer base, where only what no hysteresis could do counts.
 import dataclasses
 
 import numpy as np
+from scipy.optimize import minimize
 
 from rapi_jax import RAPI
 from rapi_jax._parameter import parameters
@@ -20,6 +21,8 @@ _FREE = 20  # steps once `eta` is let go
 _ROUNDS = 3  # of search and descent, for effects that jump
 _SETTLED = 1e-3  # of chi-square: another round that takes away less is the last
 _LOOKS = 3  # trials that are refitted
+_SIMPLEX = (5e-4, 5e-5)  # of a parameter's size: how wide a simplex begins
+_LOOKED = 30  # evaluations of a simplex for each parameter
 _FAINT = 0.02  # of the weights: what is left where hysteresis is to begin from nothing
 _RICH_STEPS = 20
 _RICH_SETTLED = 0.03  # of chi-square: another round on the richer base that takes away less is last
@@ -182,6 +185,7 @@ def _left(one: Screened) -> float:
 def _searched(refit: Refit, state: State) -> State:
     """Parameters of effects that jump, moved to and fro by shrinking steps."""
     jumps = [not type(effect).smooth for effect in state.effects for _ in free_parameters(effect)]
+    low, high = refit.edges(state.effects)
     for share in (0.2, 0.06, 0.02, 0.006, 0.002, 0.0006, 0.0002, 6e-5, 2e-5):
         for i in np.flatnonzero(jumps):
             now = effect_values(state.effects)
@@ -189,11 +193,43 @@ def _searched(refit: Refit, state: State) -> State:
             for sign in (1.0, -1.0):
                 other = now.copy()
                 other[i] += sign * share * size
+                if not low[i] <= other[i] <= high[i]:
+                    continue
                 new = refit.at(state.values, with_values(state.effects, other))
                 if np.isfinite(new.cost) and new.cost < state.cost:
                     state = new
                     break
-    return state
+    return _together(refit, state, np.flatnonzero(jumps))
+
+
+def _together(refit: Refit, state: State, moved: np.ndarray) -> State:
+    """The parameters at `moved` all at once, by a simplex: valleys across them are narrow.
+
+    Edges at both ends of the drive stay where they are when a step grows and its origin moves.
+    """
+    if moved.size < 2:
+        return state
+    found, now = [state], effect_values(state.effects)
+    low, high = refit.edges(state.effects)
+    size = np.where(now[moved] != 0.0, np.abs(now[moved]), 0.5)
+
+    def cost(x: np.ndarray) -> float:
+        other = now.copy()
+        other[moved] += x * size
+        if (other < low).any() or (other > high).any():
+            return 1e300
+        new = refit.at(state.values, with_values(state.effects, other))
+        if np.isfinite(new.cost) and new.cost < found[0].cost:
+            found[0] = new
+        return new.cost if np.isfinite(new.cost) else 1e300
+
+    options = {"maxfev": _LOOKED * moved.size, "xatol": 1e-8}
+    for width in _SIMPLEX:
+        best = effect_values(found[0].effects)
+        start = (best - now)[moved] / size
+        corners = start + width * np.concatenate([np.zeros((1, moved.size)), np.eye(moved.size)])
+        minimize(cost, start, method="Nelder-Mead", options=options | {"initial_simplex": corners})
+    return found[0]
 
 
 def rich_none(refit: Refit, state: State) -> tuple[Refit, State]:

@@ -22,6 +22,7 @@ from ._diagnosis import Diagnosis, Verdict
 from ._engine import Engine
 from ._estimates import estimates
 from ._evidence import Evidence
+from ._foreseen import foreseen
 from ._gap import gap, parametric
 from ._held_out import Held, credit
 from ._maps import maps
@@ -187,6 +188,10 @@ def _content(
     floor = parts["noise_floor"]
     before, after = held.rms(own) if held else (whole.total, whole.total)
     left = where(top.rich.errors.raw, blocks, spectrum, recording, own_origin=own)
+    rich = _needs_rich(top)
+    refit, state = _of(top, fitted.refit, rich)
+    bare = _of(attribution.none, fitted.refit, rich)[1]
+    promise = foreseen(engine, spectrum, bare, (refit, state), held)
     shrinkage = {
         "before": before,
         "after": after,
@@ -194,7 +199,8 @@ def _content(
         "closed_fraction": held.closed if held else None,
         "held_out": [p["part"] for p in held.parts] if held else [],
         "by_part": held.parts if held else [],
-        "straighter": _straighter(held.closed if held else None),
+        "foreseen": None if promise is None else promise.closed,
+        "straighter": None if promise is None else promise.straighter,
         "ceiling": ceiling(raw, blocks, spectrum, own_origin=own),
         "remainder": summary(left),
     }
@@ -213,16 +219,6 @@ def _content(
         "shrinkage": shrinkage,
         "next_scan": None,
         "calibration": {"bank": shipped().provenance},
-    }
-
-
-def _straighter(closed: dict[str, float] | None) -> dict[str, float | None] | None:
-    """By what factor the rms error, and a scan compensated anew, should fall; no limit: `None`."""
-    if closed is None:
-        return None
-    return {
-        name: 1.0 / float(np.sqrt(1.0 - share)) if share < 1.0 else None
-        for name, share in closed.items()
     }
 
 

@@ -7,7 +7,7 @@ a play is not one where a turning point passes a sample.
 
 import dataclasses
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -30,6 +30,7 @@ from rapi_jax.effects import (
     Law,
 )
 from rapi_jax.effects._base import transfer
+from rapi_jax.effects._lags import Modes
 
 from ._blocks import Block, blocks
 from ._noise import Spectrum, Whitener
@@ -129,11 +130,19 @@ def _is_linear(effect: AbstractEffect) -> bool:
     return not _is_ahead(effect) and isinstance(effect, AbstractLinearEffect | Delay)
 
 
-def _transfer(effect: AbstractEffect, hertz: np.ndarray) -> np.ndarray:
+@jax.jit
+def _modes(effect: AbstractLinearEffect) -> Modes:
+    return effect.modes()
+
+
+def _transfer(effect: AbstractEffect) -> Callable[[np.ndarray], np.ndarray]:
+    """The transfer function of a linear effect, of frequencies in Hz."""
     if isinstance(effect, Delay):
-        return np.exp(-2j * np.pi * hertz * float(effect.tau))
+        tau = float(effect.tau)
+        return lambda hertz: np.exp(-2j * np.pi * hertz * tau)
     assert isinstance(effect, AbstractLinearEffect)  # noqa: S101 (see `_is_linear`)
-    return np.asarray(transfer(effect.modes(), jnp.asarray(hertz)))
+    modes = jax.tree_util.tree_map(np.asarray, _modes(effect))
+    return lambda hertz: np.asarray(transfer(modes, hertz))
 
 
 class Errors(NamedTuple):
@@ -298,7 +307,7 @@ class Engine:
             if not _is_ahead(effect) and not _is_linear(effect):
                 nu, small = _pushed(effect, cycle, nu, small)
         rows = np.asarray(small)
-        linear = [effect for effect in effects if _is_linear(effect)]
+        linear = [_transfer(effect) for effect in effects if _is_linear(effect)]
         parts = []
         for k, (block, begin) in enumerate(zip(self.blocks, self._cycles[1], strict=True)):
             row = rows[:, k, :]
@@ -314,15 +323,17 @@ class Engine:
         return Whitener(self.blocks, spectrum, self.own_origin)
 
 
-def _through(effects: Sequence[AbstractEffect], value: np.ndarray, block: Block) -> np.ndarray:
+def _through(
+    linear: Sequence[Callable[[np.ndarray], np.ndarray]], value: np.ndarray, block: Block
+) -> np.ndarray:
     """Periods behind linear effects; a run that does not repeat starts from rest."""
     size = value.shape[1]
     first = np.zeros((len(value), 1)) if block.repeats else value[:, :1]
     count = size if block.repeats else 2 * size
     line = np.fft.rfft(value - first, count, axis=1)
     hertz = np.fft.rfftfreq(count, block.step_s)
-    for effect in effects:
-        line *= _transfer(effect, hertz)[None, :]
+    for gain in linear:
+        line *= gain(hertz)[None, :]
     return np.fft.irfft(line, count, axis=1)[:, :size] + first
 
 

@@ -14,20 +14,42 @@ def standard_errors(refit: Refit, state: State) -> np.ndarray:
     Errors are white here. What the base leaves above the noise counts as noise of that size.
     """
     full, _, _ = refit.gram(state)
-    length = np.sqrt(np.diag(full))
-    alive = length > 0
-    unit = np.where(alive, length, 1.0)
-    scaled = full / unit[:, None] / unit[None, :] + np.diag(np.where(alive, 0.0, 1.0))
-    size, vectors = np.linalg.eigh(scaled)
-    kept = size > 1e-12 * size.max()
-    inverse = (vectors[:, kept] / size[kept]) @ vectors[:, kept].T
+    inverse, unit = _inverse(full)
     wide = max(1.0, state.locked / max(state.errors.locked.size, 1))
-    variance = np.diag(inverse) * wide / unit**2
-    out = np.sqrt(np.where(alive, variance, np.inf))[state.values.size :]
+    variance = np.where(unit > 0, np.diag(inverse) * wide, np.inf)
+    out = (
+        np.sqrt(variance)[state.values.size :] / np.where(unit > 0, unit, 1.0)[state.values.size :]
+    )
     smooth = [type(e).smooth for e in state.effects for _ in free_parameters(e)]
     for i in np.flatnonzero(~np.array(smooth, dtype=bool)):
         out[i] = max(out[i] if np.isfinite(out[i]) else 0.0, _reach(refit, state, int(i), wide))
     return out
+
+
+def determined(refit: Refit, state: State) -> float:
+    """How many of the operator's values and the effects' parameters the data determine.
+
+    What priors hold counts in part.
+    """
+    full, _, _ = refit.gram(state)
+    inverse, unit = _inverse(full)
+    prior = np.where(refit.base.free & np.isfinite(refit.base.prior), refit.base.prior, np.inf)
+    weight = np.append(prior**-2.0, np.zeros(len(unit) - prior.size))
+    share = np.where(unit > 0, np.diag(inverse) * weight / np.where(unit > 0, unit, 1.0) ** 2, 1.0)
+    return float(np.clip(1.0 - share, 0.0, 1.0).sum())
+
+
+def _inverse(full: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The inverse of a normal matrix scaled to a unit diagonal, and the units; 0 where it says
+    nothing.
+    """
+    unit = np.sqrt(np.diag(full))
+    alive = unit > 0
+    length = np.where(alive, unit, 1.0)
+    scaled = full / length[:, None] / length[None, :] + np.diag(np.where(alive, 0.0, 1.0))
+    size, vectors = np.linalg.eigh(scaled)
+    kept = size > 1e-12 * size.max()
+    return (vectors[:, kept] / size[kept]) @ vectors[:, kept].T, unit
 
 
 def _reach(refit: Refit, state: State, index: int, wide: float) -> float:

@@ -84,7 +84,8 @@ def _remains(
     """Probability that what the best hypothesis leaves is more than noise and base misfit."""
     lines, loose = evidence.lines, max(evidence.loose_lines, 1)
     chance, chance_loose = (3.0 * np.sqrt(2.0 / n) for n in (lines, loose))
-    over = top.locked / lines - 1.0 - chance
+    # What the base was bent for counts too: a bend that no device has explains nothing.
+    over = (top.locked + top.prior) / lines - 1.0 - chance
     none = evidence.hypotheses[0]
     before = evidence.excess(none)
     share = evidence.excess(top) / before if before > 0 else 0.0

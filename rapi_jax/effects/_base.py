@@ -15,9 +15,9 @@ import abc
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Complex, Float, Inexact
+import numpy as np
+from jaxtyping import Array, Float, Inexact
 
 from ._evidence import Evidence
 
@@ -201,10 +201,10 @@ class AbstractInvertible(eqx.Module):
         """
 
 
-def transfer(modes: Modes, hertz: Float[Array, " freq"]) -> Complex[Array, " freq"]:
-    """The transfer function of `modes` at the given frequencies, Hz."""
+def transfer(modes: Modes, hertz: Float[Array | np.ndarray, " freq"]) -> Any:
+    """The transfer function of `modes` at the given frequencies, Hz: of NumPy or JAX arrays."""
     tau, weight = modes.tau.astype(complex), modes.weight.astype(complex) / 2.0
-    s = jax.lax.complex(jnp.zeros_like(hertz), 2.0 * jnp.pi * hertz)
+    s = 2j * np.pi * hertz
     lag = 1.0 / (1.0 + s[:, None] * tau[None, :]) - 1.0
-    mirror = 1.0 / (1.0 + s[:, None] * jnp.conj(tau)[None, :]) - 1.0
-    return 1.0 + lag @ weight + mirror @ jnp.conj(weight)
+    mirror = 1.0 / (1.0 + s[:, None] * tau.conj()[None, :]) - 1.0
+    return 1.0 + lag @ weight + mirror @ weight.conj()

@@ -17,6 +17,8 @@ from ._size import least
 _BINS = 300
 _SIDE = 8  # bins to either side of a step through which a straight line is drawn
 _NONE_S, _SUDDEN_S = 1e-9, 1e-8
+_WIDER = 0.02  # of the response's span: hysteresis of a hop that is tried beside what shows
+_SLOW = 3.0  # samples that a hop takes to settle, tried beside none
 _OUTLIER = 8.0  # robust standard deviations of one sample's change
 
 
@@ -77,7 +79,12 @@ class ModeHop(AbstractOpticalEffect):
             below = [a for a, j in down if j * jump > 0 and -0.01 * span < at - a < 0.3 * span]
             found += [(jump, at, max(at - a, narrow)) for a in below[:1]] or [(jump, at, narrow)]
         found += [(jump, at, narrow) for at, jump in down[:1]]
-        return [cls.at(size=s, threshold=at, width=w, settle_s=_SUDDEN_S) for s, at, w in found]
+        wider = [(jump, at, _WIDER * span) for jump, at, _ in found]
+        return [
+            cls.at(size=jump, threshold=at, width=width, settle_s=settle)
+            for jump, at, width in [*found, *wider]
+            for settle in (_SUDDEN_S, _SLOW * evidence.step_s)
+        ]
 
 
 def _jumps(cls: type[ModeHop], evidence: Evidence) -> list[ModeHop]:

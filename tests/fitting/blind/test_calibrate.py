@@ -14,6 +14,12 @@ from rapi_jax import DataError
 
 LINES, LOOSE = 2000, 8000
 
+BY_HAND = Calibration(
+    temperature=4.0, form=1e-3, parameter=1.0, chance=20.0, none_level=0.5, none_slope=6.0,
+    named_level=0.0, named_excess=1.5, named_left=3.0, named_open=2.0, loose=6.0, left_unknown=0.5,
+    left_unknown_width=0.08, misfit_unknown=1.5, misfit_unknown_width=0.2, provenance="by hand",
+)  # fmt: skip
+
 
 def evidence(none, **effects):
     """`none` and each effect with the chi-square a locked line that it leaves."""
@@ -24,7 +30,7 @@ def evidence(none, **effects):
 
 
 def test_probabilities_add_up_and_name_what_leaves_nothing():
-    found = probabilities(evidence(40.0, creep=1.0, drift=20.0), {"creep": 0.999}, Calibration())
+    found = probabilities(evidence(40.0, creep=1.0, drift=20.0), {"creep": 0.999}, BY_HAND)
     assert sum(p for _, p in found) == pytest.approx(1.0)
     assert found[0][0] == "creep" and found[0][1] > 0.95 and smallest_set(found) == ["creep"]
 
@@ -40,7 +46,7 @@ def test_probabilities_add_up_and_name_what_leaves_nothing():
     ],
 )
 def test_what_is_said(case, right):
-    found = probabilities(case, {}, Calibration())
+    found = probabilities(case, {}, BY_HAND)
     if right is None:
         assert {"creep", "delay"} <= set(smallest_set(found))
     else:
@@ -72,7 +78,7 @@ def test_a_calibration_learns_how_often_the_likelier_is_right():
     """70 % of the time, with more than 99 % at first."""
     rng = np.random.default_rng(0)
     cases, others = overconfident(rng, 60), overconfident(rng, 60)
-    start = dataclasses.replace(Calibration(), temperature=1.0, form=1e-6)
+    start = dataclasses.replace(BY_HAND, temperature=1.0, form=1e-6)
     found = fitted(cases, start, "test", steps=800)
     assert dict(probabilities(cases[0].evidence, cases[0].closed, start))["creep"] > 0.99
     share = dict(probabilities(cases[0].evidence, cases[0].closed, found))["creep"]
@@ -83,15 +89,15 @@ def test_a_calibration_learns_how_often_the_likelier_is_right():
 
 def test_few_cases_move_little():
     case = Case(evidence(40.0, creep=1.0), {"creep": 0.999}, "creep")
-    found = fitted([case], Calibration(), "one", steps=300)
+    found = fitted([case], BY_HAND, "one", steps=300)
     for name, value in dataclasses.asdict(found).items():
         if name != "provenance":
-            assert value == pytest.approx(getattr(Calibration(), name), rel=0.5, abs=0.5)
+            assert value == pytest.approx(getattr(BY_HAND, name), rel=0.5, abs=0.5)
 
 
 def test_no_cases_are_refused():
     with pytest.raises(ValueError, match="at least one"):
-        fitted([], Calibration(), "none")
+        fitted([], BY_HAND, "none")
 
 
 def test_evidence_and_calibrations_survive_their_files():

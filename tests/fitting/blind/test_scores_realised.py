@@ -26,7 +26,7 @@ from rapi_jax.io import write_model
 BASE = paper_device()
 LAG = ECDL(BASE.operator, (AmplifierLowpass.at(tau=4e-4),))
 PICKUP = ECDL(BASE.operator, (Pickup.at(amplitude=0.1, hertz=50.0, phase=0.0),))
-SURE = {"closed_fraction": {"value": 0.99, "low": 0.98, "high": 1.0}, "straighter": None}
+SURE = {"foreseen": {"value": 0.99, "low": 0.98, "high": 1.0}, "straighter": None}
 
 
 def test_unseen_scans_were_not_recorded():
@@ -89,13 +89,13 @@ def test_what_is_closed_is_a_share_of_the_square(amplitude, closed):
 
 def test_more_than_promised_is_outside_and_no_worse():
     half = ECDL(BASE.operator, (Pickup.at(amplitude=0.05, hertz=50.0, phase=0.0),))
-    low = {"closed_fraction": {"value": 0.6, "low": 0.5, "high": 0.7}}
+    low = {"foreseen": {"value": 0.6, "low": 0.5, "high": 0.7}}
     judged = shrunk(OurLaser(PICKUP), session(), (half, BASE), low)["all"]
     assert (judged["inside"], judged["no_worse"]) == (False, True)
 
 
 def test_a_promise_that_was_not_made_is_not_judged():
-    found = shrunk(OurLaser(LAG), session(), (LAG, BASE), {"closed_fraction": None})
+    found = shrunk(OurLaser(LAG), session(), (LAG, BASE), {"foreseen": None})
     assert (found["all"]["inside"], found["all"]["no_worse"]) == (None, None)
 
 

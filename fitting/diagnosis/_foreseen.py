@@ -92,7 +92,7 @@ def _stays(left: Gap, share: float, count: float, held: Held, own: bool) -> Off:
     error = (left.noise_floor or 0.0) ** 2 * share
     tails = chi2.ppf([(1 - _LEVEL) / 2, (1 + _LEVEL) / 2], max(count, 1.0)) / max(count, 1.0)
     sure = _ERRORS * left.locked_stderr
-    least = error * float(tails[0]) + max(left.locked - sure, 0.0)
+    least = error * float(tails[0])  # what is left may be of the runs recorded alone
     usual = error + max(left.locked, 0.0)
     most = error * float(tails[1]) + max(left.locked + sure, 0.0)
     closed = held.closed or {"value": 1.0, "low": 1.0}

@@ -15,7 +15,7 @@ from ._descend import Refit, State
 from ._engine import Engine
 from ._noise import Spectrum, Whitener
 
-_STEPS = 8
+_STEPS = 5
 _STRETCHES = 10  # of a run, drawn anew where nothing repeats
 _LAST = 2.0 / 3.0  # of the periods are seen, the others held out
 

@@ -26,6 +26,8 @@ def facts(diagnosis: dict, scale: Scale) -> list[tuple[str, str]]:
     none = "not known" if floor is None else "no gap to close"
     closed = shrinkage.get("closed_fraction")
     lines.append(("Gap closed", interval(closed) if closed else none))
+    if straighter := words.straighter(diagnosis):
+        lines.append(("Scan straighter", f"{straighter}, once compensated with the effect"))
     lines.append(("Noise floor", "not known" if floor is None else f"{scale(floor)} rms"))
     return lines
 

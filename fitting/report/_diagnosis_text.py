@@ -8,6 +8,8 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from ._diagnosis_words import straighter
+
 
 def _number(value: Any, digits: int = 3) -> str:
     return "-" if value is None else f"{value:.{digits}g}"
@@ -30,6 +32,8 @@ def lines(diagnosis: dict[str, Any]) -> Group:
     where = gap.get("sentence") or "no part of the scan stands out."
     rows: list[Any] = [head, Text(verdict["advice"]), Text(", ".join(parts).replace("_", " "))]
     rows += [Text(where), _hypotheses(diagnosis)]
+    if factor := straighter(diagnosis):
+        rows.append(Text(f"a scan compensated with the effect should be straighter: {factor}"))
     if len(verdict["set"]) > 1:
         rows.append(Text(f"95 % set: {', '.join(verdict['set'])}"))
     scan = diagnosis.get("next_scan")

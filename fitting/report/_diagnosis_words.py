@@ -158,3 +158,15 @@ def run_label(entry: dict, drive_unit: str) -> str:
     if finite(entry.get("amplitude")) is not None:
         parts.append(setting(entry["amplitude"], drive_unit))
     return ", ".join(parts) or run_name(entry)
+
+
+def straighter(diagnosis: dict) -> str:
+    """By what factor a scan compensated anew becomes straighter; empty where nobody can say."""
+    found = (diagnosis.get("shrinkage") or {}).get("straighter")
+    if not isinstance(found, dict) or finite(found.get("value")) is None:
+        return ""
+    low, value, high = (finite(found.get(key)) for key in ("low", "value", "high"))
+    text = f"{value:.3g} times"
+    if low is not None and high is not None:
+        text += f" ({low:.2g} to {high:.2g})"
+    return text

@@ -204,7 +204,7 @@ class AbstractInvertible(eqx.Module):
 def transfer(modes: Modes, hertz: Float[Array | np.ndarray, " freq"]) -> Any:
     """The transfer function of `modes` at the given frequencies, Hz: of NumPy or JAX arrays."""
     tau, weight = modes.tau.astype(complex), modes.weight.astype(complex) / 2.0
-    s = 2j * np.pi * hertz
+    s = 2j * np.pi * hertz.astype(complex)
     lag = 1.0 / (1.0 + s[:, None] * tau[None, :]) - 1.0
     mirror = 1.0 / (1.0 + s[:, None] * tau.conj()[None, :]) - 1.0
     return 1.0 + lag @ weight + mirror @ weight.conj()

@@ -41,7 +41,9 @@ def prediction(
         "diagnosis": {
             "verdict": {"name": said, "effects": effects, "set": list(names or (said,))},
             "hypotheses": hypotheses,
-            "shrinkage": {"closed_fraction": interval, "straighter": None},
+            "shrinkage": {
+                "closed_fraction": interval, "foreseen": interval, "straighter": None,
+            },  # fmt: skip
             "seconds": seconds,
         },
         "baselines": baselines,

@@ -87,5 +87,9 @@ class Creep(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
         rest = (middle - float(evidence.response[0])) / max(evidence.span, 1e-300)
         rest = min(max(rest, -0.9), 0.9)
         driven = [(g, {"history": h}) for g in (0.01, 0.04) for h in (0.05, 0.95)]
-        rested = [(g, {"history": 0.05, "rest": rest, "lead_s": 0.2}) for g in (0.01, 0.04)]
+        rested = [
+            (g, {"history": 0.05, "rest": rest, "lead_s": lead})
+            for g in (0.01, 0.04)
+            for lead in (0.07, 0.25)
+        ]
         return [cls.at(gain=g, **past) for g, past in driven + rested]

@@ -186,7 +186,7 @@ def _searched(refit: Refit, state: State) -> State:
     """Parameters of effects that jump, moved to and fro by shrinking steps."""
     jumps = [not type(effect).smooth for effect in state.effects for _ in free_parameters(effect)]
     low, high = refit.edges(state.effects)
-    for share in (0.2, 0.06, 0.02, 0.006, 0.002, 0.0006, 0.0002, 6e-5, 2e-5):
+    for share in (3.0, 1.0, 0.5, 0.2, 0.06, 0.02, 0.006, 0.002, 0.0006, 0.0002, 6e-5, 2e-5):
         for i in np.flatnonzero(jumps):
             now = effect_values(state.effects)
             size = abs(now[i]) if now[i] else 0.5

@@ -23,6 +23,7 @@ Reach = dict[tuple[str, tuple[str | int, ...]], tuple[float, float]]
 # Of a parameter's size, to move an effect by: before a play, or where a response jumps, the change
 # must be larger than a kink; elsewhere small, since a line's phase turns fast over a session.
 _STEP, _FINE = 3e-3, 1e-6
+_NARROW = 0.03  # of a secant, where no step along the wide ones leads down
 _TRIES = 9  # each with 12 times the damping of the one before
 _SMALL = 0.05  # fall of chi-square below which a descent is over
 
@@ -126,9 +127,12 @@ class Refit:
             off = np.where(np.isfinite(base.prior), (values - base.centre) / base.prior, 0.0)
         return State(values, effects, errors, float(off @ off), nodes)
 
-    def effect_columns(self, state: State) -> np.ndarray:
-        """Derivative of locked and loose errors by each moved parameter of the effects."""
-        return _effect_columns(self, state)
+    def effect_columns(self, state: State, share: float = 1.0) -> np.ndarray:
+        """Derivative of locked and loose errors by each moved parameter of the effects.
+
+        By secants, `share` times as wide as usual.
+        """
+        return _effect_columns(self, state, share)
 
     def base_columns(self, state: State) -> np.ndarray:
         """Derivative of the locked errors by each value of the operator."""
@@ -136,10 +140,13 @@ class Refit:
         columns = self.engine.columns(self.whitener, state.effects, nodes, moved)
         return columns * self.base.free[None, :]
 
-    def gram(self, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Normal matrix, gradient, and the effects' columns, over values then parameters."""
+    def gram(self, state: State, share: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Normal matrix, gradient, and the effects' columns, over values then parameters.
+
+        `share`: see `effect_columns`.
+        """
         j = self.base_columns(state)
-        s = self.effect_columns(state)
+        s = self.effect_columns(state, share)
         n, m, split = j.shape[1], s.shape[1], state.errors.locked.size
         full = np.zeros((n + m, n + m))
         top = np.concatenate([j, s[:split]], axis=1)
@@ -159,10 +166,10 @@ class Refit:
         `share`: of the excess over what noise alone would leave, below which a fall is next to
         nothing, twice in a row.
         """
-        damping, slow = 1e-4, 0
+        damping, slow, wide = 1e-4, 0, 1.0
         noise = float(state.errors.locked.size + state.errors.loose.size)
         for _ in range(steps):
-            full, gradient, _ = self.gram(state)
+            full, gradient, columns = self.gram(state, wide)
             length = np.sqrt(np.diag(full))
             alive = length > 0
             unit = np.where(alive, length, 1.0)
@@ -178,7 +185,10 @@ class Refit:
                     break
                 damping = min(damping * 12.0, 1e4)
             if best is None:
-                return state
+                if wide < 1.0 or not columns.any():
+                    return state
+                damping, wide = 1e-4, _NARROW  # a kink may be nearer than a secant is wide
+                continue
             gain = state.cost - best.cost
             state = best
             slow = slow + 1 if gain < share * max(state.cost - noise, 0.0) else 0
@@ -213,7 +223,7 @@ class Refit:
         return self.at(values, effects)
 
 
-def _effect_columns(refit: Refit, state: State) -> np.ndarray:
+def _effect_columns(refit: Refit, state: State, share: float) -> np.ndarray:
     total = state.errors.locked.size + state.errors.loose.size
     now = effect_values(state.effects)
     if not now.size or refit.still:
@@ -228,7 +238,7 @@ def _effect_columns(refit: Refit, state: State) -> np.ndarray:
     here = np.concatenate([state.errors.locked, state.errors.loose])
     columns = np.zeros((total, now.size))
     for i, value in enumerate(now):
-        step = steps[i] * max(abs(value), _least(state.effects, i))
+        step = share * steps[i] * max(abs(value), _least(state.effects, i))
         if value + step > high[i]:
             step = -step
         other = now.copy()

@@ -33,6 +33,9 @@ _REACH_LIMITS = (1e-3, 1e4)
 _AT_REST = 1e-10  # relative gain of a stage below which nothing happens any more
 _LOST = 0.1  # at rest with a steeper slope than this, a descent has failed
 _EXACT = 1e-13  # residuals this small, relative to what the parameters make, are rounding
+_WHOLE = 3  # Gauss-Newton steps at rest
+_SAME = 1e-9  # relative rise of the cost that rounding of small residuals brings about
+_NEAR = 1e-3  # of a coordinate: the farthest that such a step may lead
 _EPS = float(np.finfo(float).eps)
 
 
@@ -227,6 +230,8 @@ def least_squares(
                 angle = 1.0 if lost.any() else new.slope(bounds, tie, slope)
             quiet = 0 if gain > _AT_REST else quiet + 1
             trace.append((steps, point.cost))
+        if quiet and angle > slope:
+            point, angle = _flatter(residual, bounds, point, args, tie, slope, angle)
         if point.cost < best.cost:
             best, flattest = point, angle
         if steps >= max_steps or flattest <= _LOST or best.exact:
@@ -235,6 +240,32 @@ def least_squares(
     if flattest <= slope or best.exact:
         why = ""
     return _finish(bounds, best, tie, slope, flattest, why, trace)
+
+
+def _flatter(residual, bounds, point, args, tie, wanted, angle) -> tuple["_Point", float]:
+    """The optimum to rounding, by whole Gauss-Newton steps.
+
+    Where the cost no longer shows which of two points is lower, the slope still does.
+    """
+    for _ in range(_WHOLE):
+        columns = point.jacobian @ tie
+        length = np.linalg.norm(columns, axis=0)
+        unit = np.where(length > 0, length, np.inf)
+        step = np.linalg.lstsq(columns / unit, -point.value, rcond=_EPS)[0] / unit
+        move = tie @ step
+        if not (np.abs(move) <= _NEAR * (1.0 + np.abs(np.asarray(point.x)))).all():
+            break  # on its way elsewhere, not at rest
+        x = point.x + jnp.asarray(move)
+        new = _Point(x, *(np.asarray(a) for a in linearise(residual, bounds, x, args)))
+        if not new.finite(tie) or not new.cost <= point.cost * (1.0 + _SAME):
+            break
+        flat = new.slope(bounds, tie, wanted)
+        if not flat < angle:
+            break
+        point, angle = new, flat
+        if angle <= wanted:
+            break
+    return point, angle
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

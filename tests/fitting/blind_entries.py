@@ -42,7 +42,9 @@ def prediction(
             "verdict": {"name": said, "effects": effects, "set": list(names or (said,))},
             "hypotheses": hypotheses,
             "shrinkage": {
-                "closed_fraction": interval, "foreseen": interval, "straighter": None,
+                "closed_fraction": interval,
+                "foreseen": interval,
+                "straighter": None,
             },  # fmt: skip
             "seconds": seconds,
         },

@@ -263,7 +263,7 @@ def test_trials_are_few_and_within_bounds_whatever_the_evidence(cls, case):
 def test_trials_leave_out_what_one_run_cannot_show():
     assert RateLaw.trials(evidence()) == [] and AmplitudeLaw.trials(evidence()) == []
     two = evidence(**ODD["two runs"])
-    assert len(RateLaw.trials(two)) == 3
+    assert len(RateLaw.trials(two)) == 5
     shown = AmplitudeLaw.trials(two)
     assert any(float(e.threshold) for e in shown) and any(float(e.gain) for e in shown)
 

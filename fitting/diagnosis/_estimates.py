@@ -53,23 +53,38 @@ def _inverse(full: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _reach(refit: Refit, state: State, index: int, wide: float) -> float:
-    """How far a parameter goes either way before chi-square rises by one, the others held.
+    """How far a parameter goes either way before chi-square rises by one; infinity if it never does.
 
     Of an effect that jumps: between two samples the data say nothing, and a slope means nothing.
+    The others are held, or one in the same unit goes along: what is known well of a hop may be the
+    edge on the way down, `threshold - width`, and not the one on the way up.
     """
     now = effect_values(state.effects)
-    size = abs(now[index]) or 1.0
-    out = 0.0
-    for sign in (1.0, -1.0):
-        for step in size * 2.0 ** np.arange(-24.0, 0.0):
-            other = now.copy()
-            other[index] += sign * step
-            if (
-                not refit.at(state.values, with_values(state.effects, other)).cost
-                < state.cost + wide
-            ):
-                out = max(out, float(step))
-                break
+    units = [p.unit for e in state.effects for p in free_parameters(e)]
+    smooth = [type(e).smooth for e in state.effects for _ in free_parameters(e)]
+    low, high = refit.edges(state.effects)
+    steps = (abs(now[index]) or 1.0) * 2.0 ** np.arange(-24.0, 0.0)
+
+    def rise(way: np.ndarray) -> float:
+        """The first step along `way` that costs one or leaves the bounds; 0 if none does."""
+        for step in steps:
+            other = now + step * way
+            if (other < low).any() or (other > high).any():
+                return float(step)
+            new = refit.at(state.values, with_values(state.effects, other))
+            if not new.cost < state.cost + wide:
+                return float(step)
+        return 0.0
+
+    axes = np.eye(now.size)
+    alone = axes[index]
+    out = max(rise(alone), rise(-alone))
+    if out == 0.0:
+        return np.inf
+    for j in range(now.size):
+        if j != index and units[j] == units[index] and not smooth[j]:
+            ways = (alone + axes[j], alone - axes[j], axes[j] - alone, -alone - axes[j])
+            out = max(out, *(rise(way) for way in ways))
     return out
 
 

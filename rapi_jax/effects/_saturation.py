@@ -13,7 +13,7 @@ from ._base import AbstractDriveEffect, AbstractEffect, AbstractInvertible
 from ._evidence import Evidence
 from ._lags import not_invertible
 
-_SHARP = 1e-4  # of the swing: the knee to start from
+_SOFT = 1e-2  # of the swing: the knee to start from; from a sharp one, descents stick at samples
 _SHUT = 1e-6  # of a knee: nearer to the end no drive leads
 
 
@@ -39,7 +39,7 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
             return []
         cuts = [(0.01, -1.0), (0.04, -1.0), (-1.0, 0.01), (-1.0, 0.04), (0.02, 0.02)]
         return [
-            cls.at(low=low + below * swing, high=high - above * swing, knee=_SHARP * swing)
+            cls.at(low=low + below * swing, high=high - above * swing, knee=_SOFT * swing)
             for below, above in cuts
         ]
 

@@ -51,8 +51,10 @@ class Before(NamedTuple):
 
 
 @jax.jit
-def _driven(effect: AbstractEffect, drives: DriveBatch, u: Array) -> Array:
-    return drive_side((effect,), dataclasses.replace(drives, node_u=u))
+def _driven(effect: AbstractEffect, drives: DriveBatch, u: Array) -> tuple[Array, Array]:
+    """The drive behind an effect, and its least value in each run."""
+    u = drive_side((effect,), dataclasses.replace(drives, node_u=u))
+    return u, jnp.min(u, axis=1)
 
 
 @jax.jit
@@ -251,8 +253,7 @@ class Engine:
         u, u_min = batch.node_u, batch.u_min
         for effect in effects:
             if isinstance(effect, AbstractDriveEffect):
-                u = _driven(effect, batch, u)
-                u_min = jnp.min(u, axis=1)
+                u, u_min = _driven(effect, batch, u)
         lawful = tuple(e for e in effects if isinstance(e, AbstractLawEffect))
         return Before(_laws(lawful, batch), u, u_min)
 

@@ -128,12 +128,12 @@ def _smooth(
     share = np.array([np.mean(k[g]) for g in groups])
     weight = np.sqrt([min(g.size, 200.0) for g in groups])
     expected = np.ones_like(p)
-    q = np.zeros(4)
+    q, before = np.zeros(4), []
     for again in range(_PASSES):
         level = np.array([np.median(p[g] / expected[g]) for g in groups]) / _MEDIAN
         if again:
             level *= _law(q, x, share)
-        q = _through(x, np.log(np.maximum(level, 1e-300)), weight, share)
+        q, before = _through(x, np.log(np.maximum(level, 1e-300)), weight, share, before)
         expected = _law(q, f, k)
     scale = float(np.median(p / expected)) / _MEDIAN  # of all lines
     white, low, corner = np.exp(q[:3])
@@ -144,10 +144,28 @@ def _law(q: np.ndarray, hertz: np.ndarray, share: np.ndarray) -> np.ndarray:
     return np.exp(q[0]) + share * np.exp(q[1]) / (1.0 + (hertz / np.exp(q[2])) ** q[3])
 
 
-def _through(x: np.ndarray, y: np.ndarray, weight: np.ndarray, share: np.ndarray) -> np.ndarray:
+def _slopes(q: np.ndarray, hertz: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Derivatives of the law's logarithm by the four numbers: "frequencies numbers"."""
+    ratio = np.log(hertz) - q[2]
+    above = 1.0 / (1.0 + np.exp(-q[3] * ratio))  # of the slow part, what its corner takes away
+    slow = share * np.exp(q[1]) * (1.0 - above)
+    by = np.stack(
+        [np.full(hertz.size, np.exp(q[0])), slow, slow * above * q[3], -slow * above * ratio]
+    )
+    return (by / _law(q, hertz, share)).T
+
+
+def _through(
+    x: np.ndarray,
+    y: np.ndarray,
+    weight: np.ndarray,
+    share: np.ndarray,
+    before: list[np.ndarray],
+) -> tuple[np.ndarray, list[np.ndarray]]:
     """Logarithms of white part, slow part and corner, and the power, through medians.
 
-    A power other than 2 is taken where it draws the medians better by more than chance.
+    A power other than 2 is taken where it draws the medians better by more than chance. Also both
+    fits, with that power and another: the next pass starts from those of the one `before`.
     """
     top, bottom = float(np.exp(y.max())), float(np.exp(y[-4:].mean()))
     low = np.array([np.log(bottom) - 12.0, np.log(bottom) - 14.0, np.log(x[0] / _BELOW), _FLICKER])
@@ -158,25 +176,29 @@ def _through(x: np.ndarray, y: np.ndarray, weight: np.ndarray, share: np.ndarray
     def best(free: int) -> tuple[float, np.ndarray]:
         """The best fit with the first `free` of the four numbers moved."""
         fits = []
-        for corner in corners:
-            start = np.array([np.log(bottom), size, corner, 2.0 if free == 3 else 1.2])
+        steep = 2.0 if free == 3 else 1.2
+        starts = [np.array([np.log(bottom), size, corner, steep]) for corner in corners]
+        for start in [before[free - 3]] if before else starts:
             fit = least_squares(
                 lambda q, rest=start[free:]: (
                     weight * (np.log(_law(np.concatenate([q, rest]), x, share)) - y)
                 ),
                 np.clip(start, low + 1e-6, high - 1e-6)[:free],
+                lambda q, rest=start[free:]: (
+                    weight[:, None] * _slopes(np.concatenate([q, rest]), x, share)[:, :free]
+                ),
                 bounds=(low[:free], high[:free]),
                 loss="soft_l1",
                 f_scale=2.0,
-                xtol=1e-12,
-                ftol=1e-12,
-                gtol=1e-12,
+                xtol=1e-9,
+                ftol=1e-9,
+                gtol=1e-9,
             )
             fits.append((float(fit.cost), np.concatenate([fit.x, start[free:]])))
         return min(fits, key=lambda pair: pair[0])
 
     (one, simple), (many, flicker) = best(3), best(4)
-    return flicker if one - many > _CHANCE else simple
+    return flicker if one - many > _CHANCE else simple, [simple, flicker]
 
 
 class Whitener:

@@ -1,6 +1,7 @@
 """Settings that hold for every test: 64 bits, strict shapes and types, checked annotations."""
 
 import os
+import pkgutil
 from pathlib import Path
 
 # Read when NumPy loads: test processes with two threads each would spin against each other.
@@ -17,10 +18,29 @@ jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_rank_promotion", "raise")
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 
+
+def _modules(folder: Path, package: str, without: set[str]) -> list[str]:
+    """The modules and packages in `folder`, but for some."""
+    return [
+        f"{package}.{module.name}"
+        for module in pkgutil.iter_modules([str(folder)])
+        if module.name not in without
+    ]
+
+
 # Shapes and types of every function and dataclass of ours are checked when called. This must come
 # before the first import of ours, so nothing in this file or above it may import our packages.
+# Not of the few modules that a diagnosis runs through ten thousand times: there the checks would
+# take longer than the work, and pyright reads the same annotations.
+_LOOPS = {"_candidates", "_descend", "_engine", "_noise"}
+_DIAGNOSIS = ROOT / "fitting" / "diagnosis"
 jaxtyping.install_import_hook(
-    ["rapi_jax", "fitting", "hardware"],
+    [
+        "rapi_jax",
+        "hardware",
+        *_modules(ROOT / "fitting", "fitting", {"diagnosis"}),
+        *_modules(_DIAGNOSIS, "fitting.diagnosis", _LOOPS),
+    ],
     "beartype.beartype(conf=beartype.BeartypeConf(strategy=beartype.BeartypeStrategy.On))",
 )
 

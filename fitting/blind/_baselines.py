@@ -106,7 +106,7 @@ def _one_more(refit: Refit, state: State, screened: dict[str, list[Screened]]) -
     best = [max(found, key=lambda one: one.fall_rich) for found in screened.values() if found]
     best = sorted(best, key=lambda one: -one.fall_rich)[:LOOKS]
     looks = [look for one in best if (look := looked(refit, state, [one])) is not None]
-    ends = [finished(refit, look) for look in sorted(looks, key=_aic)[:FINISHED]]
+    ends = [finished(refit, look, state.cost) for look in sorted(looks, key=_aic)[:FINISHED]]
     return min(ends, key=_aic, default=None)
 
 

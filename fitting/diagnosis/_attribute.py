@@ -198,7 +198,7 @@ def _one_more(
     for look, survival in sorted(looks, key=lambda pair: pair[0].cost):
         best = min((end for end, _ in ends), key=_cost, default=None)
         if best is None or _rivals(look, best, state, _FAR):
-            ends.append((finished(refit, look), survival))
+            ends.append((finished(refit, look, state.cost), survival))
     ends = _one_each(end for end in ends if end[0].cost < state.cost)
     best = ends[0][0] if ends else state
     leaders = [

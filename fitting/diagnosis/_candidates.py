@@ -23,6 +23,7 @@ _SETTLED = 1e-3  # of chi-square: another round that takes away less is the last
 _LOOKS = 3  # trials that are refitted
 _SIMPLEX = (5e-4, 5e-5)  # of a parameter's size: how wide a simplex begins
 _LOOKED = 30  # evaluations of a simplex for each parameter
+_HOPE = 0.7  # of the excess without the effect: what leaves more needs no edge so exactly
 _FAINT = 0.02  # of the weights: what is left where hysteresis is to begin from nothing
 _RICH_STEPS = 20
 _RICH_SETTLED = 0.03  # of chi-square: another round on the richer base that takes away less is last
@@ -88,9 +89,12 @@ def looked(refit: Refit, state: State, screened: list[Screened]) -> State | None
     return _looked(refit, state, screened, _FIRST)
 
 
-def finished(refit: Refit, look: State) -> State:
-    """The joint refit of the operator with one more effect, from a first look."""
-    return _finished(refit, refit, look)
+def finished(refit: Refit, look: State, without: float) -> State:
+    """The joint refit of the operator with one more effect, from a first look.
+
+    `without`: chi-square without the effect.
+    """
+    return _finished(refit, refit, look, without)
 
 
 def let_go(refit: Refit, stiff: State) -> State:
@@ -107,7 +111,9 @@ def refitted_from_straight(
     """
     bent, state = straight
     look = _looked(bent, state, screened, 3 * _FIRST)
-    return None if look is None else refit.descend(_finished(bent, refit, look), _REST)
+    if look is None:
+        return None
+    return refit.descend(_finished(bent, refit, look, state.cost), _REST)
 
 
 def _looked(refit: Refit, state: State, screened: list[Screened], steps: int) -> State | None:
@@ -122,12 +128,12 @@ def _looked(refit: Refit, state: State, screened: list[Screened], steps: int) ->
     return min(ends, key=lambda end: end.cost, default=None)
 
 
-def _finished(search: Refit, refit: Refit, look: State) -> State:
+def _finished(search: Refit, refit: Refit, look: State, without: float) -> State:
     smooth = all(type(effect).smooth for effect in look.effects)
     for _ in range(1 if smooth else _ROUNDS):
         before = look.cost
         if not smooth:
-            look = _searched(search, look)
+            look = _searched(search, look, without)
         look = _settled(refit, look, _REST)
         if before - look.cost < _SETTLED * before:
             break
@@ -182,8 +188,11 @@ def _left(one: Screened) -> float:
     return one.left
 
 
-def _searched(refit: Refit, state: State) -> State:
-    """Parameters of effects that jump, moved to and fro by shrinking steps."""
+def _searched(refit: Refit, state: State, without: float) -> State:
+    """Parameters of effects that jump, moved to and fro by shrinking steps; then all at once.
+
+    `without`: chi-square without the effect.
+    """
     jumps = [not type(effect).smooth for effect in state.effects for _ in free_parameters(effect)]
     low, high = refit.edges(state.effects)
     for share in (3.0, 1.0, 0.5, 0.2, 0.06, 0.02, 0.006, 0.002, 0.0006, 0.0002, 6e-5, 2e-5):
@@ -199,6 +208,9 @@ def _searched(refit: Refit, state: State) -> State:
                 if np.isfinite(new.cost) and new.cost < state.cost:
                     state = new
                     break
+    noise = state.errors.locked.size + state.errors.loose.size
+    if state.cost - noise > _HOPE * (without - noise):
+        return state
     return _together(refit, state, np.flatnonzero(jumps))
 
 
@@ -255,15 +267,15 @@ def enriched(refit: Refit, plain: State, none: tuple[Refit, State]) -> tuple[Ref
     ]
     starts = sorted((s for s in starts if np.isfinite(s[1].cost)), key=lambda s: s[1].cost)
     first, state = starts[0]
-    end = _enriched(first, state)
+    end = _enriched(first, state, before.cost)
     if len(starts) > 1 and starts[1][1].cost < 3.0 * end.cost and end.locked > 1.2 * _lines(end):
-        second = _enriched(*starts[1])
+        second = _enriched(*starts[1], before.cost)
         if second.cost < end.cost:
             return starts[1][0], second
     return first, end
 
 
-def _enriched(refit: Refit, state: State) -> State:
+def _enriched(refit: Refit, state: State, without: float) -> State:
     """A descent on the richer base; where an effect jumps, with another look for its edges.
 
     On the operator alone they were fitted to what its misfit left.
@@ -272,7 +284,7 @@ def _enriched(refit: Refit, state: State) -> State:
     for _ in range(_ROUNDS * any(not type(effect).smooth for effect in end.effects)):
         if end.locked < 1.2 * _lines(end):
             break
-        before, end = end, _settled(refit, _searched(refit, end), _RICH_STEPS, _RICH_SHARE)
+        before, end = end, _settled(refit, _searched(refit, end, without), _RICH_STEPS, _RICH_SHARE)
         if before.cost - end.cost < _RICH_SETTLED * before.cost:
             break
     return end

@@ -53,7 +53,7 @@ def _inverse(full: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _reach(refit: Refit, state: State, index: int, wide: float) -> float:
-    """How far a parameter goes either way before chi-square rises by one; infinity if it never does.
+    """How far a parameter goes either way before chi-square rises by one; infinite if never.
 
     Of an effect that jumps: between two samples the data say nothing, and a slope means nothing.
     The others are held, or one in the same unit goes along: what is known well of a hop may be the

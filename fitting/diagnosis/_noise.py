@@ -5,6 +5,7 @@ The discrete Fourier transform of `P` whole periods puts all that repeats with t
 """
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -179,14 +180,19 @@ def _through(
         steep = 2.0 if free == 3 else 1.2
         starts = [np.array([np.log(bottom), size, corner, steep]) for corner in corners]
         for start in [before[free - 3]] if before else starts:
+            rest = start[free:]
+
+            def errors(q: np.ndarray, rest: np.ndarray = rest) -> np.ndarray:
+                return weight * (np.log(_law(np.concatenate([q, rest]), x, share)) - y)
+
+            def slopes(q: np.ndarray, rest: np.ndarray = rest) -> np.ndarray:
+                return weight[:, None] * _slopes(np.concatenate([q, rest]), x, share)[:, :free]
+
+            given: Any = slopes  # typed as a string upstream
             fit = least_squares(
-                lambda q, rest=start[free:]: (
-                    weight * (np.log(_law(np.concatenate([q, rest]), x, share)) - y)
-                ),
+                errors,
                 np.clip(start, low + 1e-6, high - 1e-6)[:free],
-                lambda q, rest=start[free:]: (
-                    weight[:, None] * _slopes(np.concatenate([q, rest]), x, share)[:, :free]
-                ),
+                given,
                 bounds=(low[:free], high[:free]),
                 loss="soft_l1",
                 f_scale=2.0,

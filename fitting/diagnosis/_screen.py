@@ -19,7 +19,6 @@ class Screened:
 
     - `fall`: with the operator's own Jacobian projected out; `fall_rich`: with the richer base's.
     - `survival`: length of what the richer base cannot absorb, over the whole signature's.
-    - `scale`: the size, in units of the trial's, that fits best.
     - `left`: chi-square with the trial as it stands, the operator's own Jacobian projected out.
     """
 
@@ -27,7 +26,6 @@ class Screened:
     fall: float
     fall_rich: float
     survival: float
-    scale: float
     left: float
 
 
@@ -103,7 +101,7 @@ def screen(
         whole = float(s @ s + t @ t)
         if not np.isfinite(whole) or whole == 0:
             continue
-        falls, scale, left = [], 0.0, 0.0
+        falls, left = [], 0.0
         with_it = locked + s
         along = plain.T @ with_it
         end = float(with_it @ with_it - along @ along + (loose + t) @ (loose + t))
@@ -112,6 +110,5 @@ def screen(
             left = max(float(s @ s - along @ along), 0.0) + float(t @ t)
             inner = -float(s @ locked - along @ (q.T @ locked)) - float(t @ loose)
             falls.append(inner**2 / left if left > 1e-12 * whole and inner > 0 else 0.0)
-            scale = inner / left if left > 1e-12 * whole else 0.0
-        found.append(Screened(trial, falls[0], falls[1], float(np.sqrt(left / whole)), scale, end))
+        found.append(Screened(trial, falls[0], falls[1], float(np.sqrt(left / whole)), end))
     return sorted(found, key=lambda one: -one.fall)

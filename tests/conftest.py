@@ -2,6 +2,7 @@
 
 import os
 import pkgutil
+import signal
 from pathlib import Path
 
 # Read when NumPy loads: test processes with two threads each would spin against each other.
@@ -13,6 +14,11 @@ import jaxtyping
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
+
+# A shell makes what it starts in the background deaf to Ctrl-C, and its children with it; tests of
+# interrupts must be heard there too.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_rank_promotion", "raise")

@@ -7,6 +7,7 @@ BANK/answers/NAME.json, NAME.salt  what it is not given; secret, from which salt
 BANK/predictions/NAME.json, NAME/  what it said; predictions.json holds their hashes
 BANK/follow/advised, random        second sessions of devices whose diagnosis was tied
 BANK/scores.json, scores.md, failures.csv
+BANK/compiled/                     what diagnoses have compiled, for later ones; may be deleted
 ```
 """
 
@@ -18,6 +19,8 @@ from typing import Any
 
 from rapi_jax import DataError
 from rapi_jax.io import OutputError, printable, write_atomic
+
+from ._workers import COMPILED
 
 SCHEMA = "rapi.blind/1"
 _PARTS = {
@@ -31,6 +34,7 @@ _PARTS = {
     "scores.json",
     "scores.md",
     "failures.csv",
+    COMPILED,
 }
 _TEMPORARY = ".tmp-"  # what a killed process leaves of a file it was writing
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, cast
 
 _ONE_THREAD = ("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+COMPILED = "compiled"  # folder of a bank
 _PATIENCE_S = 10.0  # compiling cannot be interrupted
 
 
@@ -91,12 +92,21 @@ def hidden(answers: Path) -> Iterator[None]:
 
 
 def _begun(answers: Path) -> tuple[BaseProcess, Any]:
+    """A process and the line to it.
+
+    What one compiles, others take from the bank's folder, in later runs too: recordings of a bank
+    have many shapes, and compiling for one takes as long as a diagnosis.
+    """
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
+    settings = dict.fromkeys(_ONE_THREAD, "1") | {
+        "JAX_COMPILATION_CACHE_DIR": str(answers.parent / COMPILED),
+        "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
+    }
     process = context.Process(target=serve, args=(theirs, str(answers)), daemon=True)
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
+    before = {name: os.environ.get(name) for name in settings}
     try:
-        os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))  # read when the child loads NumPy
+        os.environ.update(settings)  # read when the child loads NumPy and JAX
         process.start()
     finally:
         for name, value in before.items():

@@ -25,7 +25,7 @@ _SHAKES = 4
 # Where the model is wrong in ways that repeat, the plays' kinks make many near-equal ends: so many
 # jumps are made, by turns from plays that are all alike, by these sizes (standard deviations of
 # logarithms), and from the best end so far. There two plays jump and the others stay, by logarithms
-# in this range: over four sets of seeds that ends lower than where all are shaken a little.
+# in this range: over four sets of seeds that ends lower on average than shaking all a little.
 _JUMPS = 24
 _SIZES = (0.1, 0.2, 0.3)
 _PLAYS, _LEAP = 2, (0.2, 1.0)

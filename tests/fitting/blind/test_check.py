@@ -109,3 +109,7 @@ def test_the_scores_are_written(bank):
     assert scores["secret"] == bank.secret.read_bytes().hex()
     assert "|" in (bank.root / "scores.md").read_text()
     assert (bank.root / "failures.csv").read_text().startswith("name")
+
+
+def test_what_was_compiled_is_kept_for_later_diagnoses(bank):
+    assert any((bank.root / "compiled").iterdir())

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from silent import noise, session, usual_step
 
+from fitting.diagnosis import _noise
 from fitting.diagnosis._blocks import blocks
 from fitting.diagnosis._noise import Lines, Spectrum, Whitener, measure, transform
 from rapi_jax import Drive, Recording
@@ -139,3 +140,12 @@ def test_masks_are_kept():
     _, parts = session(rates=(10.0,))
     assert parts[0].use.all()
     assert dataclasses.replace(parts[0], use=parts[0].use * 0).size == 780
+
+
+def test_slopes_of_the_law_are_its_central_differences():
+    q, hertz, share = np.array([-3.0, 1.0, 2.0, 1.3]), np.geomspace(1, 1e3, 9), np.full(9, 1.5)
+    step = 1e-6 * np.eye(4)
+    there = [np.log(_noise._law(q + d, hertz, share)) for d in step]
+    back = [np.log(_noise._law(q - d, hertz, share)) for d in step]
+    expected = (np.array(there) - np.array(back)).T / 2e-6
+    np.testing.assert_allclose(_noise._slopes(q, hertz, share), expected, atol=1e-8)

@@ -3,6 +3,7 @@
 import os
 import pkgutil
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 # Read when NumPy loads: test processes with two threads each would spin against each other.
@@ -63,3 +64,14 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip("no measured data: the folder shared/data is not beside the repository")
     return folder
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _compiled_code_is_dropped() -> Iterator[None]:
+    """Forget what a module has compiled: each program holds memory maps, and Linux grants 65530.
+
+    A worker that keeps them all grows to 5 GB, and in the end the compiler meets a refused map and
+    takes the process with it.
+    """
+    yield
+    jax.clear_caches()

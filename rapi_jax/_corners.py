@@ -1,7 +1,8 @@
 """Where a sampled drive turns sharply: the turning points between its samples."""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
+from numpy.lib.stride_tricks import sliding_window_view
 
 _SIDE = 6  # samples on either side through which a straight line must go
 _STRAIGHT = 5e-3  # of their rise: how far they may lie off it
@@ -18,41 +19,50 @@ def corners(
     """
     slope = np.diff(value) / np.diff(time)
     turn = np.flatnonzero((slope[:-1] * slope[1:] <= 0) & (slope[:-1] != slope[1:])) + 1
-    found = []
-    for i in turn:
-        corner = _meeting(time, value, int(i))
-        if corner is None:
-            continue
+    # Near an extreme a corner lies in the step after it, or else in the one before.
+    later, earlier = (_meeting(time, value, turn, turn - back) for back in (0, 1))
+    there, at, height = (np.where(later[0], a, b) for a, b in zip(later, earlier, strict=True))
+    kept: list[int] = []
+    for k in np.flatnonzero(there):
+        step = time[turn[k]] - time[turn[k] - 1]
         # Midway between two samples both of them are an extreme.
-        if not found or corner[0] > found[-1][0] + _SAME * (time[i] - time[i - 1]):
-            found.append(corner)
-    out = np.array(found).reshape(-1, 2)
-    return out[:, 0], out[:, 1]
+        if not kept or at[k] > at[kept[-1]] + _SAME * step:
+            kept.append(int(k))
+    return at[kept], height[kept]
 
 
-def _meeting(time: np.ndarray, value: np.ndarray, i: int) -> tuple[float, float] | None:
-    """The corner near sample `i`, an extreme: it lies in the step before or after it."""
-    for last in (i, i - 1):  # the last sample before the corner
-        before = slice(last - _SIDE + 1, last + 1)
-        after = slice(last + 1, last + 1 + _SIDE)
-        if before.start < 0 or after.stop > time.size:
-            continue
-        first, second = (_line(time[part] - time[i], value[part]) for part in (before, after))
-        if first is None or second is None:
-            continue
-        (a, b), (c, d) = first, second
-        if a == c:
-            continue
-        at = (d - b) / (a - c) + time[i]
-        step = time[last + 1] - time[last]
-        if time[last] + _SAME * step < at < time[last + 1] - _SAME * step:
-            return at, a * (at - time[i]) + b
-    return None
+def _meeting(
+    time: np.ndarray, value: np.ndarray, turn: np.ndarray, last: np.ndarray
+) -> tuple[Bool[np.ndarray, " turns"], Float[np.ndarray, " turns"], Float[np.ndarray, " turns"]]:
+    """Corners in the steps that follow the samples `last`: whether there is one, time and value."""
+    inside = (last >= _SIDE - 1) & (last + _SIDE < time.size)
+    if not inside.any():
+        none = np.zeros(turn.size)
+        return none.astype(bool), none, none
+    last = np.where(inside, last, last[inside][0])
+    origin = time[turn]
+    (a, b, one), (c, d, other) = (
+        _lines(time, value, begin, origin) for begin in (last - _SIDE + 1, last + 1)
+    )
+    there = inside & one & other & (a != c)
+    at = (d - b) / np.where(there, a - c, 1.0)
+    left, right = time[last], time[last + 1]
+    near = _SAME * (right - left)
+    there &= (left + near < at + origin) & (at + origin < right - near)
+    return there, at + origin, a * at + b
 
 
-def _line(time: np.ndarray, value: np.ndarray) -> tuple[float, float] | None:
-    """Slope and intercept, or nothing where the points are not on one line, or the line is flat."""
-    slope, intercept = np.polyfit(time, value, 1)
-    off = np.abs(value - slope * time - intercept).max()
-    rise = abs(slope) * (time[-1] - time[0])
-    return (float(slope), float(intercept)) if rise > 0 and off <= _STRAIGHT * rise else None
+def _lines(
+    time: np.ndarray, value: np.ndarray, begin: Int[np.ndarray, " lines"], origin: np.ndarray
+) -> tuple[Float[np.ndarray, " lines"], Float[np.ndarray, " lines"], Bool[np.ndarray, " lines"]]:
+    """Slopes, and values at `origin`, of the lines through six samples each from `begin` on.
+
+    And whether the samples are on their line, and the line is not flat.
+    """
+    x, y = (sliding_window_view(row, _SIDE)[begin] for row in (time, value))
+    middle, level = x.mean(axis=1), y.mean(axis=1)
+    x, y = x - middle[:, None], y - level[:, None]
+    slope = np.sum(x * y, axis=1) / np.sum(x * x, axis=1)
+    off = np.abs(y - slope[:, None] * x).max(axis=1)
+    rise = np.abs(slope) * (x[:, -1] - x[:, 0])
+    return slope, level + slope * (origin - middle), (rise > 0) & (off <= _STRAIGHT * rise)

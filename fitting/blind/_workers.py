@@ -150,6 +150,7 @@ def serve(line: Any, answers: str) -> None:
         try:
             job = line.recv()
         except (EOFError, OSError):
+            signal.signal(signal.SIGTERM, signal.SIG_IGN)  # ending is under way
             return
         try:
             predict_one(job, refused)

@@ -3,6 +3,7 @@
 import contextlib
 import select
 import socket
+import threading
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -23,7 +24,8 @@ class VisaLink(AbstractLink):
 
     A raw socket of pyvisa-py opens where nothing listens, waits for ever on a peer that does not
     read, and gathers an endless answer without bound. So the socket is watched here, and pyvisa
-    moves only what there is, or is room for.
+    moves only what there is, or is room for. Its HiSLIP counts a deadline anew for every piece of a
+    message, so such a connection is shut when time is up.
     """
 
     def __init__(self, resource: str, *, backend: str = "", open_s: float = 5.0) -> None:
@@ -33,7 +35,8 @@ class VisaLink(AbstractLink):
         self.resource = resource
         self._backend = backend
         self._visa: Any = None
-        self._socket: socket.socket | None = None
+        self._socket: socket.socket | None = None  # of a raw connection
+        self._sync: socket.socket | None = None  # of HiSLIP
         try:
             self._open(open_s)
         except LinkError as error:
@@ -102,7 +105,7 @@ class VisaLink(AbstractLink):
 
     def close(self) -> None:
         """Close the resource."""
-        visa, self._visa, self._socket = self._visa, None, None
+        visa, self._visa, self._socket, self._sync = self._visa, None, None, None
         if visa is not None:
             import pyvisa
 
@@ -126,6 +129,8 @@ class VisaLink(AbstractLink):
                 interface.getpeername()  # raises where nothing listens
                 interface.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 self._socket = interface
+            else:
+                self._sync = getattr(interface, "_sync", None)
         except Exception as error:  # pyvisa-py raises bare exceptions where it cannot connect
             self.close()
             raise LinkError(
@@ -139,7 +144,7 @@ class VisaLink(AbstractLink):
 
         more, gone = StatusCode.success_max_count_read, StatusCode.success_device_not_present
         self._visa.timeout = left * 1e3
-        with self._visa.ignore_warning(more, gone):
+        with self._visa.ignore_warning(more, gone), _shut_after(left, self._sync):
             data, status = self._visa.visalib.read(self._visa.session, count)
         return Received(bytes(data), status != more)
 
@@ -168,8 +173,35 @@ class VisaLink(AbstractLink):
             raise LinkError(
                 f"VISA reports: {_cause(error)}.", "Check the cable, and connect again."
             ) from error
-        except (pyvisa.Error, OSError, ValueError) as error:
+        # pyvisa-py's HiSLIP: a dropped connection, a header that is none, an answer out of turn.
+        except (pyvisa.Error, OSError, ValueError, RuntimeError, AssertionError) as error:
             raise closed() from error
+
+
+@contextlib.contextmanager
+def _shut_after(seconds: float, connection: socket.socket | None) -> Iterator[None]:
+    """End what waits on `connection` when time is up; `TimeoutError` then."""
+    if connection is None:
+        yield
+        return
+    over = threading.Event()
+
+    def shut() -> None:
+        over.set()
+        with contextlib.suppress(OSError):
+            connection.shutdown(socket.SHUT_RDWR)
+
+    timer = threading.Timer(seconds, shut)
+    timer.start()
+    try:
+        yield
+    except Exception as error:
+        if over.is_set():
+            raise TimeoutError from error
+        raise
+    finally:
+        timer.cancel()
+        timer.join()
 
 
 def _cause(error: BaseException) -> str:

@@ -1,5 +1,8 @@
 """The simulated laboratory: the physics of an ECDL and its optics behind a bench."""
 
+from .._instrument import AbstractInstrument as AbstractInstrument
+from .._instrument import Answer as Answer
+from .._tcp import TcpServer as TcpServer
 from ._afg31000 import SimulatedAFG31052 as SimulatedAFG31052
 from ._bench import SimulatedBench as SimulatedBench
 from ._device import Device as Device
@@ -18,11 +21,9 @@ from ._faults import Instead as Instead
 from ._faults import Silent as Silent
 from ._faults import Slow as Slow
 from ._faults import Unplugged as Unplugged
-from ._instrument import AbstractInstrument as AbstractInstrument
-from ._instrument import Answer as Answer
 from ._laboratory import Laboratory as Laboratory
 from ._laser import Laser as Laser
 from ._link import SimulatedLink as SimulatedLink
 from ._optics import Cavity as Cavity
 from ._optics import Interferometer as Interferometer
-from ._tcp import TcpServer as TcpServer
+from ._tlb6700 import SimulatedTLB6700 as SimulatedTLB6700

@@ -1,5 +1,6 @@
 """SCPI program messages out of a stream of bytes, and headers out of their units."""
 
+import functools
 import re
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -111,6 +112,7 @@ def units(message: bytes) -> Iterator[Unit | None]:
         yield Unit(header, tuple(p.strip() for p in text.split(",")) if text else (), block)
 
 
+@functools.cache
 def header_pattern(spec: str) -> re.Pattern[str]:
     """What a header such as `SOURce{n}:VOLTage[:LEVel]:HIGH` looks like: long, short, upper case.
 

@@ -1,4 +1,4 @@
-"""A simulated instrument on a TCP port of this computer, for `TCPIP::127.0.0.1::<port>::SOCKET`."""
+"""An instrument on a TCP port, for `TCPIP::<address>::<port>::SOCKET`."""
 
 import contextlib
 import select
@@ -6,24 +6,28 @@ import socket
 import threading
 import time
 
-from .._closes import ClosesOnExit
+from ._closes import ClosesOnExit
 from ._instrument import AbstractInstrument, Answer
 
+LOOPBACK = "127.0.0.1"
 _TICK_S = 0.02  # how often a waiting server looks whether it shall stop
 _QUICKACK = getattr(socket, "TCP_QUICKACK", None)  # Linux
 
 
 class TcpServer(ClosesOnExit):
-    """Serves one connection after the other, on 127.0.0.1 alone; a context manager.
+    """Serves one connection after the other, to this computer alone if not told otherwise.
 
     Acknowledges at once: a small upload would otherwise stall for 44 ms, where a client waits for
-    the acknowledgement of one piece before it sends the next.
+    the acknowledgement of one piece before it sends the next. A context manager.
     """
 
-    def __init__(self, instrument: AbstractInstrument, port: int = 0) -> None:
-        """`port`: 0 for any that is free."""
+    def __init__(
+        self, instrument: AbstractInstrument, port: int = 0, *, host: str = LOOPBACK
+    ) -> None:
+        """`port`: 0 for any that is free; `host`: the address to listen at."""
         self._instrument = instrument
-        self._listener = socket.create_server(("127.0.0.1", port))
+        self._listener = socket.create_server((host, port))
+        self.host = host
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._thread.start()
@@ -36,7 +40,7 @@ class TcpServer(ClosesOnExit):
     @property
     def resource(self) -> str:
         """Its VISA address."""
-        return f"TCPIP::127.0.0.1::{self.port}::SOCKET"
+        return f"TCPIP::{self.host}::{self.port}::SOCKET"
 
     def close(self) -> None:
         """Stop, and wait until the thread is done."""

@@ -1,0 +1,119 @@
+"""The way to a laser controller: one command out, one line back."""
+
+import abc
+
+from . import _reply
+from . import _tlb_table as table
+from ._closes import ClosesOnExit
+from ._errors import InstrumentError, LinkError, silent
+from ._link import AbstractLink, Received
+
+_MOST = 2 * table.MOST_BYTES  # an answer, and an identity behind it
+
+
+class AbstractLaserLink(ClosesOnExit):
+    """A connection to one controller, with its own clock (real, or that of a simulation).
+
+    A context manager.
+    """
+
+    resource: str
+
+    @abc.abstractmethod
+    def query(self, command: str) -> str:
+        """The line that answers `command`, without its end: `OK`, a value, or a complaint.
+
+        An identity line that nobody asked for is left out. Raises `InstrumentError` where there is
+        no answer in time.
+        """
+
+    @abc.abstractmethod
+    def now(self) -> float:
+        """Time on the link's clock, s; it never goes back."""
+
+    @abc.abstractmethod
+    def sleep(self, seconds: float) -> None:
+        """Let time pass on the link's clock."""
+
+
+def answer_of(command: str, lines: list[str]) -> str:
+    """The one line of several that answers `command`; `ValueError` where that is not clear."""
+    asked = command.strip().upper() == "*IDN?"
+    found = [line for line in lines if line and (asked or not table.is_stray(line))]
+    if not found:
+        raise ValueError("there is no line in it but an identity that nobody had asked for")
+    if len(found) > 1:
+        raise ValueError("there is more than one line in it")
+    return found[0]
+
+
+class VisaLaserLink(AbstractLaserLink):
+    """A controller behind a connection of bytes: a bridge, or the simulated laboratory.
+
+    After a failure nothing that still comes is trusted: the next command connects again.
+    """
+
+    def __init__(self, link: AbstractLink, *, timeout_s: float = 2.0) -> None:
+        """`timeout_s`: for one command and its answer, s."""
+        if not 0 < timeout_s < float("inf"):
+            raise ValueError(f"Argument `timeout_s` must be positive, but is {timeout_s}.")
+        self._link = link
+        self.resource = link.resource
+        self.timeout_s = timeout_s
+        self._lost = False
+        self._held = b""  # came, and was not looked at
+
+    def now(self) -> float:
+        """Time on the link's clock, s."""
+        return self._link.now()
+
+    def sleep(self, seconds: float) -> None:
+        """Let time pass on the link's clock."""
+        self._link.sleep(seconds)
+
+    def query(self, command: str) -> str:
+        """The line that answers `command`."""
+        deadline = self.now() + self.timeout_s
+        try:
+            if self._lost:
+                self._link.reconnect(deadline)
+                self._lost, self._held = False, b""
+            self._drop_strays(deadline)
+            self._link.send(command.encode("ascii") + b"\r\n", deadline)
+            while True:
+                line = self._line(deadline)
+                if not table.is_stray(line) or command.strip().upper() == "*IDN?":
+                    return line
+        except LinkError as error:
+            self._lost = True
+            raise InstrumentError(
+                self.resource, command, error.received, why=error.why, cure=error.cure
+            ) from error
+        except BaseException:  # an interrupt: an answer may still be on its way
+            self._lost = True
+            raise
+
+    def close(self) -> None:
+        """Hang up."""
+        self._link.close()
+
+    def _drop_strays(self, deadline: float) -> None:
+        """An identity that came late is read away; anything else means we are out of step."""
+        while there := self._held or self._link.unread():
+            if b"\n" not in there or not table.is_stray(self._line(deadline)):
+                raise _reply.malformed("An answer came that nobody had asked for.", there)
+
+    def _line(self, deadline: float) -> str:
+        """One line; what comes with it and behind it is held."""
+        began = self.now()
+        while b"\n" not in self._held:
+            if len(self._held) > _MOST:
+                raise _reply.malformed(f"A line has more than {_MOST} bytes.", self._held)
+            if self.now() >= deadline:
+                raise silent(deadline - began, self._held)
+            data, end = self._link.receive(_MOST, deadline)
+            self._held += data
+            if end and not data.endswith(b"\n"):
+                self._held += b"\n"
+        line, _, self._held = self._held.partition(b"\n")
+        return _reply.read_line(lambda _: Received(line + b"\n", True), limit=table.MOST_BYTES)

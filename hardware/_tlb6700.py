@@ -1,0 +1,270 @@
+"""New Focus TLB-6700 controller with a TLB-6712 head."""
+
+import re
+
+from rapi_jax import LimitError
+
+from . import _reply
+from . import _tlb_table as table
+from ._closes import ClosesOnExit
+from ._errors import InstrumentError
+from ._laser_limits import LaserLimits
+from ._laser_link import AbstractLaserLink
+
+_QUEUE = 100  # faults at most
+_PIEZO_STEP = 1.0  # percent at once
+_POLL_S = 0.05
+_WAVELENGTH_NM = 0.02  # how near the sensed wavelength must come
+_OUTPUT_S = 30.0  # how long the head may take to switch
+
+
+class TLB6700(ClosesOnExit):
+    """The controller, identified: remote, tracking off, without faults and not too warm.
+
+    Every setting is answered, read back, and followed by a look at the fault queue. Raises
+    `InstrumentError` for another controller or head, `LimitError` for a value beyond `limits`;
+    none given is refused. A context manager: at its end scan and tracking are stopped and the front
+    panel works again. Emission is left as it is: switching ages the diode and lets it drift.
+    """
+
+    def __init__(self, link: AbstractLaserLink, *, limits: LaserLimits | None) -> None:
+        """`limits`: from the head's data sheet."""
+        if limits is None:
+            raise LimitError(
+                "The laser has no limits, so it is not touched. Give `limits`: wavelength, piezo, "
+                "current and temperatures that its head stands."
+            )
+        self.limits = limits
+        self._link = link
+        self.identity = self._told("*IDN?", table.IDENTITY, "This is another instrument.")
+        self.head = self._told(
+            f"{table.MODEL}?", table.HEAD, "The laser head is another one than the limits are for."
+        )
+        self._forget_faults()
+        self._set(table.CONTROL, "REM")
+        self.track(False)
+        self.check()
+
+    @property
+    def resource(self) -> str:
+        """Address of the controller."""
+        return self._link.resource
+
+    def check(self) -> None:
+        """Refuse a fault (an open interlock, overheating) and temperatures out of limits."""
+        self._look(table.STATUS)
+        for template, name in (
+            (table.DIODE_TEMPERATURE, "diode_c"),
+            (table.CAVITY_TEMPERATURE, "cavity_c"),
+        ):
+            value = self._asked(template)
+            low, high = getattr(self.limits, name)
+            if not low <= value <= high:
+                raise self._wrong(
+                    template,
+                    f"{value:g}",
+                    f"The laser is at {value:g} C, and its limit `{name}` is {low:g} to {high:g}.",
+                    "Wait until it has settled.",
+                )
+
+    def wavelength(self) -> float:
+        """As sensed, nm."""
+        return self._asked(table.SENSED_WAVELENGTH)
+
+    def set_wavelength(self, nm: float, *, timeout_s: float = 60.0) -> float:
+        """Move there with tracking on, wait until it is there, and switch tracking off.
+
+        Gives the sensed wavelength, nm.
+        """
+        self.limits.check("wavelength_nm", nm)
+        self._set(table.WAVELENGTH, f"{nm:.2f}", nm, 5.1e-3)
+        self.track(True)
+        try:
+            self._wait(timeout_s)
+            there = self.wavelength()
+        finally:
+            self.track(False)
+        if not abs(there - nm) <= _WAVELENGTH_NM:
+            raise self._wrong(
+                table.SENSED_WAVELENGTH,
+                f"{there:g}",
+                f"The laser should be at {nm:g} nm.",
+                "Let it settle and set it again; it may need calibration.",
+            )
+        return there
+
+    def track(self, on: bool) -> None:
+        """Follow the set wavelength by the motor; off while the piezo is driven."""
+        self._set(table.TRACK, str(int(on)), float(on), 0.0)
+
+    def piezo(self) -> float:
+        """As set, percent of the range."""
+        return self._asked(f"{table.PIEZO}?")
+
+    def set_piezo(self, percent: float) -> None:
+        """Go there from where it is, a percent at a time: a piezo that is let jump creeps."""
+        self.limits.check("piezo_percent", percent)
+        now = self.piezo()
+        while abs(percent - now) > 1e-9:
+            now += min(max(percent - now, -_PIEZO_STEP), _PIEZO_STEP)
+            self._set(table.PIEZO, f"{now:.2f}", now, 0.051)
+
+    def current(self) -> float:
+        """Of the diode as sensed, mA."""
+        return self._asked(table.SENSED_CURRENT)
+
+    def set_current(self, ma: float) -> None:
+        """Of the diode, mA."""
+        self.limits.check("current_ma", ma)
+        self._set(table.CURRENT, f"{ma:.1f}", ma, 0.11)
+
+    def emits(self) -> bool:
+        """Whether the diode is on."""
+        return self._asked(f"{table.OUTPUT}?") == 1.0
+
+    def switch(self, on: bool) -> None:
+        """Emission on or off; on only where `check` finds nothing. Waits until it has happened."""
+        if on:
+            self.check()
+        self._set(table.OUTPUT, str(int(on)))
+        self._wait(_OUTPUT_S)
+        if self.emits() != on:
+            raise self._wrong(
+                f"{table.OUTPUT}?", str(int(not on)), "It was told otherwise.", "Look at its key."
+            )
+
+    def scan_wavelength(self, begin_nm: float, end_nm: float, *, nm_per_s: float) -> None:
+        """Start a slow scan by the motor, forth at that speed; `stop_scan` ends it."""
+        for nm in (begin_nm, end_nm):
+            self.limits.check("wavelength_nm", nm)
+        if not nm_per_s > 0:
+            raise ValueError(f"Argument `nm_per_s` must be positive, but is {nm_per_s}.")
+        self._set(table.SCAN_FROM, f"{begin_nm:.2f}", begin_nm, 5.1e-3)
+        self._set(table.SCAN_TO, f"{end_nm:.2f}", end_nm, 5.1e-3)
+        self._set(table.SPEED_UP, f"{nm_per_s:.2f}", nm_per_s, 5.1e-3)
+        self._set(table.SPEED_BACK, f"{nm_per_s:.2f}", nm_per_s, 5.1e-3)
+        self._set(table.SCAN_RESET)
+        self._set(table.SCAN_BEGIN)
+
+    def stop_scan(self) -> None:
+        """End a scan where it is."""
+        self._set(table.SCAN_END)
+
+    def snapshot(self) -> dict[str, str]:
+        """Every setting and sensed value, as the controller tells it."""
+        settings = {
+            "head": table.MODEL, "emits": table.OUTPUT, "tracking": table.TRACK,
+            "wavelength_set_nm": table.WAVELENGTH, "piezo_set_percent": table.PIEZO,
+            "current_set_ma": table.CURRENT,
+        }  # fmt: skip
+        sensed = {
+            "wavelength_nm": table.SENSED_WAVELENGTH, "piezo_percent": table.SENSED_PIEZO,
+            "current_ma": table.SENSED_CURRENT, "diode_c": table.DIODE_TEMPERATURE,
+            "cavity_c": table.CAVITY_TEMPERATURE,
+        }  # fmt: skip
+        queries = {name: f"{query}?" for name, query in settings.items()} | sensed
+        told = {name: self._told(query, r".+", "") for name, query in queries.items()}
+        return {"identity": self.identity} | told
+
+    def close(self) -> None:
+        """Stop scan and tracking, give the front panel back, and hang up."""
+        try:
+            self.stop_scan()
+            self.track(False)
+            self._set(table.CONTROL, "LOC")
+        finally:
+            self._link.close()
+
+    def _set(
+        self,
+        template: str,
+        value: str = "",
+        expected: float | None = None,
+        tolerance: float = 0.0,
+    ) -> None:
+        """Send, see `OK` and no fault, and read back where a number is `expected`."""
+        command = f"{template} {value}".rstrip()
+        reply = self._link.query(command)
+        if reply != "OK":
+            faults = self._faults()
+            raise self._wrong(command, "; ".join([reply, *map(_spelt, faults)]), *_cure(faults))
+        self._look(command)
+        if expected is not None:
+            read = self._asked(f"{template}?")
+            if not abs(read - expected) <= tolerance:
+                raise self._wrong(
+                    command,
+                    f"{read:g}",
+                    "The controller has another setting than the one it was given.",
+                    "See whether someone else operates it.",
+                )
+
+    def _look(self, command: str) -> None:
+        """Raise where a fault waits."""
+        status = self._told(table.STATUS, r"\+?\d{1,3}", "This is no status.")
+        if int(status):
+            faults = self._faults()
+            told = "; ".join(map(_spelt, faults)) or f"{table.STATUS} {status}"
+            raise self._wrong(command, told, *_cure(faults))
+
+    def _faults(self) -> list[tuple[int, str]]:
+        found = []
+        for _ in range(_QUEUE):
+            line = self._link.query(table.ERROR)
+            try:
+                entry = table.fault(line)
+            except ValueError as error:
+                raise self._wrong(
+                    table.ERROR, line, f"The answer cannot be used: {error}.", "Look at it."
+                ) from None
+            if entry[0] == 0:
+                return found
+            found.append(entry)
+        raise self._wrong(
+            table.ERROR, "", "The fault queue does not end.", "Restart the controller."
+        )
+
+    def _forget_faults(self) -> None:
+        """Faults of the past are read away; what still holds is reported anew by `check`."""
+        self._faults()
+
+    def _wait(self, seconds: float) -> None:
+        until = self._link.now() + seconds
+        while self._told(table.DONE, r"[01]", "This is no answer to it.") != "1":
+            self._look(table.DONE)
+            if self._link.now() >= until:
+                raise self._wrong(
+                    table.DONE, "0", f"It is still moving after {seconds:g} s.", "Wait longer."
+                )
+            self._link.sleep(_POLL_S)
+        self._look(table.DONE)
+
+    def _asked(self, query: str) -> float:
+        line = self._link.query(query)
+        try:
+            return _reply.number(line.strip())
+        except ValueError as error:
+            raise self._wrong(
+                query, line, f"The answer cannot be used: {error}.", "Ask again."
+            ) from None
+
+    def _told(self, query: str, pattern: str, why: str) -> str:
+        line = self._link.query(query).strip()
+        if not re.fullmatch(pattern, line, re.IGNORECASE):
+            raise self._wrong(query, line, why, "Check the address and the head. Nothing was set.")
+        return line
+
+    def _wrong(self, command: str, reply: str, why: str, cure: str) -> InstrumentError:
+        return InstrumentError(self.resource, command, reply, why=why, cure=cure)
+
+
+def _spelt(fault: tuple[int, str]) -> str:
+    return f'{fault[0]},"{fault[1]}"'
+
+
+def _cure(faults: list[tuple[int, str]]) -> tuple[str, str]:
+    cures = [table.CURES[code] for code, _ in faults if code in table.CURES]
+    return (
+        "The controller refuses the command, or reports a fault.",
+        " ".join(cures) or "Check the value against the head's range.",
+    )

@@ -1,0 +1,81 @@
+"""The TLB-6700's commands as data, and what its answers look like.
+
+Every command is answered, a setter with `OK`. Wavelengths are in nm, the piezo in percent of its
+range, currents in mA, temperatures in degrees Celsius, speeds in nm/s.
+"""
+
+import re
+
+IDENTITY = r"(New_Focus 67\d\d|NEW_FOCUS,\s*67\d\d).{0,50}"
+HEAD = r"(TLB-)?6712.{0,24}"
+MODEL = "SYSTem:LASer:MODEL"
+CONTROL = "SYSTem:MCONtrol"  # REM or LOC
+OUTPUT = "OUTPut:STATe"
+TRACK = "OUTPut:TRACk"
+WAVELENGTH = "SOURce:WAVElength"
+PIEZO = "SOURce:VOLTage:PIEZo"
+CURRENT = "SOURce:CURRent:DIODe"
+SCAN_FROM = "SOURce:WAVE:START"
+SCAN_TO = "SOURce:WAVE:STOP"
+SPEED_UP = "SOURce:WAVE:SLEW:FORWard"
+SPEED_BACK = "SOURce:WAVE:SLEW:RETurn"
+SCAN_BEGIN = "OUTPut:SCAN:START"
+SCAN_END = "OUTPut:SCAN:STOP"
+SCAN_RESET = "OUTPut:SCAN:RESET"
+# What is sensed is asked for without a question mark.
+SENSED_WAVELENGTH = "SENSe:WAVElength"
+SENSED_PIEZO = "SENSe:VOLTage:PIEZo"
+SENSED_CURRENT = "SENSe:CURRent:DIODe"
+DIODE_TEMPERATURE = "SENSe:TEMPerature:DIODe"
+CAVITY_TEMPERATURE = "SENSe:TEMPerature:CAVity"
+DONE, STATUS, ERROR = "*OPC?", "*STB?", "ERRSTR?"
+FAULTS_WAITING = 128  # in *STB?
+MOST_BYTES = 64  # of an answer, its end included
+
+FAULTS = {
+    116: "SYNTAX ERROR",
+    126: "WRONG NUM OF PARAMS",
+    201: "VALUE OUT OF RANGE",
+    424: "TEC OVER TEMP",
+    501: "LDD INTERLOCK FLT",
+    502: "LDD CURRENT LIMIT",
+    514: "LDD MODE CHANGE",
+    524: "LDD OVER TEMP",
+    802: "WAVE FOLLOW ERROR",
+    803: "WAVE OVER TEMP",
+    804: "PIEZO OVER TEMP",
+    805: "CMD NOT SUPPORTED",
+    902: "KEY ENABLE OFF",
+    919: "LASER DISCONNECTED",
+    920: "LASER EEPROM ERROR",
+}
+CURES = {
+    424: "Let it cool down, then switch the controller off and on.",
+    501: "Close the interlock at the rear of the controller.",
+    502: "Look at the current limit, and at the set current.",
+    524: "Let it cool down before the output is switched on again.",
+    802: "Scan more slowly, and switch tracking on again.",
+    803: "Let it cool down before tracking is switched on again.",
+    804: "Let it cool down; the piezo was set to 0 % by the controller.",
+    902: "Turn the key switch.",
+    919: "Connect the laser head with its cable, with the controller off.",
+    920: "Use the cable that belongs to the laser head.",
+}
+
+_STRAY = re.compile(r"(New_Focus\s.{0,24})?v\d{1,2}\.\d.{0,30}SN\d{1,8}\s*", re.ASCII)
+
+
+def is_stray(line: str) -> bool:
+    """Whether this is the identity, which the controller may add to any answer."""
+    return _STRAY.fullmatch(line) is not None
+
+
+def fault(line: str) -> tuple[int, str]:
+    """Number and text of an answer to `ERRSTR?`; 0 is none. `ValueError` for anything else."""
+    found = re.fullmatch(r'(-?\d{1,4})(?:\s*,\s*(?:"([^"]*)"|([^"]*)))?', line)
+    if found:
+        text = (found[2] or found[3] or "").strip()
+        return int(found[1]), text or FAULTS.get(int(found[1]), "")
+    if line.strip().upper() == "NO ERROR":
+        return 0, "NO ERROR"
+    raise ValueError('it is not an entry such as 501,"LDD INTERLOCK FLT"')

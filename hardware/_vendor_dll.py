@@ -1,0 +1,132 @@
+"""The vendor's USB library for New Focus controllers, Windows alone: `usbdll.dll`.
+
+Its functions as public drivers declare them: `newp_usb_init_product`, `newp_usb_get_device_info`,
+`newp_usb_send_ascii`, `newp_usb_get_ascii`, `newp_usb_uninit_system`; each gives 0 where it worked.
+"""
+
+import ctypes
+import sys
+import time
+from typing import Any
+
+from . import _tlb_table as table
+from ._errors import InstrumentError
+from ._laser_link import AbstractLaserLink, answer_of
+
+PRODUCT = 0x100A
+_INFO_BYTES = 4096
+_MARK = "SN"
+
+
+class VendorDllLink(AbstractLaserLink):
+    """The controller with serial number `serial` ("SN1012"), through the vendor's library.
+
+    The library is the vendor's and does not come with this package: install the vendor's
+    application, and give the folder or put it on the search path.
+    """
+
+    def __init__(
+        self, serial: str, *, library: str = "usbdll.dll", timeout_s: float = 2.0, dll: Any = None
+    ) -> None:
+        """`dll`: a loaded library, instead of loading `library`. Raises `InstrumentError`."""
+        self.resource = f"{library} {serial}"
+        self.timeout_s = timeout_s
+        self._serial = serial if serial.startswith(_MARK) else f"{_MARK}{serial}"
+        self._dll = self._loaded(library) if dll is None else dll
+        self._id: int | None = None
+        self._open()
+
+    def now(self) -> float:
+        """Seconds of the computer's steady clock."""
+        return time.monotonic()
+
+    def sleep(self, seconds: float) -> None:
+        """Wait."""
+        time.sleep(max(seconds, 0.0))
+
+    def query(self, command: str) -> str:
+        """The line that answers `command`."""
+        if self._id is None:
+            self._open()
+        data = command.encode("ascii")
+        if len(data) >= table.MOST_BYTES:
+            raise ValueError(f"A command has fewer than {table.MOST_BYTES} bytes: {command!r}.")
+        packet = ctypes.create_string_buffer(data, table.MOST_BYTES)
+        if self._dll.newp_usb_send_ascii(self._id, packet, ctypes.c_ulong(len(data))) != 0:
+            raise self._failed(command, "The library could not send it.")
+        until = self.now() + self.timeout_s
+        while True:
+            lines = self._read(command)
+            asked = command.strip().upper() == "*IDN?"
+            if any(asked or not table.is_stray(line) for line in lines):
+                break
+            if self.now() >= until:
+                raise self._failed(command, "There was no answer in time.")
+        try:
+            return answer_of(command, lines)
+        except ValueError as error:
+            raise self._failed(command, f"The answer cannot be used: {error}.", lines) from None
+
+    def close(self) -> None:
+        """Let go of the library; more than once does no harm."""
+        if self._id is not None:
+            self._id = None
+            self._dll.newp_usb_uninit_system()
+
+    def _read(self, command: str) -> list[str]:
+        # The count that the library gives is the buffer's size, whatever came: the text ends at a
+        # zero byte.
+        buffer, count = ctypes.create_string_buffer(table.MOST_BYTES + 1), ctypes.c_ulong(0)
+        size = ctypes.c_ulong(table.MOST_BYTES)
+        if self._dll.newp_usb_get_ascii(self._id, buffer, size, ctypes.byref(count)) != 0:
+            raise self._failed(command, "The library could not read an answer.")
+        text = buffer.value.decode("ascii", "backslashreplace")
+        return [line.strip() for line in text.splitlines() if line.strip()]
+
+    def _open(self) -> None:
+        self._dll.newp_usb_init_product(PRODUCT)
+        info = ctypes.create_string_buffer(_INFO_BYTES)
+        if self._dll.newp_usb_get_device_info(info) != 0:
+            raise self._failed("(connect)", "The library does not list its instruments.")
+        listed = info.value.decode("ascii", "backslashreplace")
+        for entry in filter(None, listed.split(";")):
+            number, _, about = entry.partition(",")
+            if self._serial in about.split() and number.strip().isdigit():
+                self._id = int(number)
+                return
+        self._dll.newp_usb_uninit_system()
+        raise self._failed(
+            "(connect)", f"There is no controller {self._serial} among those found.", [listed]
+        )
+
+    def _failed(self, command: str, why: str, lines: list[str] | None = None) -> InstrumentError:
+        self.close()  # the library stays in its error until it is opened anew
+        return InstrumentError(
+            self.resource,
+            command,
+            "; ".join(lines or []),
+            why=why,
+            cure="Look at the cable and the serial number, and close other programs that hold it.",
+        )
+
+    def _loaded(self, library: str) -> Any:
+        if not sys.platform.startswith("win"):
+            raise InstrumentError(
+                self.resource,
+                "(connect)",
+                "",
+                why="The vendor's library exists for Windows alone.",
+                cure="Start the bridge on the Windows computer that has the controller, and give "
+                "its address here.",
+            )
+        try:
+            return ctypes.WinDLL(library)  # pyright: ignore[reportAttributeAccessIssue]
+        except OSError as error:
+            raise InstrumentError(
+                self.resource,
+                "(connect)",
+                str(error),
+                why="The vendor's library could not be loaded.",
+                cure="Install the vendor's application, of as many bits as this Python, and give "
+                "the library's path.",
+            ) from error

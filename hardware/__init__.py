@@ -6,9 +6,14 @@ from ._afg31000 import AFG31000 as AFG31000
 from ._afg_channel import AfgChannel as AfgChannel
 from ._bench import AbstractBench as AbstractBench
 from ._bridge import Bridge as Bridge
+from ._digitizer import AbstractDigitizer as AbstractDigitizer
+from ._digitizer import Acquisition as Acquisition
+from ._digitizer import Input as Input
+from ._digitizer import Samples as Samples
 from ._errors import InstrumentError as InstrumentError
 from ._errors import LinkError as LinkError
 from ._hislip import HislipServer as HislipServer
+from ._infiniivision import InfiniiVision as InfiniiVision
 from ._laser_limits import LaserLimits as LaserLimits
 from ._laser_link import AbstractLaserLink as AbstractLaserLink
 from ._laser_link import VisaLaserLink as VisaLaserLink

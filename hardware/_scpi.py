@@ -72,9 +72,14 @@ class Scpi:
         with self._call(query) as deadline:
             return self._ask(query, _reply.number, deadline)
 
-    def block(self, query: str, *, limit: int, size: int | None = None) -> bytes:
-        """The block that answers `query`: at most `limit` bytes, or exactly `size`."""
-        with self._call(query) as deadline:
+    def block(
+        self, query: str, *, limit: int, size: int | None = None, timeout_s: float | None = None
+    ) -> bytes:
+        """The block that answers `query`: at most `limit` bytes, or exactly `size`.
+
+        `timeout_s`: for a long one, instead of the session's own.
+        """
+        with self._call(query, timeout_s) as deadline:
             self._send(query.encode("ascii"), deadline)
             return _reply.read_block(_Listener(self._link, deadline), limit=limit, size=size)
 

@@ -142,19 +142,23 @@ def serve(line: Any, answers: str) -> None:
     from ._blindfold import put_on
 
     refused = put_on(Path(answers))
+    while True:
+        try:
+            job = line.recv()
+            line.send(_done(job, refused))
+        except (EOFError, OSError):  # nobody listens any more
+            signal.signal(signal.SIGTERM, signal.SIG_IGN)  # ending is under way
+            return
+
+
+def _done(job: Job, refused: Sequence[str]) -> str:
+    """Do a job; what went wrong, or nothing."""
     from rapi_jax import DataError
 
     from ._predict import predict_one
 
-    while True:
-        try:
-            job = line.recv()
-        except (EOFError, OSError):
-            signal.signal(signal.SIGTERM, signal.SIG_IGN)  # ending is under way
-            return
-        try:
-            predict_one(job, refused)
-        except (DataError, OSError) as error:
-            line.send(str(error))
-        else:
-            line.send("")
+    try:
+        predict_one(job, refused)
+    except (DataError, OSError) as error:
+        return str(error) or type(error).__name__
+    return ""

@@ -21,9 +21,12 @@ from ._faults import Instead as Instead
 from ._faults import Silent as Silent
 from ._faults import Slow as Slow
 from ._faults import Unplugged as Unplugged
+from ._infiniivision import SimulatedInfiniiVision as SimulatedInfiniiVision
 from ._laboratory import Laboratory as Laboratory
 from ._laser import Laser as Laser
+from ._link import Clock as Clock
 from ._link import SimulatedLink as SimulatedLink
 from ._optics import Cavity as Cavity
 from ._optics import Interferometer as Interferometer
 from ._tlb6700 import SimulatedTLB6700 as SimulatedTLB6700
+from ._wired import WiredLaboratory as WiredLaboratory

@@ -9,9 +9,21 @@ from .._link import AbstractLink, Received
 _PIECE = 4096  # bytes fed at once, as a network cuts them
 
 
-class SimulatedLink(AbstractLink):
-    """A connection to `instrument`; waiting moves `clock_s` on.
+class Clock:
+    """A simulation's own time, s: that of one link, or shared by several."""
 
+    def __init__(self) -> None:
+        self.s = 0.0
+
+    def __call__(self) -> float:
+        """The time now, s."""
+        return self.s
+
+
+class SimulatedLink(AbstractLink):
+    """A connection to `instrument`; waiting moves its clock on.
+
+    - `clock`: shared with others; by default one of its own.
     - `per_byte_s`: of traffic either way. `ends`: whether the transport marks where messages end,
       as HiSLIP and USB do and a raw socket does not.
     - `sent`: every byte sent, in order, where `keep` is set: a dry run's record.
@@ -22,17 +34,27 @@ class SimulatedLink(AbstractLink):
         instrument: AbstractInstrument,
         *,
         resource: str = "SIM::INSTR",
+        clock: Clock | None = None,
         per_byte_s: float = 0.0,
         ends: bool = False,
         keep: bool = False,
     ) -> None:
         self.resource = resource
-        self.clock_s = 0.0
+        self.clock = Clock() if clock is None else clock
         self.sent = bytearray()
         self.connections = 1
         self._instrument = instrument
         self._per_byte_s, self._ends, self._keep = per_byte_s, ends, keep
         self._fresh()
+
+    @property
+    def clock_s(self) -> float:
+        """The time now, s."""
+        return self.clock.s
+
+    @clock_s.setter
+    def clock_s(self, value: float) -> None:
+        self.clock.s = value
 
     def now(self) -> float:
         """The simulation's own time, s."""

@@ -1,0 +1,124 @@
+"""What a digitizer is: configured, armed, and read after its trigger."""
+
+import abc
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Int16
+
+from rapi_jax import DataError
+
+from ._closes import ClosesOnExit
+
+
+@dataclass(frozen=True)
+class Input:
+    """One input: its `connector`, and the lowest and highest voltage to be read there, V."""
+
+    connector: int
+    low_v: float
+    high_v: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.low_v) and math.isfinite(self.high_v)):
+            raise DataError(f"The range of an input must be finite, but is {self}.")
+        if not self.low_v < self.high_v or self.connector < 0:
+            raise DataError(f"`low_v` must lie below `high_v`, and inputs are counted, not {self}.")
+
+
+@dataclass(frozen=True)
+class Acquisition:
+    """One record: what is read, from when to when about the trigger, and how fast at least.
+
+    - `inputs`: by what they read ("interferometer", "cavity").
+    - `before_s`, `after_s`: from so long before the trigger to so long after it, s.
+    - `sample_hz`: samples a second, at least. A Fabry-Perot's peak at 40 Hz lasts 1.25 us: fewer
+      than 5 MS/s would miss it.
+    """
+
+    inputs: Mapping[str, Input]
+    before_s: float
+    after_s: float
+    sample_hz: float = 5e6
+
+    def __post_init__(self) -> None:
+        connectors = [one.connector for one in self.inputs.values()]
+        if not connectors or len(set(connectors)) < len(connectors):
+            raise DataError("An acquisition reads at least one input, and each of them once.")
+        if not (0 <= self.before_s < math.inf and 0 < self.after_s < math.inf):
+            raise DataError(f"The times of an acquisition must not be negative: {self}.")
+        if not 0 < self.sample_hz < math.inf:
+            raise DataError(f"`sample_hz` must be positive, but is {self.sample_hz}.")
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """A record as codes: `volts = zero_v + volts_per_code * code` for each input.
+
+    - `sample_hz`: what it was, Hz. `start_s`: time of the first sample after the trigger, s.
+    - `full_scale`: the codes at which the digitizer clips, `None` where unknown.
+    """
+
+    codes: Mapping[str, Int16[np.ndarray, " time"]]
+    volts_per_code: Mapping[str, float]
+    zero_v: Mapping[str, float]
+    sample_hz: float
+    start_s: float
+    full_scale: tuple[float, float] | None = None
+
+    def volts(self, name: str) -> np.ndarray:
+        """One input, V."""
+        return self.zero_v[name] + self.volts_per_code[name] * self.codes[name]
+
+    def check(self, asked: Acquisition) -> "Samples":
+        """Itself, if it holds what was asked for; raises `DataError` otherwise."""
+        missing = sorted(set(asked.inputs) - set(self.codes))
+        if missing:
+            raise DataError(f"The digitizer gave nothing for {', '.join(missing)}.")
+        sizes = {codes.size for codes in self.codes.values()}
+        if len(sizes) != 1 or min(sizes) < 2:
+            raise DataError(f"Inputs that are sampled together differ in length: {sorted(sizes)}.")
+        step = 1 / self.sample_hz
+        end_s = self.start_s + (sizes.pop() - 1) * step
+        if self.start_s > -asked.before_s + step or end_s < asked.after_s - step:
+            raise DataError(
+                f"The record goes from {self.start_s:.6g} to {end_s:.6g} s about the trigger, but "
+                f"should go from {-asked.before_s:.6g} to {asked.after_s:.6g} s: the digitizer's "
+                "memory is too short for this rate and length."
+            )
+        if self.sample_hz < asked.sample_hz * (1 - 1e-9):
+            raise DataError(
+                f"The record has {self.sample_hz:g} samples a second, but needs {asked.sample_hz:g}"
+                ": record less at once, or with a digitizer of more memory."
+            )
+        return self
+
+
+class AbstractDigitizer(ClosesOnExit):
+    """A digitizer with an external trigger; a context manager.
+
+    `configure` once, then `arm` and `fetch` for each record. Raises `InstrumentError`.
+    """
+
+    @property
+    @abc.abstractmethod
+    def identity(self) -> str:
+        """What it says it is."""
+
+    @abc.abstractmethod
+    def configure(self, asked: Acquisition) -> None:
+        """Set up for records like this."""
+
+    @abc.abstractmethod
+    def arm(self) -> None:
+        """Wait for the next trigger; returns as soon as it does."""
+
+    @abc.abstractmethod
+    def fetch(self, timeout_s: float) -> Samples:
+        """The record of the trigger since `arm`; an error where none came in time."""
+
+    @abc.abstractmethod
+    def snapshot(self) -> dict[str, str]:
+        """Every setting that a record depends on, as the digitizer tells it."""

@@ -1,0 +1,152 @@
+"""Keysight InfiniiVision oscilloscopes (2000 X to 6000 X series) as a digitizer.
+
+Commands after the series' programmer's guide. A record of one trigger is read from the memory of
+the acquisition ("raw"), 16 bits a sample.
+"""
+
+import numpy as np
+
+from ._digitizer import AbstractDigitizer, Acquisition, Samples
+from ._errors import InstrumentError
+from ._scpi import Scpi
+
+IDENTITY = r"(KEYSIGHT|AGILENT) TECHNOLOGIES,[DM]SO-?X? ?[2346]\d{3}[A-Z]?,[^,]{1,64},[^,]{1,64}"
+_RUNNING = 8  # in the operation status
+_POLL_S = 0.01
+_BYTES_PER_S = 2e5  # a slow line
+_MOST = 1 << 23  # samples
+
+
+class InfiniiVision(AbstractDigitizer):
+    """An oscilloscope over a `Scpi` session, triggered at its external input.
+
+    Its memory decides how many samples a second a record of given length has; what came of it is
+    in the record.
+    """
+
+    def __init__(self, scpi: Scpi) -> None:
+        """Raises `InstrumentError` for any other instrument."""
+        self._scpi = scpi
+        self._identity = scpi.identify(IDENTITY)
+        self._asked: Acquisition | None = None
+        scpi.clear()
+
+    @property
+    def identity(self) -> str:
+        """Its `*IDN?`."""
+        return self._identity
+
+    def configure(self, asked: Acquisition) -> None:
+        """Inputs, time base and trigger; each is read back."""
+        send = self._scpi.command
+        send(":STOP")
+        send(":ACQ:TYPE NORM")
+        send(":TIM:MODE MAIN")
+        send(":TIM:REF LEFT")  # one division from the left
+        span = (asked.before_s + asked.after_s) * 1.02
+        self._set(":TIM:RANG", span)
+        # The reference stands a tenth from the left, and `position` is the time there.
+        self._set(":TIM:POS", self._told(":TIM:RANG?") / 10 - asked.before_s * 1.01)
+        for one in asked.inputs.values():
+            channel = f":CHAN{one.connector}"
+            send(f"{channel}:DISP 1")
+            send(f"{channel}:COUP DC")
+            self._set(f"{channel}:RANG", one.high_v - one.low_v, at_least=True)
+            self._set(f"{channel}:OFFS", (one.high_v + one.low_v) / 2)
+        send(":TRIG:MODE EDGE")
+        send(":TRIG:EDGE:SOUR EXT")
+        send(":TRIG:EDGE:SLOP POS")
+        send(":TRIG:SWE NORM")
+        self._asked = asked
+
+    def arm(self) -> None:
+        """One record, at the next trigger."""
+        self._configured()
+        self._scpi.command(":SING")
+
+    def fetch(self, timeout_s: float) -> Samples:
+        """The record, when it has come."""
+        asked = self._configured()
+        until = self._scpi.now() + timeout_s
+        while int(self._scpi.number(":OPER:COND?")) & _RUNNING:
+            if self._scpi.now() >= until:
+                self._scpi.command(":STOP")
+                raise InstrumentError(
+                    self._scpi.resource,
+                    ":OPER:COND?",
+                    "still waiting",
+                    why=f"No trigger came within {timeout_s:g} s.",
+                    cure="Connect the generator's trigger output to the external trigger input, "
+                    "and see that the generator plays.",
+                )
+            self._scpi.sleep(_POLL_S)
+        read = {name: self._read(one.connector) for name, one in asked.inputs.items()}
+        first = next(iter(read.values()))
+        return Samples(
+            codes={name: one[0] for name, one in read.items()},
+            volts_per_code={name: one[1] for name, one in read.items()},
+            zero_v={name: one[2] for name, one in read.items()},
+            sample_hz=1 / first[3],
+            start_s=first[4],
+        ).check(asked)
+
+    def snapshot(self) -> dict[str, str]:
+        """Time base, trigger, and each input."""
+        queries = [":TIM:RANG?", ":TIM:POS?", ":ACQ:SRAT?", ":TRIG:EDGE:SOUR?"]
+        for one in self._configured().inputs.values():
+            queries += [f":CHAN{one.connector}:RANG?", f":CHAN{one.connector}:OFFS?"]
+        told = {query.strip(":?"): self._scpi.text(query) for query in queries}
+        return {"identity": self.identity} | told
+
+    def close(self) -> None:
+        """Stop waiting, and hang up."""
+        try:
+            self._scpi.command(":STOP")
+        finally:
+            self._scpi.close()
+
+    def _read(self, connector: int) -> tuple[np.ndarray, float, float, float, float]:
+        """Codes, V a code, V at code 0, s a sample, s of the first sample."""
+        for command in (
+            f":WAV:SOUR CHAN{connector}", ":WAV:POIN:MODE RAW", ":WAV:POIN MAX",
+            ":WAV:FORM WORD", ":WAV:BYT MSBF", ":WAV:UNS 0",
+        ):  # fmt: skip
+            self._scpi.command(command)
+        line = self._scpi.text(":WAV:PRE?", r"[-+0-9.eE,]+")
+        numbers = [float(x) for x in line.split(",")]
+        if len(numbers) != 10 or not (0 < numbers[2] <= _MOST and numbers[4] > 0):
+            raise InstrumentError(
+                self._scpi.resource,
+                ":WAV:PRE?",
+                line,
+                why="The record's description has not ten numbers, or no samples.",
+                cure="Arm it again; see that the input is switched on.",
+            )
+        _, _, points, _, step_s, origin_s, reference, per_code, origin_v, middle = numbers
+        size = 2 * int(points)
+        seconds = self._scpi.timeout_s + size / _BYTES_PER_S
+        data = self._scpi.block(":WAV:DATA?", limit=size, size=size, timeout_s=seconds)
+        codes = np.frombuffer(data, dtype=">i2").astype(np.int16)
+        start_s = origin_s - reference * step_s
+        return codes, per_code, origin_v - middle * per_code, step_s, start_s
+
+    def _set(self, header: str, value: float, *, at_least: bool = False) -> None:
+        self._scpi.command(f"{header} {value:.6E}")
+        read = self._told(f"{header}?")
+        near = max(abs(value), 1e-6) * 0.01
+        if not (value - near <= read and (at_least or read <= value + near)):
+            raise InstrumentError(
+                self._scpi.resource,
+                f"{header} {value:.6E}",
+                f"{read:g}",
+                why="The oscilloscope has another setting than the one it was given.",
+                cure="Ask for a range or a time that it has.",
+            )
+
+    def _told(self, query: str) -> float:
+        return self._scpi.number(query)
+
+    def _configured(self) -> Acquisition:
+        if self._asked is None:
+            raise ValueError("The digitizer is not set up: call `configure` first.")
+        return self._asked

@@ -1,0 +1,192 @@
+"""A simulated Keysight oscilloscope: the commands that the driver needs, and a memory."""
+
+import math
+import re
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from .._instrument import AbstractInstrument, Answer
+from ._digitizer import Digitizer
+from ._messages import Messages, TooLong, Unit, header_pattern, units
+from ._status import ScpiFault, Status
+
+IDENTITY = "KEYSIGHT TECHNOLOGIES,DSO-X 3034T,MY00000001,07.50.2021102830"
+Light = Callable[[float, float, float, float], dict[int, np.ndarray] | None]
+_BITS, _SHIFT = 12, 16  # codes stand at the upper end of 16 bits
+_DIVISIONS, _REFERENCE = 10, 0.1  # the reference is one division from the left
+_LADDER = (1.0, 2.0, 5.0)
+
+
+class SimulatedInfiniiVision(AbstractInstrument):
+    """The oscilloscope as a state machine, triggered by what `light` plays.
+
+    - `light(now_s, first_s, count, sample_hz)` gives what the inputs see from `first_s` about the
+      next trigger after `now_s`: volts by connector; or nothing where no trigger comes.
+    - `clock`: gives the time, s. `memory`: samples of a record, at most.
+    """
+
+    def __init__(
+        self,
+        light: Light,
+        *,
+        clock: Callable[[], float] = time.monotonic,
+        memory: int = 4_000_000,
+        fastest_hz: float = 50e6,
+        identity: str = IDENTITY,
+    ) -> None:
+        self.identity = identity
+        self.status = Status()
+        self._light, self._clock = light, clock
+        self._memory, self._fastest = memory, fastest_hz
+        self._set = {"range": 1e-3, "position": 0.0}
+        self._inputs = {n: {"range": 8.0, "offset": 0.0} for n in (1, 2, 3, 4)}
+        self._source = 1
+        self._armed_s: float | None = None
+        self._record: dict[int, np.ndarray] = {}
+        self._messages = Messages()
+        self._table = [(header_pattern(spec), run) for spec, run in self._commands().items()]
+
+    def connected(self) -> None:
+        """Drop a message that was not complete."""
+        self._messages.clear()
+
+    def feed(self, data: bytes) -> list[Answer]:
+        """Answers to the messages that `data` completes."""
+        answers = []
+        try:
+            for message in self._messages.feed(data):
+                replies = [r for unit in units(message) if (r := self._do(unit)) is not None]
+                if replies:
+                    answers.append(Answer(b";".join(replies) + b"\n"))
+        except TooLong:
+            self.status.report(-223)
+        return answers
+
+    @property
+    def sample_hz(self) -> float:
+        """The fastest rate of a 1-2-5 ladder whose record fits in the memory."""
+        most = min(self._memory / self._set["range"], self._fastest)
+        decade = 10.0 ** math.floor(math.log10(most))
+        return max(step * decade for step in _LADDER if step * decade <= most * (1 + 1e-9))
+
+    @property
+    def first_s(self) -> float:
+        """Time of the first sample about the trigger, s: a whole number of sampling intervals."""
+        first = self._set["position"] - _REFERENCE * self._set["range"]
+        return round(first * self.sample_hz) / self.sample_hz
+
+    def _do(self, unit: Unit | None) -> bytes | None:
+        try:
+            if unit is None:
+                raise ScpiFault(-102)
+            for pattern, run in self._table:
+                if found := pattern.fullmatch(unit.header):
+                    n = int(found.groupdict().get("n") or 1)
+                    if n not in self._inputs:
+                        raise ScpiFault(-113, unit.header)
+                    reply = run(n, unit)
+                    return reply.encode("latin-1") if isinstance(reply, str) else reply
+            raise ScpiFault(-113, unit.header)
+        except ScpiFault as fault:
+            self.status.report(fault.code, fault.detail)
+            return None
+
+    def _commands(self) -> dict[str, Callable[[int, Unit], str | bytes | None]]:
+        def put(name: str, low: float, high: float) -> Callable[[int, Unit], None]:
+            return lambda n, unit: self._set.__setitem__(name, _number(unit, low, high))
+
+        def put_input(name: str, low: float, high: float) -> Callable[[int, Unit], None]:
+            return lambda n, unit: self._inputs[n].__setitem__(name, _number(unit, low, high))
+
+        def taken(n: int, unit: Unit) -> None:
+            del n, unit
+
+        obeyed = (
+            "STOP", "ACQuire:TYPE", "TIMebase:MODE", "TIMebase:REFerence", "CHANnel{n}:DISPlay",
+            "CHANnel{n}:COUPling", "TRIGger:MODE", "TRIGger:EDGE:SOURce", "TRIGger:EDGE:SLOPe",
+            "TRIGger:SWEep", "WAVeform:POINts", "WAVeform:POINts:MODE", "WAVeform:FORMat",
+            "WAVeform:BYTeorder", "WAVeform:UNSigned",
+        )  # fmt: skip
+        return dict.fromkeys(obeyed, taken) | {
+            "*IDN?": lambda n, unit: self.identity,
+            "*CLS": lambda n, unit: self.status.clear(),
+            "*OPC?": lambda n, unit: "1",
+            "*ESR?": lambda n, unit: self.status.event(),
+            "SYSTem:ERRor?": lambda n, unit: self.status.error(),
+            "TIMebase:RANGe": put("range", 2e-8, 500.0),
+            "TIMebase:RANGe?": lambda n, unit: f"{self._set['range']:+.5E}",
+            "TIMebase:POSition": put("position", -500.0, 500.0),
+            "TIMebase:POSition?": lambda n, unit: f"{self._set['position']:+.5E}",
+            "CHANnel{n}:RANGe": put_input("range", 8e-3, 40.0),
+            "CHANnel{n}:RANGe?": lambda n, unit: f"{self._inputs[n]['range']:+.5E}",
+            "CHANnel{n}:OFFSet": put_input("offset", -40.0, 40.0),
+            "CHANnel{n}:OFFSet?": lambda n, unit: f"{self._inputs[n]['offset']:+.5E}",
+            "ACQuire:SRATe?": lambda n, unit: f"{self.sample_hz:+.5E}",
+            "TRIGger:EDGE:SOURce?": lambda n, unit: "EXT",
+            "SINGle": self._arm,
+            "OPERegister:CONDition?": lambda n, unit: str(8 * self._waiting()),
+            "WAVeform:SOURce": self._choose,
+            "WAVeform:PREamble?": self._preamble,
+            "WAVeform:DATA?": self._data,
+        }
+
+    def _arm(self, n: int, unit: Unit) -> None:
+        del n, unit
+        self._armed_s, self._record = self._clock(), {}
+
+    def _waiting(self) -> bool:
+        """Whether the record asked for is not there yet."""
+        if self._armed_s is None:
+            return False
+        if self._clock() < self._armed_s + self._set["range"]:
+            return True
+        count = int(self._set["range"] * self.sample_hz)
+        record = self._light(self._armed_s, self.first_s, count, self.sample_hz)
+        if record is None:
+            return True
+        self._record, self._armed_s = record, None
+        return False
+
+    def _choose(self, n: int, unit: Unit) -> None:
+        del n
+        found = re.fullmatch(r"(?i)CHAN(?:nel)?([1-4])", unit.parameters[0])
+        if not found:
+            raise ScpiFault(-224)
+        self._source = int(found[1])
+
+    def _converter(self) -> Digitizer:
+        one = self._inputs[self._source]
+        half = one["range"] / 2
+        return Digitizer(self.sample_hz, _BITS, one["offset"] - half, one["offset"] + half)
+
+    def _volts(self) -> np.ndarray:
+        if self._source not in self._record:
+            raise ScpiFault(-221, "no record")
+        return self._record[self._source]
+
+    def _preamble(self, n: int, unit: Unit) -> str:
+        del n, unit
+        converter = self._converter()
+        per_code = converter.volts_per_code / _SHIFT
+        zero = float(converter.volts(np.zeros(1))[0])
+        step = 1 / self.sample_hz
+        numbers = (1, 0, self._volts().size, 1, step, self.first_s, 0, per_code, zero, 0)
+        return ",".join(f"{x:+.10E}" if isinstance(x, float) else str(x) for x in numbers)
+
+    def _data(self, n: int, unit: Unit) -> bytes:
+        del n, unit
+        codes = self._converter().codes(self._volts().copy()) * np.int16(_SHIFT)
+        data = codes.astype(">i2").tobytes()
+        return b"#8%08d" % len(data) + data
+
+
+def _number(unit: Unit, low: float, high: float) -> float:
+    try:
+        value = float(unit.parameters[0])
+    except (IndexError, ValueError):
+        raise ScpiFault(-109 if not unit.parameters else -224) from None
+    if not low <= value <= high:
+        raise ScpiFault(-222, f"{value:g}")
+    return value

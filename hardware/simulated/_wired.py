@@ -1,0 +1,70 @@
+"""The simulated laboratory behind wires: generator, laser controller and oscilloscope as peers."""
+
+import dataclasses
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from ._afg31000 import SimulatedAFG31052
+from ._digitizer import Digitizer
+from ._infiniivision import SimulatedInfiniiVision
+from ._laboratory import Laboratory
+from ._tlb6700 import SimulatedTLB6700
+
+INTERFEROMETER, CAVITY = 1, 2  # connectors of the oscilloscope
+_FINE = (16, -10.0, 10.0)  # before the oscilloscope's own converter
+
+
+class WiredLaboratory:
+    """Three instruments that share one `laboratory`'s physics.
+
+    The generator's channel 1 drives it; its trigger output is at the oscilloscope's external
+    trigger; the interferometer is at the oscilloscope's input 1, the cavity at 2.
+
+    - `clock`: gives the time, s, for all of them. `seed`: of all noise.
+    """
+
+    def __init__(
+        self,
+        laboratory: Laboratory,
+        *,
+        seed: int = 0,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.laboratory = laboratory
+        self.generator = SimulatedAFG31052()
+        self.laser = SimulatedTLB6700(clock=clock)
+        self.oscilloscope = SimulatedInfiniiVision(self._light, clock=clock)
+        self._seed = seed
+        self._records = 0
+        self._began = clock()
+
+    def _light(
+        self, now_s: float, first_s: float, count: int, sample_hz: float
+    ) -> dict[int, np.ndarray] | None:
+        """What the photodiodes give about the next trigger; nothing while the output is off."""
+        waveform = self.generator.output(1)
+        if waveform is None:
+            return None
+        last_s = first_s + (count - 1) / sample_hz
+        rate = waveform.frequency_hz
+        periods = max(int(np.ceil(last_s * rate)), 1)
+        bits, low, high = _FINE
+        fine = Digitizer(sample_hz, bits, low, high)
+        lab = dataclasses.replace(self.laboratory, digitizer=fine)
+        rng = np.random.default_rng([self._seed, self._records])
+        self._records += 1
+        fringes = lab.record(
+            waveform,
+            rng,
+            periods=periods,
+            start_s=now_s - self._began,
+            margin_s=max(-first_s, last_s - periods / rate, 0.0) + 2 / sample_hz,
+        )
+        begin = round((first_s - fringes.start_s) * sample_hz)
+        part = slice(begin, begin + count)
+        light = {INTERFEROMETER: fine.volts(fringes.interferometer[part].astype(float))}
+        if fringes.cavity is not None:
+            light[CAVITY] = fine.volts(fringes.cavity[part].astype(float))
+        return light

@@ -1,0 +1,187 @@
+"""A bench of instruments: a drive is played within limits, and its fringes are read."""
+
+import dataclasses
+import time
+from collections.abc import Callable, Sequence
+
+from rapi_jax import DataError, Drive, DriveLimits, Recording, Run
+from rapi_jax.readout import Fringes, Readout, read_fringes
+
+from ._afg31000 import AFG31000
+from ._afg_channel import AfgChannel
+from ._bench import AbstractBench, at_piezo, checked
+from ._bench_file import BenchFile
+from ._closes import ClosesOnExit
+from ._digitizer import AbstractDigitizer, Acquisition, Input, Samples
+from ._tlb6700 import TLB6700
+
+_MARGIN = 0.18  # of a period
+_LATE_S = 10.0  # beyond the record's own length
+Progress = Callable[[int, int, str], None]
+
+
+class LabBench(AbstractBench, ClosesOnExit):
+    """Generator, laser controller and digitizer, opened by `open_bench`; a context manager.
+
+    A drive is what the generator puts out, in V; `limits` hold for the piezo's input behind the
+    amplifier. Each run is loaded while the output is off, played from park until it has settled,
+    recorded, and parked and switched off again. `so_far` holds what was recorded when a
+    measurement fails; `history` says what was played in this session.
+    """
+
+    def __init__(
+        self,
+        file: BenchFile,
+        generator: AFG31000,
+        digitizer: AbstractDigitizer,
+        laser: TLB6700 | None,
+        *,
+        now: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        """Nothing is switched on. Raises `LimitError`, `InstrumentError`."""
+        self.limits = file.limits.of()
+        self.so_far: tuple[Run, ...] = ()
+        self.history: list[str] = []
+        self._file = file
+        self._generator, self._digitizer, self._laser = generator, digitizer, laser
+        self._now, self._sleep = now, sleep
+        self._began = now()
+        self._channel = generator.channel(
+            file.generator.channel,
+            limits=_before(self.limits, file),
+            load_ohm=file.generator.load_ohm,
+            park_v=file.generator.park_v,
+        )
+
+    @property
+    def channel(self) -> AfgChannel:
+        """The generator's output."""
+        return self._channel
+
+    @property
+    def digitizer(self) -> AbstractDigitizer:
+        """What reads the photodiodes."""
+        return self._digitizer
+
+    @property
+    def laser(self) -> TLB6700 | None:
+        """The laser controller, if there is one."""
+        return self._laser
+
+    def measure(
+        self, drives: Drive | Sequence[Drive], *, progress: Progress | None = None
+    ) -> Recording:
+        """Play each drive and read the optical frequency, GHz, on the drive's own samples.
+
+        All drives are checked first: where one is refused, none is played. Each run has an origin
+        of its own, as fringes give relative frequency only. `progress`: told run by run. Raises
+        `LimitError`, `DataError`, `InstrumentError`.
+        """
+        several = self.allowed(drives)
+        self.so_far, notes = (), {}
+        for number, drive in enumerate(several):
+            if progress is not None:
+                progress(number, len(several), f"{drive.rate:g} Hz")
+            readout, played = self._run(drive)
+            name = f"run{number:02d}"
+            self.so_far = (*self.so_far, readout.run(played, name=name))
+            if readout.faults:
+                notes[f"{name}_faults"] = "; ".join(readout.faults)
+        if progress is not None:
+            progress(len(several), len(several), "")
+        return self.recording(notes)
+
+    def allowed(self, drives: Drive | Sequence[Drive]) -> tuple[Drive, ...]:
+        """The drives, if all may be played; `LimitError` or `DataError` otherwise."""
+        several = (drives,) if isinstance(drives, Drive) else tuple(drives)
+        amplifier = self._file.amplifier
+        behind = [at_piezo(d, gain=amplifier.gain, offset_v=amplifier.offset_v) for d in several]
+        checked(behind, self.limits)
+        return several
+
+    def recording(self, notes: dict[str, str] | None = None) -> Recording:
+        """What was recorded so far, with every setting as the instruments tell it."""
+        if not self.so_far:
+            raise DataError("Nothing was recorded.")
+        return Recording(
+            self.so_far, response_origin="run", provenance=self.provenance() | (notes or {})
+        )
+
+    def provenance(self) -> dict[str, str]:
+        """Identities, settings read back, and the drives of this session."""
+        told = {
+            "bench": "laboratory",
+            "generator": self._generator.identity,
+            "digitizer": self._digitizer.identity,
+            "file": self._file.model_dump_json(by_alias=True),
+            "history": "; ".join(self.history),
+        }
+        if self._laser is not None:
+            told |= {f"laser_{key}": value for key, value in self._laser.snapshot().items()}
+        return told
+
+    def close(self) -> None:
+        """Park, switch off, and hang up, whatever of it fails."""
+        try:
+            self._generator.close()
+        finally:
+            try:
+                self._digitizer.close()
+            finally:
+                if self._laser is not None:
+                    self._laser.close()
+
+    def _run(self, drive: Drive) -> tuple[Readout, Drive]:
+        """One drive: loaded, played, settled, recorded, parked and off."""
+        file, channel = self._file, self._channel
+        if self._laser is not None:
+            self._laser.check()
+        margin_s = min(file.digitizer.margin_s, _MARGIN / drive.rate)
+        length_s = drive.periods / drive.rate
+        asked = Acquisition(self._inputs(), margin_s, length_s + margin_s, file.digitizer.sample_hz)
+        self._digitizer.configure(asked)
+        wave = channel.load_drive(drive, points=file.generator.points)
+        try:
+            channel.start()
+            self.history.append(
+                f"{self._now() - self._began:.3f} s: {wave.low_v:g} to {wave.high_v:g} V at "
+                f"{wave.frequency_hz:g} Hz, {drive.waveform}"
+            )
+            self._sleep(file.settling / drive.rate)
+            start_s = self._now() - self._began
+            self._digitizer.arm()
+            samples = self._digitizer.fetch(length_s + 2 * margin_s + 2 / drive.rate + _LATE_S)
+        finally:
+            channel.off()
+        played = dataclasses.replace(drive, start_s=start_s)
+        return read_fringes(self._fringes(samples), played), played
+
+    def _inputs(self) -> dict[str, Input]:
+        file = self._file.digitizer
+        inputs = {"interferometer": file.interferometer.of()}
+        return inputs if file.cavity is None else inputs | {"cavity": file.cavity.of()}
+
+    def _fringes(self, samples: Samples) -> Fringes:
+        optics = self._file.optics
+        return Fringes(
+            interferometer=samples.codes["interferometer"],
+            cavity=samples.codes.get("cavity"),
+            sample_hz=samples.sample_hz,
+            start_s=samples.start_s,
+            delay_s=optics.delay_s,
+            fsr_ghz=optics.fsr_ghz,
+            full_scale=samples.full_scale,
+        )
+
+
+def _before(limits: DriveLimits, file: BenchFile) -> DriveLimits:
+    """The same limits for the generator's output, ahead of the amplifier."""
+    gain, offset = file.amplifier.gain, file.amplifier.offset_v
+    ends = sorted(((limits.low_v - offset) / gain, (limits.high_v - offset) / gain))
+    return DriveLimits(
+        *ends,
+        slew_v_per_s=limits.slew_v_per_s / abs(gain),
+        step_v=limits.step_v / abs(gain),
+        max_frequency_hz=limits.max_frequency_hz,
+    )

@@ -1,0 +1,96 @@
+"""Instruments from a bench file, connected and identified; or simulated ones in their place."""
+
+import contextlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from rapi_jax._paper_device import paper_device
+from rapi_jax.io._safe import StrPath
+
+from ._afg31000 import AFG31000
+from ._bench_file import BenchFile, read_bench
+from ._infiniivision import InfiniiVision
+from ._instrument import AbstractInstrument
+from ._lab_bench import LabBench
+from ._laser_link import AbstractLaserLink, VisaLaserLink
+from ._scpi import Scpi
+from ._tlb6700 import TLB6700
+from ._vendor_dll import VendorDllLink
+from ._visa import VisaLink
+from .simulated import Clock, Device, Laboratory, SimulatedLink, WiredLaboratory
+
+
+def open_bench(path: StrPath) -> LabBench:
+    """The bench that `bench.toml` describes: identities matched, outputs off, nothing played.
+
+    Raises `DataError` for the file, `LimitError` where a limit is missing or cannot be kept,
+    `InstrumentError` for an instrument that does not answer, or is another one.
+    """
+    return opened(read_bench(path))
+
+
+def opened(file: BenchFile) -> LabBench:
+    """The bench of a file that was read already."""
+    with contextlib.ExitStack() as stack:
+        at = file.generator
+        generator = stack.enter_context(AFG31000(_scpi(at.resource, at.backend)))
+        at = file.digitizer
+        digitizer = stack.enter_context(InfiniiVision(_scpi(at.resource, at.backend)))
+        laser = None
+        if file.laser is not None:
+            limits = file.laser.limits.of()
+            laser = stack.enter_context(TLB6700(_laser_link(file), limits=limits))
+        bench = LabBench(file, generator, digitizer, laser)
+        stack.pop_all()
+    return bench
+
+
+@dataclass(frozen=True)
+class DryRun:
+    """A bench on simulated instruments in the same process, and every byte that it sent them."""
+
+    bench: LabBench
+    laboratory: WiredLaboratory
+    links: Mapping[str, SimulatedLink]
+
+    def sent(self) -> dict[str, bytes]:
+        """What each instrument was sent, in order."""
+        return {name: bytes(link.sent) for name, link in self.links.items()}
+
+
+def dry_run(file: BenchFile, *, seed: int = 0) -> DryRun:
+    """The same bench with nothing connected: no time passes, and nothing is switched."""
+    clock = Clock()
+    lab = WiredLaboratory(Laboratory(Device(paper_device())), seed=seed, clock=clock)
+
+    def link(instrument: AbstractInstrument, resource: str) -> SimulatedLink:
+        return SimulatedLink(instrument, resource=resource, clock=clock, keep=True)
+
+    links = {
+        "generator": link(lab.generator, file.generator.resource),
+        "digitizer": link(lab.oscilloscope, file.digitizer.resource),
+    }
+    laser = None
+    if file.laser is not None:
+        links["laser"] = link(lab.laser, file.laser.resource or "")
+        laser = TLB6700(VisaLaserLink(links["laser"]), limits=file.laser.limits.of())
+    bench = LabBench(
+        file,
+        AFG31000(Scpi(links["generator"])),
+        InfiniiVision(Scpi(links["digitizer"])),
+        laser,
+        now=clock,
+        sleep=links["generator"].sleep,
+    )
+    return DryRun(bench, lab, links)
+
+
+def _scpi(resource: str, backend: str) -> Scpi:
+    return Scpi(VisaLink(resource, backend=backend))
+
+
+def _laser_link(file: BenchFile) -> AbstractLaserLink:
+    laser = file.laser
+    if laser is None or laser.resource is None:
+        return VendorDllLink(laser.serial if laser and laser.serial else "")
+    return VisaLaserLink(VisaLink(laser.resource, backend=laser.backend))

@@ -1,0 +1,117 @@
+"""The bench of instruments: what it measures, what it refuses, how it is left."""
+
+import numpy as np
+import pytest
+from benches import bench_file
+
+from hardware import AFG31000, InstrumentError, LabBench, Scpi, dry_run, read_bench
+from hardware.simulated import SimulatedLink
+from rapi_jax import DataError, LimitError, triangle
+
+
+@pytest.fixture
+def dry(tmp_path):
+    return dry_run(read_bench(bench_file(tmp_path)))
+
+
+def parked(dry):
+    seen = dry.laboratory.generator.seen[1]
+    return dry.laboratory.generator.output(1) is None and seen.relay_v <= 0.0041
+
+
+def test_what_is_measured_is_what_the_laser_did(dry):
+    (drive,) = triangle([40.0], amplitude=3.0, bias=3.0, periods=1)
+    with dry.bench as bench:
+        recording = bench.measure(drive)
+    run = recording.runs[0]
+    lab = dry.laboratory.laboratory
+    wave = bench.channel.loaded
+    truth = lab.frequency(wave, drive.time, periods=1, start_s=run.drive.start_s)
+    off = run.response - truth
+    assert np.nanstd(off) < 1e-3  # GHz
+    assert recording.response_origin == "run"
+    told = recording.provenance
+    assert told["generator"].startswith("TEKTRONIX") and told["laser_tracking"] == "0"
+    assert "40 Hz" in told["history"]
+    assert parked(dry)
+    assert dry.laboratory.generator.seen[1].high_v <= 4.51
+
+
+def test_all_drives_are_checked_before_one_is_played(dry):
+    good, bad = triangle([40.0], amplitude=1.0, bias=3.0), triangle([40.0], amplitude=8.0, bias=4.0)
+    with dry.bench as bench:
+        before = dry.sent()
+        with pytest.raises(LimitError, match="drive 1 of 2"):
+            bench.measure([*good, *bad])
+        assert dry.sent() == before
+
+
+def test_an_interlock_that_opens_ends_it_before_the_next_run(dry):
+    drives = triangle([40.0, 80.0], amplitude=1.0, bias=3.0)
+    with dry.bench as bench:
+
+        def trip(number, total, what):
+            dry.laboratory.laser.interlock = number == 0
+
+        with pytest.raises(InstrumentError, match="INTERLOCK"):
+            bench.measure(drives, progress=trip)
+        assert len(bench.so_far) == 1 and len(bench.recording().runs) == 1
+        dry.laboratory.laser.interlock = True
+    assert parked(dry)
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
+def test_however_it_ends_the_output_is_parked_and_off(dry, error, monkeypatch):
+    def fails(timeout_s):
+        assert dry.laboratory.generator.output(1) is not None
+        raise error
+
+    with dry.bench as bench:
+        monkeypatch.setattr(bench.digitizer, "fetch", fails)
+        with pytest.raises(error):
+            bench.measure(triangle([40.0], amplitude=1.0, bias=3.0))
+        assert parked(dry)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"slew_v_per_s = 2000.0\n": ""}, "`limits.slew_v_per_s`: Field required"),
+        ({"step_v = 0.1": "step_v = inf"}, "`limits.step_v`"),
+        ({"low_v = 0.0\nhigh": "low_v = 9.0\nhigh"}, "must lie below"),
+        ({"settling = 2": "settlign = 2"}, "`settlign`: Extra inputs"),
+        ({'resource = "LAS"': ""}, "either `resource` or `serial`"),
+        ({"rapi.bench/1": "rapi.bench/9"}, "`schema`"),
+        ({"delay_s = 24.483e-9": "delay_s = -1.0"}, "`optics.delay_s`"),
+        ({'resource = "GEN"': 'resource = "GEN"\nload_ohm = 0'}, "`generator.load_ohm`"),
+        ({"[optics]": "[optics"}, "not a TOML file"),
+        ({"settling = 2": "settling = 2\namplifier = { gain = 0.0 }"}, "must not be zero"),
+    ],
+)
+def test_a_file_that_is_wrong_is_refused_in_one_line(tmp_path, change, says):
+    path = bench_file(tmp_path, change=change)
+    with pytest.raises(DataError, match=says) as failed:
+        read_bench(path)
+    assert "\n" not in str(failed.value) and "bench.toml" in str(failed.value)
+
+
+def test_limits_hold_behind_the_amplifier(tmp_path):
+    change = {"settling = 2": "settling = 2\namplifier = { gain = -2.0, offset_v = 5.0 }"}
+    dry = dry_run(read_bench(bench_file(tmp_path, change=change)))
+    with dry.bench as bench:
+        assert (bench.channel.limits.low_v, bench.channel.limits.high_v) == (-1.25, 2.5)
+        assert bench.channel.limits.slew_v_per_s == 1000.0
+        bench.allowed(triangle([40.0], amplitude=1.0, bias=1.0))
+        with pytest.raises(LimitError):
+            bench.allowed(triangle([40.0], amplitude=1.0, bias=2.4))
+
+
+def test_a_load_that_would_double_the_voltage(dry, tmp_path):
+    """A generator that reckons with 50 ohm whatever it is told."""
+    generator = dry.laboratory.generator
+    generator.feed(b"OUTP1:IMP 50\n")
+    generator.ignores = ("OUTP1:IMP",)
+    session = AFG31000(Scpi(SimulatedLink(generator)))
+    with pytest.raises(InstrumentError, match="The load must be inf ohm"):
+        LabBench(read_bench(bench_file(tmp_path)), session, dry.bench.digitizer, None)
+    assert generator.output(1) is None and not generator.seen[1].times_on

@@ -11,11 +11,13 @@ app = App(
     help_format="plaintext",
     suppress_keyboard_interrupt=False,  # `run` says so, and exits with 130
 )
+app.command("fitting._commands.bench:app", name="bench")
 app.command("fitting._commands.blind:app", name="blind")
 app.command("fitting._commands.compensate:compensate", name="compensate")
 app.command("fitting._commands.demo:demo", name="demo")
 app.command("fitting._commands.diagnose:diagnose", name="diagnose")
 app.command("fitting._commands.fit:fit", name="fit")
+app.command("fitting._commands.measure:measure", name="measure")
 app.command("fitting._commands.predict:predict", name="predict")
 
 

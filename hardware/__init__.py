@@ -17,6 +17,7 @@ from ._errors import LinkError as LinkError
 from ._hislip import HislipServer as HislipServer
 from ._infiniivision import InfiniiVision as InfiniiVision
 from ._lab_bench import LabBench as LabBench
+from ._lab_bench import allowed as allowed
 from ._laser_limits import LaserLimits as LaserLimits
 from ._laser_link import AbstractLaserLink as AbstractLaserLink
 from ._laser_link import VisaLaserLink as VisaLaserLink

@@ -47,6 +47,7 @@ class LabBench(AbstractBench, ClosesOnExit):
         self._generator, self._digitizer, self._laser = generator, digitizer, laser
         self._now, self._sleep = now, sleep
         self._began = now()
+        generator.set_trigger()
         self._channel = generator.channel(
             file.generator.channel,
             limits=_before(self.limits, file),
@@ -78,7 +79,7 @@ class LabBench(AbstractBench, ClosesOnExit):
         of its own, as fringes give relative frequency only. `progress`: told run by run. Raises
         `LimitError`, `DataError`, `InstrumentError`.
         """
-        several = self.allowed(drives)
+        several = allowed(drives, self._file)
         self.so_far, notes = (), {}
         for number, drive in enumerate(several):
             if progress is not None:
@@ -92,14 +93,6 @@ class LabBench(AbstractBench, ClosesOnExit):
             progress(len(several), len(several), "")
         return self.recording(notes)
 
-    def allowed(self, drives: Drive | Sequence[Drive]) -> tuple[Drive, ...]:
-        """The drives, if all may be played; `LimitError` or `DataError` otherwise."""
-        several = (drives,) if isinstance(drives, Drive) else tuple(drives)
-        amplifier = self._file.amplifier
-        behind = [at_piezo(d, gain=amplifier.gain, offset_v=amplifier.offset_v) for d in several]
-        checked(behind, self.limits)
-        return several
-
     def recording(self, notes: dict[str, str] | None = None) -> Recording:
         """What was recorded so far, with every setting as the instruments tell it."""
         if not self.so_far:
@@ -107,6 +100,11 @@ class LabBench(AbstractBench, ClosesOnExit):
         return Recording(
             self.so_far, response_origin="run", provenance=self.provenance() | (notes or {})
         )
+
+    def incomplete(self) -> Recording:
+        """The same after a failure: the instruments are not asked any more."""
+        notes = {"incomplete": "yes", "history": "; ".join(self.history)}
+        return Recording(self.so_far, response_origin="run", provenance=notes)
 
     def provenance(self) -> dict[str, str]:
         """Identities, settings read back, and the drives of this session."""
@@ -137,6 +135,7 @@ class LabBench(AbstractBench, ClosesOnExit):
         file, channel = self._file, self._channel
         if self._laser is not None:
             self._laser.check()
+            self._laser.check_emission()
         margin_s = min(file.digitizer.margin_s, _MARGIN / drive.rate)
         length_s = drive.periods / drive.rate
         asked = Acquisition(self._inputs(), margin_s, length_s + margin_s, file.digitizer.sample_hz)
@@ -173,6 +172,15 @@ class LabBench(AbstractBench, ClosesOnExit):
             fsr_ghz=optics.fsr_ghz,
             full_scale=samples.full_scale,
         )
+
+
+def allowed(drives: Drive | Sequence[Drive], file: BenchFile) -> tuple[Drive, ...]:
+    """The drives, if all may be played; `LimitError` or `DataError` otherwise."""
+    several = (drives,) if isinstance(drives, Drive) else tuple(drives)
+    amplifier = file.amplifier
+    behind = [at_piezo(d, gain=amplifier.gain, offset_v=amplifier.offset_v) for d in several]
+    checked(behind, file.limits.of())
+    return several
 
 
 def _before(limits: DriveLimits, file: BenchFile) -> DriveLimits:

@@ -19,6 +19,8 @@ from ._vendor_dll import VendorDllLink
 from ._visa import VisaLink
 from .simulated import Clock, Device, Laboratory, SimulatedLink, WiredLaboratory
 
+_DIGITIZER_S = 10.0  # an oscilloscope answers slowly while it works on a long record
+
 
 def open_bench(path: StrPath) -> LabBench:
     """The bench that `bench.toml` describes: identities matched, outputs off, nothing played.
@@ -35,7 +37,8 @@ def opened(file: BenchFile) -> LabBench:
         at = file.generator
         generator = stack.enter_context(AFG31000(_scpi(at.resource, at.backend)))
         at = file.digitizer
-        digitizer = stack.enter_context(InfiniiVision(_scpi(at.resource, at.backend)))
+        session = _scpi(at.resource, at.backend, timeout_s=_DIGITIZER_S)
+        digitizer = stack.enter_context(InfiniiVision(session))
         laser = None
         if file.laser is not None:
             limits = file.laser.limits.of()
@@ -85,8 +88,8 @@ def dry_run(file: BenchFile, *, seed: int = 0) -> DryRun:
     return DryRun(bench, lab, links)
 
 
-def _scpi(resource: str, backend: str) -> Scpi:
-    return Scpi(VisaLink(resource, backend=backend))
+def _scpi(resource: str, backend: str, *, timeout_s: float = 2.0) -> Scpi:
+    return Scpi(VisaLink(resource, backend=backend), timeout_s=timeout_s)
 
 
 def _laser_link(file: BenchFile) -> AbstractLaserLink:

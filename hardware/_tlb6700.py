@@ -122,6 +122,13 @@ class TLB6700(ClosesOnExit):
         """Whether the diode is on."""
         return self._asked(f"{table.OUTPUT}?") == 1.0
 
+    def check_emission(self) -> None:
+        """Refuse a laser that is off: there would be no fringes."""
+        if not self.emits():
+            raise self._wrong(
+                f"{table.OUTPUT}?", "0", "The laser is off.", "Switch it on and let it settle."
+            )
+
     def switch(self, on: bool) -> None:
         """Emission on or off; on only where `check` finds nothing. Waits until it has happened."""
         if on:

@@ -29,6 +29,7 @@ from ._recording import Run as Run
 from ._target import Target as Target
 from ._target import linear_scan as linear_scan
 from ._waveform import multisine as multisine
+from ._waveform import repeated as repeated
 from ._waveform import sine as sine
 from ._waveform import step_and_hold as step_and_hold
 from ._waveform import triangle as triangle

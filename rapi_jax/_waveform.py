@@ -1,9 +1,11 @@
 """Standard drives: triangle, sine, multisine, step and hold. Each starts at its minimum."""
 
+import dataclasses
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ._errors import DataError
 from ._recording import Drive, Waveform
 
 Shape = Callable[[np.ndarray], np.ndarray]  # cycles since the minimum -> -1 to 1
@@ -112,3 +114,19 @@ def step_and_hold(
     time = np.arange(0.0, corners[-1], step_s)
     value = np.interp(time, corners, np.repeat(np.asarray(levels, dtype=float), 2))
     return (Drive(time, value, None, "step"),)
+
+
+def repeated(drive: Drive, periods: int) -> Drive:
+    """One period of `drive`, `periods` times. Raises `DataError` where it has none."""
+    if drive.excitation_hz is None or drive.periods < 1:
+        raise DataError("Only a drive that repeats can be played again and again.")
+    if periods < 1:
+        raise ValueError(f"Argument `periods` must be 1 or more, but is {periods}.")
+    period = 1.0 / drive.excitation_hz
+    count = int(np.sum(drive.time < period * (1 - 1e-9)))
+    time, value = drive.time[:count], drive.value[:count]
+    return dataclasses.replace(
+        drive,
+        time=np.concatenate([time + k * period for k in range(periods)]),
+        value=np.tile(value, periods),
+    )

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 from cyclopts import App, CycloptsError, MissingArgumentError, UnusedCliTokensError
 
-DONE, INTERNAL, USAGE, BAD_DATA, UNTRUSTED = 0, 1, 2, 3, 4
+DONE, INTERNAL, USAGE, BAD_DATA, UNTRUSTED, INSTRUMENT = 0, 1, 2, 3, 4, 6
 INTERRUPTED = 130
 
 
@@ -93,6 +93,10 @@ def _classify(error: Exception) -> int:
     if isinstance(error, OutputError | FileNotFoundError | PermissionError | IsADirectoryError):
         fail("cannot read or write", error)
         return BAD_DATA
+    hardware = sys.modules.get("hardware")  # not loaded: no instrument was asked
+    if hardware is not None and isinstance(error, hardware.InstrumentError):
+        fail("instrument", error)
+        return INSTRUMENT
     if isinstance(error, MemoryError):
         fail(
             "out of memory", "this recording does not fit; split it, or use fewer samples a period."

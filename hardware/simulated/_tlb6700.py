@@ -21,6 +21,7 @@ class SimulatedTLB6700(AbstractInstrument):
 
     - `clock`: gives the time, s; that of a `SimulatedLink` for one in the same process.
     - `head`, `identity`: what it says they are. `key`: the key switch. `interlock`: closed or not.
+    - `emits`: whether the diode is on at first.
     - `stray_every`: after so many answers it adds its identity to one, as real ones do; 0: never.
 
     `trip` reports a fault as if it had happened, and does what the controller does then.
@@ -34,13 +35,14 @@ class SimulatedTLB6700(AbstractInstrument):
         head: str = "TLB-6712",
         key: bool = True,
         interlock: bool = True,
+        emits: bool = False,
         stray_every: int = 0,
     ) -> None:
         self.identity, self.head = identity, head
         self.key, self.interlock = key, interlock
         self.diode_c, self.cavity_c = 20.0, 30.0
         self.stray_every = stray_every
-        self.output = self.tracking = self.remote = False
+        self.output, self.tracking, self.remote = emits, False, False
         self.set = {
             "wavelength": 770.0, "piezo": 50.0, "current": 120.0,
             "from": 768.0, "to": 772.0, "forth": 1.0, "back": 1.0,

@@ -34,7 +34,7 @@ class WiredLaboratory:
     ) -> None:
         self.laboratory = laboratory
         self.generator = SimulatedAFG31052()
-        self.laser = SimulatedTLB6700(clock=clock)
+        self.laser = SimulatedTLB6700(clock=clock, emits=True)
         self.oscilloscope = SimulatedInfiniiVision(self._light, clock=clock)
         self._seed = seed
         self._records = 0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from benches import bench_file
 
-from hardware import AFG31000, InstrumentError, LabBench, Scpi, dry_run, read_bench
+from hardware import AFG31000, InstrumentError, LabBench, Scpi, allowed, dry_run, read_bench
 from hardware.simulated import SimulatedLink
 from rapi_jax import DataError, LimitError, triangle
 
@@ -97,13 +97,13 @@ def test_a_file_that_is_wrong_is_refused_in_one_line(tmp_path, change, says):
 
 def test_limits_hold_behind_the_amplifier(tmp_path):
     change = {"settling = 2": "settling = 2\namplifier = { gain = -2.0, offset_v = 5.0 }"}
-    dry = dry_run(read_bench(bench_file(tmp_path, change=change)))
-    with dry.bench as bench:
+    file = read_bench(bench_file(tmp_path, change=change))
+    with dry_run(file).bench as bench:
         assert (bench.channel.limits.low_v, bench.channel.limits.high_v) == (-1.25, 2.5)
         assert bench.channel.limits.slew_v_per_s == 1000.0
-        bench.allowed(triangle([40.0], amplitude=1.0, bias=1.0))
-        with pytest.raises(LimitError):
-            bench.allowed(triangle([40.0], amplitude=1.0, bias=2.4))
+    allowed(triangle([40.0], amplitude=1.0, bias=1.0), file)
+    with pytest.raises(LimitError):
+        allowed(triangle([40.0], amplitude=1.0, bias=2.4), file)
 
 
 def test_a_load_that_would_double_the_voltage(dry, tmp_path):

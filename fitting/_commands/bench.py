@@ -1,0 +1,169 @@
+"""`rapi bench`: look at a bench, start a simulated one, put a laser controller on the network."""
+
+import contextlib
+import threading
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import App, Parameter, validators
+
+Port = Annotated[int, Parameter(validator=validators.Number(gte=0, lte=65535))]
+Json = Annotated[bool, Parameter(negative="")]
+
+app = App(name="bench", help="A bench of instruments, real or simulated.", help_format="plaintext")
+
+
+@app.command
+def check(bench: Path, /, *, json: Json = False) -> int:
+    """Connect to every instrument of BENCH, match identities, limits and interlocks; play nothing.
+
+    Outputs are switched off, load and clamp set and read back.
+
+    Parameters
+    ----------
+    bench
+        `bench.toml`.
+    json
+        Print one JSON object on standard output.
+    """
+    from hardware import open_bench
+
+    from ._out import console, say_json
+
+    with open_bench(bench) as opened:
+        told = opened.provenance()
+        limits = opened.channel.limits
+    del told["history"], told["file"]
+    told["limits"] = (
+        f"{limits.low_v:g} to {limits.high_v:g} V, {limits.slew_v_per_s:g} V/s, steps of "
+        f"{limits.step_v:g} V, {limits.max_frequency_hz:g} Hz, at the generator"
+    )
+    if json:
+        say_json({"schema": "rapi.bench-check/1", **told})
+        return 0
+    out = console(json)
+    for name, value in told.items():
+        out.print(f"{name:22} {value}", markup=False)
+    out.print("every instrument is the one it should be; no output is on", markup=False)
+    return 0
+
+
+@app.command
+def serve(
+    bench: Path,
+    /,
+    *,
+    wires: Literal["hislip", "socket"] = "hislip",
+    device: Literal["paper", "unmodelled"] = "paper",
+    seed: int = 0,
+) -> int:
+    """Start a simulated laboratory on this computer, and write the bench file that reaches it.
+
+    Generator, laser controller and oscilloscope answer on 127.0.0.1 until Ctrl-C.
+
+    Parameters
+    ----------
+    bench
+        The `bench.toml` to write.
+    wires
+        HiSLIP, or raw TCP sockets.
+    device
+        The laser of the paper, or one with effects that its model has no term for.
+    seed
+        Of all noise.
+    """
+    from hardware import HislipServer, TcpServer
+    from hardware.simulated import SimulatedBench, WiredLaboratory
+    from rapi_jax.io import write_atomic
+
+    from ._out import console
+
+    laboratory = SimulatedBench.like_paper(unmodelled=device == "unmodelled").laboratory
+    lab = WiredLaboratory(laboratory, seed=seed)
+    server = HislipServer if wires == "hislip" else TcpServer
+    with contextlib.ExitStack() as stack:
+        at = {
+            name: stack.enter_context(server(instrument)).resource
+            for name, instrument in (
+                ("generator", lab.generator),
+                ("laser", lab.laser),
+                ("digitizer", lab.oscilloscope),
+            )
+        }
+        write_atomic(bench, _BENCH.format(**at, delay_s=laboratory.interferometer.delay_s))
+        out = console(False)
+        for name, resource in at.items():
+            out.print(f"{name:10} {resource}", markup=False)
+        out.print(f"written to {bench}; Ctrl-C ends the laboratory", markup=False)
+        threading.Event().wait()
+    return 0
+
+
+@app.command
+def bridge(
+    serial: str, /, *, library: str = "usbdll.dll", host: str = "127.0.0.1", port: Port = 4880
+) -> int:
+    """Put the TLB-6700 with SERIAL on the network, from the Windows computer that has it.
+
+    Whoever can reach the port can set the laser: nothing is asked of a client.
+
+    Parameters
+    ----------
+    serial
+        Its serial number, such as SN1012.
+    library
+        The vendor's library, or its path.
+    host
+        The address to listen at; by default this computer alone.
+    port
+        HiSLIP's is 4880.
+    """
+    from hardware import Bridge, HislipServer, VendorDllLink
+
+    from ._out import console
+
+    with (
+        VendorDllLink(serial, library=library) as link,
+        HislipServer(Bridge(link), port, host=host) as server,
+    ):
+        console(False).print(f"{server.resource}; Ctrl-C ends the bridge", markup=False)
+        threading.Event().wait()
+    return 0
+
+
+_BENCH = """\
+# A simulated laboratory. For your own, change the addresses, and first of all the limits.
+schema = "rapi.bench/1"
+settling = 2  # periods played before a record
+
+[limits]  # of the voltage at the piezo's input
+low_v = 0.0
+high_v = 7.5
+slew_v_per_s = 2000.0
+step_v = 0.1  # from one sample to the next, and where the period closes
+max_frequency_hz = 100.0
+
+[generator]  # AFG31052
+resource = "{generator}"
+load_ohm = inf  # what is connected; a 50 ohm setting doubles the voltage into high impedance
+
+[laser]  # TLB-6700: straight, through `rapi bench bridge`, or `serial` on Windows
+resource = "{laser}"
+
+[laser.limits]
+wavelength_nm = [765.0, 781.0]
+piezo_percent = [0.0, 100.0]
+current_ma = [30.0, 140.0]
+diode_c = [15.0, 30.0]
+cavity_c = [20.0, 40.0]
+
+[digitizer]  # InfiniiVision; the generator's trigger output at its external trigger
+resource = "{digitizer}"
+interferometer = {{ connector = 1, low_v = -0.2, high_v = 1.2 }}
+cavity = {{ connector = 2, low_v = -0.2, high_v = 1.2 }}
+sample_hz = 10e6
+
+[optics]
+delay_s = {delay_s!r}  # of the auxiliary interferometer
+fsr_ghz = 1.5  # of the cavity
+"""

@@ -1,0 +1,104 @@
+"""`rapi measure`: run drives on a bench of instruments, real or simulated."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter, validators
+
+if TYPE_CHECKING:
+    from hardware import LabBench
+
+Periods = Annotated[int, Parameter(validator=validators.Number(gte=1, lte=1000))]
+
+
+def measure(
+    bench: Path,
+    drive: Path,
+    *drives: Path,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    periods: Periods = 1,
+    waveform: Literal["triangle", "sine", "multisine"] = "triangle",
+    dry_run: Annotated[bool, Parameter(negative="")] = False,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Play each DRIVE on the bench of BENCH and record the laser's frequency.
+
+    Every drive is checked against the bench's limits before the first byte is sent. The output is
+    parked and switched off at the end, however it ends; what was recorded until then is written.
+
+    Parameters
+    ----------
+    bench
+        `bench.toml`: addresses, limits, digitizer, optics.
+    drive
+        One period as CSV (`time_s,drive`), as `rapi compensate` writes it.
+    drives
+        More of them, played one after the other.
+    output
+        Folder for the recording, or a file that ends in .nc; with `--dry-run`, for the bytes.
+    periods
+        How many periods are recorded.
+    waveform
+        What the drives are.
+    dry_run
+        Connect to nothing: write what each instrument would be sent, byte by byte.
+    json
+        Print one JSON object on standard output.
+    """
+    from hardware import InstrumentError, allowed, open_bench, read_bench
+    from hardware import dry_run as dry
+    from rapi_jax import repeated
+    from rapi_jax.io import printable, read_drive, write_atomic, write_recording
+    from rapi_jax.io._safe import located
+
+    from ._out import console, output_folder, progress, say_json
+
+    file = read_bench(bench)
+    several = []
+    for path in (drive, *drives):
+        one = repeated(read_drive(path, waveform=waveform), periods)
+        with located(printable(path)):
+            several += allowed(one, file)
+    out = console(json)
+    if dry_run:
+        rehearsed = dry(file)
+        with rehearsed.bench as simulated:
+            simulated.measure(several)
+        folder = output_folder(output)
+        for name, sent in rehearsed.sent().items():
+            write_atomic(folder / f"{name}.bytes", sent)
+        out.print(f"nothing was connected; what would be sent is in {folder}", markup=False)
+        return 0
+    with progress("measuring", json) as say, open_bench(bench) as opened:
+        try:
+            recording = opened.measure(
+                several, progress=lambda done, total, what: say(f"{done} of {total} {what}")
+            )
+        except (InstrumentError, KeyboardInterrupt):
+            _save(opened, output)
+            raise
+    write_recording(recording, output)
+    faults = {k: v for k, v in recording.provenance.items() if k.endswith("_faults")}
+    if json:
+        say_json(
+            {
+                "schema": "rapi.measured/1",
+                "recording": str(output),
+                "runs": [run.name for run in recording.runs],
+                "faults": faults,
+                "data_sha256": recording.sha256(),
+            }
+        )
+        return 0
+    for name, fault in faults.items():
+        out.print(f"{name}: {fault}", markup=False)
+    out.print(f"{len(recording.runs)} run(s) written to {output}", markup=False)
+    return 0
+
+
+def _save(opened: "LabBench", output: Path) -> None:
+    """What was recorded before it failed; the instruments are not asked any more."""
+    from rapi_jax.io import write_recording
+
+    if opened.so_far:
+        write_recording(opened.incomplete(), output)

@@ -13,7 +13,8 @@ from ._messages import Messages, TooLong, Unit, header_pattern, units
 from ._status import ScpiFault, Status
 
 IDENTITY = "KEYSIGHT TECHNOLOGIES,DSO-X 3034T,MY00000001,07.50.2021102830"
-Light = Callable[[float, float, float, float], dict[int, np.ndarray] | None]
+Light = Callable[[float, float, int, float], dict[int, np.ndarray] | None]
+Handler = Callable[[int, Unit], str | bytes | None]
 _BITS, _SHIFT = 12, 16  # codes stand at the upper end of 16 bits
 _DIVISIONS, _REFERENCE = 10, 0.1  # the reference is one division from the left
 _LADDER = (1.0, 2.0, 5.0)
@@ -93,7 +94,7 @@ class SimulatedInfiniiVision(AbstractInstrument):
             self.status.report(fault.code, fault.detail)
             return None
 
-    def _commands(self) -> dict[str, Callable[[int, Unit], str | bytes | None]]:
+    def _commands(self) -> dict[str, Handler]:
         def put(name: str, low: float, high: float) -> Callable[[int, Unit], None]:
             return lambda n, unit: self._set.__setitem__(name, _number(unit, low, high))
 
@@ -109,7 +110,8 @@ class SimulatedInfiniiVision(AbstractInstrument):
             "TRIGger:SWEep", "WAVeform:POINts", "WAVeform:POINts:MODE", "WAVeform:FORMat",
             "WAVeform:BYTeorder", "WAVeform:UNSigned",
         )  # fmt: skip
-        return dict.fromkeys(obeyed, taken) | {
+        commands: dict[str, Handler] = dict.fromkeys(obeyed, taken)
+        commands |= {
             "*IDN?": lambda n, unit: self.identity,
             "*CLS": lambda n, unit: self.status.clear(),
             "*OPC?": lambda n, unit: "1",
@@ -131,6 +133,7 @@ class SimulatedInfiniiVision(AbstractInstrument):
             "WAVeform:PREamble?": self._preamble,
             "WAVeform:DATA?": self._data,
         }
+        return commands
 
     def _arm(self, n: int, unit: Unit) -> None:
         del n, unit

@@ -102,10 +102,10 @@ def test_peers_that_misbehave(peer):
 
 def test_noise_never_becomes_an_answer():
     """10 000 answers of random bytes: a line as it was sent, or an error."""
-    rng = random.Random(5)
+    rng, instrument = random.Random(5), SimulatedTLB6700()
     for _ in range(10_000):
         data = bytes(rng.choice(b'OK0129.,"\r\n\x00\xffv ') for _ in range(rng.randint(0, 90)))
-        wire = SimulatedLink(Faulty(SimulatedTLB6700(), Instead(data), times=1))
+        wire = SimulatedLink(Faulty(instrument, Instead(data), times=1))
         link = VisaLaserLink(wire, timeout_s=0.1)
         try:
             said = link.query("SENSe:WAVElength")

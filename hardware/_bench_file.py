@@ -14,7 +14,6 @@ from rapi_jax.io._safe import StrPath, cause, located, read_text
 from ._digitizer import Input
 from ._laser_limits import LaserLimits
 
-SCHEMA = "rapi.bench/1"
 Range = tuple[float, float]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Address = Annotated[str, Field(min_length=1, max_length=200)]

@@ -46,7 +46,7 @@ class InfiniiVision(AbstractDigitizer):
         span = (asked.before_s + asked.after_s) * 1.02
         self._set(":TIM:RANG", span)
         # The reference stands a tenth from the left, and `position` is the time there.
-        self._set(":TIM:POS", self._told(":TIM:RANG?") / 10 - asked.before_s * 1.01)
+        self._set(":TIM:POS", self._scpi.number(":TIM:RANG?") / 10 - asked.before_s * 1.01)
         for one in asked.inputs.values():
             channel = f":CHAN{one.connector}"
             send(f"{channel}:DISP 1")
@@ -132,7 +132,7 @@ class InfiniiVision(AbstractDigitizer):
 
     def _set(self, header: str, value: float, *, at_least: bool = False) -> None:
         self._scpi.command(f"{header} {value:.6E}")
-        read = self._told(f"{header}?")
+        read = self._scpi.number(f"{header}?")
         near = max(abs(value), 1e-6) * 0.01
         if not (value - near <= read and (at_least or read <= value + near)):
             raise InstrumentError(
@@ -142,9 +142,6 @@ class InfiniiVision(AbstractDigitizer):
                 why="The oscilloscope has another setting than the one it was given.",
                 cure="Ask for a range or a time that it has.",
             )
-
-    def _told(self, query: str) -> float:
-        return self._scpi.number(query)
 
     def _configured(self) -> Acquisition:
         if self._asked is None:

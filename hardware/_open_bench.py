@@ -22,17 +22,15 @@ from .simulated import Clock, Device, Laboratory, SimulatedLink, WiredLaboratory
 _DIGITIZER_S = 10.0  # an oscilloscope answers slowly while it works on a long record
 
 
-def open_bench(path: StrPath) -> LabBench:
+def open_bench(bench: StrPath | BenchFile) -> LabBench:
     """The bench that `bench.toml` describes: identities matched, outputs off, nothing played.
+
+    `bench`: the file, or what `read_bench` made of it.
 
     Raises `DataError` for the file, `LimitError` where a limit is missing or cannot be kept,
     `InstrumentError` for an instrument that does not answer, or is another one.
     """
-    return opened(read_bench(path))
-
-
-def opened(file: BenchFile) -> LabBench:
-    """The bench of a file that was read already."""
+    file = bench if isinstance(bench, BenchFile) else read_bench(bench)
     with contextlib.ExitStack() as stack:
         at = file.generator
         generator = stack.enter_context(AFG31000(_scpi(at.resource, at.backend)))

@@ -40,7 +40,7 @@ class TLB6700(ClosesOnExit):
         self.head = self._told(
             f"{table.MODEL}?", table.HEAD, "The laser head is another one than the limits are for."
         )
-        self._forget_faults()
+        self._faults()  # of the past; what still holds is reported anew by `check`
         self._set(table.CONTROL, "REM")
         self.track(False)
         self.check()
@@ -230,10 +230,6 @@ class TLB6700(ClosesOnExit):
         raise self._wrong(
             table.ERROR, "", "The fault queue does not end.", "Restart the controller."
         )
-
-    def _forget_faults(self) -> None:
-        """Faults of the past are read away; what still holds is reported anew by `check`."""
-        self._faults()
 
     def _wait(self, seconds: float) -> None:
         until = self._link.now() + seconds

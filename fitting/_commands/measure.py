@@ -69,7 +69,7 @@ def measure(
             write_atomic(folder / f"{name}.bytes", sent)
         out.print(f"nothing was connected; what would be sent is in {folder}", markup=False)
         return 0
-    with progress("measuring", json) as say, open_bench(bench) as opened:
+    with progress("measuring", json) as say, open_bench(file) as opened:
         try:
             recording = opened.measure(
                 several, progress=lambda done, total, what: say(f"{done} of {total} {what}")

@@ -130,6 +130,7 @@ def test_the_exact_bytes(act, lines):
     with Transcript(*greeting(), *lines, *FAREWELL) as wire:
         with TLB6700(VisaLaserLink(wire), limits=LIMITS) as laser:
             act(laser)
+        assert wire.whole
 
 
 def test_a_session():

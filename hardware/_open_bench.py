@@ -41,9 +41,9 @@ def open_bench(bench: StrPath | BenchFile) -> LabBench:
         if file.laser is not None:
             limits = file.laser.limits.of()
             laser = stack.enter_context(TLB6700(_laser_link(file), limits=limits))
-        bench = LabBench(file, generator, digitizer, laser)
+        opened = LabBench(file, generator, digitizer, laser)
         stack.pop_all()
-    return bench
+    return opened
 
 
 @dataclass(frozen=True)

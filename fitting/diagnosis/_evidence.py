@@ -12,7 +12,8 @@ class Left:
     """What a hypothesis leaves on the richer base.
 
     `locked`, `loose`: chi-square of what repeats with the scan, and of what does not; `prior`: of
-    the base's values. `parameters`: of the effects.
+    the base's values. `parameters`: of the effects. `identified`: what it leaves on the identified
+    base, of which nothing is known where it is `None`.
     """
 
     effects: tuple[str, ...]
@@ -20,6 +21,7 @@ class Left:
     locked: float
     loose: float
     prior: float
+    identified: float | None = None
 
     @property
     def name(self) -> str:
@@ -52,10 +54,7 @@ class Evidence:
     @classmethod
     def from_dict(cls, value: dict[str, Any]) -> "Evidence":
         """From what `to_dict` gave."""
-        found = [
-            Left(tuple(h["effects"]), h["parameters"], h["locked"], h["loose"], h["prior"])
-            for h in value["hypotheses"]
-        ]
+        found = [Left(**(h | {"effects": tuple(h["effects"])})) for h in value["hypotheses"]]
         return cls(value["lines"], value["loose_lines"], value["noise_known"], tuple(found))
 
     def to_dict(self) -> dict[str, Any]:
@@ -68,6 +67,7 @@ class Evidence:
 
 
 def _left(candidate: Candidate) -> Left:
-    rich = candidate.rich
+    rich, plain = candidate.rich, candidate.plain
     names = tuple(sorted(effect.name for effect in candidate.effects))
-    return Left(names, candidate.count, rich.locked, rich.loose, rich.prior)
+    left = plain.locked + plain.loose
+    return Left(names, candidate.count, rich.locked, rich.loose, rich.prior, left)

@@ -1,8 +1,8 @@
 """The simulated laboratory: the physics of an ECDL and its optics behind a bench."""
 
-from .._instrument import AbstractInstrument as AbstractInstrument
-from .._instrument import Answer as Answer
-from .._tcp import TcpServer as TcpServer
+from ..servers._instrument import AbstractInstrument as AbstractInstrument
+from ..servers._instrument import Answer as Answer
+from ..servers._tcp import TcpServer as TcpServer
 from ._afg31000 import SimulatedAFG31052 as SimulatedAFG31052
 from ._bench import SimulatedBench as SimulatedBench
 from ._device import Device as Device

@@ -8,7 +8,7 @@ import numpy as np
 from rapi_jax import AfgWaveform
 from rapi_jax._afg import FULL, POINTS
 
-from .._instrument import AbstractInstrument, Answer
+from ..servers._instrument import AbstractInstrument, Answer
 from ._afg_output import AfgOutput, Seen
 from ._messages import Messages, TooLong, Unit, header_pattern, units
 from ._status import ScpiFault, Status

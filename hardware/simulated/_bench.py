@@ -11,7 +11,7 @@ from rapi_jax._limits import DriveLimits
 from rapi_jax._paper_device import paper_device
 from rapi_jax.readout import Fringes, Readout, read_fringes
 
-from .._bench import AbstractBench, at_piezo, checked
+from ..bench._base import AbstractBench, at_piezo, checked
 from ._device import Device
 from ._drift import Drift
 from ._dynamics import Amplifier, MirrorResonance, ParasiticEtalon

@@ -5,7 +5,7 @@ import dataclasses
 import itertools
 from collections.abc import Iterable, Iterator
 
-from .._instrument import AbstractInstrument, Answer
+from ..servers._instrument import AbstractInstrument, Answer
 
 
 class AbstractFault(abc.ABC):

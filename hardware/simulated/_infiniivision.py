@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .._instrument import AbstractInstrument, Answer
+from ..servers._instrument import AbstractInstrument, Answer
 from ._digitizer import Digitizer
 from ._messages import Messages, TooLong, Unit, header_pattern, units
 from ._status import ScpiFault, Status

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 from .._errors import closed, silent
-from .._instrument import AbstractInstrument, Answer
-from .._link import AbstractLink, Received
+from ..links._link import AbstractLink, Received
+from ..servers._instrument import AbstractInstrument, Answer
 
 _PIECE = 4096  # bytes fed at once, as a network cuts them
 

@@ -5,8 +5,8 @@ import re
 import time
 from collections.abc import Callable
 
-from .. import _tlb_table as table
-from .._instrument import AbstractInstrument, Answer
+from ..laser import _table as table
+from ..servers._instrument import AbstractInstrument, Answer
 from ._messages import header_pattern
 
 IDENTITY = "New_Focus 6700 v2.4 03/19/14 SN1012"

@@ -13,7 +13,7 @@ import numpy as np
 def main(repeats=20):
     """Command line."""
     from hardware import HislipServer, Scpi, TcpServer, VisaLink
-    from hardware._afg_port import AfgPort
+    from hardware.generator._port import AfgPort
     from hardware.simulated import SimulatedAFG31052
 
     print("wires         points    median ms   slowest ms   (with *OPC?, *ESR?, errors, length)")

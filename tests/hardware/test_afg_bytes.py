@@ -8,8 +8,8 @@ import pytest
 from transcript import Transcript, command
 
 from hardware import AFG31000, DriveLimits, Scpi
-from hardware._afg_levels import Levels
-from hardware._afg_port import AfgPort
+from hardware.generator._levels import Levels
+from hardware.generator._port import AfgPort
 
 IDN = "TEKTRONIX,AFG31052,C012345,SCPI:99.0 FV:1.6.1"
 OPEN = (("*IDN?", IDN), ("*CLS", None), ("*OPC?", "1"))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 
 from hardware import DriveLimits
-from hardware._afg_levels import (
+from hardware.generator._levels import (
     PARK_PP,
     Levels,
     around,

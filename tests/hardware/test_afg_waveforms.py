@@ -11,7 +11,7 @@ from generated_waveforms import KINDS, LIMITS, Generator, legal, waveform
 from hypothesis import example, given, settings
 
 from hardware import AFG31000, DriveLimits, InstrumentError, Scpi
-from hardware._afg_check import checked_codes
+from hardware.generator._check import checked_codes
 from hardware.simulated import SimulatedAFG31052, SimulatedLink
 from rapi_jax import AfgWaveform, DataError, LimitError, triangle
 

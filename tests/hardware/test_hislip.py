@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from hardware import AFG31000, DriveLimits, HislipServer, InstrumentError, Scpi, VisaLink
-from hardware._hislip_wire import SIZE, Header, Kind, Malformed, message
+from hardware.servers._hislip_wire import SIZE, Header, Kind, Malformed, message
 from hardware.simulated import (
     Closing,
     Cut,

@@ -1,7 +1,7 @@
 """A link that plays a written conversation: every byte sent must be the next one of it."""
 
 from hardware import AbstractLink
-from hardware._link import Received
+from hardware.links._link import Received
 
 DONE = (("*OPC?", "1"), ("*ESR?", "0"), ("SYST:ERR?", '0,"No error"'))
 

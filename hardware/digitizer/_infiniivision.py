@@ -6,9 +6,9 @@ the acquisition ("raw"), 16 bits a sample.
 
 import numpy as np
 
-from ._digitizer import AbstractDigitizer, Acquisition, Samples
-from ._errors import InstrumentError
-from ._scpi import Scpi
+from .._errors import InstrumentError
+from ..links._scpi import Scpi
+from ._base import AbstractDigitizer, Acquisition, Samples
 
 IDENTITY = r"(KEYSIGHT|AGILENT) TECHNOLOGIES,[DM]SO-?X? ?[2346]\d{3}[A-Z]?,[^,]{1,64},[^,]{1,64}"
 _RUNNING = 8  # in the operation status

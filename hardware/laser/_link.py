@@ -2,11 +2,11 @@
 
 import abc
 
-from . import _reply
-from . import _tlb_table as table
-from ._closes import ClosesOnExit
-from ._errors import InstrumentError, LinkError, silent
-from ._link import AbstractLink, Received
+from .._closes import ClosesOnExit
+from .._errors import InstrumentError, LinkError, silent
+from ..links import _reply
+from ..links._link import AbstractLink, Received
+from . import _table as table
 
 _MOST = 2 * table.MOST_BYTES  # an answer, and an identity behind it
 

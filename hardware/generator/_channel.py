@@ -7,12 +7,12 @@ import numpy as np
 from rapi_jax import AfgWaveform, Drive, DriveLimits, LimitError
 from rapi_jax._afg import FULL, POINTS, codes_of, period_volts
 
-from . import _afg_table as table
-from ._afg_check import checked_codes, checked_period
-from ._afg_levels import Levels, around, inside, parked, path
-from ._afg_port import AfgPort
-from ._errors import InstrumentError
-from ._exits import forget, on_exit
+from .._errors import InstrumentError
+from ..bench._exits import forget, on_exit
+from . import _table as table
+from ._check import checked_codes, checked_period
+from ._levels import Levels, around, inside, parked, path
+from ._port import AfgPort
 
 _RAMP_V = 0.05  # largest change of a level at once while the output is on
 

@@ -4,12 +4,12 @@ import re
 
 from rapi_jax import LimitError
 
-from . import _reply
-from . import _tlb_table as table
-from ._closes import ClosesOnExit
-from ._errors import InstrumentError
-from ._laser_limits import LaserLimits
-from ._laser_link import AbstractLaserLink
+from .._closes import ClosesOnExit
+from .._errors import InstrumentError
+from ..links import _reply
+from . import _table as table
+from ._limits import LaserLimits
+from ._link import AbstractLaserLink
 
 _QUEUE = 100  # faults at most
 _PIEZO_STEP = 1.0  # percent at once

@@ -11,8 +11,8 @@ from rapi_jax import DataError, DriveLimits
 from rapi_jax.io import printable
 from rapi_jax.io._safe import StrPath, cause, located, read_text
 
-from ._digitizer import Input
-from ._laser_limits import LaserLimits
+from ..digitizer._base import Input
+from ..laser._limits import LaserLimits
 
 Range = tuple[float, float]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]

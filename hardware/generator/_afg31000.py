@@ -5,11 +5,11 @@ import math
 
 from rapi_jax import DriveLimits
 
-from . import _afg_table as table
-from ._afg_channel import AfgChannel
-from ._afg_port import AfgPort
-from ._closes import ClosesOnExit
-from ._scpi import Scpi
+from .._closes import ClosesOnExit
+from ..links._scpi import Scpi
+from . import _table as table
+from ._channel import AfgChannel
+from ._port import AfgPort
 
 
 class AFG31000(ClosesOnExit):

@@ -9,8 +9,8 @@ import threading
 import time
 from collections.abc import Callable
 
+from .._closes import ClosesOnExit
 from . import _hislip_wire as wire
-from ._closes import ClosesOnExit
 from ._hislip_wire import Header, Kind, Malformed, message
 from ._instrument import AbstractInstrument, Answer
 from ._tcp import LOOPBACK

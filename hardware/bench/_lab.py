@@ -7,13 +7,13 @@ from collections.abc import Callable, Sequence
 from rapi_jax import DataError, Drive, DriveLimits, Recording, Run
 from rapi_jax.readout import Fringes, Readout, read_fringes
 
-from ._afg31000 import AFG31000
-from ._afg_channel import AfgChannel
-from ._bench import AbstractBench, at_piezo, checked
-from ._bench_file import BenchFile
-from ._closes import ClosesOnExit
-from ._digitizer import AbstractDigitizer, Acquisition, Input, Samples
-from ._tlb6700 import TLB6700
+from .._closes import ClosesOnExit
+from ..digitizer._base import AbstractDigitizer, Acquisition, Input, Samples
+from ..generator._afg31000 import AFG31000
+from ..generator._channel import AfgChannel
+from ..laser._tlb6700 import TLB6700
+from ._base import AbstractBench, at_piezo, checked
+from ._file import BenchFile
 
 _MARGIN = 0.18  # of a period
 _LATE_S = 10.0  # beyond the record's own length

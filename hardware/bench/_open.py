@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from rapi_jax._paper_device import paper_device
 from rapi_jax.io._safe import StrPath
 
-from ._afg31000 import AFG31000
-from ._bench_file import BenchFile, read_bench
-from ._infiniivision import InfiniiVision
-from ._instrument import AbstractInstrument
-from ._lab_bench import LabBench
-from ._laser_link import AbstractLaserLink, VisaLaserLink
-from ._scpi import Scpi
-from ._tlb6700 import TLB6700
-from ._vendor_dll import VendorDllLink
-from ._visa import VisaLink
-from .simulated import Clock, Device, Laboratory, SimulatedLink, WiredLaboratory
+from ..digitizer._infiniivision import InfiniiVision
+from ..generator._afg31000 import AFG31000
+from ..laser._link import AbstractLaserLink, VisaLaserLink
+from ..laser._tlb6700 import TLB6700
+from ..laser._vendor_dll import VendorDllLink
+from ..links._scpi import Scpi
+from ..links._visa import VisaLink
+from ..servers._instrument import AbstractInstrument
+from ..simulated import Clock, Device, Laboratory, SimulatedLink, WiredLaboratory
+from ._file import BenchFile, read_bench
+from ._lab import LabBench
 
 _DIGITIZER_S = 10.0  # an oscilloscope answers slowly while it works on a long record
 

@@ -10,10 +10,10 @@ and anywhere else `VisaLaserLink(VisaLink(resource))`.
 
 from collections.abc import Iterator
 
-from . import _tlb_table as table
-from ._errors import InstrumentError, shown
-from ._instrument import AbstractInstrument, Answer
-from ._laser_link import AbstractLaserLink
+from .._errors import InstrumentError, shown
+from ..servers._instrument import AbstractInstrument, Answer
+from . import _table as table
+from ._link import AbstractLaserLink
 
 REFUSED = "BRIDGE: "
 _MOST = table.MOST_BYTES - 2

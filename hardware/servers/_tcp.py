@@ -6,7 +6,7 @@ import socket
 import threading
 import time
 
-from ._closes import ClosesOnExit
+from .._closes import ClosesOnExit
 from ._instrument import AbstractInstrument, Answer
 
 LOOPBACK = "127.0.0.1"

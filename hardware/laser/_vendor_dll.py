@@ -9,9 +9,9 @@ import sys
 import time
 from typing import Any
 
-from . import _tlb_table as table
-from ._errors import InstrumentError
-from ._laser_link import AbstractLaserLink, answer_of
+from .._errors import InstrumentError
+from . import _table as table
+from ._link import AbstractLaserLink, answer_of
 
 PRODUCT = 0x100A
 _INFO_BYTES = 4096

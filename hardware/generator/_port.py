@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from . import _afg_table as table
-from ._afg_levels import Levels, grid, order
-from ._errors import InstrumentError
-from ._scpi import Scpi
+from .._errors import InstrumentError
+from ..links._scpi import Scpi
+from . import _table as table
+from ._levels import Levels, grid, order
 
 _BYTES_PER_S = 5e4  # a slow line: what an upload may take beyond the usual time
 

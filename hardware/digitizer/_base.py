@@ -10,7 +10,7 @@ from jaxtyping import Int16
 
 from rapi_jax import DataError
 
-from ._closes import ClosesOnExit
+from .._closes import ClosesOnExit
 
 
 @dataclass(frozen=True)

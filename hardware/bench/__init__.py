@@ -1,0 +1,1 @@
+"""The instruments of a laboratory together: from a file to a measurement."""

@@ -1,0 +1,1 @@
+"""The arbitrary function generator: Tektronix AFG31052."""

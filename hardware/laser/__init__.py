@@ -1,0 +1,1 @@
+"""The laser controller: New Focus TLB-6700 over its links."""

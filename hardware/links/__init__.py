@@ -1,0 +1,1 @@
+"""How instruments are reached: bounded sessions over VISA."""

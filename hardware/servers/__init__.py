@@ -1,0 +1,1 @@
+"""Simulated instruments and bridges on the network: TCP and HiSLIP."""

@@ -2,23 +2,19 @@
 
 import contextlib
 import itertools
-import select
 import socket
 import struct
 import threading
-import time
 from collections.abc import Callable
 
-from .._closes import ClosesOnExit
 from . import _hislip_wire as wire
-from ._hislip_wire import Header, Kind, Malformed, message
+from ._channel import Channel
+from ._hislip_wire import Kind, message
 from ._instrument import AbstractInstrument, Answer
-from ._tcp import LOOPBACK
-
-_TICK_S = 0.02  # how often a waiting thread looks whether it shall stop
+from ._listener import LOOPBACK, AbstractListener
 
 
-class HislipServer(ClosesOnExit):
+class HislipServer(AbstractListener):
     """Serves one session after the other, to this computer alone if not told otherwise.
 
     Synchronized mode of HiSLIP 1.0, without locks and service requests. Each answer says which
@@ -31,18 +27,9 @@ class HislipServer(ClosesOnExit):
     ) -> None:
         """`port`: 0 for any that is free; `host`: the address to listen at."""
         self._instrument = instrument
-        self._listener = socket.create_server((host, port))
-        self.host = host
-        self._stop = threading.Event()
         self._numbers = itertools.cycle(range(1, 1 << 16))
         self._session: _Session | None = None
-        self._thread = threading.Thread(target=self._accept, daemon=True)
-        self._thread.start()
-
-    @property
-    def port(self) -> int:
-        """Where it listens."""
-        return self._listener.getsockname()[1]
+        super().__init__(port, host=host)
 
     @property
     def resource(self) -> str:
@@ -51,24 +38,14 @@ class HislipServer(ClosesOnExit):
 
     def close(self) -> None:
         """Stop, and wait until all threads are done."""
-        self._stop.set()
-        self._thread.join()
+        super().close()
         if self._session is not None:
             self._session.end()
-        self._listener.close()
 
-    def _accept(self) -> None:
-        while not self._stop.is_set():
-            if not select.select([self._listener], [], [], _TICK_S)[0]:
-                continue
-            connection, _ = self._listener.accept()
-            try:
-                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                self._admit(_Channel(connection, self._stop))
-            except OSError:
-                connection.close()
+    def _meet(self, connection: socket.socket) -> None:
+        self._admit(Channel(connection, self._stop))
 
-    def _admit(self, channel: "_Channel") -> None:
+    def _admit(self, channel: Channel) -> None:
         """A new connection says what it is: the first channel of a session, or its second."""
         header, _ = channel.next(within_s=5.0)
         if header.kind == Kind.INITIALIZE:
@@ -92,15 +69,15 @@ class HislipServer(ClosesOnExit):
 class _Session:
     """Two channels to one client, each served by a thread of its own."""
 
-    def __init__(self, instrument: AbstractInstrument, first: "_Channel", number: int) -> None:
+    def __init__(self, instrument: AbstractInstrument, first: Channel, number: int) -> None:
         self.number = number
         self._instrument = instrument
         self._first = first
-        self._second: _Channel | None = None
+        self._second: Channel | None = None
         self._threads: list[threading.Thread] = []
         self._cleared = threading.Event()  # what was asked before shall not be answered any more
 
-    def begin(self, second: "_Channel") -> None:
+    def begin(self, second: Channel) -> None:
         """Both channels are there."""
         self._second = second
         self._instrument.connected()
@@ -115,7 +92,7 @@ class _Session:
         for thread in self._threads:
             thread.join()
 
-    def _guarded(self, serve: Callable[["_Channel"], None], channel: "_Channel") -> None:
+    def _guarded(self, serve: Callable[[Channel], None], channel: Channel) -> None:
         with contextlib.suppress(OSError, ValueError):  # a closed socket has no number to wait for
             serve(channel)
         self._hang_up()
@@ -125,7 +102,7 @@ class _Session:
             if channel is not None:
                 channel.close()
 
-    def _synchronous(self, channel: "_Channel") -> None:
+    def _synchronous(self, channel: Channel) -> None:
         while True:
             header, payload = channel.next()
             if header.kind in (Kind.DATA, Kind.DATA_END):
@@ -156,7 +133,7 @@ class _Session:
         if answer.hang_up:
             raise ConnectionAbortedError
 
-    def _asynchronous(self, channel: "_Channel") -> None:
+    def _asynchronous(self, channel: Channel) -> None:
         while True:
             header, payload = channel.next()
             if header.kind == Kind.ASYNC_MAXIMUM:
@@ -176,58 +153,3 @@ class _Session:
                 channel.send(message(Kind.ASYNC_LOCK_INFO_RESPONSE))
             else:
                 channel.send(message(Kind.ERROR, 1))
-
-
-class _Channel:
-    """Messages over one connection, until somebody stops it."""
-
-    def __init__(self, connection: socket.socket, stop: threading.Event) -> None:
-        self._connection = connection
-        self._stop = stop
-        connection.settimeout(_TICK_S)
-
-    def next(self, within_s: float = float("inf")) -> tuple[Header, bytes]:
-        """The next message. Raises `OSError` where there is none any more."""
-        until = time.monotonic() + within_s
-        header = Header.of(self._exactly(wire.SIZE, until))
-        return header, self._exactly(header.length, until)
-
-    def send(self, data: bytes) -> None:
-        """All of `data`; raises `OSError` where it cannot be."""
-        left = memoryview(data)
-        while left:
-            self._look()
-            with contextlib.suppress(TimeoutError):
-                left = left[self._connection.send(left) :]
-
-    def wait(self, seconds: float, until: threading.Event) -> None:
-        """Let time pass; raises `OSError` where the client hangs up meanwhile."""
-        end = time.monotonic() + seconds
-        while (left := end - time.monotonic()) > 0 and not until.wait(min(left, _TICK_S)):
-            self._look()
-            readable = select.select([self._connection], [], [], 0.0)[0]
-            if readable and not self._connection.recv(1, socket.MSG_PEEK):
-                raise ConnectionAbortedError
-
-    def close(self) -> None:
-        """Hang up; a thread that waits here ends."""
-        with contextlib.suppress(OSError):
-            self._connection.shutdown(socket.SHUT_RDWR)
-        self._connection.close()
-
-    def _exactly(self, count: int, until: float) -> bytes:
-        got = bytearray()
-        while len(got) < count:
-            self._look()
-            if time.monotonic() > until:
-                raise Malformed("no message came")
-            with contextlib.suppress(TimeoutError):
-                data = self._connection.recv(min(count - len(got), 1 << 16))
-                if not data:
-                    raise ConnectionAbortedError
-                got += data
-        return bytes(got)
-
-    def _look(self) -> None:
-        if self._stop.is_set():
-            raise ConnectionAbortedError

@@ -1,20 +1,16 @@
 """An instrument on a TCP port, for `TCPIP::<address>::<port>::SOCKET`."""
 
-import contextlib
 import select
 import socket
-import threading
 import time
 
-from .._closes import ClosesOnExit
 from ._instrument import AbstractInstrument, Answer
+from ._listener import LOOPBACK, TICK_S, AbstractListener
 
-LOOPBACK = "127.0.0.1"
-_TICK_S = 0.02  # how often a waiting server looks whether it shall stop
 _QUICKACK = getattr(socket, "TCP_QUICKACK", None)  # Linux
 
 
-class TcpServer(ClosesOnExit):
+class TcpServer(AbstractListener):
     """Serves one connection after the other, to this computer alone if not told otherwise.
 
     Acknowledges at once: a small upload would otherwise stall for 44 ms, where a client waits for
@@ -26,41 +22,21 @@ class TcpServer(ClosesOnExit):
     ) -> None:
         """`port`: 0 for any that is free; `host`: the address to listen at."""
         self._instrument = instrument
-        self._listener = socket.create_server((host, port))
-        self.host = host
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._serve, daemon=True)
-        self._thread.start()
-
-    @property
-    def port(self) -> int:
-        """Where it listens."""
-        return self._listener.getsockname()[1]
+        super().__init__(port, host=host)
 
     @property
     def resource(self) -> str:
         """Its VISA address."""
         return f"TCPIP::{self.host}::{self.port}::SOCKET"
 
-    def close(self) -> None:
-        """Stop, and wait until the thread is done."""
-        self._stop.set()
-        self._thread.join()
-        self._listener.close()
-
-    def _serve(self) -> None:
-        while not self._stop.is_set():
-            if not select.select([self._listener], [], [], _TICK_S)[0]:
-                continue
-            connection, _ = self._listener.accept()
-            with connection, contextlib.suppress(OSError):
-                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                self._instrument.connected()
-                self._converse(connection)
+    def _meet(self, connection: socket.socket) -> None:
+        with connection:
+            self._instrument.connected()
+            self._converse(connection)
 
     def _converse(self, connection: socket.socket) -> None:
         while not self._stop.is_set():
-            if not select.select([connection], [], [], _TICK_S)[0]:
+            if not select.select([connection], [], [], TICK_S)[0]:
                 continue
             if _QUICKACK is not None:
                 connection.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
@@ -79,18 +55,18 @@ class TcpServer(ClosesOnExit):
         while data:
             if self._stop.is_set():
                 return False
-            if select.select([], [connection], [], _TICK_S)[1]:
+            if select.select([], [connection], [], TICK_S)[1]:
                 data = data[connection.send(data[: 1 << 14]) :]
             elif self._gone(connection):
                 return False
-        while answer.deaf and not self._stop.wait(_TICK_S):
+        while answer.deaf and not self._stop.wait(TICK_S):
             pass
         return not answer.hang_up
 
     def _wait(self, connection: socket.socket, seconds: float) -> bool:
         until = time.monotonic() + seconds
         while (left := until - time.monotonic()) > 0:
-            if self._stop.wait(min(left, _TICK_S)) or self._gone(connection):
+            if self._stop.wait(min(left, TICK_S)) or self._gone(connection):
                 return False
         return True
 

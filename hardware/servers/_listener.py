@@ -1,0 +1,54 @@
+"""What listens at a port and meets one client after the other in a thread of its own."""
+
+import abc
+import select
+import socket
+import threading
+
+from .._closes import ClosesOnExit
+
+LOOPBACK = "127.0.0.1"
+TICK_S = 0.02  # how often a waiting server looks whether it shall stop
+
+
+class AbstractListener(ClosesOnExit):
+    """A server of this computer alone, if not told otherwise; a context manager."""
+
+    def __init__(self, port: int = 0, *, host: str = LOOPBACK) -> None:
+        """`port`: 0 for any that is free; `host`: the address to listen at."""
+        self._socket = socket.create_server((host, port))
+        self.host = host
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._accept, daemon=True)
+        self._thread.start()
+
+    @property
+    def port(self) -> int:
+        """Where it listens."""
+        return self._socket.getsockname()[1]
+
+    @property
+    @abc.abstractmethod
+    def resource(self) -> str:
+        """Its VISA address."""
+
+    @abc.abstractmethod
+    def _meet(self, connection: socket.socket) -> None:
+        """Serve a new connection, or have it served; whoever does closes it."""
+
+    def close(self) -> None:
+        """Stop, and wait until the thread is done."""
+        self._stop.set()
+        self._thread.join()
+        self._socket.close()
+
+    def _accept(self) -> None:
+        while not self._stop.is_set():
+            if not select.select([self._socket], [], [], TICK_S)[0]:
+                continue
+            connection, _ = self._socket.accept()
+            try:
+                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                self._meet(connection)
+            except OSError:
+                connection.close()

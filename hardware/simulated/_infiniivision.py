@@ -7,20 +7,19 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..servers._instrument import AbstractInstrument, Answer
 from ._digitizer import Digitizer
-from ._messages import Messages, TooLong, Unit, header_pattern, units
-from ._status import ScpiFault, Status
+from ._messages import Unit
+from ._scpi_instrument import AbstractScpiInstrument, Handler, number
+from ._status import ScpiFault
 
 IDENTITY = "KEYSIGHT TECHNOLOGIES,DSO-X 3034T,MY00000001,07.50.2021102830"
 Light = Callable[[float, float, int, float], dict[int, np.ndarray] | None]
-Handler = Callable[[int, Unit], str | bytes | None]
 _BITS, _SHIFT = 12, 16  # codes stand at the upper end of 16 bits
 _DIVISIONS, _REFERENCE = 10, 0.1  # the reference is one division from the left
 _LADDER = (1.0, 2.0, 5.0)
 
 
-class SimulatedInfiniiVision(AbstractInstrument):
+class SimulatedInfiniiVision(AbstractScpiInstrument):
     """The oscilloscope as a state machine, triggered by what `light` plays.
 
     - `light(now_s, first_s, count, sample_hz)` gives what the inputs see from `first_s` about the
@@ -37,8 +36,6 @@ class SimulatedInfiniiVision(AbstractInstrument):
         fastest_hz: float = 50e6,
         identity: str = IDENTITY,
     ) -> None:
-        self.identity = identity
-        self.status = Status()
         self._light, self._clock = light, clock
         self._memory, self._fastest = memory, fastest_hz
         self._set = {"range": 1e-3, "position": 0.0}
@@ -46,24 +43,7 @@ class SimulatedInfiniiVision(AbstractInstrument):
         self._source = 1
         self._armed_s: float | None = None
         self._record: dict[int, np.ndarray] = {}
-        self._messages = Messages()
-        self._table = [(header_pattern(spec), run) for spec, run in self._commands().items()]
-
-    def connected(self) -> None:
-        """Drop a message that was not complete."""
-        self._messages.clear()
-
-    def feed(self, data: bytes) -> list[Answer]:
-        """Answers to the messages that `data` completes."""
-        answers = []
-        try:
-            for message in self._messages.feed(data):
-                replies = [r for unit in units(message) if (r := self._do(unit)) is not None]
-                if replies:
-                    answers.append(Answer(b";".join(replies) + b"\n"))
-        except TooLong:
-            self.status.report(-223)
-        return answers
+        super().__init__(identity, self._inputs)
 
     @property
     def sample_hz(self) -> float:
@@ -78,28 +58,14 @@ class SimulatedInfiniiVision(AbstractInstrument):
         first = self._set["position"] - _REFERENCE * self._set["range"]
         return round(first * self.sample_hz) / self.sample_hz
 
-    def _do(self, unit: Unit | None) -> bytes | None:
-        try:
-            if unit is None:
-                raise ScpiFault(-102)
-            for pattern, run in self._table:
-                if found := pattern.fullmatch(unit.header):
-                    n = int(found.groupdict().get("n") or 1)
-                    if n not in self._inputs:
-                        raise ScpiFault(-113, unit.header)
-                    reply = run(n, unit)
-                    return reply.encode("latin-1") if isinstance(reply, str) else reply
-            raise ScpiFault(-113, unit.header)
-        except ScpiFault as fault:
-            self.status.report(fault.code, fault.detail)
-            return None
+    def commands(self) -> dict[str, Handler]:
+        """Those that the driver needs."""
 
-    def _commands(self) -> dict[str, Handler]:
         def put(name: str, low: float, high: float) -> Callable[[int, Unit], None]:
-            return lambda n, unit: self._set.__setitem__(name, _number(unit, low, high))
+            return lambda n, unit: self._set.__setitem__(name, number(unit, low, high))
 
         def put_input(name: str, low: float, high: float) -> Callable[[int, Unit], None]:
-            return lambda n, unit: self._inputs[n].__setitem__(name, _number(unit, low, high))
+            return lambda n, unit: self._inputs[n].__setitem__(name, number(unit, low, high))
 
         def taken(n: int, unit: Unit) -> None:
             del n, unit
@@ -112,11 +78,6 @@ class SimulatedInfiniiVision(AbstractInstrument):
         )  # fmt: skip
         commands: dict[str, Handler] = dict.fromkeys(obeyed, taken)
         commands |= {
-            "*IDN?": lambda n, unit: self.identity,
-            "*CLS": lambda n, unit: self.status.clear(),
-            "*OPC?": lambda n, unit: "1",
-            "*ESR?": lambda n, unit: self.status.event(),
-            "SYSTem:ERRor?": lambda n, unit: self.status.error(),
             "TIMebase:RANGe": put("range", 2e-8, 500.0),
             "TIMebase:RANGe?": lambda n, unit: f"{self._set['range']:+.5E}",
             "TIMebase:POSition": put("position", -500.0, 500.0),
@@ -183,13 +144,3 @@ class SimulatedInfiniiVision(AbstractInstrument):
         codes = self._converter().codes(self._volts().copy()) * np.int16(_SHIFT)
         data = codes.astype(">i2").tobytes()
         return b"#8%08d" % len(data) + data
-
-
-def _number(unit: Unit, low: float, high: float) -> float:
-    try:
-        value = float(unit.parameters[0])
-    except (IndexError, ValueError):
-        raise ScpiFault(-109 if not unit.parameters else -224) from None
-    if not low <= value <= high:
-        raise ScpiFault(-222, f"{value:g}")
-    return value

@@ -3,9 +3,10 @@
 import abc
 
 from .._closes import ClosesOnExit
-from .._errors import InstrumentError, LinkError, silent
+from .._errors import silent
 from ..links import _reply
 from ..links._link import AbstractLink, Received
+from ..links._trust import Trust
 from . import _table as table
 
 _MOST = 2 * table.MOST_BYTES  # an answer, and an identity behind it
@@ -60,7 +61,7 @@ class VisaLaserLink(AbstractLaserLink):
         self._link = link
         self.resource = link.resource
         self.timeout_s = timeout_s
-        self._lost = False
+        self._trust = Trust(link.resource)
         self._held = b""  # came, and was not looked at
 
     def now(self) -> float:
@@ -74,24 +75,16 @@ class VisaLaserLink(AbstractLaserLink):
     def query(self, command: str) -> str:
         """The line that answers `command`."""
         deadline = self.now() + self.timeout_s
-        try:
-            if self._lost:
+        with self._trust.call(command):
+            if self._trust.lost:
                 self._link.reconnect(deadline)
-                self._lost, self._held = False, b""
+                self._trust.lost, self._held = False, b""
             self._drop_strays(deadline)
             self._link.send(command.encode("ascii") + b"\r\n", deadline)
             while True:
                 line = self._line(deadline)
                 if not table.is_stray(line) or command.strip().upper() == "*IDN?":
                     return line
-        except LinkError as error:
-            self._lost = True
-            raise InstrumentError(
-                self.resource, command, error.received, why=error.why, cure=error.cure
-            ) from error
-        except BaseException:  # an interrupt: an answer may still be on its way
-            self._lost = True
-            raise
 
     def close(self) -> None:
         """Hang up."""

@@ -9,6 +9,7 @@ from typing import TypeVar
 from .._errors import InstrumentError, LinkError, shown, silent
 from . import _reply
 from ._link import AbstractLink, Received
+from ._trust import Trust
 
 _T = TypeVar("_T")
 _QUEUE = 100  # entries at most
@@ -33,7 +34,7 @@ class Scpi:
         self._link = link
         self.timeout_s = timeout_s
         self._identity: str | None = None
-        self._lost = False
+        self._trust = Trust(link.resource)
 
     @property
     def resource(self) -> str:
@@ -157,18 +158,10 @@ class Scpi:
     @contextlib.contextmanager
     def _call(self, label: str, timeout_s: float | None = None) -> Iterator[float]:
         deadline = self.now() + (self.timeout_s if timeout_s is None else timeout_s)
-        try:
-            if self._lost:
+        with self._trust.call(label):
+            if self._trust.lost:
                 self._reconnect(deadline)
             yield deadline
-        except LinkError as error:
-            self._lost = True
-            raise InstrumentError(
-                self.resource, label, error.received, why=error.why, cure=error.cure
-            ) from error
-        except BaseException:  # an interrupt: an answer may still be on its way
-            self._lost = True
-            raise
 
     def _reconnect(self, deadline: float) -> None:
         self._link.reconnect(deadline)
@@ -180,7 +173,7 @@ class Scpi:
                     "Check the address.",
                     identity.encode(),
                 )
-        self._lost = False
+        self._trust.lost = False
 
 
 class _Listener:

@@ -16,6 +16,10 @@ from .digitizer._base import Acquisition as Acquisition
 from .digitizer._base import Input as Input
 from .digitizer._base import Samples as Samples
 from .digitizer._infiniivision import InfiniiVision as InfiniiVision
+from .digitizer._niscope import NiScope as NiScope
+from .digitizer._raw import read_samples as read_samples
+from .digitizer._raw import write_samples as write_samples
+from .digitizer._replay import ReplayDigitizer as ReplayDigitizer
 from .generator._afg31000 import AFG31000 as AFG31000
 from .generator._channel import AfgChannel as AfgChannel
 from .laser._bridge import Bridge as Bridge

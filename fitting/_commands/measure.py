@@ -18,6 +18,7 @@ def measure(
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
     periods: Periods = 1,
     waveform: Literal["triangle", "sine", "multisine"] = "triangle",
+    raw: Path | None = None,
     dry_run: Annotated[bool, Parameter(negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
@@ -40,6 +41,8 @@ def measure(
         How many periods are recorded.
     waveform
         What the drives are.
+    raw
+        Folder for the digitizer's records, so that they can be read again.
     dry_run
         Connect to nothing: write what each instrument would be sent, byte by byte.
     json
@@ -69,10 +72,13 @@ def measure(
             write_atomic(folder / f"{name}.bytes", sent)
         out.print(f"nothing was connected; what would be sent is in {folder}", markup=False)
         return 0
+    folder = None if raw is None else output_folder(raw)
     with progress("measuring", json) as say, open_bench(file) as opened:
         try:
             recording = opened.measure(
-                several, progress=lambda done, total, what: say(f"{done} of {total} {what}")
+                several,
+                progress=lambda done, total, what: say(f"{done} of {total} {what}"),
+                raw=folder,
             )
         except (InstrumentError, KeyboardInterrupt):
             _save(opened, output)

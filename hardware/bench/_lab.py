@@ -1,14 +1,17 @@
 """A bench of instruments: a drive is played within limits, and its fringes are read."""
 
+import contextlib
 import dataclasses
 import time
 from collections.abc import Callable, Sequence
 
 from rapi_jax import DataError, Drive, DriveLimits, Recording, Run
-from rapi_jax.readout import Fringes, Readout, read_fringes
+from rapi_jax.io._safe import StrPath
+from rapi_jax.readout import Fringes, read_fringes
 
 from .._closes import ClosesOnExit
-from ..digitizer._base import AbstractDigitizer, Acquisition, Input, Samples
+from ..digitizer._base import AbstractDigitizer, Acquisition, Samples
+from ..digitizer._raw import write_samples
 from ..generator._afg31000 import AFG31000
 from ..generator._channel import AfgChannel
 from ..laser._tlb6700 import TLB6700
@@ -38,14 +41,18 @@ class LabBench(AbstractBench, ClosesOnExit):
         *,
         now: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
+        release: Callable[[], None] = lambda: None,
     ) -> None:
-        """Nothing is switched on. Raises `LimitError`, `InstrumentError`."""
+        """Nothing is switched on. `release` is called last when the bench is closed.
+
+        Raises `LimitError`, `InstrumentError`.
+        """
         self.limits = file.limits.of()
         self.so_far: tuple[Run, ...] = ()
         self.history: list[str] = []
         self._file = file
         self._generator, self._digitizer, self._laser = generator, digitizer, laser
-        self._now, self._sleep = now, sleep
+        self._now, self._sleep, self._release = now, sleep, release
         self._began = now()
         generator.set_trigger()
         self._channel = generator.channel(
@@ -71,21 +78,29 @@ class LabBench(AbstractBench, ClosesOnExit):
         return self._laser
 
     def measure(
-        self, drives: Drive | Sequence[Drive], *, progress: Progress | None = None
+        self,
+        drives: Drive | Sequence[Drive],
+        *,
+        progress: Progress | None = None,
+        raw: StrPath | None = None,
     ) -> Recording:
         """Play each drive and read the optical frequency, GHz, on the drive's own samples.
 
         All drives are checked first: where one is refused, none is played. Each run has an origin
-        of its own, as fringes give relative frequency only. `progress`: told run by run. Raises
-        `LimitError`, `DataError`, `InstrumentError`.
+        of its own, as fringes give relative frequency only. `progress`: told run by run. `raw`: a
+        folder for what the digitizer gave, written before it is read, for a `ReplayDigitizer`.
+        Raises `LimitError`, `DataError`, `InstrumentError`.
         """
         several = allowed(drives, self._file)
         self.so_far, notes = (), {}
         for number, drive in enumerate(several):
             if progress is not None:
                 progress(number, len(several), f"{drive.rate:g} Hz")
-            readout, played = self._run(drive)
             name = f"run{number:02d}"
+            samples, played = self._record(drive)
+            if raw is not None:
+                write_samples(samples, raw, name, notes={"history": self.history[-1]})
+            readout = read_fringes(self._fringes(samples), played)
             self.so_far = (*self.so_far, readout.run(played, name=name))
             if readout.faults:
                 notes[f"{name}_faults"] = "; ".join(readout.faults)
@@ -121,24 +136,23 @@ class LabBench(AbstractBench, ClosesOnExit):
 
     def close(self) -> None:
         """Park, switch off, and hang up, whatever of it fails."""
-        try:
-            self._generator.close()
-        finally:
-            try:
-                self._digitizer.close()
-            finally:
-                if self._laser is not None:
-                    self._laser.close()
+        with contextlib.ExitStack() as stack:  # the generator first
+            stack.callback(self._release)
+            if self._laser is not None:
+                stack.callback(self._laser.close)
+            stack.callback(self._digitizer.close)
+            stack.callback(self._generator.close)
 
-    def _run(self, drive: Drive) -> tuple[Readout, Drive]:
+    def _record(self, drive: Drive) -> tuple[Samples, Drive]:
         """One drive: loaded, played, settled, recorded, parked and off."""
         file, channel = self._file, self._channel
+        at = file.digitizer
         if self._laser is not None:
             self._laser.check()
             self._laser.check_emission()
-        margin_s = min(file.digitizer.margin_s, _MARGIN / drive.rate)
-        length_s = drive.periods / drive.rate
-        asked = Acquisition(self._inputs(), margin_s, length_s + margin_s, file.digitizer.sample_hz)
+        margin_s = min(at.margin_s, _MARGIN / drive.rate)
+        length_s = drive.periods / drive.rate + at.latency_s
+        asked = Acquisition(at.inputs(), margin_s, length_s + margin_s, at.sample_hz)
         self._digitizer.configure(asked)
         wave = channel.load_drive(drive, points=file.generator.points)
         try:
@@ -153,13 +167,7 @@ class LabBench(AbstractBench, ClosesOnExit):
             samples = self._digitizer.fetch(length_s + 2 * margin_s + 2 / drive.rate + _LATE_S)
         finally:
             channel.off()
-        played = dataclasses.replace(drive, start_s=start_s)
-        return read_fringes(self._fringes(samples), played), played
-
-    def _inputs(self) -> dict[str, Input]:
-        file = self._file.digitizer
-        inputs = {"interferometer": file.interferometer.of()}
-        return inputs if file.cavity is None else inputs | {"cavity": file.cavity.of()}
+        return samples, dataclasses.replace(drive, start_s=start_s)
 
     def _fringes(self, samples: Samples) -> Fringes:
         optics = self._file.optics
@@ -167,7 +175,7 @@ class LabBench(AbstractBench, ClosesOnExit):
             interferometer=samples.codes["interferometer"],
             cavity=samples.codes.get("cavity"),
             sample_hz=samples.sample_hz,
-            start_s=samples.start_s,
+            start_s=samples.start_s - self._file.digitizer.latency_s,
             delay_s=optics.delay_s,
             fsr_ghz=optics.fsr_ghz,
             full_scale=samples.full_scale,

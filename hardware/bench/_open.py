@@ -7,7 +7,10 @@ from dataclasses import dataclass
 from rapi_jax._paper_device import paper_device
 from rapi_jax.io._safe import StrPath
 
+from ..digitizer._base import AbstractDigitizer
 from ..digitizer._infiniivision import InfiniiVision
+from ..digitizer._niscope import NiScope
+from ..digitizer._replay import ReplayDigitizer
 from ..generator._afg31000 import AFG31000
 from ..laser._link import AbstractLaserLink, VisaLaserLink
 from ..laser._tlb6700 import TLB6700
@@ -17,7 +20,9 @@ from ..links._visa import VisaLink
 from ..servers._instrument import AbstractInstrument
 from ..simulated import Clock, Device, Laboratory, SimulatedLink, WiredLaboratory
 from ._file import BenchFile, read_bench
+from ._held import held
 from ._lab import LabBench
+from ._tables import NiScopeTable, ReplayTable
 
 _DIGITIZER_S = 10.0  # an oscilloscope answers slowly while it works on a long record
 
@@ -32,16 +37,16 @@ def open_bench(bench: StrPath | BenchFile) -> LabBench:
     """
     file = bench if isinstance(bench, BenchFile) else read_bench(bench)
     with contextlib.ExitStack() as stack:
+        hold = stack.enter_context(contextlib.ExitStack())
+        hold.enter_context(held(_addresses(file)))
         at = file.generator
         generator = stack.enter_context(AFG31000(_scpi(at.resource, at.backend)))
-        at = file.digitizer
-        session = _scpi(at.resource, at.backend, timeout_s=_DIGITIZER_S)
-        digitizer = stack.enter_context(InfiniiVision(session))
+        digitizer = stack.enter_context(_digitizer(file))
         laser = None
         if file.laser is not None:
             limits = file.laser.limits.of()
             laser = stack.enter_context(TLB6700(_laser_link(file), limits=limits))
-        opened = LabBench(file, generator, digitizer, laser)
+        opened = LabBench(file, generator, digitizer, laser, release=hold.close)
         stack.pop_all()
     return opened
 
@@ -60,17 +65,22 @@ class DryRun:
 
 
 def dry_run(file: BenchFile, *, seed: int = 0) -> DryRun:
-    """The same bench with nothing connected: no time passes, and nothing is switched."""
+    """The same bench with nothing connected: no time passes, and nothing is switched.
+
+    An oscilloscope stands in for any digitizer but a replay.
+    """
     clock = Clock()
     lab = WiredLaboratory(Laboratory(Device(paper_device())), seed=seed, clock=clock)
 
     def link(instrument: AbstractInstrument, resource: str) -> SimulatedLink:
         return SimulatedLink(instrument, resource=resource, clock=clock, keep=True)
 
-    links = {
-        "generator": link(lab.generator, file.generator.resource),
-        "digitizer": link(lab.oscilloscope, file.digitizer.resource),
-    }
+    links = {"generator": link(lab.generator, file.generator.resource)}
+    if isinstance(file.digitizer, ReplayTable):
+        digitizer = ReplayDigitizer(file.digitizer.folder)
+    else:
+        links["digitizer"] = link(lab.oscilloscope, file.digitizer.resource)
+        digitizer = InfiniiVision(Scpi(links["digitizer"]))
     laser = None
     if file.laser is not None:
         links["laser"] = link(lab.laser, file.laser.resource or "")
@@ -78,12 +88,31 @@ def dry_run(file: BenchFile, *, seed: int = 0) -> DryRun:
     bench = LabBench(
         file,
         AFG31000(Scpi(links["generator"])),
-        InfiniiVision(Scpi(links["digitizer"])),
+        digitizer,
         laser,
         now=clock,
         sleep=links["generator"].sleep,
     )
     return DryRun(bench, lab, links)
+
+
+def _addresses(file: BenchFile) -> list[str]:
+    """Of all instruments, to be held against other programs."""
+    found = [file.generator.resource]
+    if not isinstance(file.digitizer, ReplayTable):
+        found.append(file.digitizer.resource)
+    if file.laser is not None:
+        found.append(file.laser.resource or file.laser.serial or "")
+    return found
+
+
+def _digitizer(file: BenchFile) -> AbstractDigitizer:
+    at = file.digitizer
+    if isinstance(at, ReplayTable):
+        return ReplayDigitizer(at.folder)
+    if isinstance(at, NiScopeTable):
+        return NiScope(at.resource, trigger=at.trigger, level_v=at.level_v)
+    return InfiniiVision(_scpi(at.resource, at.backend, timeout_s=_DIGITIZER_S))
 
 
 def _scpi(resource: str, backend: str, *, timeout_s: float = 2.0) -> Scpi:

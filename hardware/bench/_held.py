@@ -1,0 +1,34 @@
+"""One program at a time: an instrument that a bench has opened is held against all others here."""
+
+import contextlib
+import hashlib
+from collections.abc import Iterable, Iterator
+
+from .._errors import InstrumentError
+
+
+@contextlib.contextmanager
+def held(resources: Iterable[str]) -> Iterator[None]:
+    """Hold instruments by their addresses, as written, against other processes of this user.
+
+    A process that ends in any way lets go. Raises `InstrumentError` where one is held already.
+    """
+    import filelock
+    import platformdirs
+
+    folder = platformdirs.user_runtime_path("rapi-jax")
+    with contextlib.ExitStack() as stack:
+        for resource in sorted(set(resources)):
+            name = hashlib.sha256(resource.encode()).hexdigest()[:32]
+            try:
+                folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+                stack.enter_context(filelock.FileLock(folder / f"{name}.lock", timeout=0))
+            except filelock.Timeout as error:
+                raise InstrumentError(
+                    resource,
+                    "open",
+                    "",
+                    why="Another program on this computer has this instrument open.",
+                    cure="End that program first: two would change each other's settings.",
+                ) from error
+        yield

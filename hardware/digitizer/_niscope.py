@@ -1,0 +1,164 @@
+"""NI digitizers (PXIe-5105 and its kin) through the package `niscope` and the vendor's runtime.
+
+Only on computers where NI-SCOPE's runtime is installed; commands after its reference.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from rapi_jax.io import printable
+
+from .._errors import InstrumentError
+from ._base import AbstractDigitizer, Acquisition, Samples
+
+TRIGGER = "VAL_PFI_1"
+_CURE = (
+    "Install NI-SCOPE's runtime and `rapi-jax[lab]`, check the device's name in NI MAX, and that "
+    "no other program holds it."
+)
+_ASK_LESS = "Ask for ranges, a rate and a trigger that the device has."
+_NO_TRIGGER = (
+    "Connect the generator's trigger output to the trigger input, and see that the generator plays."
+)
+
+
+class NiScope(AbstractDigitizer):
+    """One NI digitizer, by its name in NI MAX such as `PXI1Slot2`; a context manager.
+
+    `trigger`: where the generator's trigger output is connected, by NI's name. `level_v`: of an
+    analogue trigger; `None` for a digital one, such as a PFI line.
+    """
+
+    def __init__(
+        self, resource: str, *, trigger: str = TRIGGER, level_v: float | None = None
+    ) -> None:
+        """Raises `InstrumentError` where the runtime or the device is missing."""
+        self._resource, self._trigger, self._level_v = resource, trigger, level_v
+        try:
+            import niscope
+        except ImportError as error:
+            raise self._failed("import niscope", error) from error
+        self._ni = niscope
+        self._session: Any = None
+        self._session = self._do("Session", niscope.Session, resource)
+        self._identity = ",".join(
+            str(self._do(name, getattr, self._session, name))
+            for name in ("instrument_manufacturer", "instrument_model", "serial_number")
+        )
+        self._asked: Acquisition | None = None
+
+    @property
+    def identity(self) -> str:
+        """Manufacturer, model and serial number."""
+        return printable(self._identity)
+
+    def configure(self, asked: Acquisition) -> None:
+        """Inputs, time base and trigger."""
+        ni, session = self._ni, self._session
+        self._do("abort", session.abort)
+        for one in asked.inputs.values():
+            channel = session.channels[str(one.connector)]
+            self._do(
+                "configure_vertical",
+                channel.configure_vertical,
+                range=one.high_v - one.low_v,
+                coupling=ni.VerticalCoupling.DC,
+                offset=(one.high_v + one.low_v) / 2,
+            )
+        span = asked.before_s + asked.after_s
+        count = math.ceil(span * asked.sample_hz * 1.02) + 2
+        self._do(
+            "configure_horizontal_timing",
+            session.configure_horizontal_timing,
+            min_sample_rate=asked.sample_hz,
+            min_num_pts=count,
+            ref_position=100.0 * asked.before_s * 1.01 / (span * 1.02),
+            num_records=1,
+            enforce_realtime=True,
+        )
+        if self._level_v is None:
+            self._do(
+                "configure_trigger_digital",
+                session.configure_trigger_digital,
+                self._trigger,
+                slope=ni.TriggerSlope.POSITIVE,
+            )
+        else:
+            self._do(
+                "configure_trigger_edge",
+                session.configure_trigger_edge,
+                self._trigger,
+                self._level_v,
+                ni.TriggerCoupling.DC,
+                slope=ni.TriggerSlope.POSITIVE,
+            )
+        self._do("commit", session.commit)
+        self._asked = asked
+
+    def arm(self) -> None:
+        """One record, at the next trigger."""
+        self._configured()
+        self._do("abort", self._session.abort)
+        self._do("initiate", self._session.initiate)
+
+    def fetch(self, timeout_s: float) -> Samples:
+        """The record, when it has come."""
+        asked = self._configured()
+        count = int(self._do("horz_record_length", getattr, self._session, "horz_record_length"))
+        codes, scale, zero, ends = {}, {}, {}, []
+        for name, one in asked.inputs.items():
+            column = np.zeros(count, dtype=np.int16)
+            channel = self._session.channels[str(one.connector)]
+            (about,) = self._do("fetch_into", channel.fetch_into, column, timeout=timeout_s)
+            codes[name], scale[name], zero[name] = column, float(about.gain), float(about.offset)
+            ends.append((float(about.relative_initial_x), float(about.x_increment)))
+        start_s, step_s = ends[0]
+        if not (step_s > 0 and all(np.isfinite([*scale.values(), *zero.values(), start_s]))):
+            raise InstrumentError(
+                self._resource,
+                "fetch_into",
+                str(ends[0]),
+                why="The record's description has no step in time, or values that are not finite.",
+                cure="Arm it again.",
+            )
+        return Samples(codes, scale, zero, 1 / step_s, start_s).check(asked)
+
+    def snapshot(self) -> dict[str, str]:
+        """Rate, length, trigger, and each input."""
+        told = {"identity": self.identity, "trigger_source": self._trigger}
+        for name in ("horz_sample_rate", "horz_record_length"):
+            told[name] = str(self._do(name, getattr, self._session, name))
+        for one in self._configured().inputs.values():
+            channel = self._session.channels[str(one.connector)]
+            for name in ("vertical_range", "vertical_offset"):
+                told[f"{one.connector}_{name}"] = str(self._do(name, getattr, channel, name))
+        return told
+
+    def close(self) -> None:
+        """Stop waiting, and let go of the device."""
+        if self._session is not None:
+            session, self._session = self._session, None
+            try:
+                session.abort()
+            finally:
+                session.close()
+
+    def _do(self, name: str, call: Any, *arguments: Any, **named: Any) -> Any:
+        """What the vendor's call gives; its own errors become an `InstrumentError`."""
+        try:
+            return call(*arguments, **named)
+        except self._ni.Error as error:
+            raise self._failed(name, error) from error
+
+    def _failed(self, name: str, error: Exception) -> InstrumentError:
+        why = f"NI-SCOPE says: {printable(error, 160)}."
+        cure = _NO_TRIGGER if name == "fetch_into" else _CURE
+        cure = _ASK_LESS if name.startswith(("configure", "commit")) else cure
+        return InstrumentError(self._resource, name, "", why=why, cure=cure)
+
+    def _configured(self) -> Acquisition:
+        if self._asked is None:
+            raise ValueError("The digitizer is not set up: call `configure` first.")
+        return self._asked

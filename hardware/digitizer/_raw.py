@@ -1,0 +1,116 @@
+"""Raw records on disk: a column of codes an input as `.npy`, and what they mean as JSON.
+
+`<name>.json` is written last and holds the hashes of the columns, so that a record is whole or not
+there.
+"""
+
+import hashlib
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pydantic
+from pydantic import Field
+
+from rapi_jax import DataError
+from rapi_jax.io import printable, write_atomic
+from rapi_jax.io._safe import StrPath, inside, located, open_regular, read_text
+
+from ._base import Samples
+
+SCHEMA = "rapi.samples/1"
+_MOST_BYTES = 1 << 30  # of one column
+_HEAD_BYTES = 1 << 16
+
+
+class _Column(pydantic.BaseModel):
+    model_config = pydantic.ConfigDict(extra="forbid")
+    file: str = Field(max_length=200)
+    sha256: str
+    volts_per_code: float = Field(allow_inf_nan=False)
+    zero_v: float = Field(allow_inf_nan=False)
+
+
+class _Head(pydantic.BaseModel):
+    model_config = pydantic.ConfigDict(extra="forbid")
+    schema_: str = Field(alias="schema", pattern=f"^{SCHEMA}$")
+    sample_hz: float = Field(gt=0, allow_inf_nan=False)
+    start_s: float = Field(allow_inf_nan=False)
+    full_scale: tuple[float, float] | None
+    inputs: dict[str, _Column] = Field(min_length=1, max_length=64)
+    notes: dict[str, str]
+
+
+def write_samples(
+    samples: Samples, folder: StrPath, name: str, *, notes: dict[str, str] | None = None
+) -> Path:
+    """Write a record under `name` into a folder that is there; the path of its JSON file.
+
+    `notes`: what else belongs to it, as text. Raises `OutputError`.
+    """
+    root = Path(folder)
+    inputs: dict[str, Any] = {}
+    for key, codes in samples.codes.items():
+        column = io.BytesIO()
+        np.lib.format.write_array(column, np.asarray(codes, dtype="<i2"), allow_pickle=False)
+        file = f"{name}.{key}.npy"
+        write_atomic(root / file, column.getbuffer())
+        inputs[key] = {
+            "file": file,
+            "sha256": hashlib.sha256(column.getbuffer()).hexdigest(),
+            "volts_per_code": float(samples.volts_per_code[key]),
+            "zero_v": float(samples.zero_v[key]),
+        }
+    head = {
+        "schema": SCHEMA,
+        "sample_hz": samples.sample_hz,
+        "start_s": samples.start_s,
+        "full_scale": samples.full_scale,
+        "inputs": inputs,
+        "notes": notes or {},
+    }
+    path = root / f"{name}.json"
+    write_atomic(path, json.dumps(head, indent=1) + "\n")
+    return path
+
+
+def read_samples(path: StrPath) -> tuple[Samples, dict[str, str]]:
+    """The record of a JSON file, and its notes. Raises `DataError` where it is not whole."""
+    path = Path(path)
+    with located(printable(path)):
+        try:
+            head = _Head.model_validate_json(read_text(path, _HEAD_BYTES))
+        except pydantic.ValidationError as error:
+            first = error.errors()[0]
+            where = ".".join(str(part) for part in first["loc"]) or "the file"
+            raise DataError(
+                f"no raw record (`{printable(where, 60)}`: {printable(first['msg'], 120)})."
+            ) from error
+        codes = {key: _column(path.parent, one) for key, one in head.inputs.items()}
+        if len({column.size for column in codes.values()}) != 1:
+            raise DataError("its columns differ in length. Copy the record again.")
+    samples = Samples(
+        codes=codes,
+        volts_per_code={key: one.volts_per_code for key, one in head.inputs.items()},
+        zero_v={key: one.zero_v for key, one in head.inputs.items()},
+        sample_hz=head.sample_hz,
+        start_s=head.start_s,
+        full_scale=head.full_scale,
+    )
+    return samples, head.notes
+
+
+def _column(folder: Path, about: _Column) -> np.ndarray:
+    with open_regular(inside(folder, about.file), _MOST_BYTES) as file:
+        data = file.read()
+    if hashlib.sha256(data).hexdigest() != about.sha256:
+        raise DataError(f"{printable(about.file)} is not what was written. Copy it again.")
+    try:
+        column = np.lib.format.read_array(io.BytesIO(data), allow_pickle=False)
+    except (ValueError, EOFError) as error:
+        raise DataError(f"{printable(about.file)} is no column of numbers.") from error
+    if column.ndim != 1 or column.dtype != np.dtype("<i2"):
+        raise DataError(f"{printable(about.file)} must be one column of 16-bit codes.")
+    return np.ascontiguousarray(column, dtype=np.int16)

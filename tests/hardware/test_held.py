@@ -1,0 +1,62 @@
+"""An instrument is held against other programs, and let go of however a program ends."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip("filelock", reason="filelock is not installed (extra `lab`)")
+
+from hardware import InstrumentError  # noqa: E402
+from hardware.bench._held import held  # noqa: E402
+
+HOLD = """
+import sys
+from hardware.bench._held import held
+with held(["TCPIP::10.0.0.1::INSTR", "USB::1"]):
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path, monkeypatch):
+    """Locks of this test alone."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+
+
+@pytest.fixture
+def other():
+    """Another process that holds two instruments."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLD],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=os.environ | {"JAX_PLATFORMS": "cpu"},
+    )
+    with process:
+        assert process.stdout.readline() == b"held\n"
+        yield process
+        process.kill()
+
+
+def test_two_programs_do_not_share_an_instrument(other):
+    with pytest.raises(InstrumentError, match="Another program") as caught, held(["USB::1"]):
+        pass
+    assert caught.value.resource == "USB::1"
+    with held(["USB::2"]):
+        pass
+
+
+def test_a_program_that_is_killed_lets_go(other):
+    other.kill()
+    other.wait()
+    with held(["USB::1", "TCPIP::10.0.0.1::INSTR"]):
+        pass
+
+
+def test_it_is_let_go_of_at_the_end_of_the_block():
+    for _ in range(2):
+        with held(["USB::1"]), pytest.raises(InstrumentError), held(["USB::1"]):
+            pass

@@ -1,6 +1,5 @@
 """`rapi bench`: look at a bench, start a simulated one, put a laser controller on the network."""
 
-import contextlib
 import threading
 from pathlib import Path
 from typing import Annotated, Literal
@@ -73,24 +72,15 @@ def serve(
         Of all noise.
     """
     from hardware import HislipServer, TcpServer
-    from hardware.simulated import SimulatedBench, WiredLaboratory
+    from hardware.simulated import SimulatedBench, WiredLaboratory, bench_toml
     from rapi_jax.io import write_atomic
 
     from ._out import console
 
     laboratory = SimulatedBench.like_paper(unmodelled=device == "unmodelled").laboratory
     lab = WiredLaboratory(laboratory, seed=seed)
-    server = HislipServer if wires == "hislip" else TcpServer
-    with contextlib.ExitStack() as stack:
-        at = {
-            name: stack.enter_context(server(instrument)).resource
-            for name, instrument in (
-                ("generator", lab.generator),
-                ("laser", lab.laser),
-                ("digitizer", lab.oscilloscope),
-            )
-        }
-        write_atomic(bench, _BENCH.format(**at, delay_s=laboratory.interferometer.delay_s))
+    with lab.served(HislipServer if wires == "hislip" else TcpServer) as at:
+        write_atomic(bench, bench_toml(at, delay_s=laboratory.interferometer.delay_s))
         out = console(False)
         for name, resource in at.items():
             out.print(f"{name:10} {resource}", markup=False)
@@ -129,41 +119,3 @@ def bridge(
         console(False).print(f"{server.resource}; Ctrl-C ends the bridge", markup=False)
         threading.Event().wait()
     return 0
-
-
-_BENCH = """\
-# A simulated laboratory. For your own, change the addresses, and first of all the limits.
-schema = "rapi.bench/1"
-settling = 2  # periods played before a record
-
-[limits]  # of the voltage at the piezo's input
-low_v = 0.0
-high_v = 7.5
-slew_v_per_s = 2000.0
-step_v = 0.1  # from one sample to the next, and where the period closes
-max_frequency_hz = 100.0
-
-[generator]  # AFG31052
-resource = "{generator}"
-load_ohm = inf  # what is connected; a 50 ohm setting doubles the voltage into high impedance
-
-[laser]  # TLB-6700: straight, through `rapi bench bridge`, or `serial` on Windows
-resource = "{laser}"
-
-[laser.limits]
-wavelength_nm = [765.0, 781.0]
-piezo_percent = [0.0, 100.0]
-current_ma = [30.0, 140.0]
-diode_c = [15.0, 30.0]
-cavity_c = [20.0, 40.0]
-
-[digitizer]  # InfiniiVision; the generator's trigger output at its external trigger
-resource = "{digitizer}"
-interferometer = {{ connector = 1, low_v = -0.2, high_v = 1.2 }}
-cavity = {{ connector = 2, low_v = -0.2, high_v = 1.2 }}
-sample_hz = 10e6
-
-[optics]
-delay_s = {delay_s!r}  # of the auxiliary interferometer
-fsr_ghz = 1.5  # of the cavity
-"""

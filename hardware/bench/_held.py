@@ -4,6 +4,9 @@ import contextlib
 import hashlib
 from collections.abc import Iterable, Iterator
 
+from rapi_jax.io import printable
+from rapi_jax.io._safe import cause
+
 from .._errors import InstrumentError
 
 
@@ -16,7 +19,7 @@ def held(resources: Iterable[str]) -> Iterator[None]:
     import filelock
     import platformdirs
 
-    folder = platformdirs.user_runtime_path("rapi-jax")
+    folder = platformdirs.user_cache_path("rapi-jax")
     with contextlib.ExitStack() as stack:
         for resource in sorted(set(resources)):
             name = hashlib.sha256(resource.encode()).hexdigest()[:32]
@@ -30,5 +33,13 @@ def held(resources: Iterable[str]) -> Iterator[None]:
                     "",
                     why="Another program on this computer has this instrument open.",
                     cure="End that program first: two would change each other's settings.",
+                ) from error
+            except OSError as error:
+                raise InstrumentError(
+                    resource,
+                    "open",
+                    "",
+                    why=f"No note can be left that it is in use ({cause(error)}).",
+                    cure=f"Make {printable(folder)} a folder that you may write to.",
                 ) from error
         yield

@@ -5,6 +5,7 @@ from ..servers._instrument import Answer as Answer
 from ..servers._tcp import TcpServer as TcpServer
 from ._afg31000 import SimulatedAFG31052 as SimulatedAFG31052
 from ._bench import SimulatedBench as SimulatedBench
+from ._bench_toml import bench_toml as bench_toml
 from ._device import Device as Device
 from ._device import Scan as Scan
 from ._digitizer import Digitizer as Digitizer

@@ -1,11 +1,15 @@
 """The simulated laboratory behind wires: generator, laser controller and oscilloscope as peers."""
 
+import contextlib
 import dataclasses
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from ..servers._hislip import HislipServer
+from ..servers._instrument import AbstractInstrument
+from ..servers._listener import AbstractListener
 from ._afg31000 import SimulatedAFG31052
 from ._digitizer import Digitizer
 from ._infiniivision import SimulatedInfiniiVision
@@ -39,6 +43,21 @@ class WiredLaboratory:
         self._seed = seed
         self._records = 0
         self._began = clock()
+
+    @contextlib.contextmanager
+    def served(
+        self, server: Callable[[AbstractInstrument], AbstractListener] = HislipServer
+    ) -> Iterator[dict[str, str]]:
+        """Put all three on 127.0.0.1; VISA addresses of "generator", "laser" and "digitizer"."""
+        instruments = {
+            "generator": self.generator,
+            "laser": self.laser,
+            "digitizer": self.oscilloscope,
+        }
+        with contextlib.ExitStack() as stack:
+            yield {
+                name: stack.enter_context(server(one)).resource for name, one in instruments.items()
+            }
 
     def _light(
         self, now_s: float, first_s: float, count: int, sample_hz: float

@@ -20,23 +20,14 @@ PAPER_DOWN = ((3280, 3240, 3120, 3030), (271, 243, 179, 154))
 
 def served(stack, wires, seed):
     """A bench on a laboratory behind `wires`."""
-    from fitting._commands.bench import _BENCH
     from hardware import open_bench
-    from hardware.simulated import SimulatedBench, WiredLaboratory
+    from hardware.simulated import SimulatedBench, WiredLaboratory, bench_toml
 
     laboratory = SimulatedBench.like_paper().laboratory
-    lab = WiredLaboratory(laboratory, seed=seed)
-    at = {
-        name: stack.enter_context(wires(instrument)).resource
-        for name, instrument in (
-            ("generator", lab.generator),
-            ("laser", lab.laser),
-            ("digitizer", lab.oscilloscope),
-        )
-    }
+    at = stack.enter_context(WiredLaboratory(laboratory, seed=seed).served(wires))
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
     path = folder / "bench.toml"
-    path.write_text(_BENCH.format(**at, delay_s=laboratory.interferometer.delay_s))
+    path.write_text(bench_toml(at, delay_s=laboratory.interferometer.delay_s))
     return stack.enter_context(open_bench(path))
 
 

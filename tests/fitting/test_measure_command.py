@@ -30,6 +30,12 @@ def rapi(*arguments):
     return run(app, [str(a) for a in arguments])
 
 
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path, monkeypatch):
+    """Notes on what is in use, of this test alone."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
 class Served:
     """A laboratory behind wires, and the bench file that reaches it."""
 

@@ -23,7 +23,7 @@ with held(["TCPIP::10.0.0.1::INSTR", "USB::1"]):
 @pytest.fixture(autouse=True)
 def own_folder(tmp_path, monkeypatch):
     """Locks of this test alone."""
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
 
 
 @pytest.fixture
@@ -60,3 +60,10 @@ def test_it_is_let_go_of_at_the_end_of_the_block():
     for _ in range(2):
         with held(["USB::1"]), pytest.raises(InstrumentError), held(["USB::1"]):
             pass
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    with pytest.raises(InstrumentError, match="a folder that you may write to"), held(["USB::1"]):
+        pass

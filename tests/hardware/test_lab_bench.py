@@ -1,5 +1,7 @@
 """The bench of instruments: what it measures, what it refuses, how it is left."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from benches import bench_file
@@ -82,9 +84,13 @@ def test_however_it_ends_the_output_is_parked_and_off(dry, error, monkeypatch):
         ({"settling = 2": "settlign = 2"}, "`settlign`: Extra inputs"),
         ({'resource = "LAS"': ""}, "either `resource` or `serial`"),
         ({"rapi.bench/1": "rapi.bench/9"}, "`schema`"),
-        ({"delay_s = 24.483e-9": "delay_s = -1.0"}, "`optics.delay_s`"),
-        ({'resource = "GEN"': 'resource = "GEN"\nload_ohm = 0'}, "`generator.load_ohm`"),
+        ({"delay_s = 2": "delay_s = -2"}, "`optics.delay_s`"),
+        ({"load_ohm = inf": "load_ohm = 0"}, "`generator.load_ohm`"),
         ({"[optics]": "[optics"}, "not a TOML file"),
+        ({'resource = "DIG"': 'kind = "scope"'}, "`digitizer`: .*'infiniivision'"),
+        ({'resource = "DIG"': 'kind = "replay"'}, r"`digitizer.replay.folder`: Field required"),
+        ({'resource = "DIG"': 'kind = "niscope"'}, r"`digitizer.niscope.resource`"),
+        ({"sample_hz = 10e6": "latency_s = -1e-6"}, "latency_s"),
         ({"settling = 2": "settling = 2\namplifier = { gain = 0.0 }"}, "must not be zero"),
     ],
 )
@@ -115,3 +121,18 @@ def test_a_load_that_would_double_the_voltage(dry, tmp_path):
     with pytest.raises(InstrumentError, match="The load must be inf ohm"):
         LabBench(read_bench(bench_file(tmp_path)), session, dry.bench.digitizer, None)
     assert generator.output(1) is None and not generator.seen[1].times_on
+
+
+def test_a_latency_that_is_known_is_taken_out(tmp_path):
+    late = 1.5e-4
+    change = {"sample_hz = 10e6": f"sample_hz = 10e6\nlatency_s = {late}"}
+    dry = dry_run(read_bench(bench_file(tmp_path, change=change)))
+    lab = dry.laboratory.laboratory = dataclasses.replace(dry.laboratory.laboratory, latency_s=late)
+    (drive,) = triangle([40.0], amplitude=3.0, bias=3.0, periods=1)
+    with dry.bench as bench:
+        run = bench.measure(drive).runs[0]
+        wave = bench.channel.loaded
+    start_s = run.drive.start_s
+    truth = lab.frequency(wave, drive.time + late, periods=1, start_s=start_s)
+    assert np.nanstd(run.response - truth) < 1e-3  # GHz; 0.04 at once where it is left in
+    assert np.abs(np.diff(truth)).max() > 1e-3

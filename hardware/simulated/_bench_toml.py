@@ -1,0 +1,47 @@
+"""A `bench.toml` for the simulated laboratory, to start one's own from."""
+
+from collections.abc import Mapping
+
+_TEXT = """\
+# A simulated laboratory. For your own, change the addresses, and first of all the limits.
+schema = "rapi.bench/1"
+settling = 2  # periods played before a record
+
+[limits]  # of the voltage at the piezo's input
+low_v = 0.0
+high_v = 7.5
+slew_v_per_s = 2000.0
+step_v = 0.1  # from one sample to the next, and where the period closes
+max_frequency_hz = 100.0
+
+[generator]  # AFG31052
+resource = "{generator}"
+load_ohm = inf  # what is connected; a 50 ohm setting doubles the voltage into high impedance
+
+[laser]  # TLB-6700: straight, through `rapi bench bridge`, or `serial` on Windows
+resource = "{laser}"
+
+[laser.limits]
+wavelength_nm = [765.0, 781.0]
+piezo_percent = [0.0, 100.0]
+current_ma = [30.0, 140.0]
+diode_c = [15.0, 30.0]
+cavity_c = [20.0, 40.0]
+
+[digitizer]  # InfiniiVision; the generator's trigger output at its external trigger
+resource = "{digitizer}"
+interferometer = {{ connector = 1, low_v = -0.2, high_v = 1.2 }}
+cavity = {{ connector = 2, low_v = -0.2, high_v = 1.2 }}
+sample_hz = 10e6
+
+[optics]
+delay_s = {delay_s!r}  # of the auxiliary interferometer
+fsr_ghz = 1.5  # of the cavity
+"""
+
+
+def bench_toml(at: Mapping[str, str], *, delay_s: float) -> str:
+    """The file's text. `at`: VISA addresses of "generator", "laser" and "digitizer"; `delay_s`: of
+    the auxiliary interferometer.
+    """
+    return _TEXT.format(**at, delay_s=delay_s)

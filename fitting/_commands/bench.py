@@ -42,7 +42,7 @@ def check(bench: Path, /, *, json: Json = False) -> int:
         return 0
     out = console(json)
     for name, value in told.items():
-        out.print(f"{name:22} {value}", markup=False)
+        out.print(f"{name:22} {value}", markup=False, soft_wrap=True)
     out.print("every instrument is the one it should be; no output is on", markup=False)
     return 0
 
@@ -83,8 +83,8 @@ def serve(
         write_atomic(bench, bench_toml(at, delay_s=laboratory.interferometer.delay_s))
         out = console(False)
         for name, resource in at.items():
-            out.print(f"{name:10} {resource}", markup=False)
-        out.print(f"written to {bench}; Ctrl-C ends the laboratory", markup=False)
+            out.print(f"{name:10} {resource}", markup=False, soft_wrap=True)
+        out.print(f"written to {bench}; Ctrl-C ends the laboratory", markup=False, soft_wrap=True)
         threading.Event().wait()
     return 0
 
@@ -116,6 +116,7 @@ def bridge(
         VendorDllLink(serial, library=library) as link,
         HislipServer(Bridge(link), port, host=host) as server,
     ):
-        console(False).print(f"{server.resource}; Ctrl-C ends the bridge", markup=False)
+        line = f"{server.resource}; Ctrl-C ends the bridge"
+        console(False).print(line, markup=False, soft_wrap=True)
         threading.Event().wait()
     return 0

@@ -48,8 +48,9 @@ def measure(
     json
         Print one JSON object on standard output.
     """
-    from hardware import InstrumentError, allowed, open_bench, read_bench
+    from hardware import allowed, open_bench, read_bench
     from hardware import dry_run as dry
+    from hardware.bench._exits import orderly
     from rapi_jax import repeated
     from rapi_jax.io import printable, read_drive, write_atomic, write_recording
     from rapi_jax.io._safe import located
@@ -70,20 +71,27 @@ def measure(
         folder = output_folder(output)
         for name, sent in rehearsed.sent().items():
             write_atomic(folder / f"{name}.bytes", sent)
-        out.print(f"nothing was connected; what would be sent is in {folder}", markup=False)
+        out.print(
+            f"nothing was connected; what would be sent is in {folder}",
+            markup=False,
+            soft_wrap=True,
+        )
         return 0
+    output_folder(output.parent)  # now, not after a long measurement
     folder = None if raw is None else output_folder(raw)
-    with progress("measuring", json) as say, open_bench(file) as opened:
+    with orderly(), progress("measuring", json) as say, open_bench(file) as opened:
         try:
             recording = opened.measure(
                 several,
-                progress=lambda done, total, what: say(f"{done} of {total} {what}"),
+                progress=lambda done, total, what: say(
+                    f"run {done + 1} of {total}, {what}" if what else f"{total} run(s) done"
+                ),
                 raw=folder,
             )
-        except (InstrumentError, KeyboardInterrupt):
-            _save(opened, output)
+            write_recording(recording, output)
+        except BaseException:  # an error, an interrupt, a request to stop
+            out.print(_kept(opened, output), markup=False, soft_wrap=True)
             raise
-    write_recording(recording, output)
     faults = {k: v for k, v in recording.provenance.items() if k.endswith("_faults")}
     if json:
         say_json(
@@ -97,14 +105,23 @@ def measure(
         )
         return 0
     for name, fault in faults.items():
-        out.print(f"{name}: {fault}", markup=False)
-    out.print(f"{len(recording.runs)} run(s) written to {output}", markup=False)
+        out.print(f"{name}: {fault}", markup=False, soft_wrap=True)
+    out.print(f"{len(recording.runs)} run(s) written to {output}", markup=False, soft_wrap=True)
     return 0
 
 
-def _save(opened: "LabBench", output: Path) -> None:
-    """What was recorded before it failed; the instruments are not asked any more."""
-    from rapi_jax.io import write_recording
+def _kept(opened: "LabBench", output: Path) -> str:
+    """Write what was recorded before it failed, and say so; the instruments are not asked any more.
 
-    if opened.so_far:
+    What cannot be written is said, not raised: the failure itself must still be reported.
+    """
+    from rapi_jax import DataError
+    from rapi_jax.io import OutputError, write_recording
+
+    if not opened.so_far:
+        return "nothing was recorded"
+    try:
         write_recording(opened.incomplete(), output)
+    except (OutputError, DataError) as error:
+        return f"what was recorded could not be written: {error}"
+    return f"{len(opened.so_far)} finished run(s) written to {output}"

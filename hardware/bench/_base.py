@@ -27,7 +27,7 @@ def checked(drives: Drive | Sequence[Drive], limits: DriveLimits) -> tuple[Drive
     several = (drives,) if isinstance(drives, Drive) else tuple(drives)
     if not several:
         raise DataError("There is no drive to measure.")
-    for number, drive in enumerate(several):
+    for number, drive in enumerate(several, 1):
         where = "" if len(several) == 1 else f"drive {number} of {len(several)}: "
         if not drive.repeats or drive.periods < 1:
             raise DataError(

@@ -1,25 +1,29 @@
 """What must still happen when the process ends: by its end, an exception, or a request to stop."""
 
 import atexit
+import contextlib
 import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
-_TERMINATED = 143  # what a shell reports for SIGTERM
+# A request to end, and the end of the terminal that the process was started in.
+_REQUESTS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 _actions: list[Callable[[], None]] = []
 
 
 def on_exit(action: Callable[[], None]) -> None:
-    """Do `action` at the end of the process, SIGTERM included where nobody else handles it.
+    """Do `action` at the end of the process; at SIGTERM and SIGHUP too, if nobody handles them.
 
-    The signal becomes a `SystemExit` in the main thread, so that everything is left in order.
+    The signal becomes a `SystemExit` in the main thread, with the code that a shell reports for it
+    (143, 129), so that everything is left in order.
     """
     atexit.register(action)
     _actions.append(action)
-    main = threading.current_thread() is threading.main_thread()
-    if main and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
-        signal.signal(signal.SIGTERM, _leave)
+    if threading.current_thread() is threading.main_thread():
+        for number in _REQUESTS:
+            if signal.getsignal(number) is signal.SIG_DFL:
+                signal.signal(number, _leave)
 
 
 def forget(action: Callable[[], None]) -> None:
@@ -27,10 +31,25 @@ def forget(action: Callable[[], None]) -> None:
     atexit.unregister(action)
     if action in _actions:
         _actions.remove(action)
-    main = threading.current_thread() is threading.main_thread()
-    if main and not _actions and signal.getsignal(signal.SIGTERM) is _leave:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    if not _actions and threading.current_thread() is threading.main_thread():
+        for number in _REQUESTS:
+            if signal.getsignal(number) is _leave:
+                signal.signal(number, signal.SIG_DFL)
+
+
+@contextlib.contextmanager
+def orderly() -> Iterator[None]:
+    """Within this block the same signals become a `SystemExit`, whether an output is on or not."""
+
+    def nothing() -> None:
+        """The block itself does what is to be done."""
+
+    on_exit(nothing)
+    try:
+        yield
+    finally:
+        forget(nothing)
 
 
 def _leave(number: int, frame: object) -> None:
-    sys.exit(_TERMINATED)
+    sys.exit(128 + number)

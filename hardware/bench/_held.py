@@ -16,12 +16,21 @@ def held(resources: Iterable[str]) -> Iterator[None]:
 
     A process that ends in any way lets go. Raises `InstrumentError` where one is held already.
     """
-    import filelock
-    import platformdirs
-
+    wanted = sorted(set(resources))
+    try:
+        import filelock
+        import platformdirs
+    except ImportError as error:
+        raise InstrumentError(
+            wanted[0],
+            "open",
+            "",
+            why=f"A package that instruments need is not installed here ({cause(error)}).",
+            cure="Install the extra: pip install 'rapi-jax[lab]'.",
+        ) from error
     folder = platformdirs.user_cache_path("rapi-jax")
     with contextlib.ExitStack() as stack:
-        for resource in sorted(set(resources)):
+        for resource in wanted:
             name = hashlib.sha256(resource.encode()).hexdigest()[:32]
             try:
                 folder.mkdir(mode=0o700, parents=True, exist_ok=True)

@@ -13,6 +13,7 @@ from ._base import AbstractDigitizer, Acquisition, Samples
 IDENTITY = r"(KEYSIGHT|AGILENT) TECHNOLOGIES,[DM]SO-?X? ?[2346]\d{3}[A-Z]?,[^,]{1,64},[^,]{1,64}"
 _RUNNING = 8  # in the operation status
 _POLL_S = 0.01
+_TRIGGER_V = 1.5  # the generator's trigger output has TTL levels
 _BYTES_PER_S = 2e5  # a slow line
 _MOST = 1 << 23  # samples
 
@@ -51,11 +52,15 @@ class InfiniiVision(AbstractDigitizer):
             channel = f":CHAN{one.connector}"
             send(f"{channel}:DISP 1")
             send(f"{channel}:COUP DC")
+            send(f"{channel}:INV 0")
+            self._set(f"{channel}:PROB", 1.0)  # a range is in volts at the probe's tip
             self._set(f"{channel}:RANG", one.high_v - one.low_v, at_least=True)
             self._set(f"{channel}:OFFS", (one.high_v + one.low_v) / 2)
         send(":TRIG:MODE EDGE")
         send(":TRIG:EDGE:SOUR EXT")
         send(":TRIG:EDGE:SLOP POS")
+        self._set(":EXT:PROB", 1.0)  # else the level is not that at the connector
+        self._set(":TRIG:EDGE:LEV", _TRIGGER_V)
         send(":TRIG:SWE NORM")
         self._asked = asked
 
@@ -92,9 +97,12 @@ class InfiniiVision(AbstractDigitizer):
 
     def snapshot(self) -> dict[str, str]:
         """Time base, trigger, and each input."""
-        queries = [":TIM:RANG?", ":TIM:POS?", ":ACQ:SRAT?", ":TRIG:EDGE:SOUR?"]
+        queries = [
+            ":TIM:RANG?", ":TIM:POS?", ":ACQ:SRAT?", ":TRIG:EDGE:SOUR?", ":TRIG:EDGE:LEV?",
+        ]  # fmt: skip
         for one in self._configured().inputs.values():
-            queries += [f":CHAN{one.connector}:RANG?", f":CHAN{one.connector}:OFFS?"]
+            channel = f":CHAN{one.connector}"
+            queries += [f"{channel}:{what}?" for what in ("RANG", "OFFS", "PROB", "IMP")]
         told = {query.strip(":?"): self._scpi.text(query) for query in queries}
         return {"identity": self.identity} | told
 

@@ -17,6 +17,7 @@ Light = Callable[[float, float, int, float], dict[int, np.ndarray] | None]
 _BITS, _SHIFT = 12, 16  # codes stand at the upper end of 16 bits
 _DIVISIONS, _REFERENCE = 10, 0.1  # the reference is one division from the left
 _LADDER = (1.0, 2.0, 5.0)
+_TTL_V = 3.3  # of the pulses at its external trigger
 
 
 class SimulatedInfiniiVision(AbstractScpiInstrument):
@@ -38,8 +39,8 @@ class SimulatedInfiniiVision(AbstractScpiInstrument):
     ) -> None:
         self._light, self._clock = light, clock
         self._memory, self._fastest = memory, fastest_hz
-        self._set = {"range": 1e-3, "position": 0.0}
-        self._inputs = {n: {"range": 8.0, "offset": 0.0} for n in (1, 2, 3, 4)}
+        self._set = {"range": 1e-3, "position": 0.0, "level": 0.0, "external": 1.0}
+        self._inputs = {n: {"range": 8.0, "offset": 0.0, "probe": 1.0} for n in (1, 2, 3, 4)}
         self._source = 1
         self._armed_s: float | None = None
         self._record: dict[int, np.ndarray] = {}
@@ -72,9 +73,9 @@ class SimulatedInfiniiVision(AbstractScpiInstrument):
 
         obeyed = (
             "STOP", "ACQuire:TYPE", "TIMebase:MODE", "TIMebase:REFerence", "CHANnel{n}:DISPlay",
-            "CHANnel{n}:COUPling", "TRIGger:MODE", "TRIGger:EDGE:SOURce", "TRIGger:EDGE:SLOPe",
-            "TRIGger:SWEep", "WAVeform:POINts", "WAVeform:POINts:MODE", "WAVeform:FORMat",
-            "WAVeform:BYTeorder", "WAVeform:UNSigned",
+            "CHANnel{n}:COUPling", "CHANnel{n}:INVert", "TRIGger:MODE", "TRIGger:EDGE:SOURce",
+            "TRIGger:EDGE:SLOPe", "TRIGger:SWEep", "WAVeform:POINts", "WAVeform:POINts:MODE",
+            "WAVeform:FORMat", "WAVeform:BYTeorder", "WAVeform:UNSigned",
         )  # fmt: skip
         commands: dict[str, Handler] = dict.fromkeys(obeyed, taken)
         commands |= {
@@ -86,6 +87,13 @@ class SimulatedInfiniiVision(AbstractScpiInstrument):
             "CHANnel{n}:RANGe?": lambda n, unit: f"{self._inputs[n]['range']:+.5E}",
             "CHANnel{n}:OFFSet": put_input("offset", -40.0, 40.0),
             "CHANnel{n}:OFFSet?": lambda n, unit: f"{self._inputs[n]['offset']:+.5E}",
+            "CHANnel{n}:PROBe": put_input("probe", 1e-3, 1e4),
+            "CHANnel{n}:PROBe?": lambda n, unit: f"{self._inputs[n]['probe']:+.5E}",
+            "CHANnel{n}:IMPedance?": lambda n, unit: "ONEM",
+            "EXTernal:PROBe": put("external", 1e-3, 1e4),
+            "EXTernal:PROBe?": lambda n, unit: f"{self._set['external']:+.5E}",
+            "TRIGger:EDGE:LEVel": put("level", -8.0, 8.0),
+            "TRIGger:EDGE:LEVel?": lambda n, unit: f"{self._set['level']:+.5E}",
             "ACQuire:SRATe?": lambda n, unit: f"{self.sample_hz:+.5E}",
             "TRIGger:EDGE:SOURce?": lambda n, unit: "EXT",
             "SINGle": self._arm,
@@ -105,6 +113,8 @@ class SimulatedInfiniiVision(AbstractScpiInstrument):
         if self._armed_s is None:
             return False
         if self._clock() < self._armed_s + self._set["range"]:
+            return True
+        if not 0.0 < self._set["level"] / self._set["external"] < _TTL_V:
             return True
         count = int(self._set["range"] * self.sample_hz)
         record = self._light(self._armed_s, self.first_s, count, self.sample_hz)

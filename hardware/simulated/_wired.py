@@ -27,6 +27,7 @@ class WiredLaboratory:
     trigger; the interferometer is at the oscilloscope's input 1, the cavity at 2.
 
     - `clock`: gives the time, s, for all of them. `seed`: of all noise.
+    - `trigger_connected`: whether the generator's trigger output is at the oscilloscope.
     """
 
     def __init__(
@@ -40,6 +41,7 @@ class WiredLaboratory:
         self.generator = SimulatedAFG31052()
         self.laser = SimulatedTLB6700(clock=clock, emits=True)
         self.oscilloscope = SimulatedInfiniiVision(self._light, clock=clock)
+        self.trigger_connected = True
         self._seed = seed
         self._records = 0
         self._began = clock()
@@ -62,9 +64,9 @@ class WiredLaboratory:
     def _light(
         self, now_s: float, first_s: float, count: int, sample_hz: float
     ) -> dict[int, np.ndarray] | None:
-        """What the photodiodes give about the next trigger; nothing while the output is off."""
+        """What the photodiodes give about the next trigger; nothing while none comes."""
         waveform = self.generator.output(1)
-        if waveform is None:
+        if waveform is None or not self.trigger_connected:
             return None
         last_s = first_s + (count - 1) / sample_hz
         rate = waveform.frequency_hz

@@ -41,7 +41,8 @@ def thinned(data: Sampled) -> list[tuple[int, np.ndarray]]:
         used = np.flatnonzero(data.use[row])
         if not used.size:
             raise DataError(
-                f"run {row} has no sample to fit: no complete period, or no valid reading."
+                f"run {row + 1} of {data.u.shape[0]} has no sample to fit: no complete period, or "
+                "no valid reading."
             )
         end = inside[-1]
         if data.freq[row] > 0:

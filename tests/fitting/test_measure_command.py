@@ -2,28 +2,19 @@
 
 import contextlib
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
-from pathlib import Path
 
 import numpy as np
 import pytest
-from benches import bench_file
+from benches import Served, bench_file
 
 from fitting._commands.run import run
 from fitting.cli import app
 from hardware import HislipServer, TcpServer
-from hardware.simulated import Silent, SimulatedBench, WiredLaboratory
-from hardware.simulated._faults import Faulty
+from hardware.simulated import Silent, SimulatedBench
 from rapi_jax import triangle
 from rapi_jax.io import read_recording, write_drive
 
 pytest.importorskip("pyvisa_py", reason="pyvisa-py is not installed (extra `lab`)")
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 def rapi(*arguments):
@@ -34,27 +25,6 @@ def rapi(*arguments):
 def own_folder(tmp_path, monkeypatch):
     """Notes on what is in use, of this test alone."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-
-
-class Served:
-    """A laboratory behind wires, and the bench file that reaches it."""
-
-    def __init__(self, stack, folder, server, **spoilt):
-        self.lab = WiredLaboratory(SimulatedBench.like_paper().laboratory)
-        at = {}
-        for name, instrument in (
-            ("generator", self.lab.generator),
-            ("laser", self.lab.laser),
-            ("digitizer", self.lab.oscilloscope),
-        ):
-            served = Faulty(instrument, **spoilt[name]) if name in spoilt else instrument
-            at[name] = stack.enter_context(server(served)).resource
-        self.at = at
-        self.bench = bench_file(folder, **at)
-
-    def parked(self):
-        seen = self.lab.generator.seen[1]
-        return self.lab.generator.output(1) is None and seen.relay_v <= 0.0041
 
 
 @pytest.fixture
@@ -131,28 +101,6 @@ def test_a_laser_that_is_off(tmp_path, drives, capsys):
         served.lab.laser.output = False
         assert rapi("measure", served.bench, drives["40"], "-o", tmp_path / "r") == 6
     assert "The laser is off" in capsys.readouterr().err
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_while_it_scans(tmp_path, drives, number, code):
-    with contextlib.ExitStack() as stack:
-        served = Served(stack, tmp_path, HislipServer)
-        text = served.bench.read_text().replace("settling = 2", "settling = 4000")
-        served.bench.write_text(text)
-        process = subprocess.Popen(
-            [sys.executable, "-m", "fitting.cli", "measure", str(served.bench),
-             str(drives["40"]), "-o", str(tmp_path / "r")],
-            cwd=ROOT, stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)},
-        )  # fmt: skip
-        until = time.monotonic() + 60
-        while served.lab.generator.output(1) is None and time.monotonic() < until:
-            time.sleep(0.05)
-        assert served.lab.generator.output(1) is not None
-        process.send_signal(number)
-        _, error = process.communicate(timeout=60)
-        assert process.returncode == code, error
-        assert served.parked()
 
 
 def test_a_dry_run_connects_to_nothing(tmp_path, drives):

@@ -53,7 +53,8 @@ def test_a_program_that_is_killed_lets_go(other):
     other.kill()
     other.wait()
     with held(["USB::1", "TCPIP::10.0.0.1::INSTR"]):
-        pass
+        with pytest.raises(InstrumentError), held(["USB::1"]):  # it is ours now
+            pass
 
 
 def test_it_is_let_go_of_at_the_end_of_the_block():
@@ -67,3 +68,10 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     with pytest.raises(InstrumentError, match="a folder that you may write to"), held(["USB::1"]):
         pass
+
+
+@pytest.mark.parametrize("package", ["filelock", "platformdirs"])
+def test_without_the_extra_it_is_named(monkeypatch, package):
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(InstrumentError, match=r"rapi-jax\[lab\]"), held(["GPIB::1"]):
+        raise AssertionError("it must not be opened")

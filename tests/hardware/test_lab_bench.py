@@ -43,7 +43,7 @@ def test_all_drives_are_checked_before_one_is_played(dry):
     good, bad = triangle([40.0], amplitude=1.0, bias=3.0), triangle([40.0], amplitude=8.0, bias=4.0)
     with dry.bench as bench:
         before = dry.sent()
-        with pytest.raises(LimitError, match="drive 1 of 2"):
+        with pytest.raises(LimitError, match="drive 2 of 2"):
             bench.measure([*good, *bad])
         assert dry.sent() == before
 
@@ -60,6 +60,24 @@ def test_an_interlock_that_opens_ends_it_before_the_next_run(dry):
         assert len(bench.so_far) == 1 and len(bench.recording().runs) == 1
         dry.laboratory.laser.interlock = True
     assert parked(dry)
+
+
+def test_a_trigger_that_is_missed_ends_it_in_time(dry):
+    """In the second run: the first is kept, the output parked and off."""
+    drives = triangle([40.0, 80.0], amplitude=1.0, bias=3.0)
+    clock = dry.links["digitizer"]
+    began = []
+
+    def pull(number, total, what):
+        dry.laboratory.trigger_connected = number == 0
+        began.append(clock.now())
+
+    with dry.bench as bench:
+        with pytest.raises(InstrumentError, match="No trigger came within 10") as error:
+            bench.measure(drives, progress=pull)
+        assert clock.now() - began[1] < 15.0  # s of the virtual clock
+        assert parked(dry) and len(bench.so_far) == 1
+    assert "trigger output" in str(error.value)
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])

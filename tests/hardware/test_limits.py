@@ -42,7 +42,7 @@ def test_a_drive_beyond_a_limit_is_refused_whole(drive, words):
         with pytest.raises(LimitError) as error:
             call(drive)
         assert all(word in str(error.value) for word in words), error.value
-    with pytest.raises(LimitError, match="drive 1 of 2"):
+    with pytest.raises(LimitError, match="drive 2 of 2"):
         bench.measure([GOOD, drive])
     assert bench.measured == 0
     assert bench.session_s == 0.0

@@ -37,7 +37,8 @@ class Transcript(AbstractLink):
         sent, reply = self._lines.pop(0)
         expected = (sent if isinstance(sent, bytes) else sent.encode()) + b"\n"
         assert data == expected
-        self._reply = b"" if reply is None else reply.encode() + b"\n"
+        reply = b"" if reply is None else reply
+        self._reply = reply and (reply if isinstance(reply, bytes) else reply.encode()) + b"\n"
 
     def receive(self, count: int, deadline: float) -> Received:
         data, self._reply = self._reply[:count], self._reply[count:]

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 _INSIDE = 1e-3  # a start on or beyond a bound is moved this far inside, in scales
+_LEAST = 1e-100  # a start that is nearer to zero, or to its bound, tells no size
 
 
 class Bounds(eqx.Module):
@@ -95,5 +96,5 @@ class Bounds(eqx.Module):
         reach = np.abs(
             np.where(np.isfinite(low), v - low, np.where(np.isfinite(high), high - v, v))
         )
-        scale = np.where(reach > 0, reach, 1.0)
+        scale = np.where(reach > _LEAST, reach, 1.0)
         return cls(*(jnp.asarray(a, dtype=float) for a in (low, high, scale, coupling)))

@@ -39,7 +39,7 @@ def _modules(folder: Path, package: str, without: set[str]) -> list[str]:
 # before the first import of ours, so nothing in this file or above it may import our packages.
 # Not of the few modules that a diagnosis runs through ten thousand times: there the checks would
 # take longer than the work, and pyright reads the same annotations.
-_LOOPS = {"_candidates", "_descend", "_engine", "_noise"}
+_LOOPS = {"_candidates", "_descend", "_effect_values", "_engine", "_noise"}
 _DIAGNOSIS = ROOT / "fitting" / "diagnosis"
 jaxtyping.install_import_hook(
     [

@@ -10,6 +10,7 @@ from cyclopts import App, Parameter, validators
 Bank = Annotated[Path, Parameter(name="BANK", negative="")]
 Workers = Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=256))]
 Count = Annotated[int, Parameter(validator=validators.Number(gte=1, lte=100_000))]
+Follow = Annotated[int, Parameter(validator=validators.Number(gte=0, lte=1000))]
 Limit = Annotated[int | None, Parameter(validator=validators.Number(gte=1))]
 Seed = Annotated[int | None, Parameter(validator=validators.Number(gte=0))]
 Json = Annotated[bool, Parameter(negative="")]
@@ -138,7 +139,9 @@ def predict(
 
 
 @app.command
-def score(bank: Path, /, *, workers: Workers = None, json: Json = False) -> int:
+def score(
+    bank: Path, /, *, follow: Follow = 40, workers: Workers = None, json: Json = False
+) -> int:
     """Predict what is missing, close the predictions, reveal the answers of BANK and score.
 
     Writes `scores.json`, `scores.md` and `failures.csv` to BANK. Where an answer or a prediction is
@@ -148,6 +151,9 @@ def score(bank: Path, /, *, workers: Workers = None, json: Json = False) -> int:
     ----------
     bank
         A folder that `rapi blind make` wrote.
+    follow
+        How many devices with several causes left are measured once more, after the scan that was
+        advised and after one at random, and diagnosed again.
     workers
         Processes; by default two, or one where there is one processor.
     json
@@ -159,7 +165,7 @@ def score(bank: Path, /, *, workers: Workers = None, json: Json = False) -> int:
     from ._out import console, say_json
 
     with _progress("scoring") as say:
-        scores = examine(Folder(bank), workers=workers, progress=say)
+        scores = examine(Folder(bank), follow=follow, workers=workers, progress=say)
     if json:
         say_json(scores)
         return 0

@@ -20,7 +20,8 @@ from fitting.diagnosis._base_fit import Fitted, fitted_base
 from fitting.diagnosis._blocks import thinned
 from fitting.diagnosis._candidates import finished, looked, name_of
 from fitting.diagnosis._descend import Refit, State
-from fitting.diagnosis._engine import Effects, Engine, free_parameters
+from fitting.diagnosis._effect_values import Effects, free_parameters
+from fitting.diagnosis._engine import Engine
 from fitting.diagnosis._screen import Screened, basis, reach, screen
 from rapi_jax import Recording
 from rapi_jax._precision import float64

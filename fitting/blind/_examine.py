@@ -20,9 +20,15 @@ SCORES, TABLE, FAILURES = "scores.json", "scores.md", "failures.csv"
 
 
 def examine(
-    folder: Folder, *, workers: int | None = None, progress: Progress | None = None
+    folder: Folder,
+    *,
+    follow: int = _follow.MOST,
+    workers: int | None = None,
+    progress: Progress | None = None,
 ) -> dict[str, Any]:
     """Score the bank, and write `scores.json`, `scores.md` and `failures.csv`.
+
+    `follow`: how many tied devices are measured again, see `_follow`; once is once for all.
 
     Nothing of the answers is read before predictions are closed; nothing is scored where an answer,
     a salt, a recording, a prediction or a model is not the one that was committed to. Raises
@@ -38,14 +44,14 @@ def examine(
     secret = _secret(folder, answers)
     for value in answers:
         _check_recording(folder, value, predictions[value["name"]])
-    pairs, second = _second(folder, predictions, workers, progress)
+    pairs, second = _second(folder, predictions, follow, workers, progress)
     by_name = {value["name"]: value for value in answers}
     entries = [(v, predictions[v["name"]], folder.predictions / v["name"]) for v in answers]
-    follow = []
+    again = []
     for pair in pairs:
         after = [second[key] for key in _follow.files([pair])]
-        follow.append((by_name[pair.name], predictions[pair.name], *after))
-    scored = _scored(entries, follow, progress)
+        again.append((by_name[pair.name], predictions[pair.name], *after))
+    scored = _scored(entries, again, progress)
     about = folder.about
     kept = ("tier", "count", "seed_sha256", "tree_sha256", "secret_sha256")
     scores = {
@@ -80,16 +86,17 @@ def _check_recording(folder: Folder, value: dict[str, Any], prediction: dict[str
 def _second(
     folder: Folder,
     predictions: dict[str, dict[str, Any]],
+    most: int,
     workers: int | None,
     progress: Progress | None,
 ) -> tuple[list[_follow.Pair], dict[str, dict[str, Any]]]:
     """Second sessions; none any more where other code closed the first predictions."""
-    closed = folder.follow / "predictions.json"
+    closed = folder.follow / _follow.CLOSED
     if not closed.exists():
         if any(p["tree_sha256"] != tree_sha256() for p in predictions.values()):
             return [], {}
-        _follow.follow(folder, predictions, workers=workers, progress=progress)
-    pairs = _follow.pairs(folder, _follow.tied(predictions))
+        _follow.follow(folder, predictions, most=most, workers=workers, progress=progress)
+    pairs = _follow.closed(folder, predictions)
     return pairs, checked(closed, _follow.files(pairs))
 
 

@@ -19,7 +19,7 @@ from rapi_jax.io import read_drive, read_recording
 
 from ._answers import read_answer, spec_of
 from ._exchange import recorded, write_exact
-from ._folder import Folder, made, refuse_foreign
+from ._folder import Folder, made, read_json, refuse_foreign
 from ._frozen import tree_sha256
 from ._predict import NEXT, seed_of
 from ._predictions import Progress, carry_out, close
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 MOST = 40
 KINDS = ("advised", "random")
+CLOSED = "predictions.json"
 PAUSE_S = 60.0
 _LEAD_S = 0.1  # a drive is on for this long, and two periods, before its first sample
 _TRIES = 1000
@@ -46,15 +47,20 @@ class Pair:
 
 
 def tied(predictions: dict[str, dict[str, Any]]) -> list[str]:
-    """Names of the first 40 recordings with several causes in the set, and a scan advised."""
-    names = [
+    """Names of the recordings with several causes in the set, and a scan advised."""
+    return [
         name
         for name, prediction in predictions.items()
         if len(prediction.get("diagnosis", {}).get("verdict", {}).get("set", ())) > 1
         and NEXT in prediction["files"]
         and prediction["withheld"] is None
     ]
-    return names[:MOST]
+
+
+def closed(folder: Folder, predictions: dict[str, dict[str, Any]]) -> list[Pair]:
+    """The second predictions that were closed."""
+    promised = read_json(folder.follow / CLOSED).get("sha256", {})
+    return pairs(folder, [name for name in tied(predictions) if f"{KINDS[0]}/{name}" in promised])
 
 
 def pairs(folder: Folder, names: Sequence[str]) -> list[Pair]:
@@ -72,11 +78,12 @@ def follow(
     folder: Folder,
     predictions: dict[str, dict[str, Any]],
     *,
+    most: int = MOST,
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Measure, diagnose and close; what is there already is kept."""
-    names, tree, jobs = tied(predictions), tree_sha256(), []
+    """Measure the first `most`, diagnose and close; what is there already is kept."""
+    names, tree, jobs = tied(predictions)[:most], tree_sha256(), []
     made(folder.follow)
     for kind in KINDS:
         refuse_foreign(folder.follow / kind / "recordings", set(names))
@@ -102,7 +109,7 @@ def follow(
                 )
             )
     carry_out(folder, jobs, workers=workers, progress=progress)
-    close(folder.follow / "predictions.json", files(pairs(folder, names)), tree)
+    close(folder.follow / CLOSED, files(pairs(folder, names)), tree)
 
 
 def again(first: Recording, world: "World", scan: Scan, seed: int) -> Recording:

@@ -163,7 +163,15 @@ def _worth(pair: Candidate, singles: list[Candidate]) -> bool:
     gain = rich - pair.cost
     own = plain - pair.plain.cost > _OWN * gain
     left = min(excess(s.rich) for s in alone)
-    return own and gain > _CHANCE and gain > _WORTH * left
+    steady = min((s.rich for s in alone), key=_wandering)
+    # What does not repeat no hysteresis could have taken away, bent or not.
+    enough = own and gain > _WORTH * left or _steadies(pair.rich, steady, _WORTH)
+    return gain > _CHANCE and enough
+
+
+def _wandering(state: State) -> float:
+    """Chi-square of what does not repeat, above what noise alone would leave."""
+    return state.loose - state.errors.loose.size
 
 
 def _one_more(
@@ -197,12 +205,14 @@ def _one_more(
     say("the best of them")
     for look, survival in sorted(looks, key=lambda pair: pair[0].cost):
         best = min((end for end, _ in ends), key=_cost, default=None)
-        if best is None or _rivals(look, best, state, _FAR):
+        if best is None or _rivals(look, best, state, _FAR) or _steadies(look, state, _FAR):
             ends.append((finished(refit, look, state.cost), survival))
     ends = _one_each(end for end in ends if end[0].cost < state.cost)
     best = ends[0][0] if ends else state
     leaders = [
-        pair for pair in ends[: _LEADERS + 1] if _rivals(pair[0], best, state, _NEAR)
+        pair
+        for k, pair in enumerate(ends)
+        if k <= _LEADERS and _rivals(pair[0], best, state, _NEAR) or _steadies(pair[0], state, _FAR)
     ] or ends[:1]
     own = none.plain.effects
     out = []
@@ -225,6 +235,15 @@ def _rivals(one: State, best: State, none: State, share: float) -> bool:
     chance = 4.0 * np.sqrt(2.0 * (best.errors.locked.size + best.errors.loose.size))
     near = excess(one) < _BEHIND * max(excess(best), float(chance))
     return near and fall > max(share * most, _CHANCE / 4)
+
+
+def _steadies(one: State, without: State, share: float) -> bool:
+    """Whether `one` takes away more than a share of what does not repeat.
+
+    Beside a base that is far off, others take away more by standing in for it.
+    """
+    gain = _wandering(without) - _wandering(one)
+    return gain > max(share * _wandering(without), _CHANCE)
 
 
 def _one_each(ends: Iterable[tuple[State, float]]) -> list[tuple[State, float]]:

@@ -10,7 +10,8 @@ from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
 
 from ._blocks import Block
 from ._descend import Base, Refit, State
-from ._engine import Effects, Engine
+from ._effect_values import Effects
+from ._engine import Engine
 from ._lines import tones, without
 from ._noise import Spectrum, Whitener, measure
 from ._steady import steadied

@@ -12,9 +12,10 @@ from rapi_jax._parameter import parameters
 from rapi_jax.effects import ALL, AbstractEffect
 
 from ._descend import Refit, State
-from ._engine import Effects, effect_values, free_parameters, with_values
+from ._effect_values import Effects, effect_values, free_parameters, with_values
 from ._free_base import free_base
 from ._screen import Screened
+from ._switched import placed
 
 _FIRST, _REST = 4, 40  # steps of the first look, and of the best one afterwards
 _FREE = 20  # steps once `eta` is let go
@@ -123,9 +124,13 @@ def _looked(refit: Refit, state: State, screened: list[Screened], steps: int) ->
         if not np.isfinite(start.cost):
             continue
         if not type(one.effect).smooth:  # what was found on a grid is good, the base beside it not
-            start = dataclasses.replace(refit, still=True).descend(start, 3 * _FIRST)
+            start = _beside(refit, start, 3 * _FIRST)
         ends.append(refit.descend(start, steps))
-    return min(ends, key=lambda end: end.cost, default=None)
+    if not ends:
+        return None
+    # Beside a base that is far off, its misfit is noise of that size: what does not repeat counts.
+    wide = max(1.0, min(end.locked / _lines(end) for end in ends))
+    return min(ends, key=lambda end: end.cost + (1.0 / wide - 1.0) * end.locked)
 
 
 def _finished(search: Refit, refit: Refit, look: State, without: float) -> State:
@@ -141,13 +146,23 @@ def _finished(search: Refit, refit: Refit, look: State, without: float) -> State
 
 
 def _settled(refit: Refit, state: State, steps: int, share: float = 1e-4) -> State:
-    """A descent; beside an effect that jumps first of the base alone.
+    """A descent; beside an effect that jumps first of the base and the jump's size alone.
 
-    Slopes of what jumps mean little, and would hold the base back.
+    Slopes of where it jumps mean little, and would hold the base back.
     """
     if not all(type(effect).smooth for effect in state.effects):
-        state = dataclasses.replace(refit, still=True).descend(state, steps, share)
+        state = _beside(refit, state, steps, share)
     return refit.descend(state, steps, share)
+
+
+def _beside(refit: Refit, state: State, steps: int, share: float = 1e-4) -> State:
+    """The base beside what jumps, from where it stands and from where the data have the jumps."""
+    still = dataclasses.replace(refit, still=True)
+    ends = [still.descend(state, steps, share)]
+    other = placed(still, state, steps, share)
+    if other is not None and np.isfinite(other.cost):
+        ends.append(still.descend(other, steps, share))
+    return min(ends, key=lambda end: end.cost)
 
 
 def straightened(refit: Refit, state: State) -> tuple[Refit, State] | None:
@@ -172,8 +187,14 @@ def _different(screened: list[Screened]) -> list[Screened]:
 
     And the one that leaves least as it stands: where an effect is far from linear in its
     parameters, a trial that points the right way may still be too far off to descend from.
+    Trials that point one way count once: a few slow lags of creep would else be all that is tried.
     """
-    best = screened[:_LOOKS]
+    best: list[Screened] = []
+    for one in screened:
+        if len(best) == _LOOKS:
+            break
+        if not any(one.alike(other) for other in best):
+            best.append(one)
     for one in (max(screened, key=_fall_rich), min(screened, key=_left)):
         if all(one is not other for other in best):
             best = [*best, one]
@@ -268,7 +289,10 @@ def enriched(refit: Refit, plain: State, none: tuple[Refit, State]) -> tuple[Ref
     starts = sorted((s for s in starts if np.isfinite(s[1].cost)), key=lambda s: s[1].cost)
     first, state = starts[0]
     end = _enriched(first, state, before.cost)
-    if len(starts) > 1 and starts[1][1].cost < 3.0 * end.cost and end.locked > 1.2 * _lines(end):
+    # A base that was bent to a jump costs much beside it at first, and may yet be the better start.
+    jumps = not all(type(effect).smooth for effect in plain.effects)
+    near = len(starts) > 1 and (jumps or starts[1][1].cost < 3.0 * end.cost)
+    if near and end.locked > 1.2 * _lines(end):
         second = _enriched(*starts[1], before.cost)
         if second.cost < end.cost:
             return starts[1][0], second
@@ -280,7 +304,7 @@ def _enriched(refit: Refit, state: State, without: float) -> State:
 
     On the operator alone they were fitted to what its misfit left.
     """
-    end = refit.descend(state, _RICH_STEPS, _RICH_SHARE)
+    end = _settled(refit, state, _RICH_STEPS, _RICH_SHARE)
     for _ in range(_ROUNDS * any(not type(effect).smooth for effect in end.effects)):
         if end.locked < 1.2 * _lines(end):
             break

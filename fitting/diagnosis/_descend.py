@@ -14,9 +14,15 @@ import numpy as np
 
 from rapi_jax import ECDL, AbstractOperator
 from rapi_jax._parameter import parameters
-from rapi_jax.effects import AbstractCouplingEffect, AbstractOpticalEffect
+from rapi_jax.effects import (
+    AbstractCouplingEffect,
+    AbstractEffect,
+    AbstractOpticalEffect,
+    AbstractSwitch,
+)
 
-from ._engine import Effects, Engine, Errors, effect_values, free_parameters, with_values
+from ._effect_values import Effects, effect_values, free_parameters, with_values
+from ._engine import Engine, Errors
 from ._noise import Whitener
 
 Reach = dict[tuple[str, tuple[str | int, ...]], tuple[float, float]]
@@ -95,7 +101,7 @@ class State:
     @property
     def cost(self) -> float:
         """All of it."""
-        return self.locked + self.loose + self.prior
+        return self.locked + self.loose + self.prior + self.errors.early_late
 
     def ecdl(self, engine: Engine, base: Base) -> ECDL:
         """The model."""
@@ -116,7 +122,7 @@ class Refit:
     whitener: Whitener
     base: Base
     reach: Reach | None = None
-    still: bool = False  # whether the effects stay as they are
+    still: bool = False  # whether what jumps stays as it is, but for its size
 
     def at(self, values: np.ndarray, effects: Effects) -> State:
         """The state at given values."""
@@ -226,8 +232,8 @@ class Refit:
 def _effect_columns(refit: Refit, state: State, share: float) -> np.ndarray:
     total = state.errors.locked.size + state.errors.loose.size
     now = effect_values(state.effects)
-    if not now.size or refit.still:
-        return np.zeros((total, now.size))
+    columns = np.zeros((total, now.size))
+    moves = [p for e in state.effects for p in _moves(e, refit.still)]
     low, high = refit.edges(state.effects)
     behind = (AbstractOpticalEffect, AbstractCouplingEffect)
     steps = [
@@ -236,8 +242,8 @@ def _effect_columns(refit: Refit, state: State, share: float) -> np.ndarray:
         for _ in free_parameters(e)
     ]
     here = np.concatenate([state.errors.locked, state.errors.loose])
-    columns = np.zeros((total, now.size))
-    for i, value in enumerate(now):
+    for i in np.flatnonzero(moves).tolist():
+        value = now[i]
         step = share * steps[i] * max(abs(value), _least(state.effects, i))
         if value + step > high[i]:
             step = -step
@@ -250,6 +256,12 @@ def _effect_columns(refit: Refit, state: State, share: float) -> np.ndarray:
         errors = engine.errors(whitener, effects, nodes)
         columns[:, i] = (np.concatenate([errors.locked, errors.loose]) - here) / step
     return columns
+
+
+def _moves(effect: AbstractEffect, still: bool) -> list[bool]:
+    """Which of an effect's parameters a descent moves."""
+    every, switch = type(effect).smooth or not still, isinstance(effect, AbstractSwitch)
+    return [every or (switch and p.path == ("size",)) for p in free_parameters(effect)]
 
 
 def _least(effects: Effects, index: int) -> float:

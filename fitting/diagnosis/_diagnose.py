@@ -29,6 +29,7 @@ from ._maps import maps
 from ._next_scan import Hypothesis, NextScan, next_scan
 from ._probability import UNLISTED, Ranked, probabilities, smallest_set
 from ._remainder import ceiling
+from ._scan_inside import is_alone, scan_inside
 from ._usable import check_arguments, check_data, check_enough, shown_faults
 from ._where import summary, where
 from ._words import advice, sentence
@@ -92,7 +93,7 @@ def diagnose(
     following = None
     if scan:
         say("next scan")
-        following = _next_scan(engine, fitted, ranked, limits)
+        following = _next_scan(engine, fitted, ranked, names, limits)
         content["next_scan"] = None if following is None else following.to_dict()
     refit, state = _of(top, fitted.refit, rich)
     model = state.ecdl(engine, refit.base)
@@ -107,7 +108,7 @@ def diagnose(
         tuple(names),
         _reason(attribution, top, content),
         sentence(name, words, probability, content["shrinkage"], recording.response_unit),
-        advice(name, words, tied, content.get("next_scan")),
+        advice(name, words, tied, content.get("next_scan"), unsure=is_alone(names)),
     )
     content["model"] = {
         "operator": type(model.operator).__name__,
@@ -276,9 +277,15 @@ def _next_scan(
     engine: Engine,
     fitted: Fitted,
     ranked: list[tuple[Candidate | None, float]],
+    names: list[str],
     limits: DriveLimits | None,
 ) -> NextScan | None:
-    """The scan that separates the likeliest hypotheses; the best two where one stands alone."""
+    """The scan that separates the likeliest hypotheses; the best two where one stands alone.
+
+    Where one stands beside `unlisted`, the scan that shows whether it is all.
+    """
+    if is_alone(names):
+        return scan_inside(engine, names, limits)
     named = [(c, p) for c, p in ranked if c is not None][:_RIVALS]
     tied = [(c, p) for c, p in named if p > 0.02]
     rivals = tied if len(tied) > 1 else named[:2]

@@ -6,10 +6,9 @@ a play is not one where a turning point passes a sample.
 """
 
 import dataclasses
-import functools
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -19,13 +18,14 @@ from jaxtyping import Array
 from fitting._vector import Vector
 from rapi_jax import AbstractOperator, Recording
 from rapi_jax._ecdl import answered, drive_side, laws, optical_side
-from rapi_jax._parameter import follow, parameters
+from rapi_jax._parameter import parameters
 from rapi_jax._sampled import DriveBatch, Sampled, on_device, sampled
 from rapi_jax.effects import (
     AbstractDriveEffect,
     AbstractEffect,
     AbstractLawEffect,
     AbstractLinearEffect,
+    AbstractSwitch,
     Delay,
     Law,
 )
@@ -33,10 +33,10 @@ from rapi_jax.effects._base import transfer
 from rapi_jax.effects._lags import Modes
 
 from ._blocks import Block, blocks
-from ._noise import Spectrum, Whitener
+from ._early_late import nearest
+from ._effect_values import Effects
+from ._noise import Lines, Spectrum, Whitener
 from ._padding import padded, repeated, rounded
-
-Effects = tuple[AbstractEffect, ...]
 
 
 class Before(NamedTuple):
@@ -148,11 +148,15 @@ def _transfer(effect: AbstractEffect) -> Callable[[np.ndarray], np.ndarray]:
 
 
 class Errors(NamedTuple):
-    """Model less data: raw by run ("periods phases"), and whitened, locked to the scan and not."""
+    """Model less data: raw by run ("periods phases"), and whitened, locked to the scan and not.
+
+    `early_late`: chi-square for readings beside a jump that were counted a sample early or late.
+    """
 
     raw: list[np.ndarray]
     locked: np.ndarray
     loose: np.ndarray
+    early_late: float = 0.0
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -276,23 +280,47 @@ class Engine:
 
     def rows(self, effects: Effects, nodes: Array) -> np.ndarray:
         """The model's values on the padded rows of all runs."""
-        batch = self._batch(effects)
-        nu = _spread(nodes, batch.place)
-        for effect in effects:
-            if not _is_ahead(effect):
-                nu = _passed(effect, batch, nu)
-        return np.asarray(nu)
+        return self._rows(effects, nodes)[0]
 
-    def response(self, effects: Effects, nodes: Array) -> list[np.ndarray]:
-        """The model's values on the blocks of all runs."""
-        rows = self.rows(effects, nodes)
-        return [block.of(rows[k]) for k, block in enumerate(self.blocks)]
+    def _rows(self, effects: Effects, nodes: Array) -> tuple[np.ndarray, list[np.ndarray]]:
+        """The same, and what each switch adds."""
+        batch = self._batch(effects)
+        nu, jumps = _spread(nodes, batch.place), []
+        for effect in effects:
+            if _is_ahead(effect):
+                continue
+            before, nu = nu, _passed(effect, batch, nu)
+            if isinstance(effect, AbstractSwitch):
+                jumps.append(np.asarray(nu) - np.asarray(before))
+        return np.asarray(nu), jumps
+
+    def apart(
+        self,
+        whitener: Whitener,
+        effects: Effects,
+        nodes: Array,
+        held: Sequence[tuple[int, Block]] | None = None,
+    ) -> tuple[list[np.ndarray], float]:
+        """Model less data on each block, and the price of readings counted early or late.
+
+        `held`: other blocks than all of the engine's, each with the number of its run. Masked
+        readings have no error.
+        """
+        rows, jumps = self._rows(effects, nodes)
+        out, price = [], 0.0
+        for k, block in enumerate(self.blocks) if held is None else held:
+            error = (block.of(rows[k]) - block.data) * block.use
+            if jumps:
+                own = [jump[k] for jump in jumps]
+                error, paid = nearest(error, own, block, whitener.spectrum.mean(Lines.of(block)))
+                price += paid
+            out.append(error)
+        return out, price
 
     def errors(self, whitener: Whitener, effects: Effects, nodes: Array) -> Errors:
         """Model less data; masked readings have no error."""
-        model = self.response(effects, nodes)
-        raw = [(m - b.data) * b.use for m, b in zip(model, self.blocks, strict=True)]
-        return Errors(raw, whitener.locked(raw), whitener.loose(raw))
+        raw, price = self.apart(whitener, effects, nodes)
+        return Errors(raw, whitener.locked(raw), whitener.loose(raw), price)
 
     def columns(
         self, whitener: Whitener, effects: Effects, nodes: Array, moved: Array
@@ -336,51 +364,3 @@ def _through(
     for gain in linear:
         line *= gain(hertz)[None, :]
     return np.fft.irfft(line, count, axis=1)[:, :size] + first
-
-
-class Moved(NamedTuple):
-    """A scalar parameter that a diagnosis moves: path, bounds, unit, and which leaf it is."""
-
-    path: tuple[str | int, ...]
-    low: float
-    high: float
-    unit: str
-    leaf: int
-
-
-@functools.cache
-def _moved_of(kind: Any, shapes: tuple[tuple[int, ...], ...]) -> tuple[Moved, ...]:
-    numbered = jax.tree_util.tree_unflatten(kind, list(range(kind.num_leaves)))
-    found = parameters(jax.tree_util.tree_unflatten(kind, [np.zeros(s) for s in shapes]))
-    return tuple(
-        Moved(p.path, *p.bounds, p.unit, follow(numbered, p.path))
-        for p in found
-        if not p.held and p.size == 1
-    )
-
-
-def free_parameters(effect: AbstractEffect) -> tuple[Moved, ...]:
-    """The scalar parameters of an effect that a diagnosis moves."""
-    leaves, kind = jax.tree_util.tree_flatten(effect)
-    return _moved_of(kind, tuple(np.shape(leaf) for leaf in leaves))
-
-
-def effect_values(effects: Sequence[AbstractEffect]) -> np.ndarray:
-    """The moved parameters of all effects as one vector."""
-    out = []
-    for effect in effects:
-        leaves = jax.tree_util.tree_leaves(effect)
-        out += [float(leaves[p.leaf]) for p in free_parameters(effect)]
-    return np.array(out)
-
-
-def with_values(effects: Effects, values: np.ndarray) -> Effects:
-    """The effects with the elements of `values` put in."""
-    out, at = [], 0
-    for effect in effects:
-        leaves, kind = jax.tree_util.tree_flatten(effect)
-        for p in free_parameters(effect):
-            leaves[p.leaf] = np.asarray(values[at], dtype=np.float64)
-            at += 1
-        out.append(jax.tree_util.tree_unflatten(kind, leaves))
-    return tuple(out)

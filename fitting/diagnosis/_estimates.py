@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ._descend import Refit, State
-from ._engine import effect_values, free_parameters, with_values
+from ._effect_values import effect_values, free_parameters, with_values
 
 
 def standard_errors(refit: Refit, state: State) -> np.ndarray:

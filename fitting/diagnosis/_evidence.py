@@ -12,8 +12,9 @@ class Left:
     """What a hypothesis leaves on the richer base.
 
     `locked`, `loose`: chi-square of what repeats with the scan, and of what does not; `prior`: of
-    the base's values. `parameters`: of the effects. `identified`: what it leaves on the identified
-    base, of which nothing is known where it is `None`.
+    the base's values, and of jumps a sample early or late. `parameters`: of the effects.
+    `identified`: what it leaves on the identified base, of which nothing is known where it is
+    `None`.
     """
 
     effects: tuple[str, ...]
@@ -70,4 +71,5 @@ def _left(candidate: Candidate) -> Left:
     rich, plain = candidate.rich, candidate.plain
     names = tuple(sorted(effect.name for effect in candidate.effects))
     left = plain.locked + plain.loose
-    return Left(names, candidate.count, rich.locked, rich.loose, rich.prior, left)
+    prior = rich.prior + rich.errors.early_late
+    return Left(names, candidate.count, rich.locked, rich.loose, prior, left)

@@ -102,11 +102,6 @@ def filled(error: np.ndarray, block: Block) -> np.ndarray:
     return np.where(block.use > 0, error, mean[None, :])
 
 
-def _mean_noise(spectrum: Spectrum, lines: Lines, pick: np.ndarray) -> float:
-    weight = lines.twice * pick
-    return float(weight @ spectrum.at(lines.hertz, lines.step_s) / max(weight.sum(), 1.0))
-
-
 def usage(blocks: list[Block]) -> float:
     """Share of readings in use; masked ones are zeros in the lines the spectrum was read from."""
     size = sum(b.size for b in blocks)
@@ -136,9 +131,9 @@ def sums(
         alive = lines.hertz > 0 if own_origin else lines.hertz >= 0
         colour = 1.0
         if block.periods > 1:
-            loose = _mean_noise(spectrum, lines, ~lines.locked)
-            colour = _mean_noise(spectrum, lines, lines.locked & alive) / max(loose, _TINY)
-        noise = _mean_noise(spectrum, lines, alive) / used
+            loose = spectrum.mean(lines, ~lines.locked)
+            colour = spectrum.mean(lines, lines.locked & alive) / max(loose, _TINY)
+        noise = spectrum.mean(lines, alive) / used
         taken = float(own_origin) + fitted * own / max(sum(phases), 1.0)
         out.append(Sums(count, mean, spread, noise, colour, taken))
     return out

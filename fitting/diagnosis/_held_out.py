@@ -72,8 +72,8 @@ def refit_without(refit: Refit, fold: Fold, state: State) -> list[np.ndarray]:
     whitener = Whitener(fold.seen, refit.whitener.spectrum, engine.own_origin, use=fold.use)
     own = dataclasses.replace(refit, engine=engine, whitener=whitener)
     end = own.descend(own.at(state.values, state.effects), _STEPS, 2e-3)
-    rows = refit.engine.rows(end.effects, end.nodes)
-    return [(b.of(rows[k]) - b.data) * b.use for k, b in zip(fold.runs, fold.held, strict=True)]
+    held = list(zip(fold.runs, fold.held, strict=True))
+    return refit.engine.apart(whitener, end.effects, end.nodes, held)[0]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from rapi_jax import Drive, DriveLimits, Identified
+from rapi_jax import Drive, DriveLimits, Identified, Recording
 from rapi_jax._precision import float64
 from rapi_jax.effects import AbstractEffect
 
@@ -132,16 +132,12 @@ def next_scan(
     rivals, chances = _rivals(engine, whitener, base, hypotheses)
     if len(rivals) < 2:
         return None
-    repeating = [block for block in engine.blocks if block.repeats]
-    if samples is None:
-        usual = [b.left.shape[1] for b in repeating] or [max(b.size for b in engine.blocks) // 5]
-        samples = max(int(np.median(usual)), 16)
-    if periods is None:
-        periods = max(int(np.median([b.periods for b in repeating] or [5])), 1)
+    usual = scan_length(engine)
+    samples, periods = samples or usual[0], periods or usual[1]
     recording = engine.recording
     limits = Identified.of(recording).limits() if limits is None else limits
-    end = max(float(drive.session_time[-1]) for drive in recording.drives)
-    found = candidates(recording, limits, samples=samples, periods=periods, start_s=end + _PAUSE_S)
+    start = scan_start(recording)
+    found = candidates(recording, limits, samples=samples, periods=periods, start_s=start)
     rated = _rate(found, rivals, whitener, len(engine.blocks))
     if not rated:
         return None
@@ -149,6 +145,19 @@ def next_scan(
     best = _untied(order, powers, chances)
     order.insert(0, order.pop(order.index(best)))
     return _answer(order, powers, rivals, recording.drive_unit)
+
+
+def scan_length(engine: Engine) -> tuple[int, int]:
+    """Samples a period, and periods, of the recording's middle run."""
+    repeating = [block for block in engine.blocks if block.repeats]
+    usual = [b.left.shape[1] for b in repeating] or [max(b.size for b in engine.blocks) // 5]
+    periods = np.median([b.periods for b in repeating] or [5])
+    return max(int(np.median(usual)), 16), max(int(periods), 1)
+
+
+def scan_start(recording: Recording) -> float:
+    """A minute after the last run, s of the session."""
+    return max(float(drive.session_time[-1]) for drive in recording.drives) + _PAUSE_S
 
 
 def _rivals(

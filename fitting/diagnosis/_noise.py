@@ -49,6 +49,11 @@ class Spectrum:
         """The part of the process in time alone."""
         return self.low * (self.step_s / step_s) / (1.0 + (hertz / self.corner) ** self.power)
 
+    def mean(self, lines: "Lines", pick: np.ndarray | float = 1.0) -> float:
+        """Variance of a reading; `pick`: 1 for the lines that count, 0 for others."""
+        weight = lines.twice * pick
+        return float(weight @ self.at(lines.hertz, lines.step_s) / max(weight.sum(), 1.0))
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Lines:

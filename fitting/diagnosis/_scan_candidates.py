@@ -6,6 +6,7 @@ the limits that the recording has covered, and a little more (`Identified.limits
 nothing of others.
 """
 
+import contextlib
 import dataclasses
 from collections.abc import Iterator
 from typing import Any
@@ -18,6 +19,7 @@ from rapi_jax._recording import Waveform
 from rapi_jax._waveform import multisine, sine, step_and_hold, triangle
 
 _RATES = (1.0, 1.5, 2.5, 4.0, 6.5, 10.0)  # times the fastest rate seen
+_INNER = 0.8  # of the widest swing: well inside what was recorded
 _SMALLEST = 0.12  # of the widest swing: below it a scan shows little of anything
 _CORNER = 0.05  # of a period: half the width over which the corners of the smooth triangle bend
 _INSIDE = 1.0 - 1e-6  # of a limit
@@ -77,6 +79,19 @@ class _Space:
     periods: int
     start_s: float
 
+    @classmethod
+    def of(
+        cls, recording: Recording, limits: DriveLimits, samples: int, periods: int, start_s: float
+    ) -> "_Space":
+        """What the limits allow of what was recorded, and a little more."""
+        seen = Identified.of(recording)
+        near = seen.limits()
+        low, high = max(limits.low_v, near.low_v), min(limits.high_v, near.high_v)
+        if not low < high:
+            low, high = limits.low_v, limits.high_v
+        widest = min(max(max(seen.amplitudes), 1e-12), high - low)
+        return cls(limits, low, high, widest, samples, periods, start_s)
+
     def room(self, amplitude: float, place: float) -> float:
         """A bias: `place` 0 as low as the swing fits, 1 as high, 1/2 in the middle."""
         room = max(self.high - self.low - amplitude, 0.0)
@@ -88,13 +103,8 @@ def candidates(
     recording: Recording, limits: DriveLimits, *, samples: int, periods: int, start_s: float
 ) -> list[Candidate]:
     """Scans of `periods` periods of `samples` samples, none beyond `limits`; steps are as long."""
+    space = _Space.of(recording, limits, samples, periods, start_s)
     seen = Identified.of(recording)
-    near = seen.limits()
-    low, high = max(limits.low_v, near.low_v), min(limits.high_v, near.high_v)
-    if not low < high:
-        low, high = limits.low_v, limits.high_v
-    widest = min(max(max(seen.amplitudes), 1e-12), high - low)
-    space = _Space(limits, low, high, widest, samples, periods, start_s)
     slow = min(seen.rates_hz, default=_TYPICAL_HZ)
     fast = max(seen.rates_hz, default=_TYPICAL_HZ)
     found: dict[tuple, Candidate] = {}
@@ -109,6 +119,23 @@ def candidates(
         key = (made.waveform, *(float(f"{x:.3g}") for x in (*numbers, levels)))
         found.setdefault(key, made)
     return list(found.values())
+
+
+def inside(
+    recording: Recording, limits: DriveLimits, *, samples: int, periods: int, start_s: float
+) -> Candidate | None:
+    """A sine of less swing than was recorded, at a rate between the slowest and the fastest.
+
+    `None` where the limits do not allow it.
+    """
+    space = _Space.of(recording, limits, samples, periods, start_s)
+    rates = Identified.of(recording).rates_hz or (_TYPICAL_HZ,)
+    hz = float(f"{np.sqrt(min(rates) * max(rates)):.3g}")
+    for made in _one(space, "sine", hz, _INNER, 0.5):
+        with contextlib.suppress(LimitError):
+            limits.check(made.drive)
+            return made
+    return None
 
 
 def _periodic(space: _Space, slow: float, fast: float) -> Iterator[Candidate]:

@@ -8,9 +8,11 @@ import numpy as np
 from rapi_jax.effects import AbstractEffect, Evidence
 
 from ._descend import Reach, Refit, State
-from ._engine import Engine, effect_values, free_parameters
+from ._effect_values import effect_values, free_parameters
+from ._engine import Engine
 
 _BEYOND = 1.3  # the grid of its trials, that a parameter may go
+_ALIKE = 0.98  # cosine from which two trials are one
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -20,6 +22,7 @@ class Screened:
     - `fall`: with the operator's own Jacobian projected out; `fall_rich`: with the richer base's.
     - `survival`: length of what the richer base cannot absorb, over the whole signature's.
     - `left`: chi-square with the trial as it stands, the operator's own Jacobian projected out.
+    - `direction`: what it changes beyond the operator's own Jacobian, of unit length.
     """
 
     effect: AbstractEffect
@@ -27,6 +30,11 @@ class Screened:
     fall_rich: float
     survival: float
     left: float
+    direction: np.ndarray
+
+    def alike(self, other: "Screened") -> bool:
+        """Whether the two point the same way: a fit from one may end where the other's does."""
+        return abs(float(self.direction @ other.direction)) > _ALIKE
 
 
 def evidence(engine: Engine, state: State, noise: float) -> Evidence:
@@ -101,14 +109,19 @@ def screen(
         whole = float(s @ s + t @ t)
         if not np.isfinite(whole) or whole == 0:
             continue
-        falls, left = [], 0.0
+        falls, left, beyond = [], 0.0, s
         with_it = locked + s
         along = plain.T @ with_it
         end = float(with_it @ with_it - along @ along + (loose + t) @ (loose + t))
         for q in (plain, rich):
             along = q.T @ s
+            if q is plain:
+                beyond = s - q @ along
             left = max(float(s @ s - along @ along), 0.0) + float(t @ t)
             inner = -float(s @ locked - along @ (q.T @ locked)) - float(t @ loose)
             falls.append(inner**2 / left if left > 1e-12 * whole and inner > 0 else 0.0)
-        found.append(Screened(trial, falls[0], falls[1], float(np.sqrt(left / whole)), end))
+        way = np.concatenate([beyond, t]).astype(np.float32)
+        way /= max(float(np.linalg.norm(way)), 1e-30)
+        survival = float(np.sqrt(left / whole))
+        found.append(Screened(trial, falls[0], falls[1], survival, end, way))
     return sorted(found, key=lambda one: -one.fall)

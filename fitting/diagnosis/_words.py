@@ -56,9 +56,17 @@ def _percent(share: float) -> str:
 
 
 def advice(
-    name: str, effects: tuple[str, ...], tied: list[str], scan: dict[str, Any] | None
+    name: str,
+    effects: tuple[str, ...],
+    tied: list[str],
+    scan: dict[str, Any] | None,
+    *,
+    unsure: bool = False,
 ) -> str:
-    """What to do next, in one or two sentences."""
+    """What to do next, in one or two sentences.
+
+    `unsure`: whether `unlisted` is in the set beside one answer alone.
+    """
     if len(tied) > 1 and scan is not None:
         return f"{' and '.join(tied)} cannot be told apart yet: play the next scan below."
     if name == "none":
@@ -68,4 +76,9 @@ def advice(
             "Do not add an effect. Look at where the gap lies, and record the next scan; a new "
             "effect is one file."
         )
-    return " ".join(_CURE.get(effect, "Compensate with the corrected model.") for effect in effects)
+    first = ""
+    if unsure and scan is not None:
+        first = "Play the next scan below first: more may be missing. Then: "
+    return first + " ".join(
+        _CURE.get(effect, "Compensate with the corrected model.") for effect in effects
+    )

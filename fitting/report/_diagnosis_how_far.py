@@ -104,5 +104,7 @@ def following(found: dict | None, drive_unit: str) -> dict[str, Any] | None:
         "scan": words.title(words.scan(found, drive_unit)),
         "separates": words.separated(found),
         "reason": words.sentence(str(found.get("reason") or "")),
-        "table": Table("Scans considered", ["scan", "power to separate"], rows) if rows else None,
+        "table": Table("Scans considered", ["scan", "power to separate"], rows)
+        if rows[1:]
+        else None,
     }

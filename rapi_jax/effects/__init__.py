@@ -13,6 +13,7 @@ from ._base import AbstractInvertible as AbstractInvertible
 from ._base import AbstractLawEffect as AbstractLawEffect
 from ._base import AbstractLinearEffect as AbstractLinearEffect
 from ._base import AbstractOpticalEffect as AbstractOpticalEffect
+from ._base import AbstractSwitch as AbstractSwitch
 from ._base import Law as Law
 from ._base import Modes as Modes
 from ._creep import Creep as Creep

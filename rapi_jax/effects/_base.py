@@ -7,6 +7,7 @@
 | `AbstractOpticalEffect` | the response, after the operator |
 | `AbstractCouplingEffect` | the response, with the drive that was sent at hand |
 
+An optical effect that goes on and off where the response crosses thresholds is an `AbstractSwitch`.
 A drive or optical effect that is linear with a memory of its own is an `AbstractLinearEffect` too:
 it names its modes, and the recursion is shared.
 """
@@ -17,7 +18,7 @@ from typing import Any, ClassVar, NamedTuple, TypeVar
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Inexact
+from jaxtyping import Array, Bool, Float, Inexact, Int
 
 from ._evidence import Evidence
 
@@ -79,6 +80,28 @@ class AbstractOpticalEffect(AbstractEffect):
         self, t: Float[Array, " time"], nu: Float[Array, " time"]
     ) -> Float[Array, " time"]:
         """The changed response of one run; `t` is the session's time in s, not always even."""
+
+
+class AbstractSwitch(AbstractOpticalEffect):
+    """Adds `size` (GHz) while it is on, and goes on and off where the response crosses thresholds.
+
+    No model of the response knows to a fraction of a sample when that is.
+    """
+
+    smooth: ClassVar[bool] = False
+    size: eqx.AbstractVar[Float[Array, ""]]
+
+    @abc.abstractmethod
+    def at_places(
+        self,
+        nu: Float[np.ndarray, " samples"],
+        on: Bool[np.ndarray, " samples"],
+        run: Int[np.ndarray, " samples"],
+    ) -> "AbstractSwitch":
+        """The same, with the thresholds at which it would be on where `on` says so.
+
+        `nu`: the response before it, GHz, run after run; `run`: the number of each sample's run.
+        """
 
 
 class AbstractCouplingEffect(AbstractEffect):

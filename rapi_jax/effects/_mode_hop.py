@@ -1,15 +1,16 @@
 """Mode hops of the laser's external cavity."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float, Int
+from scipy.optimize import bisect
 
 from .._parameter import parameter
 from .._precision import float64
-from ._base import AbstractOpticalEffect, Modes
+from ._base import AbstractSwitch, Modes
 from ._evidence import Evidence
 from ._lags import from_rest
 from ._size import least
@@ -22,7 +23,7 @@ _SLOW = 3.0  # samples that a hop takes to settle, tried beside none
 _OUTLIER = 8.0  # robust standard deviations of one sample's change
 
 
-class ModeHop(AbstractOpticalEffect):
+class ModeHop(AbstractSwitch):
     r"""A jump at a threshold in frequency, back at a lower one: $\nu + \Delta$ while hopped.
 
     The laser hops when the response reaches `threshold` $\nu_h$, and hops back when it falls below
@@ -34,7 +35,6 @@ class ModeHop(AbstractOpticalEffect):
     """
 
     name: ClassVar[str] = "mode_hop"
-    smooth: ClassVar[bool] = False
     size: Float[Array, ""] = parameter(unit="{x}", default=0.0)
     threshold: Float[Array, ""] = parameter(unit="{x}", default=0.0)
     width: Float[Array, ""] = parameter(unit="{x}", default=0.0, bounds=(0.0, np.inf))
@@ -58,6 +58,25 @@ class ModeHop(AbstractOpticalEffect):
         # What the last sample outside the band said; -1 where there was none yet.
         last = jax.lax.cummax(jnp.where(known, jnp.arange(nu.size), -1))
         return (last >= 0) & above[jnp.maximum(last, 0)]
+
+    def at_places(
+        self,
+        nu: Float[np.ndarray, " samples"],
+        on: Bool[np.ndarray, " samples"],
+        run: Int[np.ndarray, " samples"],
+    ) -> "ModeHop":
+        """As `AbstractSwitch` says; without a hop in `on` it is unchanged."""
+        same = run[1:] == run[:-1]
+        up, down = (1 + np.flatnonzero(same & (np.diff(on.astype(int)) == way)) for way in (1, -1))
+        if not up.size:
+            return self
+        threshold = _between(nu[~on], nu[up])
+        width = float(self.width)
+        if down.size:
+            width = max(threshold - _between(nu[down], nu[on]), 0.0)
+        return type(self).at(
+            size=self.size, threshold=threshold, width=width, settle_s=self.settle_s
+        )
 
     @classmethod
     def trials(cls, evidence: Evidence) -> "list[ModeHop]":
@@ -100,13 +119,31 @@ def _jumps(cls: type[ModeHop], evidence: Evidence) -> list[ModeHop]:
         return []
     size = float(np.median(leap[up]))
     same = up[np.sign(leap[up]) == np.sign(size)]
-    at = float(np.median((data[same] + data[same + 1] - leap[same]) / 2.0))
+    at = _between(data[same], data[same + 1] - leap[same])
     back = down[np.sign(leap[down]) == -np.sign(size)]
     width = 0.0
     if back.size:
-        width = at - float(np.median((data[back] + data[back + 1] + leap[back]) / 2.0))
+        width = at - _between(data[back + 1], data[back] + leap[back])
     width = max(width, 1e-3 * evidence.span)
     return [cls.at(size=size, threshold=at, width=width, settle_s=_SUDDEN_S)]
+
+
+def _between(below: np.ndarray, above: np.ndarray) -> float:
+    """The threshold that lies above all of `below` and below all of `above`, or breaks that least.
+
+    Readings on either side of a jump, as they were without it: what they bound owes nothing to a
+    model of the response. The sum of squares of what is on the wrong side is least.
+    """
+    low, high = float(below.max()), float(above.min())
+    if low <= high:
+        return (low + high) / 2.0
+
+    def slope(at: float) -> float:
+        wrong = np.maximum(below - at, 0.0).sum() - np.maximum(at - above, 0.0).sum()
+        return -float(wrong)
+
+    root: Any = bisect(slope, high, low)  # typed as if it gave more
+    return float(root)
 
 
 def _steps(evidence: Evidence, direction: int, count: int) -> list[tuple[float, float]]:

@@ -16,6 +16,7 @@ from ._size import peaks
 
 _RUNS = 2  # in which a ringing is looked for
 _LOW, _HIGH = 20.0, 1e5  # Hz
+_FAST = 2.0  # times the sampling rate: a ringing too fast to be seen still delays
 
 
 class Resonance(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
@@ -67,7 +68,7 @@ class Resonance(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible)
         slowest = max(3.0 * max(evidence.rates, default=0.0), 3.0 / max(evidence.duration_s, 1e-6))
         low = float(np.clip(slowest, 1.5 * _LOW, _HIGH / 20))
         step = evidence.step_s if evidence.step_s > 0 else 1.0 / _HIGH
-        high = float(np.clip(1.0 / step, 10.0 * low, 0.9 * _HIGH))
+        high = float(np.clip(_FAST / step, 10.0 * low, 0.9 * _HIGH))
         coarse = [(f, z) for f in np.geomspace(low, high, 8) for z in (0.02, 0.3)]
         fine = np.geomspace(low, high, 60)
         found = [

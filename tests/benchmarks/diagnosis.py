@@ -21,7 +21,7 @@ import numpy as np  # noqa: E402
 from worlds import TRUTHS, projected, recorded  # noqa: E402
 
 from fitting import diagnose  # noqa: E402
-from fitting.diagnosis._engine import effect_values  # noqa: E402
+from fitting.diagnosis._effect_values import effect_values  # noqa: E402
 from rapi_jax.effects import ALL  # noqa: E402
 
 # Pairs whose members differ in what they act on and in what they depend on.

@@ -170,6 +170,13 @@ def test_bounds_go_there_and_back(low, high, data):
     assert (bounds.bounded(back) > low - 1e-9).all() and (bounds.bounded(back) < high + 1e-9).all()
 
 
+@pytest.mark.parametrize("tiny", [0.0, 5e-324, -1e-310, 1e-200])
+def test_a_start_next_to_zero_is_no_size(tiny):
+    """Nothing divided by it is a number."""
+    bounds = Bounds.of(np.array([tiny]))
+    assert bounds.coordinates(np.array([1.0])) == pytest.approx([1.0])
+
+
 @pytest.mark.parametrize(("low", "high"), LIMITS.values(), ids=LIMITS)
 @pytest.mark.parametrize("x", [-1e4, -30.0, -1.0, 0.0, 1e-3, 1.0, 30.0, 1e4])
 def test_bounds_have_the_derivative_of_their_values(low, high, x):

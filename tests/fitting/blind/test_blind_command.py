@@ -18,6 +18,7 @@ from fitting.blind._tiers import entries
 from fitting.cli import app
 
 ROOT = Path(__file__).resolve().parents[3]
+ONE = ("--follow", 1)  # one device measured once more is enough here
 
 
 @pytest.fixture
@@ -31,12 +32,6 @@ def rapi(capfd):
         return code, said.out, said.err
 
     return call
-
-
-@pytest.fixture
-def few_follow(monkeypatch):
-    """One second session is enough here."""
-    monkeypatch.setattr(_follow, "MOST", 1)
 
 
 def assert_one_line(said: tuple[int, str, str], code: int, *words: str) -> None:
@@ -164,9 +159,9 @@ def test_an_interrupt_leaves_whole_predictions(rapi, nulls, at_once, monkeypatch
     assert code == 0 and json.loads(out)["kept"] == 2
 
 
-def test_score_reveals_what_was_closed(rapi, nulls, at_once, scoring, few_follow):
+def test_score_reveals_what_was_closed(rapi, nulls, at_once, scoring):
     names = [name for name, _ in nulls.entries]
-    code, out, err = rapi("score", nulls.root)
+    code, out, err = rapi("score", nulls.root, *ONE)
     assert (code, err) == (0, "") and out.startswith("3 worlds\n")
     assert at_once == [*names, names[0], names[0]]  # and two second sessions
     closed = json.loads(nulls.closed.read_text())
@@ -190,20 +185,20 @@ def test_score_reveals_what_was_closed(rapi, nulls, at_once, scoring, few_follow
     assert (nulls.root / "failures.csv").read_text() == "name,set\nworld-1,a b\n"
     assert_one_line(rapi("predict", nulls.root), 3, "closed")
     before = nulls.closed.read_bytes(), nulls.scores.read_bytes()
-    code, out, err = rapi("score", nulls.root, "--json")
+    code, out, err = rapi("score", nulls.root, *ONE, "--json")
     assert (code, err) == (0, "") and json.loads(out) == scores
     assert (nulls.closed.read_bytes(), nulls.scores.read_bytes()) == before
     assert len(at_once) == 5
 
 
 @pytest.mark.parametrize("what", ["answer", "salt", "prediction", "recording"])
-def test_nothing_is_scored_after_a_change(rapi, nulls, at_once, scoring, few_follow, what):
+def test_nothing_is_scored_after_a_change(rapi, nulls, at_once, scoring, what):
     name = nulls.entries[1][0]
     if what == "recording":  # before it is diagnosed; answers are not looked at until the reveal
         path = nulls.recordings / name / "manifest.toml"
         path.write_text(path.read_text().replace('waveform = "triangle"', 'waveform = "other"'))
     else:
-        assert rapi("score", nulls.root)[0] == 0
+        assert rapi("score", nulls.root, *ONE)[0] == 0
         nulls.scores.unlink()
         scoring.clear()
         path = {
@@ -214,7 +209,7 @@ def test_nothing_is_scored_after_a_change(rapi, nulls, at_once, scoring, few_fol
         content = bytearray(path.read_bytes())
         content[-3] ^= 1
         path.write_bytes(bytes(content))
-    assert_one_line(rapi("score", nulls.root), 3, name)
+    assert_one_line(rapi("score", nulls.root, *ONE), 3, name)
     assert scoring == {} and not nulls.scores.exists()
 
 
@@ -232,12 +227,11 @@ def test_the_answers_are_out_of_reach_meanwhile(rapi, nulls, at_once, scoring, m
     monkeypatch.setattr(
         _examine, "revealed", lambda folder: read.append(folder.closed.exists()) or revealed(folder)
     )
-    monkeypatch.setattr(_follow, "MOST", 1)
-    assert rapi("score", nulls.root)[0] == 0
+    assert rapi("score", nulls.root, *ONE)[0] == 0
     assert read and all(read)
 
 
-def test_sealed(rapi, tmp_path, at_once, scoring, few_follow, monkeypatch):
+def test_sealed(rapi, tmp_path, at_once, scoring, monkeypatch):
     bank = tmp_path / "bank"
     folder = Folder(bank)
     said = rapi("make", bank, "--tier", "sealed", "--count", 2)
@@ -272,21 +266,21 @@ def test_sealed(rapi, tmp_path, at_once, scoring, few_follow, monkeypatch):
         for command in ("predict", "score"):
             assert_one_line(rapi(command, bank), 3, tree[:12], "f" * 12)
         assert at_once == []
-    assert rapi("score", bank)[0] == 0
+    assert rapi("score", bank, *ONE)[0] == 0
     scored = json.loads(folder.scores.read_text())
     assert scored["secret"] == secret.hex()
     count = len(at_once)
     with monkeypatch.context() as other:
         for module in (_sealed, _predictions, _examine, _follow, _make):
             other.setattr(module, "tree_sha256", lambda: "f" * 64)
-        assert rapi("score", bank)[0] == 0
+        assert rapi("score", bank, *ONE)[0] == 0
         assert_one_line(rapi("predict", bank), 3, "used once")
     assert json.loads(folder.scores.read_text()) == scored and len(at_once) == count
 
 
 @pytest.mark.parametrize("what", ["secret", "commitment", "worlds"])
 def test_a_sealed_bank_of_chosen_worlds_is_not_scored(
-    rapi, tmp_path, at_once, scoring, few_follow, what, monkeypatch
+    rapi, tmp_path, at_once, scoring, what, monkeypatch
 ):
     bank = tmp_path / "bank"
     folder = Folder(bank)
@@ -298,5 +292,5 @@ def test_a_sealed_bank_of_chosen_worlds_is_not_scored(
         folder.secret.write_bytes(bytes(32))
     elif what == "commitment":
         folder.commitment.write_text(json.dumps({"secret_sha256": "0" * 64}))
-    assert_one_line(rapi("score", bank), 3)
+    assert_one_line(rapi("score", bank, *ONE), 3)
     assert scoring == {} and not folder.scores.exists()

@@ -27,7 +27,7 @@ def bank(tmp_path_factory):
     root = tmp_path_factory.mktemp("check") / "bank"
     assert rapi("make", root, "--count", COUNT, "--seed", SEED) == 0
     assert rapi("predict", root, "--no-baselines") == 0
-    assert rapi("score", root) == 0
+    assert rapi("score", root, "--follow", 2) == 0
     return Folder(root)
 
 

@@ -6,8 +6,17 @@ import numpy as np
 import pytest
 
 from fitting.blind._answers import read_answer, spec_of
-from fitting.blind._folder import Folder
-from fitting.blind._follow import MOST, advised_scan, again, random_scan, tied
+from fitting.blind._folder import Folder, write_json
+from fitting.blind._follow import (
+    CLOSED,
+    KINDS,
+    advised_scan,
+    again,
+    closed,
+    files,
+    random_scan,
+    tied,
+)
 from fitting.blind._scan import Scan
 from rapi_jax import Identified, sine, step_and_hold, triangle
 from rapi_jax.io import read_recording, write_drive
@@ -115,7 +124,7 @@ def test_a_bent_triangle_is_played_from_its_table(device, advice):
     np.testing.assert_allclose(scan.drive, drive.value, atol=1e-9)
 
 
-def test_which_devices_are_measured_again():
+def test_which_devices_are_measured_again(tmp_path):
     def said(names, files=("next_drive.csv",), withheld=None):
         return {
             "diagnosis": {"verdict": {"set": names}},
@@ -130,4 +139,12 @@ def test_which_devices_are_measured_again():
     predictions["world-3"] = said(two, withheld="creep")
     predictions["world-4"] = {"error": "ValueError: no", "files": {}, "withheld": None}
     names = tied(predictions)
-    assert len(names) == MOST and names[:2] == ["world-0", "world-5"] and names[-1] == "world-43"
+    assert len(names) == 56 and names[:2] == ["world-0", "world-5"] and names[-1] == "world-59"
+    # Of these, those that were measured again are the ones that were closed.
+    folder = Folder(tmp_path)
+    folder.follow.mkdir(parents=True)
+    promised = {f"{kind}/{name}": "" for kind in KINDS for name in names[:3]}
+    write_json(folder.follow / CLOSED, {"sha256": promised})
+    found = closed(folder, predictions)
+    assert [pair.name for pair in found] == names[:3]
+    assert set(files(found)) == set(promised)

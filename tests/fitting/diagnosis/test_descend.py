@@ -7,11 +7,12 @@ import pytest
 from edge_worlds import NOISE, drives, off, record
 
 from fitting.diagnosis._descend import Base, Refit
-from fitting.diagnosis._engine import Engine, effect_values
+from fitting.diagnosis._effect_values import effect_values, free_parameters
+from fitting.diagnosis._engine import Engine
 from fitting.diagnosis._noise import Spectrum
 from rapi_jax import parameters
 from rapi_jax._paper_device import paper_device
-from rapi_jax.effects import AmplifierLowpass, Etalon
+from rapi_jax.effects import AmplifierLowpass, Etalon, ModeHop
 
 WHITE = Spectrum(NOISE**2, 0.0, 1.0, True)
 
@@ -91,12 +92,17 @@ def test_an_effect_and_the_operator_are_refitted_together(etalon):
     assert float(found.spacing) == pytest.approx(20.0, rel=0.01)
 
 
-def test_effects_that_are_still_stay(etalon):
+def test_what_jumps_stays_where_it_is_but_for_its_size(etalon):
     still = dataclasses.replace(etalon, still=True)
-    effect = Etalon(amplitude=0.15, spacing=19.0)
-    end = still.descend(still.at(still.base.centre, (effect,)), 4)
-    np.testing.assert_array_equal(effect_values(end.effects), effect_values((effect,)))
-    assert not still.effect_columns(end).any()
+    hop = ModeHop.at(size=0.2, threshold=70.0, width=1.0, settle_s=1e-9)
+    start = still.at(still.base.centre, (hop, Etalon(amplitude=0.15, spacing=19.0, phase=0.3)))
+    end = still.descend(start, 4)
+    before, after = (effect_values(s.effects) for s in (start, end))
+    names = [p.path[-1] for effect in start.effects for p in free_parameters(effect)]
+    moved = dict(zip(names, after != before, strict=True))
+    assert {k for k, v in moved.items() if not v} == {"threshold", "width", "settle_s"}
+    columns = still.effect_columns(end)
+    assert columns[:, 0].any() and not columns[:, 1:4].any()
 
 
 def test_reach_and_bounds_of_effects_are_kept(etalon):

@@ -7,7 +7,8 @@ import pytest
 from edge_worlds import NOISE, drives, off, record, wandering
 
 from fitting.diagnosis._descend import Base, Refit
-from fitting.diagnosis._engine import Engine, effect_values, free_parameters, with_values
+from fitting.diagnosis._effect_values import effect_values, free_parameters, with_values
+from fitting.diagnosis._engine import Engine
 from fitting.diagnosis._noise import Spectrum
 from rapi_jax import ECDL, Recording, predict
 from rapi_jax._paper_device import paper_device

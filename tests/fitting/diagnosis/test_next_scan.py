@@ -59,7 +59,8 @@ def recorded(operator, effects, runs):
     blank = Recording.of(runs, [np.zeros(d.size) for d in runs], response_origin="run")
     engine = Engine.of(blank)
     base = Base.of(engine, operator)
-    model = engine.response(effects, engine.nodes(operator, base.centre, effects))
+    rows = engine.rows(effects, engine.nodes(operator, base.centre, effects))
+    model = [block.of(rows[k]) for k, block in enumerate(engine.blocks)]
     full = [np.resize(m.ravel(), d.size) for m, d in zip(model, runs, strict=True)]
     return Recording.of(runs, full, response_origin="run")
 

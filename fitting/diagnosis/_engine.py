@@ -320,7 +320,7 @@ class Engine:
     def errors(self, whitener: Whitener, effects: Effects, nodes: Array) -> Errors:
         """Model less data; masked readings have no error."""
         raw, price = self.apart(whitener, effects, nodes)
-        return Errors(raw, whitener.locked(raw), whitener.loose(raw), price)
+        return Errors(raw, *whitener.both(raw), price)
 
     def columns(
         self, whitener: Whitener, effects: Effects, nodes: Array, moved: Array

@@ -235,30 +235,29 @@ class Whitener:
             scale[0] *= not own_origin
             scale *= use is None or bool(use[k])
 
+    def both(self, values: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """What repeats with the scan, and what does not, of values over all periods.
+
+        Last axes "periods phases".
+        """
+        locked, loose = [], [np.zeros((*values[0].shape[:-2], 0))]
+        for value, lines, scale, block in zip(
+            values, self.lines, self._scale, self.blocks, strict=True
+        ):
+            line = transform(value) * scale
+            locked.append(self._split(line[..., lines.locked], lines.twice[lines.locked]))
+            if block.periods > 1:
+                loose.append(self._split(line[..., ~lines.locked], lines.twice[~lines.locked]))
+        return np.concatenate(locked, axis=-1), np.concatenate(loose, axis=-1)
+
     def locked(self, periods: list[np.ndarray]) -> np.ndarray:
-        """From values over one period, or from all periods; last axes "periods phases"."""
+        """What repeats with the scan, of values over one period; last axes "1 phases"."""
         parts = []
         for values, lines, scale, block in zip(
             periods, self.lines, self._scale, self.blocks, strict=True
         ):
-            if values.shape[-2] == 1 and block.periods > 1:
-                line = transform(values) * np.sqrt(block.periods)
-            else:
-                line = transform(values)[..., lines.locked]
+            line = transform(values) * np.sqrt(block.periods)
             parts.append(self._split(line * scale[lines.locked], lines.twice[lines.locked]))
-        return np.concatenate(parts, axis=-1)
-
-    def loose(self, values: list[np.ndarray]) -> np.ndarray:
-        """What does not repeat with the scan."""
-        parts = []
-        for value, lines, scale, block in zip(
-            values, self.lines, self._scale, self.blocks, strict=True
-        ):
-            if block.periods > 1:
-                line = transform(value)[..., ~lines.locked] * scale[~lines.locked]
-                parts.append(self._split(line, lines.twice[~lines.locked]))
-        if not parts:
-            return np.zeros((*values[0].shape[:-2], 0))
         return np.concatenate(parts, axis=-1)
 
     @staticmethod

@@ -25,9 +25,9 @@ def steadied(errors: list[np.ndarray], blocks: list[Block], spectrum: Spectrum) 
     if not any(b.periods > 1 for b in blocks):
         return errors
     laws = _laws(blocks)
-    columns = np.stack([whitener.loose([law[k] for law in laws]) for k in range(len(laws[0]))])
+    columns = np.stack([whitener.both([law[k] for law in laws])[1] for k in range(len(laws[0]))])
     size = np.linalg.norm(columns, axis=1)
-    seen = whitener.loose(errors)
+    seen = whitener.both(errors)[1]
     found = np.linalg.lstsq((columns / np.maximum(size, 1e-300)[:, None]).T, seen, rcond=1e-6)[0]
     found = np.where(size > 0, found / np.maximum(size, 1e-300), 0.0)
     rest = seen - found @ columns

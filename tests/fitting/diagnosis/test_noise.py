@@ -115,8 +115,7 @@ def test_whitened_errors_have_unit_variance():
     spectrum = Spectrum(0.5, 3.0, 200.0, True, usual_step(parts))
     whitener = Whitener(parts, spectrum, False)
     e = [noise(np.random.default_rng(s), parts, 3.0) for s in range(20)]
-    locked = np.stack([whitener.locked(x) for x in e])
-    loose = np.stack([whitener.loose(x) for x in e])
+    locked, loose = (np.stack(x) for x in zip(*map(whitener.both, e), strict=True))
     assert locked.shape[1] + loose.shape[1] == sum(b.size for b in parts)
     # Tapers of the short record leak a little of the slow noise: 5 %.
     assert np.mean(locked**2) == pytest.approx(1.0, rel=0.05)
@@ -130,10 +129,11 @@ def test_whitening_one_period_is_whitening_all():
     one = [np.random.default_rng(1).standard_normal((1, 156)) for _ in parts]
     every = [np.repeat(x, 5, axis=0) for x in one]
     whitener = Whitener(parts, spectrum, True)
-    np.testing.assert_allclose(whitener.locked(one), whitener.locked(every), atol=1e-10)
-    np.testing.assert_allclose(whitener.loose(every), 0.0, atol=1e-10)
+    locked, loose = whitener.both(every)
+    np.testing.assert_allclose(whitener.locked(one), locked, atol=1e-10)
+    np.testing.assert_allclose(loose, 0.0, atol=1e-10)
     shifted = [x + 5.0 for x in every]
-    np.testing.assert_allclose(whitener.locked(shifted), whitener.locked(every), atol=1e-10)
+    np.testing.assert_allclose(whitener.both(shifted)[0], locked, atol=1e-10)
 
 
 def test_masks_are_kept():

@@ -15,6 +15,7 @@ from ._engine import Engine
 from ._lines import tones, without
 from ._noise import Spectrum, Whitener, measure
 from ._steady import steadied
+from ._usable import check_enough
 
 _GUESSES = 4
 _STEPS = 40
@@ -45,11 +46,15 @@ class Fitted:
 
 
 def fitted_base(engine: Engine, ecdl: ECDL | None) -> Fitted:
-    """The base fitted to the recording, from the model brought and from guesses of its make."""
+    """The base fitted to the recording, from the model brought and from guesses of its make.
+
+    Raises `DataError` where the readings are too few for its parameters.
+    """
     recording = engine.recording
     effects: Effects = () if ecdl is None else ecdl.effects
     starts = _starts(recording, ecdl)
     first = starts[0]
+    check_enough(engine, first)
     values = Base.of(engine, first).centre
     nodes = engine.nodes(first, values, effects)
     raw = engine.errors(engine.whitener(_ONE), effects, nodes).raw

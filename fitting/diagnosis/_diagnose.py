@@ -24,13 +24,13 @@ from ._estimates import estimates
 from ._evidence import Evidence
 from ._foreseen import foreseen
 from ._gap import gap, parametric
-from ._held_out import Held, credit
+from ._held_out import Held, credits_of
 from ._maps import maps
 from ._next_scan import Hypothesis, NextScan, next_scan
 from ._probability import UNLISTED, Ranked, probabilities, smallest_set
 from ._remainder import ceiling
 from ._scan_inside import is_alone, scan_inside
-from ._usable import check_arguments, check_data, check_enough, shown_faults
+from ._usable import check_arguments, check_data, shown_faults
 from ._where import summary, where
 from ._words import advice, sentence
 
@@ -70,7 +70,6 @@ def diagnose(
     check_arguments(ecdl, recording, candidates)
     check_data(ecdl, recording)
     engine = Engine.of(thinned(recording))
-    check_enough(engine, ecdl)
     say("base model")
     fitted = fitted_base(engine, ecdl)
     chosen = effects.ALL if candidates is None else tuple(dict.fromkeys(candidates))
@@ -152,16 +151,13 @@ def _credits(
     say: Progress,
 ) -> dict[str, Held]:
     """Held-out credit of the likeliest effects, on one base for all."""
-    out: dict[str, Held] = {}
     none = _of(attribution.none, fitted.refit, rich)
     likely = [c for c, p in ranked if c is not None and c.effects and p > 0.02][:2]
     if not likely and attribution.candidates:
         likely = [attribution.best]
-    for candidate in likely:
-        found = credit(engine, none, _of(candidate, fitted.refit, rich), say)
-        if found is not None:
-            out[candidate.name] = found
-    return out
+    pairs = [_of(candidate, fitted.refit, rich) for candidate in likely]
+    found = credits_of(engine, none, pairs, say)
+    return {c.name: held for c, held in zip(likely, found, strict=True) if held is not None}
 
 
 def _content(

@@ -4,6 +4,8 @@ Both models, with the effect and without, are refitted to what remains, from the
 """
 
 import dataclasses
+from collections.abc import Callable, Sequence
+from functools import cache
 
 import numpy as np
 
@@ -91,37 +93,57 @@ class Held:
         return rms(self.before, own_origin), rms(self.after, own_origin)
 
 
-def credit(
+def credits_of(
     engine: Engine,
     none: tuple[Refit, State],
+    candidates: Sequence[tuple[Refit, State]],
+    say: Callable[[str], None] = lambda line: None,
+) -> list[Held | None]:
+    """The closed fraction of each candidate, part by part; `None` where nothing can be held.
+
+    `none`: the base without them, refitted once for each part.
+    """
+    parts = folds(engine)
+
+    @cache
+    def without(fold: Fold) -> list[np.ndarray]:
+        return refit_without(none[0], fold, none[1])
+
+    return [_credit(engine, parts, without, candidate, say) for candidate in candidates]
+
+
+def _credit(
+    engine: Engine,
+    parts: Sequence[Fold],
+    without: Callable[[Fold], list[np.ndarray]],
     candidate: tuple[Refit, State],
-    say=lambda line: None,
+    say: Callable[[str], None],
 ) -> Held | None:
-    """The closed fraction of a candidate, part by part; `None` where nothing can be held."""
     before: list[np.ndarray] = []
     after: list[np.ndarray] = []
     held: list[Block] = []
-    parts = []
-    spectrum, own = none[0].whitener.spectrum, engine.own_origin
-    for fold in folds(engine):
-        if not _enough(fold, candidate[1]):
+    rows = []
+    refit, state = candidate
+    spectrum, own = refit.whitener.spectrum, engine.own_origin
+    for fold in parts:
+        if not _enough(fold, state):
             continue
         say(f"held out: {fold.name}")
-        pair = [refit_without(r, fold, s) for r, s in (none, candidate)]
-        parts.append(
+        pair = without(fold), refit_without(refit, fold, state)
+        rows.append(
             {
                 "part": fold.name,
                 "before": rms(pair[0], own),
                 "after": rms(pair[1], own),
-                "closed_fraction": _closed(pair[0], pair[1], fold.held, spectrum, own),
+                "closed_fraction": _closed(*pair, fold.held, spectrum, own),
             }
         )
         before, after = before + pair[0], after + pair[1]
         held = held + fold.held
-    if not parts:
+    if not rows:
         return None
     closed = _closed(before, after, held, spectrum, own)
-    return Held(parts, before, after, held, closed)
+    return Held(rows, before, after, held, closed)
 
 
 def _closed(

@@ -7,7 +7,7 @@ import numpy as np
 from fitting._faults import Fault, check_usable, faults
 from fitting._fit import default_free
 from fitting._vector import Vector
-from rapi_jax import ECDL, RAPI, DataError, Recording
+from rapi_jax import ECDL, AbstractOperator, DataError, Recording
 from rapi_jax.effects import AbstractEffect
 
 from ._engine import Engine
@@ -50,9 +50,8 @@ def check_data(ecdl: ECDL | None, recording: Recording) -> None:
         )
 
 
-def check_enough(engine: Engine, ecdl: ECDL | None) -> None:
+def check_enough(engine: Engine, operator: AbstractOperator) -> None:
     """Raise `DataError` where there are fewer readings, by phase of the scan, than parameters."""
-    operator = RAPI.guess(engine.recording) if ecdl is None else ecdl.operator
     alone = ECDL(operator)
     free = Vector.of(alone).mask(alone, default_free(alone, engine.recording)).sum()
     count = int(free) + engine.fractions(operator.count)

@@ -68,8 +68,6 @@ def _target(target: Mapping[str, float] | None, *, percent: bool) -> str:
 
 
 def _share(name: str, record: Record) -> Row:
-    from ._table import count
-
     return name, _target(record["target"], percent=True), count(record), _met(record["met"])
 
 

@@ -7,38 +7,38 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ._fit import fit as fit
-    from ._identify import identify as identify
-    from ._inverse import identify_inverse as identify_inverse
-    from ._least_squares import LeastSquares as LeastSquares
-    from ._least_squares import least_squares as least_squares
-    from ._order import Choice as Choice
-    from ._order import choose_order as choose_order
-    from ._result import Estimate as Estimate
-    from ._result import FitResult as FitResult
-    from ._result import UntrustedFit as UntrustedFit
-    from ._swap import swap as swap
-    from ._verdict import Verdict as Verdict
-    from ._weights import hysteresis_weights as hysteresis_weights
     from .diagnosis import Diagnosis as Diagnosis
     from .diagnosis import diagnose as diagnose
+    from .identification._fit import fit as fit
+    from .identification._identify import identify as identify
+    from .identification._model_order import Choice as Choice
+    from .identification._model_order import choose_order as choose_order
+    from .identification._result import Estimate as Estimate
+    from .identification._result import FitResult as FitResult
+    from .identification._result import UntrustedFit as UntrustedFit
+    from .identification._verdict import Verdict as Verdict
+    from .identification._weights import hysteresis_weights as hysteresis_weights
+    from .identification.inverse._identify_inverse import identify_inverse as identify_inverse
+    from .identification.inverse._swap import swap as swap
+    from .solver._least_squares import LeastSquares as LeastSquares
+    from .solver._least_squares import least_squares as least_squares
 
 _HOME = {
-    "Choice": "_order",
+    "Choice": "identification._model_order",
     "Diagnosis": "diagnosis",
-    "Estimate": "_result",
-    "FitResult": "_result",
-    "LeastSquares": "_least_squares",
-    "UntrustedFit": "_result",
-    "Verdict": "_verdict",
-    "choose_order": "_order",
+    "Estimate": "identification._result",
+    "FitResult": "identification._result",
+    "LeastSquares": "solver._least_squares",
+    "UntrustedFit": "identification._result",
+    "Verdict": "identification._verdict",
+    "choose_order": "identification._model_order",
     "diagnose": "diagnosis",
-    "fit": "_fit",
-    "hysteresis_weights": "_weights",
-    "identify": "_identify",
-    "identify_inverse": "_inverse",
-    "least_squares": "_least_squares",
-    "swap": "_swap",
+    "fit": "identification._fit",
+    "hysteresis_weights": "identification._weights",
+    "identify": "identification._identify",
+    "identify_inverse": "identification.inverse._identify_inverse",
+    "least_squares": "solver._least_squares",
+    "swap": "identification.inverse._swap",
 }
 __all__ = sorted(_HOME)
 

@@ -11,19 +11,19 @@ app = App(
     help_format="plaintext",
     suppress_keyboard_interrupt=False,  # `run` says so, and exits with 130
 )
-app.command("fitting._commands.bench:app", name="bench")
-app.command("fitting._commands.blind:app", name="blind")
-app.command("fitting._commands.compensate:compensate", name="compensate")
-app.command("fitting._commands.demo:demo", name="demo")
-app.command("fitting._commands.diagnose:diagnose", name="diagnose")
-app.command("fitting._commands.fit:fit", name="fit")
-app.command("fitting._commands.measure:measure", name="measure")
-app.command("fitting._commands.predict:predict", name="predict")
+app.command("fitting.commands.bench:app", name="bench")
+app.command("fitting.commands.blind:app", name="blind")
+app.command("fitting.commands.compensate:compensate", name="compensate")
+app.command("fitting.commands.demo:demo", name="demo")
+app.command("fitting.commands.diagnose:diagnose", name="diagnose")
+app.command("fitting.commands.fit:fit", name="fit")
+app.command("fitting.commands.measure:measure", name="measure")
+app.command("fitting.commands.predict:predict", name="predict")
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Run `rapi` and exit with the code of the contract."""
-    from fitting._commands.run import run_and_leave
+    from .commands.run import run_and_leave
 
     run_and_leave(app, sys.argv[1:] if arguments is None else arguments)
 

@@ -10,8 +10,6 @@ from jaxtyping import Array, Float
 
 from ._precision import float64
 from ._recording import Drive
-from ._rows import row_of
-from ._sampled import DriveBatch, batch, on_device
 from .effects import (
     AbstractCouplingEffect,
     AbstractDriveEffect,
@@ -22,8 +20,10 @@ from .effects import (
     Law,
 )
 from .effects._base import AbstractFollower
-from .effects._lags import History, respond_linear
+from .effects._first_order_lags import History, respond_linear
 from .operators import AbstractOperator
+from .sampling._batch import DriveBatch, batch, on_device
+from .sampling._sampling_grid import row_of
 
 Effects = tuple[AbstractEffect, ...]
 

@@ -5,9 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from . import _phase
 from ._errors import DataError
 from ._recording import ROI, Drive, Run
+from .sampling import _phase
 
 C = 299_792_458.0  # m/s
 _NEAR = 0.015  # of a period: the stretch on each side of a turn that it is found from

@@ -8,8 +8,8 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from . import _phase
 from ._errors import DataError
+from .sampling import _phase
 
 Waveform = Literal["triangle", "sine", "multisine", "step", "other"]
 Origin = Literal["session", "run"]

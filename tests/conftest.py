@@ -1,7 +1,6 @@
 """Settings that hold for every test: 64 bits, strict shapes and types, checked annotations."""
 
 import os
-import pkgutil
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,28 +25,19 @@ jax.config.update("jax_numpy_rank_promotion", "raise")
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 
 
-def _modules(folder: Path, package: str, without: set[str]) -> list[str]:
-    """The modules and packages in `folder`, but for some."""
-    return [
-        f"{package}.{module.name}"
-        for module in pkgutil.iter_modules([str(folder)])
-        if module.name not in without
-    ]
-
-
 # Shapes and types of every function and dataclass of ours are checked when called. This must come
 # before the first import of ours, so nothing in this file or above it may import our packages.
 # Not of the few modules that a diagnosis runs through ten thousand times: there the checks would
 # take longer than the work, and pyright reads the same annotations.
-_LOOPS = {"_candidates", "_descend", "_effect_values", "_engine", "_noise"}
-_DIAGNOSIS = ROOT / "fitting" / "diagnosis"
+_UNCHECKED = ("diagnosis/refit/", "diagnosis/which/_candidates.py", "diagnosis/noise/_spectrum.py")
+_CHECKED = [
+    "fitting." + name.removesuffix(".py").replace("/", ".")
+    for path in (ROOT / "fitting").rglob("*.py")
+    if path.name != "__init__.py"
+    and not (name := path.relative_to(ROOT / "fitting").as_posix()).startswith(_UNCHECKED)
+]
 jaxtyping.install_import_hook(
-    [
-        "rapi_jax",
-        "hardware",
-        *_modules(ROOT / "fitting", "fitting", {"diagnosis"}),
-        *_modules(_DIAGNOSIS, "fitting.diagnosis", _LOOPS),
-    ],
+    ["rapi_jax", "hardware", *_CHECKED],
     "beartype.beartype(conf=beartype.BeartypeConf(strategy=beartype.BeartypeStrategy.On))",
 )
 

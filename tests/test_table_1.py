@@ -6,7 +6,7 @@ import pytest
 from fitting import identify, identify_inverse
 from hardware import SimulatedBench
 from rapi_jax import Identified, compensate, linear_scan, linearity
-from rapi_jax._paper_device import paper_drives
+from rapi_jax.examples import paper_drives
 
 RATES = (10.0, 20.0, 30.0, 40.0)
 UP = (63.7, 75.8, 61.9, 33.8)  # MHz, the paper's with compensation

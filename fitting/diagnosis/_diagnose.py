@@ -7,32 +7,32 @@ from typing import Any
 
 import numpy as np
 
-from fitting.report._diagnosis_words import said
+from fitting.report.diagnosis._text import said
 from rapi_jax import ECDL, DriveLimits, ModelError, Recording, effects
 from rapi_jax._precision import float64
 from rapi_jax.effects import AbstractEffect
 
-from ._attribute import Attribution, attribute, unexplained
-from ._base_fit import Fitted, fitted_base
-from ._blocks import thinned
-from ._calibration import shipped
-from ._candidates import Candidate
-from ._descend import Refit, State
+from ._data_checks import check_arguments, check_data, shown_faults
 from ._diagnosis import Diagnosis, Verdict
-from ._engine import Engine
-from ._estimates import estimates
-from ._evidence import Evidence
-from ._foreseen import foreseen
-from ._gap import gap, parametric
-from ._held_out import Held, credits_of
-from ._maps import maps
-from ._next_scan import Hypothesis, NextScan, next_scan
-from ._probability import UNLISTED, Ranked, probabilities, smallest_set
-from ._remainder import ceiling
-from ._scan_inside import is_alone, scan_inside
-from ._usable import check_arguments, check_data, shown_faults
-from ._where import summary, where
-from ._words import advice, sentence
+from ._text import advice, sentence
+from .how_far._cross_validation import Held, credits_of
+from .how_far._explainable_fraction import ceiling
+from .how_far._predicted_gain import foreseen
+from .next_scan._choice import Hypothesis, NextScan, next_scan
+from .next_scan._confirmation import is_alone, scan_inside
+from .noise._periods import thinned
+from .refit._estimates import estimates
+from .refit._gauss_newton import Refit, State
+from .refit._whitened_model import Engine
+from .where._gap import gap, parametric
+from .where._localisation import summary, where
+from .where._residual_profiles import maps
+from .which._base import Fitted, fitted_base
+from .which._calibration import shipped
+from .which._candidates import Candidate
+from .which._evidence import Evidence
+from .which._forward_selection import Attribution, attribute, unexplained
+from .which._probability import UNLISTED, Ranked, probabilities, smallest_set
 
 Progress = Callable[[str], None]
 _SHOWN = 1e-6  # hypotheses less probable are not listed

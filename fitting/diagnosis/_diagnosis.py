@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from fitting._result import _finite, versions
+from fitting.identification._result import _finite, versions
 from rapi_jax import ECDL, Drive, Recording
 
 SCHEMA = "rapi.diagnosis/1"
@@ -63,13 +63,13 @@ class Diagnosis:
 
     def page(self) -> str:
         """The report as one self-contained HTML page."""
-        from fitting.report._diagnosis_page import page
+        from fitting.report.diagnosis._page import page
 
         return page(self.to_dict())
 
     def save(self, folder: str | os.PathLike[str], *, name: str = "") -> list[Path]:
         """Write `diagnosis.json`, `report.html` and the loadable model to `folder`."""
-        from fitting.report._diagnosis_files import write_diagnosis
+        from fitting.report.diagnosis._files import write_diagnosis
 
         path = Path(folder)
         path.mkdir(parents=True, exist_ok=True)
@@ -77,7 +77,7 @@ class Diagnosis:
 
     def summary(self) -> str:
         """The diagnosis in a few lines, for people."""
-        from fitting.report._diagnosis_text import text
+        from fitting.report.diagnosis._terminal import text
 
         return text(self.to_dict())
 

@@ -4,10 +4,9 @@ import contextlib
 import hashlib
 from collections.abc import Iterable, Iterator
 
+from hardware._errors import InstrumentError
 from rapi_jax.io import printable
 from rapi_jax.io._safe import cause
-
-from .._errors import InstrumentError
 
 
 @contextlib.contextmanager

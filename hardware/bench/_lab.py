@@ -5,16 +5,16 @@ import dataclasses
 import time
 from collections.abc import Callable, Sequence
 
+from hardware._closes import ClosesOnExit
+from hardware.digitizer._base import AbstractDigitizer, Acquisition, Samples
+from hardware.digitizer._raw import write_samples
+from hardware.generator._afg31000 import AFG31000
+from hardware.generator._channel import AfgChannel
+from hardware.laser._tlb6700 import TLB6700
 from rapi_jax import DataError, Drive, DriveLimits, Recording, Run
 from rapi_jax.io._safe import StrPath
 from rapi_jax.readout import Fringes, read_fringes
 
-from .._closes import ClosesOnExit
-from ..digitizer._base import AbstractDigitizer, Acquisition, Samples
-from ..digitizer._raw import write_samples
-from ..generator._afg31000 import AFG31000
-from ..generator._channel import AfgChannel
-from ..laser._tlb6700 import TLB6700
 from ._base import AbstractBench, at_piezo, checked
 from ._file import BenchFile
 

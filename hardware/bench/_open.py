@@ -4,21 +4,21 @@ import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rapi_jax._paper_device import paper_device
+from hardware.digitizer._base import AbstractDigitizer
+from hardware.digitizer._infiniivision import InfiniiVision
+from hardware.digitizer._niscope import NiScope
+from hardware.digitizer._replay import ReplayDigitizer
+from hardware.generator._afg31000 import AFG31000
+from hardware.laser._link import AbstractLaserLink, VisaLaserLink
+from hardware.laser._tlb6700 import TLB6700
+from hardware.laser._vendor_dll import VendorDllLink
+from hardware.links._scpi import Scpi
+from hardware.links._visa import VisaLink
+from hardware.servers._instrument import AbstractInstrument
+from hardware.simulated import Clock, Device, Laboratory, SimulatedLink, WiredLaboratory
+from rapi_jax.examples import paper_device
 from rapi_jax.io._safe import StrPath
 
-from ..digitizer._base import AbstractDigitizer
-from ..digitizer._infiniivision import InfiniiVision
-from ..digitizer._niscope import NiScope
-from ..digitizer._replay import ReplayDigitizer
-from ..generator._afg31000 import AFG31000
-from ..laser._link import AbstractLaserLink, VisaLaserLink
-from ..laser._tlb6700 import TLB6700
-from ..laser._vendor_dll import VendorDllLink
-from ..links._scpi import Scpi
-from ..links._visa import VisaLink
-from ..servers._instrument import AbstractInstrument
-from ..simulated import Clock, Device, Laboratory, SimulatedLink, WiredLaboratory
 from ._file import BenchFile, read_bench
 from ._held import held
 from ._lab import LabBench

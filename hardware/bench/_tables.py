@@ -5,11 +5,10 @@ from typing import Annotated, Any, Literal
 import pydantic
 from pydantic import Field
 
+from hardware.digitizer._base import Input
+from hardware.digitizer._niscope import TRIGGER
+from hardware.laser._limits import LaserLimits
 from rapi_jax import DriveLimits
-
-from ..digitizer._base import Input
-from ..digitizer._niscope import TRIGGER
-from ..laser._limits import LaserLimits
 
 Range = tuple[float, float]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]

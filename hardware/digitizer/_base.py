@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Int16
 
+from hardware._closes import ClosesOnExit
 from rapi_jax import DataError
-
-from .._closes import ClosesOnExit
 
 
 @dataclass(frozen=True)

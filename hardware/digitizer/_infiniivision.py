@@ -6,8 +6,9 @@ the acquisition ("raw"), 16 bits a sample.
 
 import numpy as np
 
-from .._errors import InstrumentError
-from ..links._scpi import Scpi
+from hardware._errors import InstrumentError
+from hardware.links._scpi import Scpi
+
 from ._base import AbstractDigitizer, Acquisition, Samples
 
 IDENTITY = r"(KEYSIGHT|AGILENT) TECHNOLOGIES,[DM]SO-?X? ?[2346]\d{3}[A-Z]?,[^,]{1,64},[^,]{1,64}"

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from hardware._errors import InstrumentError
 from rapi_jax.io import printable
 
-from .._errors import InstrumentError
 from ._base import AbstractDigitizer, Acquisition, Samples
 
 TRIGGER = "VAL_PFI_1"

@@ -3,10 +3,10 @@
 import contextlib
 import math
 
+from hardware._closes import ClosesOnExit
+from hardware.links._scpi import Scpi
 from rapi_jax import DriveLimits
 
-from .._closes import ClosesOnExit
-from ..links._scpi import Scpi
 from . import _table as table
 from ._channel import AfgChannel
 from ._port import AfgPort

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
+from hardware._errors import InstrumentError
+from hardware.bench._exits import forget, on_exit
 from rapi_jax import AfgWaveform, Drive, DriveLimits, LimitError
-from rapi_jax._afg import FULL, POINTS, codes_of, period_volts
+from rapi_jax.io.drives._afg_waveform import FULL, POINTS, codes_of, period_volts
 
-from .._errors import InstrumentError
-from ..bench._exits import forget, on_exit
 from . import _table as table
 from ._check import checked_codes, checked_period
 from ._levels import Levels, around, inside, parked, path

@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
-from .._errors import InstrumentError
-from ..links._scpi import Scpi
+from hardware._errors import InstrumentError
+from hardware.links._scpi import Scpi
+
 from . import _table as table
 from ._levels import Levels, grid, order
 

@@ -10,8 +10,9 @@ and anywhere else `VisaLaserLink(VisaLink(resource))`.
 
 from collections.abc import Iterator
 
-from .._errors import InstrumentError, shown
-from ..servers._instrument import AbstractInstrument, Answer
+from hardware._errors import InstrumentError, shown
+from hardware.servers._instrument import AbstractInstrument, Answer
+
 from . import _table as table
 from ._link import AbstractLaserLink
 

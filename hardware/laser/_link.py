@@ -2,11 +2,12 @@
 
 import abc
 
-from .._closes import ClosesOnExit
-from .._errors import silent
-from ..links import _reply
-from ..links._link import AbstractLink, Received
-from ..links._trust import Trust
+from hardware._closes import ClosesOnExit
+from hardware._errors import silent
+from hardware.links import _reply
+from hardware.links._link import AbstractLink, Received
+from hardware.links._trust import Trust
+
 from . import _table as table
 
 _MOST = 2 * table.MOST_BYTES  # an answer, and an identity behind it

@@ -2,11 +2,11 @@
 
 import re
 
+from hardware._closes import ClosesOnExit
+from hardware._errors import InstrumentError
+from hardware.links import _reply
 from rapi_jax import LimitError
 
-from .._closes import ClosesOnExit
-from .._errors import InstrumentError
-from ..links import _reply
 from . import _table as table
 from ._limits import LaserLimits
 from ._link import AbstractLaserLink

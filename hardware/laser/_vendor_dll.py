@@ -9,7 +9,8 @@ import sys
 import time
 from typing import Any
 
-from .._errors import InstrumentError
+from hardware._errors import InstrumentError
+
 from . import _table as table
 from ._link import AbstractLaserLink, answer_of
 

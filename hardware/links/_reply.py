@@ -4,7 +4,8 @@ import math
 import re
 from collections.abc import Callable
 
-from .._errors import LinkError
+from hardware._errors import LinkError
+
 from ._link import Received
 
 MAX_LINE = 1024  # bytes of an answer in text

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TypeVar
 
-from .._errors import InstrumentError, LinkError, shown, silent
+from hardware._errors import InstrumentError, LinkError, shown, silent
+
 from . import _reply
 from ._link import AbstractLink, Received
 from ._trust import Trust

@@ -3,7 +3,7 @@
 import contextlib
 from collections.abc import Iterator
 
-from .._errors import InstrumentError, LinkError
+from hardware._errors import InstrumentError, LinkError
 
 
 class Trust:

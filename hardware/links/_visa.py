@@ -8,9 +8,9 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
+from hardware._errors import InstrumentError, LinkError, closed, silent
 from rapi_jax.io import printable
 
-from .._errors import InstrumentError, LinkError, closed, silent
 from ._link import AbstractLink, Received
 
 # Bytes that pyvisa-py moves at once. Asked for more, it keeps what it read too much where it

@@ -5,7 +5,7 @@ import select
 import socket
 import threading
 
-from .._closes import ClosesOnExit
+from hardware._closes import ClosesOnExit
 
 LOOPBACK = "127.0.0.1"
 TICK_S = 0.02  # how often a waiting server looks whether it shall stop

@@ -5,18 +5,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hardware.bench._base import AbstractBench, at_piezo, checked
 from rapi_jax import Drive, Recording
-from rapi_jax._afg import POINTS, AfgWaveform
 from rapi_jax._limits import DriveLimits
-from rapi_jax._paper_device import paper_device
+from rapi_jax.examples import paper_device
+from rapi_jax.io.drives._afg_waveform import POINTS, AfgWaveform
 from rapi_jax.readout import Fringes, Readout, read_fringes
 
-from ..bench._base import AbstractBench, at_piezo, checked
-from ._device import Device
-from ._drift import Drift
-from ._dynamics import Amplifier, MirrorResonance, ParasiticEtalon
 from ._laboratory import Laboratory
-from ._laser import Laser
+from .laser._device import Device
+from .laser._drift import Drift
+from .laser._dynamics import Amplifier, MirrorResonance, ParasiticEtalon
+from .laser._light_noise import Laser
 
 PAPER_LIMITS = DriveLimits(0.0, 7.5, 2000.0, max_frequency_hz=100.0)
 _MARGIN = 0.18  # of a period

@@ -4,14 +4,14 @@ import dataclasses
 
 import numpy as np
 
-from rapi_jax._afg import AfgWaveform
+from rapi_jax.io.drives._afg_waveform import AfgWaveform
 from rapi_jax.readout import Fringes
 
-from ._device import Device, Scan
-from ._digitizer import Digitizer
-from ._drift import Drift
-from ._laser import Laser, PhaseNoise
-from ._optics import Cavity, Interferometer
+from .laser._device import Device, Scan
+from .laser._digitizer import Digitizer
+from .laser._drift import Drift
+from .laser._light_noise import Laser, PhaseNoise
+from .laser._optics import Cavity, Interferometer
 
 _CHUNK = 1 << 17  # samples: what stays in a processor's cache
 

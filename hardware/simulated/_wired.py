@@ -7,14 +7,15 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from ..servers._hislip import HislipServer
-from ..servers._instrument import AbstractInstrument
-from ..servers._listener import AbstractListener
-from ._afg31000 import SimulatedAFG31052
-from ._digitizer import Digitizer
-from ._infiniivision import SimulatedInfiniiVision
+from hardware.servers._hislip import HislipServer
+from hardware.servers._instrument import AbstractInstrument
+from hardware.servers._listener import AbstractListener
+
 from ._laboratory import Laboratory
-from ._tlb6700 import SimulatedTLB6700
+from .instruments._afg31000 import SimulatedAFG31052
+from .instruments._infiniivision import SimulatedInfiniiVision
+from .instruments._tlb6700 import SimulatedTLB6700
+from .laser._digitizer import Digitizer
 
 INTERFEROMETER, CAVITY = 1, 2  # connectors of the oscilloscope
 _FINE = (16, -10.0, 10.0)  # before the oscilloscope's own converter

@@ -21,12 +21,12 @@ from ._current_coupling import CurrentCoupling as CurrentCoupling
 from ._delay import Delay as Delay
 from ._drift import Drift as Drift
 from ._etalon import Etalon as Etalon
-from ._evidence import Evidence as Evidence
 from ._gain_drift import GainDrift as GainDrift
 from ._mode_hop import ModeHop as ModeHop
 from ._pickup import Pickup as Pickup
 from ._quantisation import Quantisation as Quantisation
 from ._rate_law import RateLaw as RateLaw
+from ._residual_summary import Evidence as Evidence
 from ._resonance import Resonance as Resonance
 from ._saturation import Saturation as Saturation
 from ._slew_limit import SlewLimit as SlewLimit

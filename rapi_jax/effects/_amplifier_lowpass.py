@@ -5,8 +5,9 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._parameter import parameter
-from .._precision import float64
+from rapi_jax._parameter import parameter
+from rapi_jax._precision import float64
+
 from ._base import (
     AbstractDriveEffect,
     AbstractEffect,
@@ -15,8 +16,8 @@ from ._base import (
     Modes,
     Past,
 )
-from ._evidence import Evidence
-from ._lags import from_rest, undo_linear
+from ._first_order_lags import from_rest, undo_linear
+from ._residual_summary import Evidence
 
 
 class AmplifierLowpass(AbstractDriveEffect, AbstractLinearEffect, AbstractInvertible):

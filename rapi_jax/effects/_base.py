@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Inexact, Int
 
-from ._evidence import Evidence
+from ._residual_summary import Evidence
 
 T = TypeVar("T")
 

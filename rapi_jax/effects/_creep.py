@@ -5,8 +5,9 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._parameter import parameter
-from .._precision import float64
+from rapi_jax._parameter import parameter
+from rapi_jax._precision import float64
+
 from ._base import (
     ALWAYS_ON_S,
     AbstractInvertible,
@@ -15,8 +16,8 @@ from ._base import (
     Modes,
     Past,
 )
-from ._evidence import Evidence
-from ._lags import from_rest, undo_linear
+from ._first_order_lags import from_rest, undo_linear
+from ._residual_summary import Evidence
 
 FASTEST_S, SLOWEST_S = 5e-3, 20.0
 # Two a decade: in between, the answer to a step grows as its logarithm to 3 parts in 1000.

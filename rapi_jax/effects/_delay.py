@@ -6,11 +6,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._corners import corners
-from .._parameter import parameter
-from .._precision import float64
+from rapi_jax._parameter import parameter
+from rapi_jax._precision import float64
+from rapi_jax.sampling._corners import corners
+
 from ._base import AbstractEffect, AbstractInvertible, AbstractOpticalEffect
-from ._evidence import Evidence
+from ._residual_summary import Evidence
 
 
 class Delay(AbstractOpticalEffect, AbstractInvertible):

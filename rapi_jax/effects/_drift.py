@@ -6,10 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._parameter import parameter
-from .._precision import float64
+from rapi_jax._parameter import parameter
+from rapi_jax._precision import float64
+
 from ._base import AbstractOpticalEffect
-from ._evidence import Evidence
+from ._residual_summary import Evidence
 from ._size import size
 
 

@@ -8,11 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._parameter import parameter
-from .._precision import float64
+from rapi_jax._parameter import parameter
+from rapi_jax._precision import float64
+
 from ._base import AbstractInvertible, AbstractOpticalEffect
-from ._evidence import Evidence
-from ._lags import not_invertible
+from ._first_order_lags import not_invertible
+from ._residual_summary import Evidence
 from ._size import peaks, power
 
 _CYCLES = 120  # over the span, at most

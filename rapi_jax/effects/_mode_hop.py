@@ -8,11 +8,12 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 from scipy.optimize import bisect
 
-from .._parameter import parameter
-from .._precision import float64
+from rapi_jax._parameter import parameter
+from rapi_jax._precision import float64
+
 from ._base import AbstractSwitch, Modes
-from ._evidence import Evidence
-from ._lags import from_rest
+from ._first_order_lags import from_rest
+from ._residual_summary import Evidence
 from ._size import least
 
 _BINS = 300

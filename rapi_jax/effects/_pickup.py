@@ -7,10 +7,11 @@ import numpy as np
 from jaxtyping import Array, Float
 from scipy.fft import next_fast_len
 
-from .._parameter import parameter
-from .._precision import float64
+from rapi_jax._parameter import parameter
+from rapi_jax._precision import float64
+
 from ._base import AbstractOpticalEffect
-from ._evidence import Evidence
+from ._residual_summary import Evidence
 from ._size import peaks, power
 
 _LOW, _HIGH = 0.01, 1e6  # Hz

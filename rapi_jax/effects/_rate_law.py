@@ -5,10 +5,11 @@ from typing import ClassVar
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._parameter import parameter
-from .._precision import float64
+from rapi_jax._parameter import parameter
+from rapi_jax._precision import float64
+
 from ._base import AbstractEffect, AbstractLawEffect, Law
-from ._evidence import Evidence
+from ._residual_summary import Evidence
 
 REFERENCE = 10.0  # Hz, f_0: where every exponent gives the same threshold
 

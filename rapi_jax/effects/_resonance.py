@@ -7,11 +7,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._parameter import parameter
-from .._precision import float64
+from rapi_jax._parameter import parameter
+from rapi_jax._precision import float64
+
 from ._base import AbstractInvertible, AbstractLinearEffect, AbstractOpticalEffect, Modes, Past
-from ._evidence import Evidence
-from ._lags import from_rest, undo_linear
+from ._first_order_lags import from_rest, undo_linear
+from ._residual_summary import Evidence
 from ._size import peaks
 
 _RUNS = 2  # in which a ringing is looked for

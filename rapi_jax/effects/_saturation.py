@@ -7,11 +7,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._parameter import parameter
-from .._precision import float64
+from rapi_jax._parameter import parameter
+from rapi_jax._precision import float64
+
 from ._base import AbstractDriveEffect, AbstractEffect, AbstractInvertible
-from ._evidence import Evidence
-from ._lags import not_invertible
+from ._first_order_lags import not_invertible
+from ._residual_summary import Evidence
 
 _SOFT = 1e-2  # of the swing: the knee to start from; from a sharp one, descents stick at samples
 _SHUT = 1e-6  # of a knee: nearer to the end no drive leads

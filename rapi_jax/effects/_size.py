@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from ._evidence import Evidence
+from ._residual_summary import Evidence
 
 
 def size(evidence: Evidence, signature: Float[np.ndarray, " samples"]) -> float:

@@ -7,11 +7,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._parameter import parameter
-from .._precision import float64
+from rapi_jax._parameter import parameter
+from rapi_jax._precision import float64
+
 from ._base import AbstractEffect, AbstractFollower, AbstractInvertible
-from ._evidence import Evidence
-from ._lags import not_invertible
+from ._first_order_lags import not_invertible
+from ._residual_summary import Evidence
 
 _NONE = 1e18  # V/s: stands for no limit, where an infinite one would make NaN of zero times itself
 

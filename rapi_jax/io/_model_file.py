@@ -15,13 +15,14 @@ import equinox as eqx
 import jax
 import numpy as np
 
-from .. import effects as package
-from .. import operators
-from .._ecdl import ECDL
-from .._errors import DataError
-from .._parameter import parameters
-from .._precision import float64
-from ..effects import AbstractEffect
+from rapi_jax import effects as package
+from rapi_jax import operators
+from rapi_jax._ecdl import ECDL
+from rapi_jax._errors import DataError
+from rapi_jax._parameter import parameters
+from rapi_jax._precision import float64
+from rapi_jax.effects import AbstractEffect
+
 from ._atomic import write_atomic
 from ._safe import StrPath, open_regular, printable
 

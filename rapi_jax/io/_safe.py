@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import BinaryIO
 
-from .._errors import DataError
+from rapi_jax._errors import DataError
 
 MAX_BYTES = 4 * 2**30
 MAX_MANIFEST = 2**20

@@ -8,9 +8,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._parameter import follow
-from .._play import memory
-from .._precision import float64
+from rapi_jax._parameter import follow
+from rapi_jax._precision import float64
+from rapi_jax.plays._play import memory
 
 
 class Plays(eqx.Module):

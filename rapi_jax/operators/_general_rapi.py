@@ -6,7 +6,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from .._parameter import parameter
+from rapi_jax._parameter import parameter
+
 from ._base import AbstractOperator, Fields, Plays, check_shapes
 from ._rapi import RAPI, spread
 

@@ -8,10 +8,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._errors import DataError
-from .._phase import turning_samples
-from .._recording import Recording
-from .._sampled import Sampled, sampled
+from rapi_jax._errors import DataError
+from rapi_jax._recording import Recording
+from rapi_jax.sampling._batch import Sampled, sampled
+from rapi_jax.sampling._phase import turning_samples
+
 from ._base import AbstractOperator
 
 _SAMPLES = 256  # a run is thinned to about so many samples; plays only feel the turning points

@@ -6,9 +6,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._errors import ModelError
-from .._parameter import parameter
-from .._precision import float64
+from rapi_jax._errors import ModelError
+from rapi_jax._parameter import parameter
+from rapi_jax._precision import float64
+
 from ._base import AbstractOperator, Fields, Plays, check_polynomial
 
 

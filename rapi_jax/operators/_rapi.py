@@ -8,9 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from .._parameter import parameter
-from .._precision import float64
-from .._recording import Recording
+from rapi_jax._parameter import parameter
+from rapi_jax._precision import float64
+from rapi_jax._recording import Recording
+
 from ._base import AbstractOperator, Fields, Plays, check_shapes
 from ._guess import TRIALS, draw, trials
 

@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 
-from .._errors import DataError
-from .._recording import Drive
+from rapi_jax._errors import DataError
+from rapi_jax._recording import Drive
 
 _PER_FRINGE = 16.0  # samples kept in the fastest fringe
 _CROOKED = 2.5  # how much steeper than its drive a response may be in places

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from .._errors import DataError
+from rapi_jax._errors import DataError
 
 
 def _channel(name: str, value: Any) -> np.ndarray:

@@ -4,10 +4,11 @@ import dataclasses
 
 import numpy as np
 
-from .._errors import DataError
-from .._recording import Drive, Run
-from ._drive_turns import drive_turns
+from rapi_jax._errors import DataError
+from rapi_jax._recording import Drive, Run
+
 from ._sample import resampled, sampled
+from .turns._drive_turns import drive_turns
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .._recording import Drive
+from rapi_jax._recording import Drive
 
 
 def resampled(drive: Drive, samples: int) -> Drive:

@@ -13,7 +13,7 @@ import time
 def main():
     """Command line."""
     from hardware import SimulatedBench
-    from rapi_jax._paper_device import paper_drives
+    from rapi_jax.examples import paper_drives
     from rapi_jax.readout import read_fringes
 
     for unmodelled in (False, True):

@@ -14,7 +14,7 @@ def main():
     """Command line."""
     from fitting import fit
     from rapi_jax import ECDL, RAPI
-    from rapi_jax._paper_device import paper_recording
+    from rapi_jax.examples import paper_recording
 
     recording, _ = paper_recording()
     for name in ("first, with imports", "next"):

@@ -21,7 +21,7 @@ NAMES = ("etalon", "amplifier_lowpass", "creep", "mode_hop", "etalon")
 
 def make(folder: Path) -> None:
     """The recordings, 20 MHz of noise."""
-    sys.path[:0] = [str(ROOT / "fitting" / "diagnosis"), str(ROOT / "rapi_jax" / "effects")]
+    sys.path.insert(0, str(ROOT / "support"))
     from worlds import TRUTHS, drives, recorded
 
     from rapi_jax.io import write_recording

@@ -13,7 +13,7 @@ import numpy as np
 
 from fitting import fit
 from rapi_jax import ECDL, RAPI, Recording
-from rapi_jax._paper_device import paper_device, paper_recording
+from rapi_jax.examples import paper_device, paper_recording
 
 NAMES = ("alpha", "zeta", "lam", "eta", "a", "b", "d_1", "d_2", "d_3", "d_0")
 

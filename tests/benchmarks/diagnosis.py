@@ -11,7 +11,7 @@ from itertools import combinations
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT / "fitting" / "diagnosis"), str(ROOT / "rapi_jax" / "effects")]
+sys.path.insert(0, str(ROOT / "support"))
 
 import jax  # noqa: E402
 
@@ -21,7 +21,7 @@ import numpy as np  # noqa: E402
 from worlds import TRUTHS, projected, recorded  # noqa: E402
 
 from fitting import diagnose  # noqa: E402
-from fitting.diagnosis._effect_values import effect_values  # noqa: E402
+from fitting.diagnosis.refit._effect_vector import effect_values  # noqa: E402
 from rapi_jax.effects import ALL  # noqa: E402
 
 # Pairs whose members differ in what they act on and in what they depend on.

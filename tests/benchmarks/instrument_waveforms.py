@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "hardware"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 
 
 def main(count=100_000, seed=12):

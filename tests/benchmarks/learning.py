@@ -23,7 +23,7 @@ def main():
     from fitting import identify
     from hardware import SimulatedBench
     from rapi_jax import Drive, Identified, compensate, learn, linear_scan, plot
-    from rapi_jax._paper_device import paper_drives
+    from rapi_jax.examples import paper_drives
 
     bench = SimulatedBench.like_paper(seed=options.seed, unmodelled=True, latency_s=1e-4)
     training = bench.measure(paper_drives())

@@ -47,7 +47,7 @@ def reader(bench, fast, seed):
 def made(kind, bench, read, rate):
     """The drive to be repeated."""
     from rapi_jax import ECDL, Identified, Recording, compensate, linear_scan, triangle
-    from rapi_jax._paper_device import paper_device, paper_drives
+    from rapi_jax.examples import paper_device, paper_drives
 
     (target,) = linear_scan(rate, span=75.0, samples=4096)
     if kind == "plain":

@@ -21,7 +21,7 @@ FACTOR = 5.0
 def scrambled(seed):
     """The paper's device with every parameter up to `FACTOR` off, some with the wrong sign."""
     from rapi_jax import ECDL, RAPI
-    from rapi_jax._paper_device import paper_device
+    from rapi_jax.examples import paper_device
 
     rng = np.random.default_rng((7, seed))
     true = paper_device().operator
@@ -39,7 +39,7 @@ def scrambled(seed):
 def work(seeds, samples, guess, queue):
     """Fit from each seed's start; put (seed, cost, trusted, rmse against the truth, seconds)."""
     from fitting import fit
-    from rapi_jax._paper_device import paper_recording
+    from rapi_jax.examples import paper_recording
 
     recording, truth = paper_recording(samples=samples, seed=0)
     for seed in seeds:

@@ -25,7 +25,7 @@ def prepared(seed):
     """A bench, its training recording, and the fits of a model and of the paper's inverse."""
     from fitting import identify, identify_inverse
     from hardware import SimulatedBench
-    from rapi_jax._paper_device import paper_drives
+    from rapi_jax.examples import paper_drives
 
     bench = SimulatedBench.like_paper(seed=seed)
     training = bench.measure(paper_drives())

@@ -39,7 +39,7 @@ def main():
     from fitting import identify
     from hardware import HislipServer, TcpServer
     from rapi_jax import Identified, compensate, linear_scan, linearity
-    from rapi_jax._paper_device import paper_drives
+    from rapi_jax.examples import paper_drives
 
     for wires in (HislipServer, TcpServer):
         began = time.perf_counter()

@@ -5,8 +5,8 @@ import pytest
 
 from rapi_jax import DataError, Drive, Run, predict
 from rapi_jax._metrics import C, linearity, linearity_of, turning_points
-from rapi_jax._paper_device import paper_device, paper_drives
 from rapi_jax._waveform import triangle
+from rapi_jax.examples import paper_device, paper_drives
 
 UP = (0.435, 0.400, 0.391, 0.400)  # GHz, Table 1
 DOWN = (3.28, 3.24, 3.12, 3.03)

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fitting._weights import hysteresis_weights, opening, weights_of
+from fitting.identification._weights import hysteresis_weights, opening, weights_of
 from rapi_jax import DataError, Drive, Recording, Run, predict
-from rapi_jax._paper_device import paper_device, paper_drives
-from rapi_jax._phase import fold, turning_samples
-from rapi_jax._sampled import sampled, usable
 from rapi_jax._waveform import multisine, sine, step_and_hold, triangle
+from rapi_jax.examples import paper_device, paper_drives
 from rapi_jax.io import read_recording
+from rapi_jax.sampling._batch import sampled, usable
+from rapi_jax.sampling._phase import fold, turning_samples
 
 # Turning points are found in bins of a period, 200 of them where there are samples enough: phases
 # are right to a bin, and branches to one bin at either turn.

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from fitting.blind import _predict, _predictions
-from fitting.blind._folder import Folder
-from fitting.blind._make import make
+from fitting.blind.prediction import _predict, _predictions
+from fitting.blind.protocol._folder import Folder
+from fitting.blind.protocol._make import make
 from rapi_jax import triangle
-from rapi_jax._paper_device import paper_device
+from rapi_jax.examples import paper_device
 
 COUNT = 3
 
@@ -71,7 +71,7 @@ def scoring(monkeypatch):
         seen.update(entries=entries, draw=draw, follow=follow)
         return {"n": len(entries), "failures": [{"name": "world-1", "set": ["a", "b"]}]}
 
-    monkeypatch.setitem(sys.modules, "fitting.blind._scores", SimpleNamespace(score=score))
+    monkeypatch.setitem(sys.modules, "fitting.blind.scoring._scores", SimpleNamespace(score=score))
     markdown = SimpleNamespace(markdown=lambda scores: f"{scores['n']} worlds\n")
-    monkeypatch.setitem(sys.modules, "fitting.blind._table", markdown)
+    monkeypatch.setitem(sys.modules, "fitting.blind.scoring._table", markdown)
     return seen

@@ -11,12 +11,12 @@ import tomllib
 import numpy as np
 import pytest
 
-from fitting.blind._answers import read_answer, spec_of
-from fitting.blind._exchange import recording_of, write_exact
-from fitting.blind._folder import Folder
-from fitting.blind._kinds import LISTED
-from fitting.blind._make import make
-from fitting.blind._tiers import TIERS, entries
+from fitting.blind.protocol._answers import read_answer, spec_of
+from fitting.blind.protocol._exchange import recording_of, write_exact
+from fitting.blind.protocol._folder import Folder
+from fitting.blind.protocol._make import make
+from fitting.blind.protocol._tiers import TIERS, entries
+from fitting.blind.simulator.effects._kinds import LISTED
 from rapi_jax import DataError
 from rapi_jax.io import OutputError, read_recording
 

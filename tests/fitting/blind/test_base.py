@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from fitting.blind._loops import memory, stretches, turning_points
-from fitting.blind._piezo import Piezo, draw_inside, draw_outside
-from fitting.blind._scan import Scan
-from fitting.blind._world import World, draw
+from fitting.blind.simulator._piezo import Piezo, draw_inside, draw_outside
+from fitting.blind.simulator._plays import memory, stretches, turning_points
+from fitting.blind.simulator._scan import Scan
+from fitting.blind.simulator._world import World, draw
 
 
 def looped(u, r, slope, offset, bow):

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from worlds import TRUTHS, recorded
 
-from fitting.blind._baselines import baselines
-from fitting.diagnosis._base_fit import fitted_base
-from fitting.diagnosis._engine import Engine
-from fitting.diagnosis._screen import screen
+from fitting.blind.prediction._baselines import baselines
+from fitting.diagnosis.refit._whitened_model import Engine
+from fitting.diagnosis.which._base import fitted_base
+from fitting.diagnosis.which._screen import screen
 from rapi_jax.effects import AmplifierLowpass, CurrentCoupling, Etalon, Pickup, Resonance
 
 FEW = (AmplifierLowpass, CurrentCoupling, Etalon, Pickup, Resonance)

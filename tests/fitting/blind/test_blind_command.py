@@ -9,13 +9,16 @@ from pathlib import Path
 
 import pytest
 
-from fitting._commands.run import run
-from fitting.blind import _examine, _follow, _make, _predict, _predictions, _sealed
-from fitting.blind._answers import read_answer, spec_of
-from fitting.blind._folder import Folder
-from fitting.blind._frozen import tree_sha256
-from fitting.blind._tiers import entries
+from fitting.blind.prediction import _predict, _predictions
+from fitting.blind.prediction import _second_sessions as _follow
+from fitting.blind.protocol import _make, _sealed
+from fitting.blind.protocol._answers import read_answer, spec_of
+from fitting.blind.protocol._folder import Folder
+from fitting.blind.protocol._frozen import tree_sha256
+from fitting.blind.protocol._tiers import entries
+from fitting.blind.scoring import _examine
 from fitting.cli import app
+from fitting.commands.run import run
 
 ROOT = Path(__file__).resolve().parents[3]
 ONE = ("--follow", 1)  # one device measured once more is enough here
@@ -86,7 +89,7 @@ def test_where_nothing_can_be_written(rapi, tmp_path):
 
 def test_help_loads_nothing_heavy():
     code = (
-        "import sys; from fitting._commands.run import run; from fitting.cli import app;"
+        "import sys; from fitting.commands.run import run; from fitting.cli import app;"
         "run(app, ['blind', '--help']); run(app, ['blind', 'score', '--help']);"
         "print([m for m in ('jax', 'numpy', 'rapi_jax', 'fitting.blind') if m in sys.modules])"
     )

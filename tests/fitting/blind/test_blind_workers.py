@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.blind._workers import Job, hidden, predicted
+from fitting.blind.prediction._workers import Job, hidden, predicted
 from rapi_jax import DataError, Recording, triangle
 from rapi_jax.io import write_recording
 

@@ -13,7 +13,7 @@ from pathlib import Path
 bank = Path(sys.argv[1])
 {before}
 if sys.argv[2] == "blind":
-    from fitting.blind._blindfold import Blindfold, put_on
+    from fitting.blind.prediction._blindfold import Blindfold, put_on
     refused = put_on(bank / "answers")
 else:
     class Blindfold(Exception): ...
@@ -67,9 +67,9 @@ ATTEMPTS = {
     "unreported program": "__import__('multiprocessing.util').util.spawnv_passfds("
     "b'/bin/true', ['true'], [])",
     "ctypes": "__import__('ctypes').CDLL(None).getpid()",
-    "world": "from fitting.blind._world import draw",
-    "bank": "import fitting.blind._bank",
-    "kinds": "__import__('importlib').import_module('fitting.blind._kinds')",
+    "world": "from fitting.blind.simulator._world import draw",
+    "bank": "import fitting.blind.simulator._bank",
+    "kinds": "__import__('importlib').import_module('fitting.blind.simulator.effects._kinds')",
     "source": "open(__import__('fitting.blind').blind.__path__[0] + '/_world.py').read()",
 }
 
@@ -122,8 +122,8 @@ def test_what_is_refused_works_without(bank, name):
         "os.listdir(bank)",
         "os.listdir(bank / 'answers_of_others')",
         "(bank / 'predictions' / 'world-1.json').write_text('mine')",
-        "__import__('fitting.blind._predict')",
-        "__import__('fitting.blind._scan')",
+        "__import__('fitting.blind.prediction._predict')",
+        "__import__('fitting.blind.simulator._scan')",
         "os.putenv('HERE', 'answers')",
     ],
 )
@@ -131,7 +131,7 @@ def test_what_a_diagnosis_needs_is_allowed(bank, what):
     assert attempt(bank, what) == "done"
 
 
-@pytest.mark.parametrize("module", ["h5py", "fitting.blind._kinds"])
+@pytest.mark.parametrize("module", ["h5py", "fitting.blind.simulator.effects._kinds"])
 def test_it_does_not_go_on_too_late(bank, module):
     said = attempt(bank, "pass", before=f"import {module}")
     assert "too late" in said and module in said

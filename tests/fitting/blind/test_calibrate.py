@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fitting.blind._calibrate import Case, calibrate, fitted, loss
-from fitting.blind._folder import Folder
-from fitting.diagnosis._calibration import Calibration, shipped
-from fitting.diagnosis._evidence import Evidence, Left
-from fitting.diagnosis._probability import probabilities, smallest_set
+from fitting.blind.protocol._folder import Folder
+from fitting.blind.scoring._calibrate import Case, calibrate, fitted, loss
+from fitting.diagnosis.which._calibration import Calibration, shipped
+from fitting.diagnosis.which._evidence import Evidence, Left
+from fitting.diagnosis.which._probability import probabilities, smallest_set
 from rapi_jax import DataError
 
 LINES, LOOSE = 2000, 8000
@@ -109,11 +109,11 @@ def test_evidence_and_calibrations_survive_their_files():
 
 
 def test_a_sealed_bank_calibrates_nothing(tmp_path):
-    from fitting.blind._sealed import commit
+    from fitting.blind.protocol._sealed import commit
 
     folder = Folder(tmp_path / "bank")
     commit(folder)
-    from fitting.blind._make import make
+    from fitting.blind.protocol._make import make
 
     make(folder, "sealed", count=1, seed=None)
     with pytest.raises(DataError, match="for judging alone"):

@@ -9,10 +9,10 @@ import shutil
 
 import pytest
 
-from fitting._commands.run import run
-from fitting.blind._answers import holds
-from fitting.blind._folder import Folder
+from fitting.blind.protocol._answers import holds
+from fitting.blind.protocol._folder import Folder
 from fitting.cli import app
+from fitting.commands.run import run
 
 COUNT, SEED = 20, 11
 

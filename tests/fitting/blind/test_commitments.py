@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 import fitting.diagnosis
 import rapi_jax
-from fitting.blind._answers import answer_bytes, commitment, holds, revealed, salt_of
-from fitting.blind._folder import Folder
-from fitting.blind._frozen import sealed_seed, tree_sha256
-from fitting.blind._predict import sha256_of
-from fitting.blind._predictions import checked, close
+from fitting.blind.prediction._predict import sha256_of
+from fitting.blind.prediction._predictions import checked, close
+from fitting.blind.protocol._answers import answer_bytes, commitment, holds, revealed, salt_of
+from fitting.blind.protocol._folder import Folder
+from fitting.blind.protocol._frozen import sealed_seed, tree_sha256
 from rapi_jax import DataError
 from rapi_jax.io import OutputError
 

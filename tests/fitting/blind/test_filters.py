@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting.blind._filters import delayed, filtered, lag, limited, lowpass, mode
-from fitting.blind._scan import Scan
+from fitting.blind.simulator._filters import delayed, filtered, lag, limited, lowpass, mode
+from fitting.blind.simulator._scan import Scan
 
 STEP = 1e-5
 T: np.ndarray = np.arange(20001, dtype=np.float64) * np.float64(STEP)

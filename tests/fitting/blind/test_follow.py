@@ -5,9 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fitting.blind._answers import read_answer, spec_of
-from fitting.blind._folder import Folder, write_json
-from fitting.blind._follow import (
+from fitting.blind.prediction._second_sessions import (
     CLOSED,
     KINDS,
     advised_scan,
@@ -17,7 +15,9 @@ from fitting.blind._follow import (
     random_scan,
     tied,
 )
-from fitting.blind._scan import Scan
+from fitting.blind.protocol._answers import read_answer, spec_of
+from fitting.blind.protocol._folder import Folder, write_json
+from fitting.blind.simulator._scan import Scan
 from rapi_jax import Identified, sine, step_and_hold, triangle
 from rapi_jax.io import read_recording, write_drive
 

@@ -1,55 +1,51 @@
-"""The generator of worlds shares no code with what it examines."""
+"""The simulator of the withheld-effect check shares no code with what it examines."""
 
 import ast
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
-HOME = ROOT / "fitting" / "blind"
-ALLOWED = {"numpy", "scipy", "numba"} | set(sys.stdlib_module_names)
+HOME = ROOT / "fitting" / "blind" / "simulator"
+ALLOWED = {"numpy", "scipy"} | set(sys.stdlib_module_names)
+OWN = "fitting.blind.simulator"
 
 
-def followed(name: str, seen: dict[str, set[str]]) -> dict[str, set[str]]:
-    """Modules of the generator reached from one, each with the packages that it imports."""
-    if name in seen:
-        return seen
-    outside, inside = set(), set()
-    for node in ast.walk(ast.parse((HOME / f"{name}.py").read_text())):
+def imported(path: Path) -> set[str]:
+    """Modules that a file names in its imports; relative ones stay in its own folder."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            outside |= {alias.name.split(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.level == 0:
-            outside.add(str(node.module).split(".")[0])
-        elif isinstance(node, ast.ImportFrom) and node.level == 1:
-            inside |= {node.module} if node.module else {alias.name for alias in node.names}
+            names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            outside.add("." * node.level)
-    seen[name] = outside
-    for module in inside:
-        followed(str(module), seen)
-    return seen
+            folder = path.parent.relative_to(ROOT).parts[: 1 - node.level or None]
+            parts = [*folder, node.module] if node.level else [node.module]
+            names.add(".".join(str(part) for part in parts if part))
+    return names
 
 
-def reached() -> dict[str, set[str]]:
-    return followed("_bank", followed("_world", {}))
+def foreign(name: str) -> bool:
+    return name.split(".")[0] not in ALLOWED and name != OWN and not name.startswith(OWN + ".")
 
 
 def test_only_the_standard_library_and_numpy_and_scipy():
-    foreign = {name: found - ALLOWED for name, found in reached().items() if found - ALLOWED}
-    assert foreign == {}
-    assert not any("import_module" in (HOME / f"{name}.py").read_text() for name in reached())
+    files = sorted(HOME.rglob("*.py"))
+    assert len(files) > 20
+    found = {path.name: [name for name in imported(path) if foreign(name)] for path in files}
+    assert {name: names for name, names in found.items() if names} == {}
+    assert not any("import_module" in path.read_text() for path in files)
 
 
-def test_the_contract_names_every_module_of_the_generator():
-    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]
-    (contract,) = [c for c in contracts["contracts"] if "never scored" in c["name"]]
-    assert contract["source_modules"] == sorted(f"fitting.blind.{name}" for name in reached())
+def test_a_foreign_import_would_be_found():
+    path = HOME / "effects" / "_kinds.py"
+    assert any(name.startswith(OWN + ".effects") for name in imported(path))
+    assert foreign("rapi_jax._recording") and foreign("fitting.blind.protocol._folder")
+    assert foreign("fitting.blind.simulator_of_ours") and not foreign(OWN + "._scan")
 
 
 def test_a_world_is_drawn_without_loading_the_model():
     code = (
-        "import sys; from fitting.blind._world import draw; draw(1, 'null');"
+        "import sys; from fitting.blind.simulator._world import draw; draw(1, 'null');"
         "print([m for m in sys.modules if m.split('.')[0] in ('jax', 'rapi_jax', 'equinox')"
         " or m.startswith('fitting.') and not m.startswith('fitting.blind')])"
     )

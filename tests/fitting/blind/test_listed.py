@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.blind._device import Device, Moment
-from fitting.blind._kinds import LISTED
-from fitting.blind._listed_light import creeping
-from fitting.blind._scan import Scan, placed
-from fitting.blind._world import World, draw
+from fitting.blind.simulator._device import Device, Moment
+from fitting.blind.simulator._scan import Scan, placed
+from fitting.blind.simulator._world import World, draw
+from fitting.blind.simulator.effects._kinds import LISTED
+from fitting.blind.simulator.effects._listed_optical import creeping
 
 TRIANGLE = Scan(40.0, 4.2, 3.0, "triangle", 3, 400)
 

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from fitting.blind._entry import Entry, truth_name
-from fitting.blind._scores import score
-from fitting.blind._wilson import counted, wilson
+from fitting.blind.scoring._entry import Entry, truth_name
+from fitting.blind.scoring._scores import score
+from fitting.blind.scoring._wilson import counted, wilson
 
 BANK = [
     # nulls: one alarm, with base misfit

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from blind_entries import FAILED, answer, prediction
 
-from fitting.blind._entry import Entry
-from fitting.blind._honesty import LEAST, calibration_error, honesty, reliability
-from fitting.blind._paired import paired
+from fitting.blind.scoring._calibration_error import LEAST, calibration_error, honesty, reliability
+from fitting.blind.scoring._entry import Entry
+from fitting.blind.scoring._paired import paired
 
 BOTH = pytest.mark.parametrize("equal_mass", [True, False])
 

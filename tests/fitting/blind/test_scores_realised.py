@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 from blind_entries import OurLaser, answer, prediction, session
 
-from fitting.blind._bank import bank
-from fitting.blind._entry import Entry
-from fitting.blind._modelled import answers, drive_of
-from fitting.blind._realised import drawn, realised, tried
-from fitting.blind._scan import sampled
-from fitting.blind._shrunk import shrunk
-from fitting.blind._straighter import straighter
-from fitting.blind._unseen import KINDS, unseen
-from fitting.blind._world import draw
+from fitting.blind.realised._linearity_gain import straighter
+from fitting.blind.realised._modelled import answers, drive_of
+from fitting.blind.realised._realised import drawn, realised, tried
+from fitting.blind.realised._realised_gap import shrunk
+from fitting.blind.realised._unseen import KINDS, unseen
+from fitting.blind.scoring._entry import Entry
+from fitting.blind.simulator._bank import bank
+from fitting.blind.simulator._scan import sampled
+from fitting.blind.simulator._world import draw
 from rapi_jax import ECDL, predict
-from rapi_jax._paper_device import paper_device
 from rapi_jax.effects import AmplifierLowpass, Pickup
+from rapi_jax.examples import paper_device
 from rapi_jax.io import write_model
 
 BASE = paper_device()

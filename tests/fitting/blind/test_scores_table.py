@@ -4,8 +4,8 @@ import re
 
 from blind_entries import answer, prediction
 
-from fitting.blind._scores import score
-from fitting.blind._table import markdown
+from fitting.blind.scoring._scores import score
+from fitting.blind.scoring._table import markdown
 
 BANK = [
     (answer("n1", "null", size=0.0), prediction("none", random="none")),

@@ -12,12 +12,12 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from fitting.blind._bank import bank
-from fitting.blind._kinds import LISTED, makers, names_of
-from fitting.blind._recipe import Setting
-from fitting.blind._scan import draw_session
-from fitting.blind._tiers import TIERS, entries
-from fitting.blind._world import World, draw
+from fitting.blind.protocol._tiers import TIERS, entries
+from fitting.blind.simulator._bank import bank
+from fitting.blind.simulator._scan import draw_session
+from fitting.blind.simulator._world import World, draw
+from fitting.blind.simulator.effects._kinds import LISTED, makers, names_of
+from fitting.blind.simulator.effects._recipe import Setting
 
 NEW = [(kind, name) for kind in ("form", "unlisted") for name in names_of(kind, unseen=True)]
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from fitting.blind._device import Device, Moment
-from fitting.blind._listed_light import creeping
-from fitting.blind._more_light import stretched
-from fitting.blind._scan import Scan, placed
-from fitting.blind._world import World, draw
+from fitting.blind.simulator._device import Device, Moment
+from fitting.blind.simulator._scan import Scan, placed
+from fitting.blind.simulator._world import World, draw
+from fitting.blind.simulator.effects._listed_optical import creeping
+from fitting.blind.simulator.effects._second_forms_optical import stretched
 
 TRIANGLE = Scan(40.0, 4.2, 3.0, "triangle", 3, 400, start_s=5.0)
 

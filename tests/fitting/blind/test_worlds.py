@@ -5,14 +5,14 @@ import re
 import numpy as np
 import pytest
 
-from fitting.blind._bank import bank
-from fitting.blind._kinds import LISTED, names_of
-from fitting.blind._noise import Noise, draw_noise
-from fitting.blind._piezo import draw_inside, draw_outside
-from fitting.blind._scan import Scan, draw_session, placed, sampled
-from fitting.blind._size import solve
-from fitting.blind._tangent import tangent
-from fitting.blind._world import World, draw
+from fitting.blind.simulator._bank import bank
+from fitting.blind.simulator._noise import Noise, draw_noise
+from fitting.blind.simulator._piezo import draw_inside, draw_outside
+from fitting.blind.simulator._scan import Scan, draw_session, placed, sampled
+from fitting.blind.simulator._tangent import tangent
+from fitting.blind.simulator._world import World, draw
+from fitting.blind.simulator.effects._kinds import LISTED, names_of
+from fitting.blind.simulator.effects._projected_size import solve
 
 SINGLE = [(kind, name) for kind in ("listed", "form", "unlisted") for name in names_of(kind)]
 

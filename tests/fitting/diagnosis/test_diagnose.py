@@ -7,7 +7,7 @@ import pytest
 from worlds import TRUTHS, answers, drives, projected, recorded
 
 from fitting import diagnose
-from fitting.diagnosis._effect_values import effect_values
+from fitting.diagnosis.refit._effect_vector import effect_values
 from rapi_jax import DriveLimits, Recording, Run, triangle
 from rapi_jax.effects import ALL, AmplitudeLaw, Delay
 

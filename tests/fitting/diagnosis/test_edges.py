@@ -9,14 +9,14 @@ import sys
 
 import numpy as np
 import pytest
+from diagnosis_contract import check
 from edge_worlds import NOISE, PERIODS, RATES, drives, off, record, wandering
-from test_contract import check
 
 from fitting.diagnosis import diagnose
-from fitting.diagnosis._usable import check_arguments
+from fitting.diagnosis._data_checks import check_arguments
 from rapi_jax import ECDL, PI, DataError, Drive, Recording
-from rapi_jax._paper_device import paper_device
 from rapi_jax.effects import AmplifierLowpass, Creep, Etalon
+from rapi_jax.examples import paper_device
 
 KINDS = (AmplifierLowpass, Etalon)  # before and behind the operator; each class is compiled
 TRUTH = Etalon(amplitude=0.3, spacing=20.0, phase=0.4)
@@ -265,7 +265,7 @@ import jax
 import numpy as np
 from fitting.diagnosis import diagnose
 from rapi_jax import ECDL, Recording, predict, triangle
-from rapi_jax._paper_device import paper_device
+from rapi_jax.examples import paper_device
 from rapi_jax.effects import Etalon
 assert not jax.config.jax_enable_x64
 drives = triangle((10.0, 40.0), amplitude=3.0, bias=3.0, samples=600, periods=3)

@@ -15,8 +15,8 @@ from rapi_jax import (
     linearity,
     predict,
 )
-from rapi_jax._paper_device import paper_device
 from rapi_jax.effects import Creep, Resonance
+from rapi_jax.examples import paper_device
 
 LIMITS = DriveLimits(0.0, 7.5, 2e4)
 HIDDEN = (

@@ -10,7 +10,6 @@ import pytest
 from examples_drive import EXAMPLES
 
 from rapi_jax import ECDL, RAPI, DataError, Drive, NotInvertible, predict, triangle
-from rapi_jax._paper_device import paper_device
 from rapi_jax._parameter import parameter
 from rapi_jax.effects import (
     AbstractOpticalEffect,
@@ -24,6 +23,7 @@ from rapi_jax.effects import (
     SlewLimit,
 )
 from rapi_jax.effects._base import Law
+from rapi_jax.examples import paper_device
 from rapi_jax.io._model_file import read_model, write_model
 
 # A device that passes its drive on: one play of a weight below rounding.
@@ -202,8 +202,8 @@ def test_the_defaults_do_nothing_and_have_finite_gradients(cls):
 def test_gradients_against_central_differences(effect, field, step):
     """On rows as a fit sees them; laws through the device, the others by themselves."""
     from rapi_jax._ecdl import _respond
-    from rapi_jax._rows import row_of
-    from rapi_jax._sampled import batch, on_device
+    from rapi_jax.sampling._batch import batch, on_device
+    from rapi_jax.sampling._sampling_grid import row_of
 
     lawful = isinstance(effect, RateLaw | AmplitudeLaw)
     operator = paper_device().operator if lawful else PLAIN

@@ -12,10 +12,7 @@ import pytest
 
 from rapi_jax import Drive, Recording, effects
 from rapi_jax._ecdl import ECDL, respond
-from rapi_jax._paper_device import paper_device
 from rapi_jax._parameter import follow, parameters
-from rapi_jax._rows import row_of
-from rapi_jax._sampled import batch, on_device, sampled
 from rapi_jax._waveform import triangle
 from rapi_jax.effects import (
     AbstractCouplingEffect,
@@ -27,8 +24,11 @@ from rapi_jax.effects import (
     Evidence,
 )
 from rapi_jax.effects._base import Past
-from rapi_jax.effects._lags import History, respond_linear
+from rapi_jax.effects._first_order_lags import History, respond_linear
+from rapi_jax.examples import paper_device
 from rapi_jax.io import read_model, write_model
+from rapi_jax.sampling._batch import batch, on_device, sampled
+from rapi_jax.sampling._sampling_grid import row_of
 
 EXAMPLES = {**examples_drive.EXAMPLES, **examples_optical.EXAMPLES}
 NAMES = {

@@ -10,8 +10,6 @@ import scipy.signal
 
 from rapi_jax import Drive, NotInvertible, Recording, predict
 from rapi_jax._ecdl import ECDL, respond
-from rapi_jax._paper_device import paper_device
-from rapi_jax._sampled import sampled
 from rapi_jax._waveform import step_and_hold, triangle
 from rapi_jax.effects import (
     Creep,
@@ -24,7 +22,9 @@ from rapi_jax.effects import (
     Pickup,
     Resonance,
 )
+from rapi_jax.examples import paper_device
 from rapi_jax.operators import RAPI
+from rapi_jax.sampling._batch import sampled
 
 _respond = eqx.filter_jit(respond)
 

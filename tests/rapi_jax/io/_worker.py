@@ -22,7 +22,7 @@ warnings.simplefilter("error")
 from conftest import make_recording  # noqa: E402
 
 from rapi_jax.io import _atomic  # noqa: E402
-from rapi_jax.io import _read_write as io  # noqa: E402
+from rapi_jax.io.recordings import _read_write as io  # noqa: E402
 
 
 def spawn(body, *args):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from rapi_jax import DataError, Drive, DriveLimits, compensate, linear_scan
-from rapi_jax._afg import FULL, AfgWaveform
-from rapi_jax._paper_device import paper_device
+from rapi_jax.examples import paper_device
 from rapi_jax.io import read_afg, read_drive, read_limits, write_afg, write_drive
+from rapi_jax.io.drives._afg_waveform import FULL, AfgWaveform
 
 
 @pytest.fixture(scope="module")

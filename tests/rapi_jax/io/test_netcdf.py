@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from rapi_jax._errors import DataError
 from rapi_jax._recording import WAVEFORMS, Drive, Recording, Run
 from rapi_jax.io import read_recording, write_recording
-from rapi_jax.io._netcdf import read_netcdf, write_netcdf
+from rapi_jax.io.recordings._netcdf import read_netcdf, write_netcdf
 
 
 def refused(path: Path, **options: str) -> str:

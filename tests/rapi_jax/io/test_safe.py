@@ -246,7 +246,7 @@ def test_large_files_pipes_devices_and_folders_are_refused(tmp_path):
 
 def test_no_pickle_yaml_or_eval_and_no_jax_for_recordings():
     folder = Path(rapi_jax.io.__file__).parent
-    for path in folder.glob("*.py"):
+    for path in folder.rglob("*.py"):
         tree = ast.parse(path.read_text(encoding="utf-8"))
         imported = {
             name.name.split(".")[0]
@@ -271,7 +271,7 @@ def test_reading_recordings_loads_nothing_heavy():
         "import sys, types\n"
         "for name, folder in (('rapi_jax', sys.argv[1]), ('rapi_jax.io', sys.argv[1] + '/io')):\n"
         "    sys.modules[name] = types.ModuleType(name); sys.modules[name].__path__ = [folder]\n"
-        "import rapi_jax.io._read_write, rapi_jax.io._oscilloscope\n"
+        "import rapi_jax.io.recordings._read_write, rapi_jax.io.recordings._oscilloscope\n"
         "print(sorted({'jax', 'xarray', 'h5py', 'pydantic', 'pandas'} & set(sys.modules)))"
     )
     folder = str(Path(rapi_jax.io.__file__).parents[1])

@@ -5,8 +5,8 @@ import pytest
 from fringe_world import DELAY, FSR, RATE, lagged, record, scan
 
 from rapi_jax import DataError, predict
-from rapi_jax._paper_device import paper_device
 from rapi_jax._waveform import sine, triangle
+from rapi_jax.examples import paper_device
 from rapi_jax.readout import Fringes, read_fringes
 
 FULL = (-2048.0, 2047.0)

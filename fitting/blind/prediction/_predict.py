@@ -1,0 +1,155 @@
+"""One blind prediction: a diagnosis, the baselines beside it, and the models for later checks."""
+
+import hashlib
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fitting.blind.protocol._folder import made, read_json, write_json
+from rapi_jax import DataError, Recording, effects
+from rapi_jax.io import printable, read_recording, write_drive, write_model
+
+if TYPE_CHECKING:
+    from fitting.diagnosis import Diagnosis
+
+    from ._workers import Job
+
+SCHEMA = "rapi.blind-prediction/1"
+MODEL, BASE, NEXT = "model.rapi", "base.rapi", "next_drive.csv"
+
+
+def predict_one(job: "Job", refused: Sequence[str] = ()) -> None:
+    """Diagnose a recording and write its prediction; a diagnosis that raises is a wrong one.
+
+    The prediction is written last, and holds the hashes of the files beside it. `refused`: what the
+    blindfold has refused so far.
+    """
+    began = time.perf_counter()
+    recording = read_recording(job.recording)
+    output = made(Path(job.output))
+    before = len(refused)
+    prediction: dict[str, Any] = {
+        "schema": SCHEMA,
+        "name": job.name,
+        "withheld": job.withheld,
+        "recording_sha256": recording.sha256(),
+        "tree_sha256": job.tree_sha256,
+        "baselines": {},
+        "files": {},
+    }
+    candidates = allowed(job.withheld)
+    try:
+        report = _diagnosed(recording, candidates, job.scan)
+    except MemoryError:
+        raise  # of this machine, and no answer
+    except Exception as error:
+        prediction["error"] = _words(error)
+    else:
+        prediction["diagnosis"] = {k: v for k, v in report.to_dict().items() if k != "maps"}
+        prediction["files"] = _write_files(report, output / job.name)
+    prediction["seconds"] = time.perf_counter() - began
+    if job.baselines:
+        try:
+            prediction["baselines"] = _baselines(recording, candidates)
+        except MemoryError:
+            raise
+        except Exception as error:
+            prediction["baselines_error"] = _words(error)
+    prediction["refused"] = list(refused[before:])
+    write_json(output / f"{job.name}.json", prediction)
+
+
+def allowed(withheld: str | None) -> tuple[type[effects.AbstractEffect], ...]:
+    """The effects that a diagnosis may name."""
+    names = [effect.name for effect in effects.ALL]
+    if withheld is not None and withheld not in names:
+        raise DataError(
+            f"the effect {printable(withheld)} cannot be withheld: there are {', '.join(names)}."
+        )
+    return tuple(effect for effect in effects.ALL if effect.name != withheld)
+
+
+def seed_of(recording: Recording) -> int:
+    """A seed that nobody chose, and that is the same wherever the recording is."""
+    return int(recording.sha256()[:8], 16)
+
+
+def whole(job: "Job", path: Path, recording: Recording) -> dict[str, Any]:
+    """The prediction in `path`. Raises `DataError` where it is not of this job, or was changed."""
+    prediction = read_json(path)
+    wanted = {
+        "schema": SCHEMA,
+        "name": job.name,
+        "withheld": job.withheld,
+        "recording_sha256": recording.sha256(),
+        "tree_sha256": job.tree_sha256,
+    }
+    for key, value in wanted.items():
+        if prediction.get(key) != value:
+            raise DataError(
+                f"{printable(path)}: `{key}` is not this recording's and this version's, so the "
+                "prediction is of other code, or was changed. Remove the predictions to begin anew."
+            )
+    check_files(path, prediction)
+    return prediction
+
+
+def check_files(path: Path, prediction: dict[str, Any]) -> None:
+    """Raise `DataError` where a model beside the prediction is not the one it was written with."""
+    for name, promised in prediction["files"].items():
+        file = path.with_suffix("") / name
+        if not file.exists() or sha256_of(file) != promised:
+            raise DataError(
+                f"{printable(file)}: not the file that was written with the prediction. Restore "
+                "it, or remove the prediction to make both anew."
+            )
+
+
+def sha256_of(path: Path) -> str:
+    """SHA-256 of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _diagnosed(
+    recording: Recording, candidates: tuple[type[effects.AbstractEffect], ...], scan: bool
+) -> "Diagnosis":
+    from fitting.diagnosis import diagnose
+
+    return diagnose(None, recording, candidates=candidates, scan=scan)
+
+
+def _baselines(
+    recording: Recording, candidates: tuple[type[effects.AbstractEffect], ...]
+) -> dict[str, str]:
+    from ._baselines import baselines
+
+    return baselines(recording, candidates, seed=seed_of(recording))
+
+
+def _words(error: Exception) -> str:
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+
+
+def _write_files(report: "Diagnosis", folder: Path) -> dict[str, str]:
+    """Write models and next scan; give the hash of each."""
+    from rapi_jax import Identified
+
+    made(folder)
+    recording = report.recording
+    for name, model in ((MODEL, report.model), (BASE, report.base)):
+        write_model(
+            folder / name,
+            model,
+            response_unit=recording.response_unit,
+            drive_unit=recording.drive_unit,
+            response_origin=recording.response_origin,
+            response_lag_s=recording.response_lag_s,
+            trusted=report.verdict.name != "unlisted",
+            identified=Identified.of(recording).to_dict(),
+            data_sha256=recording.sha256(),
+        )
+    if report.next_drive is not None:
+        write_drive(report.next_drive, folder / NEXT)
+    written = sorted(path for path in folder.iterdir() if path.name in (MODEL, BASE, NEXT))
+    return {path.name: sha256_of(path) for path in written}

@@ -1,0 +1,1 @@
+"""The protocol of the check: banks on disk, answers, commitments, tiers, sealed seeds."""

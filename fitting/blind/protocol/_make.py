@@ -1,0 +1,133 @@
+"""Making a bank: worlds drawn, recorded, answered and committed to; goes on where it stopped."""
+
+import hashlib
+from collections.abc import Callable
+from typing import Any
+
+from rapi_jax import DataError
+from rapi_jax.io import OutputError, printable, read_recording
+
+from ._answers import answer, read_answer, salt_of, spec_of, write_answer
+from ._exchange import recording_of, write_exact
+from ._folder import SCHEMA, Folder, made, refuse_foreign, write_json
+from ._frozen import sealed_seed, tree_sha256
+from ._sealed import committed_secret, new_secret, read_secret
+from ._tiers import SEEDS, Entry, entries
+
+Progress = Callable[[int, int, str], None]  # done, total, last name
+
+
+def make(
+    folder: Folder,
+    tier: str = "open",
+    *,
+    count: int = 200,
+    seed: int | None = None,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Make the bank, or what is missing of it, and return `bank.json`.
+
+    `seed`: by default the tier's own; a sealed bank's comes from the frozen code and its secret.
+    What is there and whole is kept. Raises `OutputError` where the folder holds anything else, and
+    `DataError` where a part was changed, or a sealed bank has no commitment.
+    """
+    say = progress or (lambda done, total, name: None)
+    refuse_foreign(folder.root)
+    tree = tree_sha256()
+    secret, seed = _secret_and_seed(folder, tier, seed, tree)
+    drawn = entries(tier, seed, count)
+    names = {entry.name for entry in drawn}
+    refuse_foreign(folder.recordings, names)
+    files = {f"{name}{end}" for name in names for end in (".json", ".salt")}
+    refuse_foreign(folder.answers, files | {"secret"})
+    about = {
+        "schema": SCHEMA,
+        "tier": tier,
+        "count": count,
+        "recordings": [{"name": e.name, "withheld": e.withheld} for e in drawn],
+        "seed_sha256": hashlib.sha256(str(seed).encode()).hexdigest(),
+        "tree_sha256": tree,
+        "secret_sha256": hashlib.sha256(secret).hexdigest(),
+    }
+    if folder.bank.exists():
+        _check_same(folder, about)
+    made(folder.recordings)
+    made(folder.answers, private=True)
+    commitments = {}
+    say(0, count, "")
+    for done, entry in enumerate(drawn, 1):
+        commitments[entry.name] = _kept(folder, entry, secret) or _drawn(folder, entry, secret)
+        say(done, count, entry.name)
+    if folder.bank.exists():
+        if folder.about["commitments"] != commitments:
+            raise DataError(
+                f"{printable(folder.bank)}: commitments are not those of the answers, so either "
+                "was changed. Make the bank again in another folder."
+            )
+        return folder.about
+    from fitting.identification._result import versions
+
+    write_json(folder.bank, about | {"commitments": commitments, "versions": versions()})
+    return folder.about
+
+
+def _secret_and_seed(folder: Folder, tier: str, seed: int | None, tree: str) -> tuple[bytes, int]:
+    if tier == "sealed":
+        if seed is not None:
+            raise DataError(
+                "a sealed bank's seed comes from the frozen code and the secret: leave out --seed."
+            )
+        secret = committed_secret(folder)
+        if folder.bank.exists():  # what is made stays as it was drawn
+            tree = str(folder.about["tree_sha256"])
+        return secret, sealed_seed(tree, secret)
+    if folder.commitment.exists():
+        raise OutputError(
+            f"{printable(folder.root)} is committed to a sealed bank. Make it with --tier sealed, "
+            "or choose another folder."
+        )
+    secret = read_secret(folder) if folder.secret.exists() else new_secret(folder)
+    return secret, SEEDS[tier] if seed is None else seed
+
+
+def _check_same(folder: Folder, wanted: dict[str, Any]) -> None:
+    """Refuse to go on in a finished bank of another kind."""
+    about = folder.about
+    for key in ("tier", "count", "recordings", "seed_sha256", "secret_sha256"):
+        if about.get(key) != wanted[key]:
+            raise OutputError(
+                f"{printable(folder.root)} holds a finished bank of another {key.split('_')[0]}. "
+                "Choose another folder."
+            )
+
+
+def _kept(folder: Folder, entry: Entry, secret: bytes) -> str | None:
+    """The commitment of what is there already; `None` where it is not all there."""
+    name = entry.name
+    if not (folder.answers / f"{name}.json").exists():
+        return None
+    value, promised = read_answer(folder, name)
+    recording = folder.recordings / name
+    try:
+        same = (
+            spec_of(value) == entry.spec
+            and (folder.answers / f"{name}.salt").read_bytes() == salt_of(secret, name)
+            and read_recording(recording).sha256() == value["recording_sha256"]
+        )
+    except (KeyError, TypeError):
+        same = False
+    if not same:
+        raise DataError(
+            f"{printable(recording)}: recording and answer are not those of this world, so one of "
+            "them was changed. Make the bank again in another folder."
+        )
+    return promised
+
+
+def _drawn(folder: Folder, entry: Entry, secret: bytes) -> str:
+    """Draw a world, write its recording, then its answer; return the commitment."""
+    world = entry.spec.draw()
+    recording = recording_of(world.runs)
+    write_exact(recording, folder.recordings / entry.name)
+    write_answer(folder, answer(entry.spec, world, recording.sha256()), secret)
+    return read_answer(folder, entry.name)[1]

@@ -1,0 +1,68 @@
+"""Tiers of banks: which worlds each holds, and which effect is withheld from the candidates."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.blind.simulator._bank import LARGE, Spec, bank
+from fitting.blind.simulator.effects._kinds import LISTED, SIGMA
+
+SEEDS = {"open": 1, "calibration": 2, "nulls": 3, "withheld": 4}
+TIERS = (*SEEDS, "sealed")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A world to be drawn, and the effect that is taken from its diagnosis' candidates."""
+
+    spec: Spec
+    withheld: str | None
+
+    @property
+    def name(self) -> str:
+        """As its world's."""
+        return f"world-{self.spec.seed}"
+
+
+def entries(tier: str, seed: int, count: int) -> list[Entry]:
+    """The worlds of a tier, in an order that tells nothing.
+
+    `open`, `calibration` and `sealed` hold all kinds; `nulls` no effect, every other one with base
+    misfit; `withheld` each listed effect in turn at 4 to 20 times the noise. A part of the sealed
+    bank's effects is of forms and kinds that no other tier holds, so that what was developed and
+    calibrated on the others is examined on what nobody has looked at.
+    """
+    if tier not in TIERS:
+        raise ValueError(f"Argument `tier` must be one of {', '.join(TIERS)}, but it is {tier!r}.")
+    if count < 1:
+        raise ValueError(f"Argument `count` must be 1 or more, but it is {count}.")
+    if tier == "nulls":
+        return [Entry(spec, None) for spec in _nulls(seed, count)]
+    if tier == "withheld":
+        return [Entry(spec, spec.effect) for spec in _listed(seed, count)]
+    return [Entry(spec, None) for spec in bank(seed, count, unseen=tier == "sealed")]
+
+
+def _nulls(seed: int, count: int) -> list[Spec]:
+    rng = np.random.default_rng([seed, 2])
+    seeds = _seeds(rng, seed, count)
+    misfit = rng.permutation(np.arange(count) % 2 == 0).tolist()
+    return [Spec(s, "null", "", 0.0, m) for s, m in zip(seeds, misfit, strict=True)]
+
+
+def _listed(seed: int, count: int) -> list[Spec]:
+    rng = np.random.default_rng([seed, 3])
+    names = rng.permutation(sorted(LISTED)).tolist()
+    specs = []
+    for k, world in enumerate(_seeds(rng, seed, count)):
+        turn, place = divmod(k, len(names))
+        sigma = float(np.exp(rng.uniform(*np.log((LARGE, SIGMA[1])))))
+        misfit = (place + turn) % 2 == 0
+        specs.append(Spec(world, "listed", names[place], round(sigma, 3), misfit))
+    return [specs[k] for k in rng.permutation(count).tolist()]
+
+
+def _seeds(rng: np.random.Generator, seed: int, count: int) -> list[int]:
+    """Distinct seeds of worlds."""
+    drawn = np.random.SeedSequence([seed, 1]).generate_state(2 * count + 8, np.uint32)
+    return rng.permutation(np.unique(drawn))[:count].tolist()

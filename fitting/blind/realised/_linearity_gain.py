@@ -1,0 +1,84 @@
+"""Scans compensated with and without the effects named, played on the device itself."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from fitting.blind.simulator._scan import Scan, sampled
+from rapi_jax import ECDL, Identified, Recording, Run, compensate, linear_scan, linearity, predict
+
+from ._modelled import answers, drive_of
+from ._realised_gap import Array, Laser
+
+SHARE = 0.8  # of the base model's span
+PERIODS = 3
+PAUSE_S = 2.0
+
+
+def straighter(
+    world: Laser, session: Sequence[Scan], models: tuple[ECDL, ECDL], promised: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Nonlinearity (rms, GHz) under either model's drive, and by what factor it fell.
+
+    The target is a straight scan of 80 % of the base model's span, at the recorded rate of the full
+    swing that is nearest to the middle. Each drive is the exact inverse of its model within the
+    range of the session, and is played a while after it. `refused`: why a model has no such drive.
+    `inside`: whether the factor lies in the interval promised (`straighter`). `foreseen`: the
+    nonlinearity that the model with the effects says the base's drive leaves.
+    """
+    scan = _usual(session)
+    span = SHARE * float(np.ptp(answers(models[1], session)[list(session).index(scan)]))
+    (target,) = linear_scan(scan.rate_hz, span=span)
+    drives = [drive_of(one) for one in session]
+    seen = Identified.of(Recording.of(drives, [drive.value for drive in drives]))
+    record: dict[str, Any] = {"rate_hz": scan.rate_hz, "span": span, "refused": None}
+    found: dict[str, float] = {}
+    for name, ecdl in zip(("after", "before"), models, strict=True):
+        try:
+            made = compensate(ecdl, target, identified=seen, bias=scan.bias)
+        except Exception as error:  # any reason there is counts as a refusal, and is said
+            record["refused"] = f"{name}: {type(error).__name__}: {error}"
+            return record
+        played = _played(session, made.drive.value, scan.rate_hz)
+        found[name] = nonlinearity(played, world.answer([*session, played])[-1])
+        if name == "before":
+            found["foreseen"] = nonlinearity(
+                played, np.asarray(predict(models[0], drive_of(played)))
+            )
+    factor = found["before"] / found["after"] if found["after"] > 0 else None
+    interval = promised.get("straighter") or {}
+    low, high = interval.get("low"), interval.get("high")
+    inside = None
+    if factor is not None and low is not None:
+        inside = low <= factor <= (np.inf if high is None else high)
+    return record | found | {
+        "factor": factor,
+        "promised": interval or None,
+        "ratio": factor / interval["value"] if factor and interval.get("value") else None,
+        "down": found["after"] < found["before"],
+        "inside": inside,
+    }  # fmt: skip
+
+
+def nonlinearity(scan: Scan, answer: Array) -> float:
+    """Rms over both ramps of an answer to `scan`, GHz.
+
+    About each ramp's own line, in the middle 80 % of its time (Section 4.1 of the paper).
+    """
+    up, down = linearity(Run(dataclasses.replace(drive_of(scan), start_s=0.0), answer)).rms_ghz
+    return float(np.sqrt((up**2 + down**2) / 2))
+
+
+def _played(session: Sequence[Scan], volts: Array, rate_hz: float) -> Scan:
+    begin = session[-1].start_s + session[-1].duration_s + PAUSE_S
+    return sampled(volts, rate_hz, periods=PERIODS, start_s=begin, waveform="triangle")
+
+
+def _usual(session: Sequence[Scan]) -> Scan:
+    widest = max(scan.swing for scan in session)
+    full = sorted(
+        (scan for scan in session if scan.swing > 0.98 * widest), key=lambda scan: scan.rate_hz
+    )
+    return full[len(full) // 2]

@@ -1,0 +1,129 @@
+"""What a diagnosis promised, tried out on the device it was made for."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from fitting.blind.scoring._entry import Entry
+from fitting.blind.scoring._wilson import counted
+from fitting.blind.simulator._bank import Spec
+from fitting.blind.simulator._world import World
+from rapi_jax import ECDL
+from rapi_jax.io import read_model
+
+from ._linearity_gain import straighter
+from ._realised_gap import WHICH, shrunk
+
+Draw = Callable[[Mapping[str, Any]], World]
+Progress = Callable[[str], None]
+
+
+def drawn(answer: Mapping[str, Any]) -> World:
+    """The world of an answer, drawn anew."""
+    return Spec(
+        seed=int(answer["seed"]),
+        kind=str(answer["kind"]),
+        effect=str(answer["effect"]),
+        sigma=float(answer["sigma"]),
+        base_misfit=bool(answer["base_misfit"]),
+    ).draw()
+
+
+def realised(
+    entries: Sequence[Entry], *, draw: Draw = drawn, progress: Progress | None = None
+) -> dict[str, Any]:
+    """Every diagnosis that names effects and left its models, tried on its own device.
+
+    `unseen`: see `shrunk`; `compensated`: see `straighter`; `worlds`: one record each, with what
+    kept it from being tried. A diagnosis with nothing promised is tried but not counted.
+    """
+    named = [entry for entry in entries if entry.named]
+    records = []
+    for entry in named:
+        if progress is not None:
+            progress(f"trying {entry.name}")
+        records.append(tried(entry, draw))
+    return {
+        "named": len(named),
+        "unseen": _unseen(records) | {"named_rightly": _unseen([r for r in records if r["right"]])},
+        "compensated": _compensated(records)
+        | {"named_rightly": _compensated([r for r in records if r["right"]])},
+        "worlds": records,
+    }
+
+
+def tried(entry: Entry, draw: Draw = drawn) -> dict[str, Any]:
+    """One record; whatever goes wrong is said there by name and never ends the check."""
+    record: dict[str, Any] = {
+        "name": entry.name, "verdict": entry.said, "right": entry.said == entry.right,
+        "error": None, "unseen": None, "compensated": None,
+    }  # fmt: skip
+    try:
+        models = _models(entry.folder)
+        world = draw(entry.answer)
+        if sorted(world.truth) != sorted(entry.answer["truth"]):
+            raise ValueError(
+                f"the world drawn now holds {', '.join(world.truth) or 'no effect'}, which is not "
+                "what its answer says. Score with the version that made the bank."
+            )
+        session = [run.scan for run in world.runs]
+    except Exception as error:
+        return record | {"error": _said(error)}
+    promised = entry.diagnosis.get("shrinkage") or {}
+    for name, judge in (("unseen", shrunk), ("compensated", straighter)):
+        try:
+            record[name] = judge(world, session, models, promised)
+        except Exception as error:
+            record["error"] = f"{name}: {_said(error)}"
+    return record
+
+
+def _models(folder: Path | None) -> tuple[ECDL, ECDL]:
+    """With the effects named, and without."""
+    if folder is None:
+        raise FileNotFoundError("the prediction left no folder with models")
+    model, base = (read_model(folder / name)[0] for name in ("model.rapi", "base.rapi"))
+    return model, base
+
+
+def _said(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"
+
+
+def _unseen(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    found = [r["unseen"] for r in records if r["unseen"] is not None]
+    inside, no_worse, closed = {}, {}, {}
+    for which in WHICH:
+        ones = [f[which] for f in found]
+        judged = [one for one in ones if one["inside"] is not None]
+        inside[which] = counted(sum(one["inside"] for one in judged), len(judged), least=0.90)
+        no_worse[which] = counted(sum(one["no_worse"] for one in judged), len(judged), least=0.90)
+        closed[which] = {
+            name: _median([one[name] for one in ones]) for name in ("closed", "closed_about_mean")
+        }
+    return {"inside": inside, "no_worse": no_worse, "median": closed}
+
+
+def _compensated(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    found = [r for r in records if r["compensated"] is not None]
+    played = [r["compensated"] for r in found if r["compensated"]["refused"] is None]
+    judged = [p for p in played if p["inside"] is not None]
+    return {
+        # A drive that was refused helps nobody.
+        "down": counted(sum(p["down"] for p in played), len(found)),
+        "inside": counted(sum(p["inside"] for p in judged), len(judged)),
+        "median_factor": _median([p["factor"] for p in played]),
+        "median_ratio": _median([p["ratio"] for p in played]),
+        "median_foreseen": _median([p["before"] / p["foreseen"] for p in played if p["foreseen"]]),
+        "refused": [
+            {"name": r["name"], "verdict": r["verdict"], "reason": r["compensated"]["refused"]}
+            for r in found
+            if r["compensated"]["refused"] is not None
+        ],
+    }
+
+
+def _median(values: Sequence[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return float(median(known)) if known else None

@@ -1,0 +1,79 @@
+"""By how much the gap has truly shrunk on scans that nobody recorded, against noise-free truth."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from fitting.blind.simulator._scan import Scan
+from rapi_jax import ECDL
+
+from ._modelled import answers
+from ._unseen import KINDS, unseen
+
+Array = npt.NDArray[np.float64]
+
+
+@runtime_checkable
+class Laser(Protocol):
+    """What is asked of a world: noise-free answers of its device, GHz."""
+
+    def answer(self, scans: Sequence[Scan]) -> list[Array]: ...  # noqa: D102
+
+
+def shrunk(
+    world: Laser, session: Sequence[Scan], models: tuple[ECDL, ECDL], promised: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Realised closed fractions of the model with the effects named beside the base alone.
+
+    `models`: with and without the effects. `promised`: the diagnosis' `shrinkage`, of which what
+    is `foreseen` of scans not recorded counts. Each of the unseen scans, and `all` together, has
+    `closed`: `1 - sum e_model^2 / sum e_base^2`, and `closed_about_mean`: the same of errors about
+    each run's mean, since origins may drift; whether `closed` lies `inside` the interval promised,
+    and whether it is `no_worse` than its lower end.
+    """
+    new = unseen(session)
+    scans = [*session, *new.values()]
+    truth = world.answer(scans)[-len(new) :]
+    model, base = (
+        [a - t for a, t in zip(answers(ecdl, scans)[-len(new) :], truth, strict=True)]
+        for ecdl in models
+    )
+    found = {kind: _closed([model[k]], [base[k]]) for k, kind in enumerate(new)}
+    found["all"] = _closed(model, base)
+    interval = promised.get("foreseen")
+    return {
+        "promised": interval,
+        **{kind: one | _judged(one["closed"], interval) for kind, one in found.items()},
+    }
+
+
+def _closed(model: Sequence[Array], base: Sequence[Array]) -> dict[str, float | None]:
+    about = [[e - e.mean() for e in errors] for errors in (model, base)]
+    return {
+        "rms_base": _root(base),
+        "rms_model": _root(model),
+        "closed": _part(model, base),
+        "closed_about_mean": _part(*about),
+    }
+
+
+def _part(model: Sequence[Array], base: Sequence[Array]) -> float | None:
+    before = float(sum(e @ e for e in base))
+    return 1 - float(sum(e @ e for e in model)) / before if before > 0 else None
+
+
+def _root(errors: Sequence[Array]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+
+
+def _judged(closed: float | None, interval: Mapping[str, float] | None) -> dict[str, bool | None]:
+    """`None` where nothing was promised, or the base had nothing to close."""
+    low, high = ((interval or {}).get(end) for end in ("low", "high"))
+    if closed is None or low is None or high is None:
+        return {"inside": None, "no_worse": None}
+    return {"inside": low <= closed <= high, "no_worse": low <= closed}
+
+
+WHICH = ("all", *KINDS)

@@ -1,0 +1,123 @@
+"""A calibration of the diagnosis' probabilities, fitted to a bank whose answers are known.
+
+The mean logarithm of the probability that the right answer was given, with each number held near
+the one it starts from: a bank has few worlds of each kind. Evidence is as it was predicted, so
+nothing is diagnosed again.
+"""
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from fitting.blind.prediction._predictions import Progress, checked, close, files, predict
+from fitting.blind.protocol._answers import revealed
+from fitting.blind.protocol._folder import Folder
+from fitting.blind.protocol._frozen import tree_sha256
+from fitting.diagnosis.which._calibration import Calibration, shipped
+from fitting.diagnosis.which._evidence import Evidence
+from fitting.diagnosis.which._probability import probabilities
+from rapi_jax import DataError
+from rapi_jax.io import printable
+
+from ._entry import truth_name
+
+# How far a number may go (one standard deviation): of its logarithm, or as it is.
+_LOGARITHMS = {
+    "temperature": 1.0,
+    "form": 1.5,
+    "chance": 0.7,
+    "none_level": 0.5,
+    "none_slope": 0.5,
+    "named_excess": 0.7,
+    "named_left": 0.7,
+    "named_open": 0.7,
+    "loose": 0.7,
+}
+_AS_IS = {"named_level": 2.0}
+_LEAST = 1e-3  # a probability that is given to everything, so that one miss does not rule
+_STEPS = 4000
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """What a diagnosis knew of one device, and what it should have said."""
+
+    evidence: Evidence
+    closed: dict[str, float]
+    right: str
+
+    @classmethod
+    def of(cls, answer: dict[str, Any], prediction: dict[str, Any]) -> "Case | None":
+        """From an answer and a prediction; `None` where there was no diagnosis."""
+        report = prediction.get("diagnosis")
+        if not report:
+            return None
+        found = {h["name"]: h.get("closed_fraction") for h in report["hypotheses"]}
+        closed = {name: value["value"] for name, value in found.items() if value}
+        right = "unlisted" if prediction.get("withheld") else truth_name(answer["truth"])
+        return cls(Evidence.from_dict(report["evidence"]), closed, right)
+
+
+def loss(cases: Sequence[Case], calibration: Calibration) -> float:
+    """Mean of the negative logarithm of the probability of the right answer."""
+    total = 0.0
+    for case in cases:
+        found = dict(probabilities(case.evidence, case.closed, calibration))
+        total -= float(np.log(_LEAST + (1.0 - _LEAST) * found.get(case.right, 0.0)))
+    return total / len(cases)
+
+
+def fitted(
+    cases: Sequence[Case], start: Calibration, provenance: str, *, steps: int = _STEPS
+) -> Calibration:
+    """The calibration that fits `cases` best, from `start`. Raises ValueError for no cases."""
+    if not cases:
+        raise ValueError("Argument `cases` must hold at least one case, but it is empty.")
+    width = np.array([*_LOGARITHMS.values(), *_AS_IS.values()])
+
+    def at(x: np.ndarray) -> Calibration:
+        moved = dict(zip([*_LOGARITHMS, *_AS_IS], (x * width).tolist(), strict=True))
+        values = {
+            k: getattr(start, k) * float(np.exp(v)) for k, v in moved.items() if k in _LOGARITHMS
+        }
+        values |= {k: getattr(start, k) + v for k, v in moved.items() if k in _AS_IS}
+        return dataclasses.replace(start, **values, provenance=provenance)
+
+    def cost(x: np.ndarray) -> float:
+        return len(cases) * loss(cases, at(x)) + 0.5 * float(x @ x)
+
+    options = {"maxfev": steps, "xtol": 1e-2, "ftol": 1e-4}
+    found = minimize(cost, np.zeros(width.size), method="Powell", options=options)
+    return at(np.asarray(found.x))
+
+
+def calibrate(
+    folder: Folder, *, workers: int | None = None, progress: Progress | None = None
+) -> tuple[Calibration, dict[str, float]]:
+    """A calibration from a bank, and the loss before and after.
+
+    What is not predicted yet is, and predictions are closed before an answer is read. Raises
+    DataError for a sealed bank: what is fitted to it can no longer be judged by it.
+    """
+    if folder.sealed:
+        raise DataError(
+            f"{printable(folder.root)}: a sealed bank is for judging alone. Calibrate on one of "
+            "tier `calibration`."
+        )
+    if not folder.closed.exists():
+        predict(folder, workers=workers, baselines=False, progress=progress)
+        close(folder.closed, files(folder), tree_sha256())
+    predictions = checked(folder.closed, files(folder))
+    found = [Case.of(value, predictions[value["name"]]) for value in revealed(folder)]
+    cases = [case for case in found if case is not None]
+    about, start = folder.about, shipped()
+    provenance = (
+        f"{len(cases)} devices of tier {about['tier']}, seed SHA-256 {about['seed_sha256'][:12]}, "
+        f"diagnosed by tree SHA-256 {next(iter(predictions.values()))['tree_sha256'][:12]}"
+    )
+    best = fitted(cases, start, provenance)
+    return best, {"before": loss(cases, start), "after": loss(cases, best)}

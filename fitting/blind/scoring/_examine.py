@@ -1,0 +1,128 @@
+"""Scoring a bank: predict what is missing, close, measure tied devices again, reveal, score."""
+
+import csv
+import io
+from pathlib import Path
+from typing import Any
+
+from fitting.blind.prediction import _second_sessions as _follow
+from fitting.blind.prediction._predictions import Progress, checked, close, files, predict
+from fitting.blind.protocol._answers import revealed, spec_of
+from fitting.blind.protocol._folder import Folder, made, write_json
+from fitting.blind.protocol._frozen import tree_sha256
+from fitting.blind.protocol._sealed import check_drawn, read_secret
+from rapi_jax import DataError
+from rapi_jax.io import printable, write_atomic
+
+SCHEMA = "rapi.blind-scores/1"
+SCORES, TABLE, FAILURES = "scores.json", "scores.md", "failures.csv"
+
+
+def examine(
+    folder: Folder,
+    *,
+    follow: int = _follow.MOST,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Score the bank, and write `scores.json`, `scores.md` and `failures.csv`.
+
+    `follow`: how many tied devices are measured again, see `_follow`; once is once for all.
+
+    Nothing of the answers is read before predictions are closed; nothing is scored where an answer,
+    a salt, a recording, a prediction or a model is not the one that was committed to. Raises
+    `DataError` in that case.
+    """
+    found = files(folder)
+    if not folder.closed.exists():
+        predict(folder, workers=workers, progress=progress)
+        close(folder.closed, found, tree_sha256())
+    predictions = checked(folder.closed, found)
+    made(folder.answers, private=True)  # a run that was killed may have left it closed
+    answers = revealed(folder)
+    secret = _secret(folder, answers)
+    for value in answers:
+        _check_recording(folder, value, predictions[value["name"]])
+    pairs, second = _second(folder, predictions, follow, workers, progress)
+    by_name = {value["name"]: value for value in answers}
+    entries = [(v, predictions[v["name"]], folder.predictions / v["name"]) for v in answers]
+    again = []
+    for pair in pairs:
+        after = [second[key] for key in _follow.files([pair])]
+        again.append((by_name[pair.name], predictions[pair.name], *after))
+    scored = _scored(entries, again, progress)
+    about = folder.about
+    kept = ("tier", "count", "seed_sha256", "tree_sha256", "secret_sha256")
+    scores = {
+        **scored,
+        "schema": SCHEMA,
+        "bank": {key: about[key] for key in kept},
+        "secret": secret.hex(),
+    }
+    from ._table import markdown
+
+    write_atomic(folder.root / FAILURES, _csv(scores.get("failures", [])))
+    write_atomic(folder.root / TABLE, markdown(scores))
+    write_json(folder.scores, scores)
+    return scores
+
+
+def _secret(folder: Folder, answers: list[dict[str, Any]]) -> bytes:
+    """The secret; of a sealed bank it must give the worlds that are there."""
+    if folder.sealed:
+        return check_drawn(folder, [spec_of(value) for value in answers])
+    return read_secret(folder)
+
+
+def _check_recording(folder: Folder, value: dict[str, Any], prediction: dict[str, Any]) -> None:
+    if prediction.get("recording_sha256") != value["recording_sha256"]:
+        raise DataError(
+            f"{printable(folder.recordings / value['name'])}: not the recording that the answer "
+            "was committed with. Nothing can be scored."
+        )
+
+
+def _second(
+    folder: Folder,
+    predictions: dict[str, dict[str, Any]],
+    most: int,
+    workers: int | None,
+    progress: Progress | None,
+) -> tuple[list[_follow.Pair], dict[str, dict[str, Any]]]:
+    """Second sessions; none any more where other code closed the first predictions."""
+    closed = folder.follow / _follow.CLOSED
+    if not closed.exists():
+        if any(p["tree_sha256"] != tree_sha256() for p in predictions.values()):
+            return [], {}
+        _follow.follow(folder, predictions, most=most, workers=workers, progress=progress)
+    pairs = _follow.closed(folder, predictions)
+    return pairs, checked(closed, _follow.files(pairs))
+
+
+def _scored(
+    entries: list[tuple[dict[str, Any], dict[str, Any], Path]],
+    follow: list[tuple[Any, ...]],
+    progress: Progress | None,
+) -> dict[str, Any]:
+    from ._scores import score
+
+    say = progress or (lambda done, total, name: None)
+    total = len(entries)
+    return score(
+        entries,
+        draw=lambda value: spec_of(value).draw(),
+        follow=follow,
+        progress=lambda line: say(total, total, line),
+    )
+
+
+def _csv(rows: list[dict[str, Any]]) -> str:
+    """Failures as a table: lists joined by blanks."""
+    columns = list(dict.fromkeys(key for row in rows for key in row)) or ["name"]
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        cells = {k: " ".join(map(str, v)) if isinstance(v, list) else v for k, v in row.items()}
+        writer.writerow(cells)
+    return text.getvalue()

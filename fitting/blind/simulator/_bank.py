@@ -1,0 +1,77 @@
+"""Banks: many worlds named by their seeds, in a mix that is fixed by strata and not by luck."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._world import World, draw
+from .effects._kinds import MIX, SIGMA, names_of
+
+LARGE = 4.0  # multiples of the noise; what a diagnosis is expected to name
+
+
+@dataclass(frozen=True)
+class Spec:
+    """A world that has not been drawn yet."""
+
+    seed: int
+    kind: str
+    effect: str  # "" for a null
+    sigma: float  # 0 for a null
+    base_misfit: bool
+
+    def draw(self) -> World:
+        """The world."""
+        sigma = self.sigma if self.kind != "null" else None
+        return draw(self.seed, self.kind, self.effect, sigma, base_misfit=self.base_misfit)
+
+
+UNSEEN = {"form": 2, "unlisted": 3}
+"""One in how many worlds of a kind has an unseen effect, where a bank has any; rounded down."""
+
+
+def bank(seed: int, count: int = 200, *, unseen: bool = False) -> list[Spec]:
+    """`count` worlds in an order that tells nothing.
+
+    Kinds in the parts of `_kinds.MIX`; within a kind all effects in turn, with and without base
+    misfit in turn, three of four at 4 to 20 sigma and one at 0.5 to 4 (pairs all at 4 to 20). Of
+    200, 44 are nulls, 60 single listed effects (each of fifteen four times, thrice large), 24
+    other forms, 26 pairs and 46 unlisted.
+
+    `unseen`: half of the other forms and a third of the unlisted effects are ones that a bank
+    without it never holds, by the same rules; the spec's `effect` tells.
+    """
+    rng = np.random.default_rng([seed, 1])
+    seeds = np.unique(np.random.SeedSequence(seed).generate_state(2 * count + 8, np.uint32))
+    free = rng.permutation(seeds)[:count].tolist()
+    specs = []
+    for kind, number in _numbers(count).items():
+        new = number // UNSEEN[kind] if unseen and kind in UNSEEN else 0
+        names = rng.permutation(names_of(kind)).tolist()
+        places = [(names[k % len(names)], *divmod(k, len(names))) for k in range(number - new)]
+        if new:
+            names = rng.permutation(names_of(kind, unseen=True)).tolist()
+            places += [(names[k % len(names)], *divmod(k, len(names))) for k in range(new)]
+        for effect, turn, place in places:
+            large = kind == "pair" or (place + turn) % 4 != 0
+            ends = (LARGE, SIGMA[1]) if large else (SIGMA[0], LARGE)
+            sigma = float(np.exp(rng.uniform(*np.log(ends))))
+            specs.append(
+                Spec(
+                    seed=int(free.pop()),
+                    kind=kind,
+                    effect=effect,
+                    sigma=0.0 if kind == "null" else round(sigma, 3),
+                    base_misfit=(place // 2 + turn) % 2 == 0,
+                )
+            )
+    return [specs[k] for k in rng.permutation(len(specs)).tolist()]
+
+
+def _numbers(count: int) -> dict[str, int]:
+    """How many of each kind: the parts of the mix, rounded so that they add up."""
+    numbers = {kind: int(part * count) for kind, part in MIX.items()}
+    late = sorted(MIX, key=lambda kind: numbers[kind] - MIX[kind] * count)
+    for kind in late[: count - sum(numbers.values())]:
+        numbers[kind] += 1
+    return numbers

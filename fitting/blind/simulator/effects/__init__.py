@@ -1,0 +1,1 @@
+"""Effects of the simulated lasers: listed ones, other functional forms, and unlisted ones."""

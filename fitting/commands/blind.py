@@ -1,0 +1,241 @@
+"""`rapi blind`: the withheld-effect check. Banks are committed to, made, predicted and scored."""
+
+import contextlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import App, Parameter, validators
+
+Bank = Annotated[Path, Parameter(name="BANK", negative="")]
+Workers = Annotated[int | None, Parameter(validator=validators.Number(gte=1, lte=256))]
+Count = Annotated[int, Parameter(validator=validators.Number(gte=1, lte=100_000))]
+Follow = Annotated[int, Parameter(validator=validators.Number(gte=0, lte=1000))]
+Limit = Annotated[int | None, Parameter(validator=validators.Number(gte=1))]
+Seed = Annotated[int | None, Parameter(validator=validators.Number(gte=0))]
+Json = Annotated[bool, Parameter(negative="")]
+
+app = App(
+    name="blind",
+    help="Check the diagnosis on simulated lasers whose effect is withheld from it.",
+    help_format="plaintext",
+)
+
+
+@app.command
+def commit(bank: Path, /, *, json: Json = False) -> int:
+    """Commit to a sealed bank in the folder BANK: draw its secret, print the hash to publish.
+
+    Publish the hash before `rapi blind make BANK --tier sealed`: the worlds follow from the secret
+    and from the code as it is when they are made.
+
+    Parameters
+    ----------
+    bank
+        A new folder.
+    json
+        Print one JSON object on standard output.
+    """
+    from fitting.blind.protocol._folder import Folder
+    from fitting.blind.protocol._sealed import commit as committed
+
+    from ._out import console, say_json
+
+    value = committed(Folder(bank))
+    if json:
+        say_json({"schema": "rapi.blind-commitment/1", "secret_sha256": value})
+    else:
+        console(json).print(value, markup=False)
+    return 0
+
+
+@app.command
+def make(
+    bank: Path,
+    /,
+    *,
+    tier: Literal["open", "calibration", "nulls", "withheld", "sealed"] = "open",
+    count: Count = 200,
+    seed: Seed = None,
+    json: Json = False,
+) -> int:
+    """Make a bank of simulated lasers in the folder BANK, or what is missing of it.
+
+    Parameters
+    ----------
+    bank
+        Folder for the bank; made if missing.
+    tier
+        `open`: for development; `calibration`: for thresholds and probabilities; `nulls`: no
+        effect at all; `withheld`: the true effect is taken from the candidates; `sealed`: drawn
+        from the code and a secret, used once.
+    count
+        How many lasers.
+    seed
+        By default each tier's own.
+    json
+        Print one JSON object on standard output.
+    """
+    from fitting.blind.protocol._folder import Folder
+    from fitting.blind.protocol._make import make as made
+
+    from ._out import console, say_json
+
+    with _progress("making") as say:
+        about = made(Folder(bank), tier, count=count, seed=seed, progress=say)
+    if json:
+        say_json(about)
+    else:
+        out = console(json)
+        out.print(f"{about['count']} recordings of tier {tier} in {bank}", markup=False)
+    return 0
+
+
+@app.command
+def predict(
+    bank: Path,
+    /,
+    *,
+    workers: Workers = None,
+    limit: Limit = None,
+    baselines: bool = True,
+    json: Json = False,
+) -> int:
+    """Diagnose the recordings of BANK, blindfolded: no answer can be read meanwhile.
+
+    What is there already is kept. `rapi blind score` does the same, and goes on.
+
+    Parameters
+    ----------
+    bank
+        A folder that `rapi blind make` wrote.
+    workers
+        Processes; by default two, or one where there is one processor.
+    limit
+        Only the first so many.
+    baselines
+        Also what simpler methods say.
+    json
+        Print one JSON object on standard output.
+    """
+    from fitting.blind.prediction._predictions import predict as predicted
+    from fitting.blind.protocol._folder import Folder
+
+    from ._out import console, say_json
+
+    with _progress("predicting") as say:
+        done = predicted(
+            Folder(bank), workers=workers, limit=limit, baselines=baselines, progress=say
+        )
+    if json:
+        say_json({"schema": "rapi.blind-progress/1", **done})
+    else:
+        console(json).print(
+            f"{done['predictions']} predictions, {done['new']} of them new; {done['raised']} "
+            f"diagnoses ended in an error. They are in {bank / 'predictions'}.",
+            markup=False,
+        )
+    return 0
+
+
+@app.command
+def score(
+    bank: Path, /, *, follow: Follow = 40, workers: Workers = None, json: Json = False
+) -> int:
+    """Predict what is missing, close the predictions, reveal the answers of BANK and score.
+
+    Writes `scores.json`, `scores.md` and `failures.csv` to BANK. Where an answer or a prediction is
+    not the one committed to, nothing is scored.
+
+    Parameters
+    ----------
+    bank
+        A folder that `rapi blind make` wrote.
+    follow
+        How many devices with several causes left are measured once more, after the scan that was
+        advised and after one at random, and diagnosed again.
+    workers
+        Processes; by default two, or one where there is one processor.
+    json
+        Print `scores.json` on standard output.
+    """
+    from fitting.blind.protocol._folder import Folder
+    from fitting.blind.scoring._examine import FAILURES, SCORES, TABLE, examine
+
+    from ._out import console, say_json
+
+    with _progress("scoring") as say:
+        scores = examine(Folder(bank), follow=follow, workers=workers, progress=say)
+    if json:
+        say_json(scores)
+        return 0
+    out = console(json)
+    out.print((bank / TABLE).read_text(encoding="utf-8"), markup=False)
+    out.print(f"written to {bank}: {SCORES}, {TABLE}, {FAILURES}", markup=False)
+    return 0
+
+
+@app.command
+def calibrate(
+    bank: Path,
+    /,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    workers: int | None = None,
+    json: Json = False,
+) -> int:
+    """Fit the diagnosis' probabilities to BANK: predict what is missing, close, reveal, fit.
+
+    Writes a calibration file. A version of this package comes with one; it takes another where that
+    is put in its place.
+
+    Parameters
+    ----------
+    bank
+        A bank of tier calibration (or open): a sealed one is for judging alone.
+    output
+        File for the calibration.
+    workers
+        Processes; by default two, or one where there is one processor.
+    json
+        Print the calibration on standard output.
+    """
+    from fitting.blind.protocol._folder import Folder, write_json
+    from fitting.blind.scoring._calibrate import calibrate as calibrated
+
+    from ._out import console, say_json
+
+    with _progress("predicting") as say:
+        found, losses = calibrated(Folder(bank), workers=workers, progress=say)
+    write_json(output, found.to_dict())
+    if json:
+        say_json({**found.to_dict(), "loss": losses})
+    else:
+        before, after = losses["before"], losses["after"]
+        text = f"mean log loss {before:.3f}, with this calibration {after:.3f}; written to {output}"
+        console(json).print(text, markup=False)
+    return 0
+
+
+@contextlib.contextmanager
+def _progress(title: str) -> Iterator[Callable[[int, int, str], None]]:
+    """Done of all, time left and the last name on standard error; silent where no terminal is."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+    from rich.progress import TimeRemainingColumn as TimeLeft
+
+    target = Console(stderr=True)
+    columns: Any = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeLeft(),
+        TextColumn("{task.fields[name]}", markup=False),
+    )
+    with Progress(*columns, console=target, transient=True, disable=not target.is_terminal) as bar:
+        task = bar.add_task(title, total=None, name="")
+
+        def say(done: int, total: int, name: str) -> None:
+            bar.update(task, completed=done, total=total, name=name)
+
+        yield say

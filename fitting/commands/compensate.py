@@ -1,0 +1,240 @@
+"""`rapi compensate`: drives under which a laser scans straight."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+Positive = Annotated[float, Parameter(validator=lambda _, value: _positive(value))]
+
+
+def compensate(
+    model: Path,
+    *,
+    span: Positive,
+    frequency: Annotated[list[float], Parameter(consume_multiple=True, negative="")],
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    bias: float | None = None,
+    limits: Path | None = None,
+    inverse: Literal["exact", "paper"] = "exact",
+    extrapolate: Annotated[bool, Parameter(negative="")] = False,
+    rise: float = 0.5,
+    corner: float = 0.02,
+    samples: int = 8192,
+    recording: Path | None = None,
+    plots: bool = True,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Write drives that make the response of MODEL a straight scan.
+
+    For each rate: `drive_<HZ>Hz.csv` (`time_s,drive`, one period, from its minimum), the same as
+    generator codes (`.afg`) and with its target as netCDF (`.nc`); `certificate.json`, what was
+    proved about the model before a drive was made. All drives are written, or none is.
+
+    Parameters
+    ----------
+    model
+        A folder that `rapi fit` wrote, or the `model.rapi` in it.
+    span
+        Peak to peak of the whole scan, in the model's response unit (GHz), corners included.
+    frequency
+        Scan rates, Hz.
+    output
+        Folder for the drives; made if missing.
+    bias
+        Middle of the drive's range, V; by default that of the identified range.
+    limits
+        TOML file with `low_v`, `high_v`, `slew_v_per_s` and, if wanted, `step_v`,
+        `max_frequency_hz`. By default what was seen in identification: its range and a twentieth
+        more, three times its steepest slope (right after a turn a straight scan needs twice).
+    inverse
+        `exact` inverts the model sample by sample; `paper` fits the paper's inverse operator.
+    extrapolate
+        Also make drives beyond the range and the rates that were identified.
+    rise
+        Share of the period on the way up: 0.5 is a triangle, 0.9 a sawtooth.
+    corner
+        Share of the period over which each turn is rounded.
+    samples
+        Samples in a period.
+    recording
+        For `--inverse paper`: what to identify the inverse on, instead of the model's own response.
+    plots
+        Write a picture.
+    json
+        Print `certificate.json` on standard output.
+    """
+    import numpy as np
+
+    from rapi_jax import Identified, ModelError, linear_scan
+    from rapi_jax import compensate as compensated
+    from rapi_jax.io import read_limits
+
+    from ._model import load_model
+    from ._out import console, output_folder, progress, say_json
+
+    ecdl, about = load_model(model)
+    identified = Identified.from_dict(about["identified"])
+    allowed = None if limits is None else read_limits(limits)
+    if not frequency or not all(np.isfinite(f) and f > 0 for f in frequency):
+        raise ModelError(f"`--frequency` must be positive rates in Hz, but is {frequency}.")
+    try:
+        targets = linear_scan(frequency, span=span, rise=rise, corner=corner, samples=samples)
+    except ValueError as error:
+        raise ModelError(str(error)) from error
+    folder = output_folder(output)
+    with progress("compensating", json) as say:
+        used = ecdl
+        fitted = None
+        if inverse == "paper":
+            say("identifying the inverse")
+            used, fitted = _paper(ecdl, about, identified, recording, say)
+        made = []
+        for target in targets:
+            say(f"{target.excitation_hz:g} Hz")
+            made.append(
+                compensated(
+                    used,
+                    target,
+                    identified=identified,
+                    limits=allowed,
+                    bias=bias,
+                    extrapolate=extrapolate,
+                )
+            )
+    report = _report(made, about, identified, allowed, fitted)
+    written = _write(folder, made, about, report, used if inverse == "paper" else None, plots)
+    if json:
+        say_json(report)
+        return 0
+    out = console(json)
+    out.print(_table(made, about["drive_unit"]))
+    for note in report["notes"]:
+        out.print(f"note: {note}", markup=False)
+    out.print(f"written to {folder}: {', '.join(path.name for path in written)}", markup=False)
+    return 0
+
+
+def _positive(value: float) -> None:
+    if not 0 < value < float("inf"):
+        raise ValueError("must be a positive number.")
+
+
+def _paper(ecdl: Any, about: dict[str, Any], identified: Any, path: Path | None, say: Any) -> Any:
+    """The paper's inverse operator, identified on a recording or on the model's own response."""
+    from fitting.identification.inverse._identify_inverse import (
+        fit_inverse,
+        identify_inverse,
+        swapped_model,
+    )
+    from rapi_jax.io import read_recording
+
+    if path is None:
+        swapped = swapped_model(ecdl, identified, about["response_unit"], about["drive_unit"])
+        result = fit_inverse(swapped, ecdl.operator, throw=False, progress=say)
+    else:
+        from fitting import fit
+
+        data = read_recording(path)
+        forward = fit(ecdl, data, starts=1, guess=False, hold_out=False, throw=False, progress=say)
+        result = identify_inverse(data, forward, throw=False, progress=say)
+    return result.ecdl, result
+
+
+def _report(
+    made: list[Any], about: dict[str, Any], identified: Any, limits: Any, fitted: Any
+) -> dict[str, Any]:
+    import dataclasses
+
+    from fitting.identification._result import versions
+
+    notes = []
+    if not about.get("trusted", False):
+        notes.append("the model was not to be trusted when it was fitted; see its model.json.")
+    notes += [note for one in made for note in one.notes]
+    used = dataclasses.asdict(identified.limits() if limits is None else limits)
+    report = {
+        "schema": "rapi.compensation/1",
+        "unit": about["response_unit"],
+        "drive_unit": about["drive_unit"],
+        "limits": {key: value for key, value in used.items() if value < float("inf")},
+        "limits_from": "identification" if limits is None else "file",
+        "identified": identified.to_dict(),
+        "drives": [one.to_dict() | {"file": f"{_stem(one)}.csv"} for one in made],
+        "notes": list(dict.fromkeys(notes)),
+        "versions": versions(),
+        "data_sha256": about["data_sha256"],
+    }
+    if fitted is not None:
+        report["inverse_fit"] = {
+            "unit": about["drive_unit"],
+            "rmse": [run.rmse for run in fitted.runs],
+            "excitation_hz": [run.excitation_hz for run in fitted.runs],
+        }
+    return report
+
+
+def _stem(one: Any) -> str:
+    return f"drive_{one.drive.rate:g}Hz"
+
+
+def _write(
+    folder: Path,
+    made: list[Any],
+    about: dict[str, Any],
+    report: dict[str, Any],
+    inverse: Any,
+    plots: bool,
+) -> list[Path]:
+    from fitting.report import json_text, save_figure
+    from rapi_jax import AfgWaveform, Recording, Run
+    from rapi_jax.io import write_afg, write_atomic, write_drive, write_model, write_recording
+
+    written = []
+    for one in made:
+        paths = [folder / f"{_stem(one)}.{kind}" for kind in ("csv", "afg", "nc")]
+        pair = Recording(
+            (Run(one.drive, one.target.value, _stem(one)),),
+            response_unit=about["response_unit"],
+            drive_unit=about["drive_unit"],
+            response_origin="run",
+            provenance={"response": "the scan asked for", "inverse": one.inverse},
+        )
+        write_drive(one.drive, paths[0])
+        write_afg(AfgWaveform.of(one.drive), paths[1])
+        write_recording(pair, paths[2])
+        written += paths
+    if inverse is not None:
+        write_model(
+            folder / "inverse.rapi",
+            inverse,
+            response_unit=about["drive_unit"],
+            drive_unit=about["response_unit"],
+        )
+        written.append(folder / "inverse.rapi")
+    if plots:
+        from rapi_jax import plot
+
+        figure = plot.compensation(made, about["response_unit"], about["drive_unit"])
+        written.append(save_figure(figure, folder / "compensation.png"))
+    write_atomic(folder / "certificate.json", json_text(report))
+    return [*written, folder / "certificate.json"]
+
+
+def _table(made: list[Any], unit: str) -> Any:
+    from rich.table import Table
+
+    table = Table(title="Drives for a straight scan", title_justify="left")
+    names = ("rate (Hz)", f"drive ({unit})", f"slew ({unit}/s)", "smallest slope", "inverse")
+    for name in names:
+        table.add_column(name, justify="right")
+    for one in made:
+        row = one.to_dict()
+        table.add_row(
+            f"{row['excitation_hz']:g}",
+            f"{row['drive_min']:.4f} to {row['drive_max']:.4f}",
+            f"{row['slew_max']:.4g}",
+            f"{row['certificate']['slope_min']:.4g} at {row['certificate']['slope_at']:.4g}",
+            one.inverse,
+        )
+    return table

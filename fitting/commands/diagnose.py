@@ -1,0 +1,88 @@
+"""`rapi diagnose`: where a model departs from a device, and which effect it lacks."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+
+def diagnose(
+    recording: Path,
+    *recordings: Path,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    model: Path | None = None,
+    limits: Path | None = None,
+    scan: bool = True,
+    nan: Literal["raise", "mask"] = "raise",
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Diagnose the gap between a model and RECORDING: where it lies, which effect causes it.
+
+    Writes `diagnosis.json`, `report.html` and `model.rapi`, the model with the effect named. With
+    several recordings each has a folder of its own name in the output folder.
+
+    Parameters
+    ----------
+    recording
+        A folder with a `manifest.toml`, or a netCDF-4 file.
+    recordings
+        More of them; what is compiled for the first serves the others.
+    output
+        Folder for the results; made if missing.
+    model
+        A folder that `rapi fit` or `rapi diagnose` wrote, or the `model.rapi` in it. Without one a
+        model is identified first, and nothing of the gap is a wrong parameter's.
+    limits
+        A file with the drive's limits, for the next scan; by default the range and slew recorded.
+    scan
+        Look for the scan that would best separate what is still tied.
+    nan
+        What to do with readings that are not finite: refuse, or leave those samples out.
+    json
+        Print `diagnosis.json` on standard output (a list with several recordings).
+    """
+    from rapi_jax.io import read_limits, read_recording
+
+    from ._model import load_model
+    from ._out import console, output_folder, progress, say_json
+
+    several = [recording, *recordings]
+    bounds = None if limits is None else read_limits(limits)
+    ecdl, about = (None, None) if model is None else load_model(model)
+    names = _names(several)
+    read = [read_recording(path, nan=nan) for path in several]  # all, before the first is judged
+    if about is not None:
+        from fitting.diagnosis._diagnose import check_units
+
+        for data in read:
+            check_units(about, data)
+    folder = output_folder(output)
+    reports: list[dict[str, Any]] = []
+    out = console(json)
+    for name, data in zip(names, read, strict=True):
+        from fitting.diagnosis import diagnose as run
+
+        with progress(f"diagnosing {name}" if recordings else "diagnosing", json) as say:
+            report = run(ecdl, data, limits=bounds, scan=scan, progress=say)
+        own = output_folder(folder / name) if recordings else folder
+        written = report.save(own, name=name)
+        reports.append(report.to_dict())
+        if not json:
+            from fitting.report.diagnosis._terminal import lines
+
+            if recordings:
+                out.rule(name)
+            out.print(lines(reports[-1]))
+            out.print(f"written to {own}: {', '.join(p.name for p in written)}", markup=False)
+    if json:
+        say_json(reports if recordings else reports[0])
+    return 0
+
+
+def _names(paths: list[Path]) -> list[str]:
+    """A folder name for each recording; those of one name are numbered."""
+    names = [path.resolve().stem or "recording" for path in paths]
+    return [
+        name if names.count(name) == 1 else f"{name}_{names[:i].count(name) + 1}"
+        for i, name in enumerate(names)
+    ]

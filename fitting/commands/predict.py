@@ -1,0 +1,150 @@
+"""`rapi predict`: a model's response to the drive of a recording."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+
+def predict(
+    model: Path,
+    recording: Path,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    nan: Literal["raise", "mask"] = "raise",
+    plots: bool = True,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Predict the response of MODEL to the drives of RECORDING, and compare.
+
+    Writes `<run>.csv` with the columns `time_s,drive,response,predicted` for each run. The origin
+    of the response is the model's; where the recording gives every run its own, it is taken from
+    the run's mean.
+
+    Parameters
+    ----------
+    model
+        A folder that `rapi fit` wrote, or the `model.rapi` in it.
+    recording
+        A folder with a `manifest.toml`, or a netCDF-4 file.
+    output
+        Folder for the results; made if missing.
+    nan
+        What to do with readings that are not finite: refuse, or leave those samples out.
+    plots
+        Write a picture.
+    json
+        Print the errors of each run as JSON on standard output.
+    """
+    from rapi_jax.io import read_recording
+
+    from ._model import load_model
+    from ._out import console, output_folder, progress, say_json
+
+    ecdl, about = load_model(model)
+    data = read_recording(recording, nan=nan)
+    with progress("predicting", json):
+        rows, series = _predicted(ecdl, about, data)
+    folder = output_folder(output)
+    written = _write(folder, data, series, plots)
+    report = {
+        "schema": "rapi.prediction/1",
+        "unit": data.response_unit,
+        "runs": rows,
+        "files": [path.name for path in written],
+        "data_sha256": data.sha256(),
+    }
+    if json:
+        say_json(report)
+        return 0
+    out = console(json)
+    out.print(_table(rows, data.response_unit))
+    out.print(f"written to {folder}: {', '.join(path.name for path in written)}", markup=False)
+    return 0
+
+
+def _predicted(
+    ecdl: Any, about: dict[str, Any], data: Any
+) -> tuple[list[dict[str, Any]], list[Any]]:
+    import numpy as np
+
+    from rapi_jax import ModelError
+    from rapi_jax import predict as respond
+    from rapi_jax.sampling._batch import usable
+
+    for kind in ("response_unit", "drive_unit"):
+        if about[kind] != getattr(data, kind):
+            raise ModelError(
+                f"the model's {kind} is {about[kind]}, the recording's {getattr(data, kind)}. Use "
+                "a model identified in the same unit."
+            )
+    rows, series = [], []
+    for run in data.runs:
+        response = np.asarray(respond(ecdl, run.drive.delayed(data.response_lag_s)))
+        use = usable(run, data.response_lag_s)
+        if not use.any():
+            use = run.valid
+        error = (response - run.response)[use]
+        if data.response_origin == "run":
+            response = response - error.mean()
+            error = error - error.mean()
+        span = float(np.ptp(run.response[use]))
+        rmse = float(np.sqrt(np.mean(error**2)))
+        rows.append(
+            {
+                "run": run.name,
+                "excitation_hz": run.drive.excitation_hz,
+                "samples": int(use.sum()),
+                "rmse": rmse,
+                "std": float(np.std(error)),
+                "unit": data.response_unit,
+                "span": span,
+                "rmse_fraction": rmse / span if span > 0 else None,
+            }
+        )
+        series.append(response)
+    return rows, series
+
+
+def _write(folder: Path, data: Any, series: list[Any], plots: bool) -> list[Path]:
+    import io
+
+    import numpy as np
+
+    from fitting.report import save_figure
+    from rapi_jax.io import write_atomic
+
+    written = []
+    for run, response in zip(data.runs, series, strict=True):
+        text = io.StringIO()
+        columns = np.column_stack([run.drive.time, run.drive.value, run.response, response])
+        header = "time_s,drive,response,predicted"
+        np.savetxt(text, columns, "%.17g", ",", header=header, comments="")
+        path = folder / f"{run.name}.csv"
+        write_atomic(path, text.getvalue())
+        written.append(path)
+    if plots:
+        from rapi_jax import plot
+
+        written.append(save_figure(plot.predictions(data, series), folder / "predictions.png"))
+    return written
+
+
+def _table(rows: list[dict[str, Any]], unit: str) -> Any:
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(title="Prediction against measurement", title_justify="left")
+    for name in ("run", "rate (Hz)", f"rmse ({unit})", f"std ({unit})", "% of span"):
+        table.add_column(name, justify="left" if name == "run" else "right")
+    for row in rows:
+        rate = row["excitation_hz"]
+        share = row["rmse_fraction"]
+        table.add_row(
+            escape(row["run"]),
+            "-" if rate is None else f"{rate:g}",
+            f"{row['rmse']:.4g}",
+            f"{row['std']:.4g}",
+            "-" if share is None else f"{100 * share:.3g}",
+        )
+    return table

@@ -1,0 +1,1 @@
+"""How far the gap closes: cross-validation, bootstrap intervals, predicted gain."""

@@ -1,0 +1,200 @@
+"""What an effect is worth on data that took no part in the refit: rates, amplitudes, last periods.
+
+Both models, with the effect and without, are refitted to what remains, from their full fits.
+"""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from functools import cache
+
+import numpy as np
+
+from fitting.diagnosis.noise._periods import Block, part
+from fitting.diagnosis.noise._spectrum import Spectrum, Whitener
+from fitting.diagnosis.refit._gauss_newton import Refit, State
+from fitting.diagnosis.refit._whitened_model import Engine
+from rapi_jax import Recording
+
+from ._bootstrap import closed_fraction
+
+_STEPS = 5
+_STRETCHES = 10  # of a run, drawn anew where nothing repeats
+_LAST = 2.0 / 3.0  # of the periods are seen, the others held out
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Fold:
+    """One part held out: its name, what is seen, and what is held, as blocks of their runs."""
+
+    name: str
+    seen: list[Block]
+    use: np.ndarray  # runs that are seen
+    held: list[Block]
+    runs: list[int]  # of `held`
+
+
+def folds(engine: Engine) -> list[Fold]:
+    """Each rate, each amplitude, and the last third of the periods, as far as there are several."""
+    recording, blocks = engine.recording, engine.blocks
+    out = []
+    for name, members in _groups(recording):
+        runs = [k for k, member in enumerate(members) if member]
+        held = [blocks[k] for k in runs]
+        out.append(Fold(name, blocks, ~members, held, runs))
+    # A run of one period is cut in time; where all are, that is all there is.
+    several = [b.periods >= 3 for b in blocks]
+    cut = several if any(several) else [b.left.shape[1] > 60 for b in blocks]
+    if any(cut):
+        seen = [part(b, 0.0, _LAST) if c else b for b, c in zip(blocks, cut, strict=True)]
+        held = [part(b, _LAST, 1.0) for b, c in zip(blocks, cut, strict=True) if c]
+        everything = np.ones(len(blocks), dtype=bool)
+        runs = [k for k, c in enumerate(cut) if c]
+        out.append(
+            Fold("last periods" if any(several) else "last third", seen, everything, held, runs)
+        )
+    return out
+
+
+def _groups(recording: Recording) -> list[tuple[str, np.ndarray]]:
+    drives, unit = recording.drives, recording.drive_unit
+    out = []
+    rates = np.array([d.rate for d in drives])
+    if np.unique(rates).size > 1:
+        out += [(f"rate {r:g} Hz", rates == r) for r in np.unique(rates)]
+    levels = np.array(recording.amplitudes)
+    if levels.size > 1:
+        nearest = np.array([int(np.abs(levels - d.u_pp).argmin()) for d in drives])
+        out += [(f"amplitude {a:.4g} {unit}", nearest == i) for i, a in enumerate(levels)]
+    return out
+
+
+def refit_without(refit: Refit, fold: Fold, state: State) -> list[np.ndarray]:
+    """Errors on what `fold` holds, of the model refitted to what it leaves."""
+    engine = dataclasses.replace(refit.engine, blocks=fold.seen)
+    whitener = Whitener(fold.seen, refit.whitener.spectrum, engine.own_origin, use=fold.use)
+    own = dataclasses.replace(refit, engine=engine, whitener=whitener)
+    end = own.descend(own.at(state.values, state.effects), _STEPS, 2e-3)
+    held = list(zip(fold.runs, fold.held, strict=True))
+    return refit.engine.apart(whitener, end.effects, end.nodes, held)[0]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Held:
+    """Errors before and after on all that was held out, and each part's closed fraction."""
+
+    parts: list[dict]
+    before: list[np.ndarray]
+    after: list[np.ndarray]
+    blocks: list[Block]
+    closed: dict[str, float] | None
+
+    def rms(self, own_origin: bool) -> tuple[float, float]:
+        """Errors before and after."""
+        return rms(self.before, own_origin), rms(self.after, own_origin)
+
+
+def credits_of(
+    engine: Engine,
+    none: tuple[Refit, State],
+    candidates: Sequence[tuple[Refit, State]],
+    say: Callable[[str], None] = lambda line: None,
+) -> list[Held | None]:
+    """The closed fraction of each candidate, part by part; `None` where nothing can be held.
+
+    `none`: the base without them, refitted once for each part.
+    """
+    parts = folds(engine)
+
+    @cache
+    def without(fold: Fold) -> list[np.ndarray]:
+        return refit_without(none[0], fold, none[1])
+
+    return [_credit(engine, parts, without, candidate, say) for candidate in candidates]
+
+
+def _credit(
+    engine: Engine,
+    parts: Sequence[Fold],
+    without: Callable[[Fold], list[np.ndarray]],
+    candidate: tuple[Refit, State],
+    say: Callable[[str], None],
+) -> Held | None:
+    before: list[np.ndarray] = []
+    after: list[np.ndarray] = []
+    held: list[Block] = []
+    rows = []
+    refit, state = candidate
+    spectrum, own = refit.whitener.spectrum, engine.own_origin
+    for fold in parts:
+        if not _enough(fold, state):
+            continue
+        say(f"held out: {fold.name}")
+        pair = without(fold), refit_without(refit, fold, state)
+        rows.append(
+            {
+                "part": fold.name,
+                "before": rms(pair[0], own),
+                "after": rms(pair[1], own),
+                "closed_fraction": _closed(*pair, fold.held, spectrum, own),
+            }
+        )
+        before, after = before + pair[0], after + pair[1]
+        held = held + fold.held
+    if not rows:
+        return None
+    closed = _closed(before, after, held, spectrum, own)
+    return Held(rows, before, after, held, closed)
+
+
+def _closed(
+    before: list[np.ndarray],
+    after: list[np.ndarray],
+    held: list[Block],
+    spectrum: Spectrum,
+    own: bool,
+) -> dict[str, float] | None:
+    if spectrum.known:
+        return closed_fraction(before, after, held, spectrum, own_origin=own)
+    return _closed_at_least(before, after, own)
+
+
+def _closed_at_least(
+    before: list[np.ndarray], after: list[np.ndarray], own: bool
+) -> dict[str, float] | None:
+    """The same where noise is unknown: with none taken off, so the value is a lower edge.
+
+    The interval is that of stretches of the runs drawn anew, made twice as wide.
+    """
+    pieces = []
+    for b, a in zip(before, after, strict=True):
+        shift = (b.mean(), a.mean()) if own else (0.0, 0.0)
+        parts = zip(
+            np.array_split((b - shift[0]).ravel(), _STRETCHES),
+            np.array_split((a - shift[1]).ravel(), _STRETCHES),
+            strict=True,
+        )
+        pieces += [(float(p @ p), float(q @ q)) for p, q in parts]
+    power = np.array(pieces)
+    if not power[:, 0].sum() > 0:
+        return None
+    value = 1.0 - float(power[:, 1].sum() / power[:, 0].sum())
+    rng = np.random.default_rng(0)
+    drawn = power[rng.integers(0, len(power), (1000, len(power)))].sum(axis=1)
+    low, high = np.quantile(1.0 - drawn[:, 1] / drawn[:, 0], [0.025, 0.975])
+    return {
+        "value": value,
+        "low": value - 2.0 * max(value - float(low), 0.0),
+        "high": min(value + 2.0 * max(float(high) - value, 0.0), 1.0),
+    }
+
+
+def _enough(fold: Fold, state: State) -> bool:
+    seen = sum(b.left.shape[1] for b, use in zip(fold.seen, fold.use, strict=True) if use)
+    return bool(fold.use.any() and seen > 2 * state.values.size)
+
+
+def rms(errors: list[np.ndarray], own_origin: bool) -> float:
+    """Root mean square over all runs; with `own_origin` about each run's mean."""
+    if own_origin:
+        errors = [e - e.mean() for e in errors]
+    return float(np.sqrt(np.mean(np.concatenate([e.ravel() for e in errors]) ** 2)))

@@ -1,0 +1,137 @@
+"""What to expect of scans not recorded, once the effects named are in the model.
+
+Held-out data say how far off the model may be: refits that lack a rate or an amplitude must reach
+farther than the model will. The number of its parameters says how near noise lets it come. What is
+foreseen lies between the two.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import chi2
+
+from fitting.diagnosis.noise._periods import Block
+from fitting.diagnosis.noise._spectrum import Spectrum
+from fitting.diagnosis.refit._estimates import determined
+from fitting.diagnosis.refit._gauss_newton import Refit, State
+from fitting.diagnosis.refit._whitened_model import Engine
+from fitting.diagnosis.where._gap import Gap, gap
+from rapi_jax.inversion._certificate import NotInvertible
+from rapi_jax.inversion._inverse_effects import refuse
+
+from ._cross_validation import Held
+
+_MIDDLE = (0.1, 0.9)  # of a ramp's time: what counts of it
+_LEVEL = 0.95
+_ERRORS = 2.0  # standard errors that the structure left may be more, or less
+_OTHER = 1.3  # a factor either way: the scan is not one of those recorded
+_NEVER = 1e-12  # of a gap: nothing closes it farther
+
+Range = dict[str, float]  # "value", "low", "high"
+
+
+class Foreseen(NamedTuple):
+    """With 95 % intervals: the share of the gap that closes, and the factor of a scan.
+
+    `straighter`: by which a compensated scan becomes straighter; `None` where no drive can allow
+    for the effects.
+    """
+
+    closed: Range
+    straighter: Range | None
+
+
+class Off(NamedTuple):
+    """Mean square by which a model will be off: least, likely, most."""
+
+    low: float
+    value: float
+    high: float
+
+
+def foreseen(
+    engine: Engine, spectrum: Spectrum, none: State, top: tuple[Refit, State], held: Held | None
+) -> Foreseen | None:
+    """What becomes of scans like those recorded, from `none` to `top`.
+
+    Without effects in the model the device is off by what the two models differ, and under the
+    drive that straightens that model it is crooked by as much. What stays are errors of parameters
+    and what of the gap still repeats with the scan; at most what stays open on data held out.
+    `None` where noise is unknown, nothing repeats or nothing can be held out.
+    """
+    refit, state = top
+    at = _usual(engine)
+    if at is None or held is None or held.closed is None or not spectrum.known:
+        return None
+    blocks, own = engine.blocks, engine.own_origin
+    count = determined(refit, state)
+    left = gap(state.errors.raw, blocks, spectrum, own_origin=own, fitted=round(count))
+    off = [a - b for a, b in zip(none.errors.raw, state.errors.raw, strict=True)]
+    before, bent = _power(off, blocks), crooked(off[at], blocks[at]) ** 2
+    if not before > 0 or not bent > 0 or left.noise_floor is None:
+        return None
+    stays = _stays(left, count / sum(float(b.use.sum()) for b in blocks), count, held, own)
+    wide = _OTHER**2
+    least, likely, most = (min(max(x / before, _NEVER), 1.0) for x in stays)
+    # What held-out data leave open is a share of what was there to close on them.
+    most = max(most, 1.0 - held.closed["low"], *(1.0 - x for x in _values(held)))
+    closed = {"value": 1.0 - likely, "low": 1.0 - wide * most, "high": 1.0 - least / wide}
+    try:
+        refuse(state.effects)
+    except NotInvertible:
+        return Foreseen(closed, None)
+    low, value, high = (float(np.sqrt(bent / max(x, _NEVER * bent))) for x in stays[::-1])
+    return Foreseen(closed, {"value": value, "low": low / _OTHER, "high": high * _OTHER})
+
+
+def _stays(left: Gap, share: float, count: float, held: Held, own: bool) -> Off:
+    """From errors of parameters alone to what stays open on data held out; likely in between.
+
+    `share`: parameters a reading.
+    """
+    error = (left.noise_floor or 0.0) ** 2 * share
+    tails = chi2.ppf([(1 - _LEVEL) / 2, (1 + _LEVEL) / 2], max(count, 1.0)) / max(count, 1.0)
+    sure = _ERRORS * left.locked_stderr
+    least = error * float(tails[0])  # what is left may be of the runs recorded alone
+    usual = error + max(left.locked, 0.0)
+    most = error * float(tails[1]) + max(left.locked + sure, 0.0)
+    closed = held.closed or {"value": 1.0, "low": 1.0}
+    there = max(held.rms(own)[0] ** 2 - (left.noise_floor or 0.0) ** 2, 0.0)
+    likely = max((1.0 - closed["value"]) * there, usual)
+    return Off(least, float(np.sqrt(usual * likely)), max(most, (1.0 - closed["low"]) * there))
+
+
+def _values(held: Held) -> list[float]:
+    """Closed fractions of the parts held out."""
+    return [p["closed_fraction"]["value"] for p in held.parts if p["closed_fraction"]]
+
+
+def _power(errors: list[np.ndarray], blocks: list[Block]) -> float:
+    """Mean square over all readings in use."""
+    total = sum(float((b.use * e**2).sum()) for e, b in zip(errors, blocks, strict=True))
+    return total / max(sum(float(b.use.sum()) for b in blocks), 1.0)
+
+
+def crooked(signal: np.ndarray, block: Block) -> float:
+    """Rms of the mean period of `signal` about a line on each ramp, in the middle of its time."""
+    mean, drive = signal.mean(axis=0), block.drive[0]
+    turn = int(np.argmax(drive))
+    ramps = [ramp for ramp in (np.arange(turn), np.arange(turn, mean.size)) if ramp.size > 4]
+    squares = []
+    for ramp in ramps:
+        a, b = (int(share * ramp.size) for share in _MIDDLE)
+        inner = ramp[a : max(b, a + 3)]
+        line = np.polyfit(inner, mean[inner], 1)
+        squares.append(float(np.mean((mean[inner] - np.polyval(line, inner)) ** 2)))
+    return float(np.sqrt(np.mean(squares)))
+
+
+def _usual(engine: Engine) -> int | None:
+    """The run of the full swing whose rate is nearest to the middle; `None` where none repeats."""
+    drives = engine.recording.drives
+    runs = [k for k, b in enumerate(engine.blocks) if b.repeats]
+    if not runs:
+        return None
+    widest = max(drives[k].u_pp for k in runs)
+    full = sorted((k for k in runs if drives[k].u_pp > 0.98 * widest), key=lambda k: drives[k].rate)
+    return full[len(full) // 2]

@@ -1,0 +1,1 @@
+"""Which scan to take next: candidate scans, discrimination between hypotheses, choice."""

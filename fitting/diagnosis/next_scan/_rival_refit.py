@@ -1,0 +1,104 @@
+"""The power of a next scan without linearising: a rival refitted to old data and new together."""
+
+import numpy as np
+
+from fitting.diagnosis.refit._gauss_newton import State
+
+from ._discrimination import FRACTION, Rival, Seen, Trials, solve
+
+_STEPS = 10
+_ENOUGH = 1e-2  # of the cost: a smaller fall ends a refit
+_AGREES = 1e-2  # of the first-order power: how near the cost of its solution must be to it
+_FINE = 1e-3  # the same, while the cost is above that of first order
+
+
+class _Joint:
+    """A rival on its own fit of the old data, without noise, and on one new scan."""
+
+    def __init__(self, trials: Trials, k: int, rival: Rival, target: np.ndarray) -> None:
+        self.trials, self.k, self.rival, self.target = trials, k, rival, target
+        self.new = trials.refit(rival)
+        self.n, self.m = rival.state.values.size, rival.information.shape[0]
+        self.fractions = trials.fractions(rival, k)
+        prior, free = rival.refit.base.prior, rival.refit.base.free
+        self.weight = np.where(free & np.isfinite(prior), prior, np.inf) ** -2.0
+
+    def begin(self) -> tuple[State, State]:
+        start = self.trials.start(self.rival)
+        return self.rival.state, self.new.at(start, self.rival.state.effects)
+
+    def cost(self, at: tuple[State, State]) -> float:
+        old, new = at
+        fit = self.rival.state
+        locked = old.errors.locked - fit.errors.locked
+        loose = old.errors.loose - fit.errors.loose
+        off = old.values - fit.values
+        fraction = (new.values[self.fractions] - 0.5) / FRACTION
+        rest = self._rest(new)
+        sums = (locked @ locked, loose @ loose, (self.weight * off) @ off, fraction @ fraction)
+        return float(sum(sums) + rest @ rest)
+
+    def _rest(self, new: State) -> np.ndarray:
+        value = np.concatenate([new.errors.locked, new.errors.loose])
+        return value[self.trials.parts[self.k]] - self.target
+
+    def normal(self, at: tuple[State, State]) -> tuple[np.ndarray, np.ndarray]:
+        old, new = at
+        refit, fit, n = self.rival.refit, self.rival.state, self.n
+        split = fit.errors.locked.size
+        s = refit.effect_columns(old)
+        top, loose = np.concatenate([refit.base_columns(old), s[:split]], axis=1), s[split:]
+        seen = self.trials.seen(self.rival, self.new, new, self.k)[0]
+        matrix = seen.normal.copy()
+        matrix[: self.m, : self.m] += top.T @ top
+        matrix[n : self.m, n : self.m] += loose.T @ loose
+        matrix[range(n), range(n)] += self.weight
+        extra = range(self.m, matrix.shape[0])
+        matrix[extra, extra] += FRACTION**-2.0
+        gradient = seen.pull(self._rest(new))
+        gradient[: self.m] += (old.errors.locked - fit.errors.locked) @ top
+        gradient[n : self.m] += (old.errors.loose - fit.errors.loose) @ loose
+        gradient[:n] += self.weight * (old.values - fit.values)
+        gradient[self.m :] += (new.values[self.fractions] - 0.5) / FRACTION**2
+        return matrix, gradient
+
+    def moved(self, at: tuple[State, State], move: np.ndarray) -> tuple[State, State]:
+        old = self.rival.refit._moved(at[0], move[: self.m])
+        values = np.concatenate([old.values[: self.rival.own], at[1].values[self.rival.own :]])
+        values[self.fractions] = np.clip(values[self.fractions] + move[self.m :], 0.0, 1.0)
+        return old, self.new.at(values, old.effects)
+
+
+def refitted(
+    trials: Trials, k: int, truth: Seen, rival: Rival, first: tuple[float, np.ndarray]
+) -> float:
+    """The power of scan `k` by a true joint refit of `rival`; `first`: what `linear` said.
+
+    The old data are what the rival itself says they are, so that its fit there costs nothing.
+    """
+    joint = _Joint(trials, k, rival, truth.value)
+    at = joint.begin()
+    best = joint.cost(at)
+    there = joint.moved(at, first[1])
+    if joint.cost(there) < best:
+        at, best = there, joint.cost(there)
+    if abs(best - first[0]) <= _AGREES * first[0]:
+        return best  # the first-order solution costs what it should: it is the minimum
+    damping = 1e-6
+    for _ in range(_STEPS):
+        matrix, gradient = joint.normal(at)
+        for _ in range(5):
+            heavy = matrix + damping * np.diag(np.diag(matrix))
+            there = joint.moved(at, -solve(heavy, gradient))
+            cost = joint.cost(there)
+            if np.isfinite(cost) and cost < best:
+                break
+            damping = min(damping * 30.0, 1e6)
+        else:
+            return best
+        fall, best, at = best - cost, cost, there
+        damping = max(damping / 10.0, 1e-9)
+        enough = _FINE if best > 1.02 * first[0] else _ENOUGH
+        if fall < max(enough * best, 0.01):
+            return best
+    return best

@@ -1,0 +1,1 @@
+"""Noise, measured from repeated periods."""

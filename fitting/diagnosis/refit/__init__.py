@@ -1,0 +1,1 @@
+"""Joint refits of an operator and effects to whitened errors."""

@@ -1,0 +1,1 @@
+"""Where the gap lies: its parts, by run, phase, frequency and harmonic."""

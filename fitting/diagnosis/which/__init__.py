@@ -1,0 +1,1 @@
+"""Which effect causes the gap: candidates refitted on a base, evidence, probabilities."""

@@ -1,0 +1,70 @@
+"""Numbers that turn chi-squares into probabilities, and where they come from."""
+
+import dataclasses
+import json
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+SCHEMA = "rapi.calibration/1"
+
+
+@dataclasses.dataclass(frozen=True)
+class Calibration:
+    """What `_probability` weighs evidence by.
+
+    Between hypotheses:
+
+    - `temperature`: differences of log evidence are divided by it, and by `form` times the excess
+      at stake between two hypotheses besides: no effect is quite as its equation says.
+    - `parameter`: log evidence that one more parameter costs, in units of the logarithm of the
+      number of lines, halved.
+    - `chance`: log evidence that one more effect costs, for the search over its trials.
+
+    For `unlisted`, logarithms of odds a decade:
+
+    - `none_level`, `none_slope`: where nothing is named, of the excess a line; the level is the
+      excess at even odds.
+    - `named_level`, `named_excess`, `named_left`, `named_open`: where something is, of the excess
+      a line, of the share of the excess that is left, and of the share of the gap on data held out
+      that stays open; the level is the logarithm of the odds at 0.3, 0.03 and 0.05.
+    - `loose`: by what the excess a line of what does not repeat is multiplied.
+    - `left_unknown`, `left_unknown_width`, `misfit_unknown`, `misfit_unknown_width`: where no run
+      repeats, so that noise is unknown: the share of the excess that the right effects leave at
+      most, the excess a line that a base may leave, and how sharply.
+    """
+
+    temperature: float
+    form: float
+    parameter: float
+    chance: float
+    none_level: float
+    none_slope: float
+    named_level: float
+    named_excess: float
+    named_left: float
+    named_open: float
+    loose: float
+    left_unknown: float
+    left_unknown_width: float
+    misfit_unknown: float
+    misfit_unknown_width: float
+    provenance: str
+
+    @classmethod
+    def from_dict(cls, value: dict[str, Any]) -> "Calibration":
+        """From what `to_dict` gave."""
+        if value.get("schema") != SCHEMA:
+            raise ValueError(f"Argument `value` must have the schema {SCHEMA}.")
+        return cls(**{k: v for k, v in value.items() if k != "schema"})
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for a file."""
+        return {"schema": SCHEMA, **dataclasses.asdict(self)}
+
+
+@cache
+def shipped() -> Calibration:
+    """The calibration that this version comes with."""
+    text = files("fitting.diagnosis.which").joinpath("calibration.json").read_text(encoding="utf-8")
+    return Calibration.from_dict(json.loads(text))

@@ -1,0 +1,1 @@
+"""From a recording to a model: starts, covariance, cross-validation, model order, verdict."""

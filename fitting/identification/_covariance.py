@@ -1,0 +1,139 @@
+"""Standard errors when residuals are correlated: a sandwich with an autoregressive noise model.
+
+Least squares stays unbiased under correlated noise, but its plain covariance is too small by about
+(1 + rho) / (1 - rho). Here each run's residual gets an AR(p) model, and the covariance is
+`G^-1 B G^-1` with `G = J'WJ` and `B = J'W C W J`, `C` the model's autocovariance. Residuals of a
+fit are less correlated than the noise was, since the fit took out what looks like its columns; the
+expected loss is computed and put back (as in restricted maximum likelihood).
+"""
+
+import dataclasses
+
+import numpy as np
+from scipy import linalg
+
+from fitting.solver._least_squares import pseudo_gram
+
+_LAGS = 12  # highest autoregressive order tried
+_PASSES = 4
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Uncertainty:
+    """Covariance of the fitted vector, and what the residuals look like.
+
+    `rho` is each run's residual correlation from one sample to the next; `effective` the number of
+    independent samples that all residuals are worth.
+    """
+
+    covariance: np.ndarray
+    rho: tuple[float, ...]
+    effective: float
+
+    @property
+    def stderr(self) -> np.ndarray:
+        """Standard errors; infinite where the data do not fix a parameter."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+    @property
+    def correlation(self) -> np.ndarray:
+        """Correlation matrix; zero where a standard error is zero or infinite."""
+        s = self.stderr
+        good = np.isfinite(s) & (s > 0)
+        out = np.eye(s.size)
+        pick = np.ix_(good, good)
+        out[pick] = self.covariance[pick] / np.outer(s[good], s[good])
+        return out
+
+
+def autocovariance(series: np.ndarray, lags: int) -> np.ndarray:
+    """Sums of lagged products over the number of pairs, for lags 0 to `lags`."""
+    n = series.size
+    power = np.abs(np.fft.rfft(series, 2 * n)) ** 2
+    return np.fft.irfft(power, 2 * n)[: lags + 1] / (n - np.arange(lags + 1))
+
+
+def _ar(gamma: np.ndarray, n: int) -> tuple[np.ndarray, float]:
+    """Coefficients and innovation variance by Yule-Walker, the order by BIC; always stationary."""
+    if gamma[0] <= 0:
+        return np.zeros(0), 0.0
+    best = (n * np.log(gamma[0]), np.zeros(0), gamma[0])
+    for order in range(1, min(gamma.size - 1, _LAGS) + 1):
+        if order == 1:  # a residual that hardly changes in one sample: as slow as the run can show
+            phi = np.clip(gamma[1:2] / gamma[0], -1.0 + 2.0 / n, 1.0 - 2.0 / n)
+            variance = float(gamma[0] * (1.0 - phi[0] ** 2))
+        else:
+            try:
+                phi = linalg.solve_toeplitz(gamma[:order], gamma[1 : order + 1])
+            except np.linalg.LinAlgError:
+                continue
+            variance = float(gamma[0] - phi @ gamma[1 : order + 1])
+            stationary = (np.abs(np.roots(np.r_[1.0, -phi])) < 1.0 - 1.0 / n).all()
+            if not (stationary and variance > 1e-12 * gamma[0]):
+                continue
+        score = n * np.log(variance) + order * np.log(n)
+        if score < best[0]:
+            best = (score, phi, variance)
+    return best[1], best[2]
+
+
+def _model_autocovariance(phi: np.ndarray, variance: float, n: int) -> np.ndarray:
+    """Autocovariance of an AR process at lags 0 to n-1, from its spectrum."""
+    spectrum = 1.0 / np.abs(np.fft.rfft(np.r_[1.0, -phi], 8 * n)) ** 2
+    return variance * np.fft.irfft(spectrum, 8 * n)[:n]
+
+
+def _toeplitz_product(gamma: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """`C @ columns` for the symmetric Toeplitz matrix with first column `gamma`."""
+    n = gamma.size
+    kernel = np.concatenate([gamma, [0.0], gamma[:0:-1]])
+    spectrum = np.fft.rfft(kernel)[:, None] * np.fft.rfft(columns, 2 * n, axis=0)
+    return np.fft.irfft(spectrum, 2 * n, axis=0)[:n]
+
+
+def _lagged_traces(left: np.ndarray, right: np.ndarray, lags: int) -> np.ndarray:
+    """Sum over t and columns of `left[t] right[t + k]`, for lags k."""
+    n = 2 * left.shape[0]
+    product = np.fft.rfft(right, n, axis=0) * np.conj(np.fft.rfft(left, n, axis=0))
+    return np.fft.irfft(product.sum(axis=1), n)[: lags + 1]
+
+
+def correlated(
+    residuals: list[np.ndarray], jacobians: list[np.ndarray], weights: list[float]
+) -> Uncertainty:
+    """Covariance of a weighted fit from each run's residual, Jacobian and weight (all unweighted).
+
+    Lists hold one entry a run: residuals of shape `time`, Jacobians of shape `time parameters`.
+    """
+    rows = zip(jacobians, weights, strict=True)
+    gram, loose = pseudo_gram(np.concatenate([np.sqrt(w) * j for j, w in rows]))
+    lags = [max(1, min(_LAGS, r.size // 8)) for r in residuals]
+    raw = [autocovariance(r, k) for r, k in zip(residuals, lags, strict=True)]
+    target = list(raw)
+    middle = np.zeros_like(gram)
+    rho, effective = [], 0.0
+    for step in range(_PASSES):
+        products, models, middle = [], [], np.zeros_like(gram)
+        for gamma, j, w in zip(target, jacobians, weights, strict=True):
+            model = _model_autocovariance(*_ar(gamma, j.shape[0]), j.shape[0])
+            product = w * _toeplitz_product(model, j)
+            middle += w * j.T @ product
+            models.append(model)
+            products.append(product)
+        if step == _PASSES - 1:
+            break
+        spread = gram @ middle @ gram
+        for i, (j, product) in enumerate(zip(jacobians, products, strict=True)):
+            lost = j @ gram
+            both = _lagged_traces(lost, product, lags[i]) + _lagged_traces(product, lost, lags[i])
+            kept = _lagged_traces(j @ spread, j, lags[i])
+            target[i] = raw[i] + (both - kept) / (j.shape[0] - np.arange(lags[i] + 1))
+    for model in models:
+        rho.append(float(model[1] / model[0]) if model[0] > 0 else 0.0)
+        total = model[0] + 2.0 * model[1:].sum()
+        effective += model.size * min(1.0, model[0] / total) if total > 0 else model.size
+    covariance = gram @ middle @ gram
+    covariance[loose, loose] = np.inf
+    return Uncertainty(
+        covariance, tuple(rho), min(effective, float(sum(r.size for r in residuals)))
+    )

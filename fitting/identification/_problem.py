@@ -1,0 +1,303 @@
+"""The fitting problem of a model and a recording (Eqs. 25, 26): one residual vector over all runs.
+
+The polynomial and the constants enter linearly, with columns that depend on the drive alone. So
+they are projected out of the residuals, not iterated on (variable projection), and solved for at
+the end.
+"""
+
+import dataclasses
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from fitting.solver._bound_transform import Bounds
+from fitting.solver._least_squares import LeastSquares, least_squares, linearise
+from rapi_jax import ECDL, Recording
+from rapi_jax._ecdl import respond
+from rapi_jax.sampling._batch import DriveBatch, Sampled, sampled
+
+from ._parameter_vector import Vector, as_device
+
+_DRIFT_PERIODS = 6  # of one run, from which a creeping origin is fitted
+
+
+class Data(eqx.Module):
+    """What a residual needs besides the parameters, as arrays."""
+
+    drives: DriveBatch
+    y: Float[Array, "runs time"]
+    weight: Float[Array, "runs time"]  # square root of the weight, 0 where a sample is not used
+    basis: Float[Array, "samples linear"]  # orthonormal columns, projected out
+
+
+class RunResidual(eqx.Module):
+    """Weighted model less data over all runs, flattened; `values`: the model's, then `initial`."""
+
+    ecdl: ECDL
+    vector: Vector = eqx.field(static=True)
+    unknown: tuple[int, ...] = eqx.field(static=True)  # runs whose initial fractions end `values`
+
+    def model(self, values: Array, drives: DriveBatch) -> Float[Array, "runs time"]:
+        """The model's response in every run."""
+        ecdl = self.vector.put(self.ecdl, values)
+        initial = None
+        if self.unknown:
+            rest = values[self.vector.size :].reshape(len(self.unknown), -1)
+            known = jnp.full((drives.time.shape[0], rest.shape[1]), jnp.nan)
+            initial = known.at[jnp.array(self.unknown)].set(rest)
+
+        return respond(ecdl, drives, initial)
+
+    def __call__(self, values: Array, data: Data) -> Array:
+        error = data.weight * (self.model(values, data.drives) - data.y)  # Eq. (25)
+        flat = error.ravel()
+        return flat - data.basis @ (data.basis.T @ flat)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Solution:
+    """One fit: the whole vector (model, offsets, initial fractions) and the solver's report."""
+
+    values: np.ndarray  # as `Problem.names`
+    solver: LeastSquares
+    jacobian: np.ndarray  # weighted, with respect to `values`; "samples values"
+    error: np.ndarray  # model less data, "runs time"; also where it was not fitted
+
+    @property
+    def cost(self) -> float:
+        """Half the weighted sum of squares."""
+        return self.solver.cost
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Problem:
+    """A model with some parameters free, against a recording.
+
+    The vector is: the model's parameters; with `response_origin = "run"` one offset a run; with
+    `drift` the creep of the origin, in response units per decade of session time; one initial
+    fraction a play for each run with an unknown history.
+    """
+
+    ecdl: ECDL
+    recording: Recording
+    data: Sampled
+    vector: Vector
+    free: np.ndarray  # of the model's parameters
+    linear: np.ndarray  # of these, solved for exactly
+    unknown_history: np.ndarray  # of the runs
+    drift: np.ndarray | None  # decades of session time, "runs time"
+
+    @classmethod
+    def of(
+        cls,
+        ecdl: ECDL,
+        recording: Recording,
+        free: Any,
+        *,
+        history: bool = True,
+        drift: bool | None = None,
+    ) -> "Problem":
+        """`free` selects what may move, `history` frees the plays' start in runs not repeating.
+
+        `drift` lets the origin creep; by default where a run holds enough periods to show it.
+        """
+        vector = Vector.of(ecdl)
+        mask = vector.mask(ecdl, free)
+        linear = np.array(vector.spread(lambda p: p.linear), dtype=bool) & mask
+        origin = ecdl.operator.fields.origin
+        if ecdl.effects or (origin is not None and mask[vector.names.index(origin)]):
+            linear[:] = False  # the columns are then not those of the drive alone
+        unknown = np.array([history and not run.drive.repeats for run in recording.runs])
+        data = sampled(recording, lead=bool(ecdl.effects))
+        if drift is None:
+            drift = max(run.drive.periods for run in recording.runs) >= _DRIFT_PERIODS
+        decades = _decades(recording, data) if drift else None
+        problem = cls(ecdl, recording, data, vector, mask, linear, unknown, decades)
+        return problem if problem._has_constant else dataclasses.replace(problem, drift=None)
+
+    @property
+    def constant(self) -> str:
+        """The name of the operator's constant."""
+        return self.ecdl.operator.fields.constant
+
+    @property
+    def own_origin(self) -> bool:
+        """Whether each run has an origin of its own."""
+        return self.recording.response_origin == "run" and self._has_constant
+
+    @property
+    def _has_constant(self) -> bool:
+        return bool(self.linear[self.vector.names.index(self.constant)])
+
+    @property
+    def offsets(self) -> int:
+        """Number of run offsets in the vector."""
+        return len(self.recording.runs) if self.own_origin else 0
+
+    @property
+    def nuisances(self) -> int:
+        """Number of offsets and drifts in the vector."""
+        return self.offsets + (self.drift is not None)
+
+    @property
+    def own_size(self) -> int:
+        """Size of the vector that the solver sees: without offsets and drift."""
+        return self.vector.size + int(self.unknown_history.sum()) * self.ecdl.operator.count
+
+    @property
+    def names(self) -> list[str]:
+        """A name for each element of the vector."""
+        runs = [run.name for run in self.recording.runs]
+        count = self.ecdl.operator.count
+        return (
+            self.vector.names
+            + [f"offset[{name}]" for name in runs[: self.offsets]]
+            + ["drift"] * (self.drift is not None)
+            + [
+                f"initial_{i + 1}[{name}]"
+                for name, unknown in zip(runs, self.unknown_history, strict=True)
+                if unknown
+                for i in range(count)
+            ]
+        )
+
+    @property
+    def free_count(self) -> int:
+        """Number of parameters that the data must fix."""
+        own = max(self.offsets - 1, 0)
+        return (
+            int(self.free.sum()) + own + int(self.unknown_history.sum()) * self.ecdl.operator.count
+        )
+
+    def weights(self, run_weights: np.ndarray, use: np.ndarray | None = None) -> np.ndarray:
+        """Square roots of the samples' weights, "runs time"; `use` narrows what is fitted."""
+        use = self.data.use if use is None else self.data.use & use
+        return np.sqrt(run_weights)[:, None] * use
+
+    def columns(self, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Weighted columns of the linear part, "samples linear", and their places in the vector."""
+        names = self.vector.names
+        runs, length = self.data.u.shape
+        u = np.asarray(self.ecdl.operator.centred(as_device(self.data.u)))
+        columns, places = [], []
+        for at in np.flatnonzero(self.linear):
+            power = 0 if names[at] == self.constant else int(names[at].rsplit("_", 1)[1])
+            if power or not self.own_origin:
+                columns.append(weight * u**power)
+                places.append(at)
+        for run in range(self.offsets):
+            columns.append(weight * (np.arange(runs) == run)[:, None])
+            places.append(self.vector.size + run)
+        if self.drift is not None:
+            columns.append(weight * self.drift)
+            places.append(self.vector.size + self.offsets)
+        if not columns:
+            return np.zeros((runs * length, 0)), np.zeros(0, dtype=int)
+        return np.stack([c.ravel() for c in columns], axis=1), np.array(places)
+
+    def moving_bounds(self) -> dict[tuple[int, int], float]:
+        """Places of free parameters whose bounds move with another's, by the operator."""
+        names = self.vector.names
+        slopes = self.ecdl.operator.couplings(list(self.data.u_pp), list(self.data.freq))
+        places = {(names.index(a), names.index(b)): slope for (a, b), slope in slopes.items()}
+        return {(i, j): slope for (i, j), slope in places.items() if self.free[i] and self.free[j]}
+
+    def bounds(self, start: np.ndarray) -> Bounds:
+        """Bounds of the vector without its offsets, for a fit from `start`."""
+        low = np.array(self.vector.spread(lambda p: p.bounds[0]))
+        high = np.array(self.vector.spread(lambda p: p.bounds[1]))
+        coupling = np.eye(start.size)
+        for (moved, by), slope in self.moving_bounds().items():
+            coupling[moved, by] = slope
+        extra = start.size - self.vector.size
+        low = np.concatenate([low, np.zeros(extra)])
+        high = np.concatenate([high, np.ones(extra)])
+        return Bounds.of(start, low, high, coupling)
+
+    def start(self, ecdl: ECDL, initial: float = 0.5) -> np.ndarray:
+        """The vector at the values of `ecdl`, a model of the same shape."""
+        values = np.where(self.free, self.vector.values(ecdl), self.vector.values(self.ecdl))
+        tail = np.full(int(self.unknown_history.sum()) * self.ecdl.operator.count, initial)
+        return np.concatenate([values, np.zeros(self.nuisances), tail])
+
+    def model(self, values: np.ndarray) -> ECDL:
+        """The model at the vector `values`; with run offsets, its constant is their mean."""
+        return self.vector.put(self.ecdl, as_device(values[: self.vector.size]))
+
+    def solve(
+        self, start: np.ndarray, weight: np.ndarray, ties: np.ndarray | None = None, **options: Any
+    ) -> Solution:
+        """Fit from the vector `start`; `weight` as from `weights`. Call with 64-bit types on."""
+        n = self.vector.size
+        columns, places = self.columns(weight)
+        length = np.linalg.norm(columns, axis=0)
+        left, size, _ = np.linalg.svd(
+            columns / np.where(length > 0, length, 1.0), full_matrices=False
+        )
+        basis = left * (size > 1e-10 * size.max(initial=1.0))
+        drives = self.data.device()
+        data = Data(drives, as_device(self.data.y), as_device(weight), as_device(basis))
+        plain = eqx.tree_at(lambda d: d.basis, data, jnp.zeros_like(data.basis))
+        residual = self._residual()
+        tail = start[n + self.nuisances :]
+        own = np.concatenate([np.where(self.linear, 0.0, start[:n]), tail])
+        move = np.concatenate([self.free & ~self.linear, np.ones(tail.size, dtype=bool)])
+        solver = least_squares(
+            residual, own, data, bounds=self.bounds(own), free=move, ties=ties, **options
+        )
+        own = np.where(move, solver.values, own)  # to the last bit: the bijection rounds
+        error, jacobian = (
+            np.asarray(a) for a in linearise(residual, _unbounded(own.size), as_device(own), plain)
+        )
+        solved = -np.linalg.lstsq(columns / np.where(length > 0, length, 1.0), error, rcond=1e-12)[
+            0
+        ]
+        values = np.concatenate([own[:n], np.zeros(self.nuisances), own[n:]])
+        values[places] = solved / np.where(length > 0, length, 1.0)
+        full = np.zeros((error.size, values.size))
+        full[:, np.r_[0:n, n + self.nuisances : values.size]] = jacobian * move
+        full[:, places] = columns
+        if self.own_origin:
+            values = self._share_origin(values)
+        return Solution(values, solver, full, self.error(values))
+
+    def error(self, values: np.ndarray) -> np.ndarray:
+        """Model less data at the vector `values`, "runs time"."""
+        n = self.vector.size
+        model_only = np.concatenate([values[:n], values[n + self.nuisances :]])
+        y = np.asarray(_respond(self._residual(), as_device(model_only), self.data.device()))
+        if self.offsets:
+            y = y + values[n : n + self.offsets, None]
+        if self.drift is not None:
+            y = y + values[n + self.offsets] * self.drift
+        return y - self.data.y
+
+    def _residual(self) -> RunResidual:
+        unknown = tuple(int(i) for i in np.flatnonzero(self.unknown_history))
+        return RunResidual(self.ecdl, self.vector, unknown)
+
+    def _share_origin(self, values: np.ndarray) -> np.ndarray:
+        n, values = self.vector.size, values.copy()
+        mean = values[n : n + self.offsets].mean()
+        values[self.vector.names.index(self.constant)] = mean
+        values[n : n + self.offsets] -= mean
+        return values
+
+
+def _decades(recording: Recording, data: Sampled) -> np.ndarray:
+    """Decades of session time since the start, one period being the first unit: as creep goes."""
+    first = min(drive.start_s for drive in recording.drives)
+    unit = max(1.0 / drive.rate for drive in recording.drives if drive.rate > 0)
+    return np.log10(1.0 + np.maximum(data.time - first, 0.0) / unit)
+
+
+def _unbounded(size: int) -> Bounds:
+    return Bounds.of(np.ones(size))
+
+
+@eqx.filter_jit
+def _respond(residual: RunResidual, values: Array, drives: DriveBatch) -> Array:
+    return residual.model(values, drives)

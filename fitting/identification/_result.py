@@ -1,0 +1,214 @@
+"""What a fit gives back."""
+
+import dataclasses
+import importlib.metadata
+import os
+import platform
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rapi_jax import ECDL, Recording
+
+from ._cross_validation import HeldOut
+from ._data_checks import Fault
+from ._starts import Start
+from ._verdict import Verdict
+
+SCHEMA = "rapi.model/1"
+
+
+@dataclasses.dataclass(frozen=True)
+class Estimate:
+    """One parameter: `stderr` is 0 for one that was held, infinite for one the data cannot fix."""
+
+    name: str
+    value: float
+    stderr: float
+    unit: str
+    low: float
+    high: float
+    at_bound: bool
+    held: bool
+
+    def interval(self, level: float = 0.95, degrees: float = np.inf) -> tuple[float, float]:
+        """Confidence interval at `level`, by Student's t with `degrees` of freedom."""
+        from scipy.special import stdtrit
+
+        half = float(stdtrit(min(degrees, 1e9), 0.5 + level / 2.0)) * self.stderr
+        return self.value - half, self.value + half
+
+
+@dataclasses.dataclass(frozen=True)
+class RunFit:
+    """One run: errors over the samples that were fitted, in the response's unit.
+
+    `opening` is the hysteresis percentage as a fraction, `weight` its `A_j`, `rho` the correlation
+    of the residual from sample to sample, `offset` the run's own origin less their mean.
+    """
+
+    name: str
+    excitation_hz: float | None
+    samples: int
+    periods: int
+    rmse: float
+    span: float
+    rmse_fraction: float
+    opening: float
+    weight: float
+    rho: float
+    offset: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class FitResult:
+    """A fitted model and all that is needed to decide whether to use it.
+
+    `predicted` holds the model's response to each run, `correlation` that of `names`, `effective`
+    the number of independent samples the residuals are worth. RMS values are in
+    `recording.response_unit`.
+    """
+
+    ecdl: ECDL
+    recording: Recording
+    verdict: Verdict
+    parameters: tuple[Estimate, ...]
+    runs: tuple[RunFit, ...]
+    rmse: float
+    held_out: tuple[HeldOut, ...]
+    starts: tuple[Start, ...]
+    faults: tuple[Fault, ...]
+    names: tuple[str, ...]
+    correlation: np.ndarray
+    effective: float
+    predicted: tuple[np.ndarray, ...]
+    used: tuple[np.ndarray, ...]
+    seconds: float
+
+    @property
+    def rmse_held_out(self) -> float:
+        """RMSE on the last third, by a model fitted to the rest; NaN where not computed."""
+        for scheme in self.held_out:
+            if scheme.scheme == "last third":
+                return scheme.rmse
+        return float("nan")
+
+    def __getitem__(self, name: str) -> Estimate:
+        """The estimate of the parameter `name`."""
+        for estimate in self.parameters:
+            if estimate.name == name:
+                return estimate
+        raise KeyError(
+            f"no parameter {name!r}; there are {', '.join(p.name for p in self.parameters)}"
+        )
+
+    def summary(self) -> str:
+        """The result as text for people."""
+        from fitting.report import summary
+
+        return summary(self)
+
+    def _repr_html_(self) -> str:
+        from fitting.report import html
+
+        return html(self)
+
+    def __repr__(self) -> str:
+        word = "trusted" if self.verdict.trusted else "not to be trusted"
+        unit = self.recording.response_unit
+        return (
+            f"<FitResult: {type(self.ecdl.operator).__name__}, {word}, rmse {self.rmse:.4g} {unit}>"
+        )
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def save(self, folder: str | os.PathLike[str], *, plots: bool = True) -> list[Path]:
+        """Write `model.json`, the loadable model and pictures to `folder`, for `rapi predict`."""
+        from fitting.report import write_fit
+
+        path = Path(folder)
+        path.mkdir(parents=True, exist_ok=True)
+        return write_fit(self, path, plots=plots)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The result as in `model.json` (schema `rapi.model/1`); not finite becomes `None`."""
+        unit = self.recording.response_unit
+        return _finite(
+            {
+                "schema": SCHEMA,
+                "operator": type(self.ecdl.operator).__name__,
+                "effects": [type(effect).__name__ for effect in self.ecdl.effects],
+                "plays": self.ecdl.operator.count,
+                "order": int(self.ecdl.operator.coefficients.size),
+                "parameters": {
+                    p.name: {
+                        "value": p.value,
+                        "stderr": p.stderr,
+                        "unit": p.unit,
+                        "at_bound": p.at_bound,
+                        "bounds": [p.low, p.high],
+                        "held": p.held,
+                    }
+                    for p in self.parameters
+                },
+                "correlation": {"names": list(self.names), "matrix": self.correlation.tolist()},
+                "runs": [
+                    dataclasses.asdict(run) | {"unit": unit, "run": i}
+                    for i, run in enumerate(self.runs)
+                ],
+                "unit": unit,
+                "drive_unit": self.recording.drive_unit,
+                "response_origin": self.recording.response_origin,
+                "rmse": self.rmse,
+                "rmse_held_out": self.rmse_held_out,
+                "held_out": {
+                    h.scheme: {k: v for k, v in dataclasses.asdict(h).items() if k != "scheme"}
+                    for h in self.held_out
+                },
+                "starts": [
+                    {k: v for k, v in dataclasses.asdict(s).items() if k != "trace"}
+                    for s in self.starts
+                ],
+                "effective_samples": self.effective,
+                "verdict": {
+                    "trusted": self.verdict.trusted,
+                    "reasons": list(self.verdict.reasons),
+                    "notes": list(self.verdict.notes),
+                    "unidentifiable": list(self.verdict.unidentifiable),
+                },
+                "faults": [dataclasses.asdict(fault) for fault in self.faults],
+                "seconds": self.seconds,
+                "versions": versions(),
+                "data_sha256": self.recording.sha256(),
+            }
+        )
+
+
+class UntrustedFit(RuntimeError):
+    """A fit whose verdict is not to be trusted; `result` holds it all the same."""
+
+    def __init__(self, result: FitResult):
+        reasons = "; ".join(result.verdict.reasons)
+        super().__init__(
+            f"the fit is not to be trusted: {reasons} (pass `throw=False` to look at it)"
+        )
+        self.result = result
+
+
+def versions() -> dict[str, str]:
+    """Versions of what computed a result."""
+    packages = ("rapi-jax", "jax", "equinox", "optimistix", "numpy")
+    found = {name: importlib.metadata.version(name) for name in packages}
+    return found | {"python": platform.python_version()}
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return value

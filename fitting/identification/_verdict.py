@@ -1,0 +1,179 @@
+"""Is this fit to be trusted, and if not, why: from gradient, rank, agreement and held-out data."""
+
+import dataclasses
+
+import numpy as np
+
+from fitting.solver._identifiability import unidentifiable
+from fitting.solver._refinement import step_left, worth
+from rapi_jax.plays._contact_intervals import Band
+
+from ._cross_validation import HeldOut
+from ._data_checks import Fault
+from ._parameter_vector import as_device
+from ._problem import Problem, Solution
+from ._starts import Start
+
+_POOR = 0.05  # of the span
+_EXPLAINED = 0.5  # of the variance
+_GENERAL = 3.0  # held-out rmse over in-sample rmse
+_ONE_RATE = 1.2  # rates within this factor show no rate dependence
+
+
+@dataclasses.dataclass(frozen=True)
+class Verdict:
+    """`trusted` with no reasons, or not with at least one; `notes` do not speak against the fit."""
+
+    trusted: bool
+    reasons: tuple[str, ...]
+    notes: tuple[str, ...]
+    unidentifiable: tuple[str, ...] = ()
+
+
+def judge(
+    problem: Problem,
+    weight: np.ndarray,
+    solution: Solution,
+    starts: list[Start],
+    held: list[HeldOut],
+    found: list[Fault],
+    stderr: np.ndarray,
+) -> Verdict:
+    """The verdict on a fit. `weight` is of the samples, `stderr` of the problem's vector."""
+    reasons, notes = [], []
+    data = problem.data
+    error = solution.error[data.use]
+    spans = [float(np.ptp(data.y[r, data.use[r]])) for r in range(data.y.shape[0])]
+    rmse = float(np.sqrt(np.mean(error**2)))
+    scale = max(spans)
+    loose = unidentifiable(problem, solution)
+    if loose:
+        reasons.append(
+            f"unidentifiable: these data cannot fix {', '.join(loose)}. Hold one of them "
+            "(`free=` in Python), or add a scan rate, an amplitude or a longer swing."
+        )
+    limit = worth(problem, weight)
+    flat = rmse <= 1e-9 * max(scale, 1e-300)
+    left, _ = step_left(problem, solution, weight)
+    if not flat and left > limit:
+        reasons.append(
+            f"not converged: one more step takes away {100 * left:.2g} % of the cost "
+            f"({solution.solver.reason or 'the solver stopped early'}). More starts or a better "
+            "first model."
+        )
+    agreeing = sum(start.agrees for start in starts)
+    if len(starts) > 1 and agreeing < 2:
+        reasons.append(
+            f"starts disagree: {len(starts)} starts reached {len(starts)} different ends, so the "
+            "best may be a local minimum. Raise `starts`, or hold what you know."
+        )
+    elif len(starts) == 1:
+        reasons.append("one start only: nothing says that the end is not a local minimum.")
+    for fault in found:
+        reasons.append(f"{fault.kind}: {fault.message}")
+    variance = float(np.mean([np.var(data.y[r, data.use[r]]) for r in range(data.y.shape[0])]))
+    if scale == 0:
+        reasons.append("no signal: the response never changes.")
+    elif rmse**2 > (1.0 - _EXPLAINED) * variance:
+        reasons.append(
+            f"nothing explained: the model leaves {100 * rmse**2 / variance:.0f} % of the "
+            "response's variance. The response does not follow this drive; check wiring, columns "
+            "and lag."
+        )
+    elif rmse > _POOR * scale:
+        reasons.append(
+            f"poor fit: rmse is {100 * rmse / scale:.1f} % of the span. More plays (`plays`) or "
+            "order, an effect the model lacks, or a wrong lag."
+        )
+    for scheme in held:
+        if scheme.rmse > _GENERAL * scheme.train_rmse + 1e-9 * scale and scheme.fraction > 0.01:
+            text = (
+                f"{scheme.scheme}: held-out rmse {scheme.rmse:.3g} is "
+                f"{scheme.rmse / scheme.train_rmse:.1f} times that of the fitted part"
+            )
+            if scheme.scheme == "last third":
+                reasons.append(
+                    f"does not generalise: {text}. Fewer parameters, or a drift to model."
+                )
+            else:
+                notes.append(f"{text}: do not extrapolate there.")
+    notes += _notes(problem, solution, stderr, loose)
+    return Verdict(not reasons, tuple(reasons), tuple(notes), loose)
+
+
+def _notes(problem: Problem, solution: Solution, stderr: np.ndarray, loose) -> list[str]:
+    notes = []
+    recording = problem.recording
+    if max(recording.rates) <= _ONE_RATE * min(recording.rates):
+        notes.append(
+            f"one scan rate: the rate dependence{_named(problem, 'zeta', 'kappa')} rests on the "
+            "shape of one loop, and a lag of the device or its reading (delay, amplifier, servo) "
+            "cannot be told from hysteresis. Record a second rate before predicting at another."
+        )
+    if len(recording.amplitudes) == 1:
+        notes.append(
+            f"one amplitude: how thresholds grow with amplitude{_named(problem, 'alpha')} is "
+            "assumed, not measured."
+        )
+    names = problem.names
+    bound = [
+        n for n, at in zip(problem.vector.names, bounded(problem, solution), strict=True) if at
+    ]
+    if bound:
+        notes.append(
+            f"at a bound: {', '.join(bound)}. The data ask for less or more than is allowed."
+        )
+    values = solution.values
+    weak = [
+        names[i]
+        for i in range(problem.vector.size)
+        if problem.free[i]
+        and names[i] not in loose
+        and stderr[i] > abs(values[i])
+        and values[i] != 0
+    ]
+    if weak:
+        notes.append(f"known no better than their own size: {', '.join(weak)}.")
+    if recording.response_origin == "run":
+        notes.append(
+            f"each run has an origin of its own: {problem.constant} is their mean, and says "
+            "nothing."
+        )
+    notes += _band_notes(problem, solution)
+    return notes
+
+
+def _named(problem: Problem, *names: str) -> str:
+    found = [name for name in names if any(part.name == name for part in problem.vector.parts)]
+    return f" ({found[0]})" if found else ""
+
+
+def bounded(problem: Problem, solution: Solution) -> np.ndarray:
+    """Which of the model's parameters ended at a bound."""
+    return solution.solver.at_bound[: problem.vector.size] & problem.free & ~problem.linear
+
+
+def _band_notes(problem: Problem, solution: Solution) -> list[str]:
+    """Crossed bands and thresholds that are not positive, with where."""
+    operator = problem.model(solution.values).operator
+    origin = -float(operator.centred(as_device(np.zeros(()))))
+    notes = []
+    for row, run in enumerate(problem.recording.runs):
+        plays = operator.plays(*(as_device(v[row]) for v in (problem.data.u_pp, problem.data.freq)))
+        band = Band.of(plays)
+        if (band.r <= 0).any():
+            notes.append(
+                f"run {run.name!r}: threshold of play {int(np.argmin(band.r)) + 1} is "
+                f"{band.r.min():.3g}, not positive: that play has no memory there."
+            )
+        u = run.drive.value
+        low, high = np.asarray(operator.centred(as_device(np.array([u.min(), u.max()]))))
+        crossed = band.crossed_stretches(float(low), float(high))
+        if crossed:
+            play, begin, end = crossed[0]
+            notes.append(
+                f"run {run.name!r}: the band of play {play} is crossed from {begin + origin:.3g} "
+                f"to {end + origin:.3g} {problem.recording.drive_unit}: no memory there, but still "
+                "monotone."
+            )
+    return notes

@@ -1,0 +1,61 @@
+"""The weight of each run: its hysteresis percentage (Eq. 26)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rapi_jax import Recording, Run
+from rapi_jax.sampling._batch import usable
+
+_BINS = 100
+
+
+def opening(run: Run, lag_s: float = 0.0) -> float:
+    """Largest vertical opening of a run's loop over its span; NaN where a branch is missing.
+
+    Branches are means over drive bins, so noise and several periods average out.
+    """
+    drive = run.drive.delayed(lag_s)
+    use = usable(run, lag_s)
+    if drive.u_pp == 0 or use.sum() < 4:
+        return float("nan")
+    place = (drive.value - drive.value.min()) / drive.u_pp
+    index = np.minimum((place * _BINS).astype(int), _BINS - 1)
+    means = []
+    for branch in (drive.up, ~drive.up):
+        part = use & branch
+        count = np.bincount(index[part], minlength=_BINS)
+        total = np.bincount(index[part], weights=run.response[part], minlength=_BINS)
+        means.append(np.where(count > 0, total / np.maximum(count, 1), np.nan))
+    gap = np.abs(means[0] - means[1])[2:-2]  # a bin at a turning point mixes both branches
+    span = float(np.ptp(run.response[use]))
+    return float(np.nanmax(gap) / span) if np.isfinite(gap).any() and span > 0 else float("nan")
+
+
+def hysteresis_weights(recording: Recording) -> np.ndarray:
+    """`A_j` of Eq. 26, one a run: proportional to the hysteresis percentage, with mean 1."""
+    openings = np.array([opening(run, recording.response_lag_s) for run in recording.runs])
+    if not (openings > 0).any():
+        return np.ones(openings.size)
+    openings = np.where(np.isfinite(openings), openings, np.nanmean(openings))
+    openings = np.maximum(openings, 0.05 * openings.max())  # no run is left out
+    return openings / openings.mean()
+
+
+def weights_of(recording: Recording, weights: str | Sequence[float]) -> np.ndarray:
+    """The weights asked for: "hysteresis", "uniform", or a positive number a run."""
+    if isinstance(weights, str):
+        if weights == "hysteresis":
+            return hysteresis_weights(recording)
+        if weights == "uniform":
+            return np.ones(len(recording.runs))
+        raise ValueError(
+            f'Argument `weights` must be "hysteresis", "uniform" or numbers, not {weights!r}.'
+        )
+    given = np.asarray(weights, dtype=float)
+    if given.shape != (len(recording.runs),) or not (np.isfinite(given) & (given > 0)).all():
+        raise ValueError(
+            f"Argument `weights` must be {len(recording.runs)} positive numbers, one a run, but is "
+            f"{weights}."
+        )
+    return given / given.mean()

@@ -1,0 +1,1 @@
+"""The paper's inverse operator, identified on recordings with drive and response exchanged."""

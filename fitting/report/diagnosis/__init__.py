@@ -1,0 +1,1 @@
+"""The diagnosis for people: page, terminal, JSON."""

@@ -1,0 +1,44 @@
+"""The files of a diagnosis: JSON for machines, one page for people, the loadable model."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fitting.report.fit._files import MODEL, json_text
+from rapi_jax import Identified
+from rapi_jax.io import write_atomic, write_model
+
+if TYPE_CHECKING:
+    from fitting.diagnosis._diagnosis import Diagnosis
+
+DIAGNOSIS, PAGE = "diagnosis.json", "report.html"
+
+
+def write_diagnosis(diagnosis: "Diagnosis", folder: Path, *, name: str = "") -> list[Path]:
+    """Write `diagnosis.json`, `report.html` and `model.rapi`; return their paths.
+
+    `name`: of the recording, as the page shows it.
+    """
+    from fitting.identification._result import versions
+
+    from ._page import page
+
+    recording = diagnosis.recording
+    content = diagnosis.to_dict()
+    if name:
+        content["recording"]["name"] = name
+    write_model(
+        folder / MODEL,
+        diagnosis.model,
+        response_unit=recording.response_unit,
+        drive_unit=recording.drive_unit,
+        response_origin=recording.response_origin,
+        response_lag_s=recording.response_lag_s,
+        trusted=diagnosis.verdict.name != "unlisted" and not content["faults"],
+        identified=Identified.of(recording).to_dict(),
+        rmse=content["shrinkage"]["after"],
+        versions=versions(),
+        data_sha256=recording.sha256(),
+    )
+    write_atomic(folder / DIAGNOSIS, json_text(content))
+    write_atomic(folder / PAGE, page(content))
+    return [folder / DIAGNOSIS, folder / PAGE, folder / MODEL]

@@ -1,0 +1,139 @@
+"""How a report writes numbers: one unit for the page, honest digits, intervals in words."""
+
+import dataclasses
+import math
+from typing import Any
+
+from fitting.report.fit._table import value_with_error
+
+DASH = "\N{EN DASH}"
+SPACE = "\N{NO-BREAK SPACE}"
+_MINUS = "\N{MINUS SIGN}"
+_LADDERS = (
+    {"THz": 1e12, "GHz": 1e9, "MHz": 1e6, "kHz": 1e3, "Hz": 1.0},
+    {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "pm": 1e-12},
+)
+_NAMES = {"um": "\N{GREEK SMALL LETTER MU}m"}
+_EXPONENT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def unit_text(unit: str) -> str:
+    """A unit of a file as people write it."""
+    return _NAMES.get(unit, unit)
+
+
+def finite(value: Any) -> float | None:
+    """`value` as a float where it is a finite number, else None."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        return None
+    return float(value)
+
+
+def number(value: Any, digits: int = 3, *, sign: bool = False) -> str:
+    """A number with `digits` significant digits and no `1e+03`; a dash where there is none."""
+    x = finite(value)
+    if x is None:
+        return DASH
+    # The power of ten after rounding: 9.9996 is 10.0.
+    power = int(f"{x:.{digits - 1}e}".split("e")[1]) if x else 0
+    if x and not -4 <= power < 6:
+        mantissa, exponent = f"{abs(x):.{digits - 1}e}".split("e")
+        text = f"{mantissa}×10{str(int(exponent)).translate(_EXPONENT)}"
+    else:
+        text = f"{abs(round(x, digits - 1 - power)):.{max(0, digits - 1 - power)}f}"
+        if not text.strip("0."):
+            text = "0"
+    return (_MINUS if x < 0 and text != "0" else "+" if sign and x > 0 else "") + text
+
+
+def quantity(value: Any, unit: str, *, digits: int = 3, sign: bool = False) -> str:
+    """A number and its unit, kept on one line; the unit 1 is not written."""
+    text = number(value, digits, sign=sign)
+    bare = finite(value) is None or unit in ("", "1")
+    return text if bare else f"{text}{SPACE}{unit_text(unit)}"
+
+
+def setting(value: Any, unit: str) -> str:
+    """A number that was chosen, not measured: without the zeros that would claim digits."""
+    x = finite(value)
+    if x is None:
+        return DASH
+    text = f"{x:.4g}".replace("-", _MINUS)
+    return text if unit in ("", "1") else f"{text}{SPACE}{unit_text(unit)}"
+
+
+def percent(value: Any) -> str:
+    """A probability or a fraction in percent; never a certainty for what is only close to one."""
+    x = finite(value)
+    if x is None:
+        return DASH
+    if 0.0 < x < 0.001:
+        return f"<{SPACE}0.1{SPACE}%"
+    if 0.9995 <= x <= 1.0:
+        return f">{SPACE}99.9{SPACE}%"
+    places = 1 if 0.0 < x < 0.01 or 0.99 < x < 0.9995 else 0
+    text = f"{100 * abs(x):.{places}f}"
+    return f"{_MINUS if x < 0 and float(text) else ''}{text}{SPACE}%"
+
+
+def interval(fraction: Any) -> str:
+    """`{"value", "low", "high"}` as `94 % (90 to 96 %)`; a dash where there is no value."""
+    if not isinstance(fraction, dict) or finite(fraction.get("value")) is None:
+        return DASH
+    low, high = finite(fraction.get("low")), finite(fraction.get("high"))
+    value = percent(fraction["value"])
+    if low is None or high is None:
+        return value
+    start = percent(low).removesuffix(f"{SPACE}%")
+    return f"{value} ({start}{SPACE}to{SPACE}{percent(high)})"
+
+
+def with_error(value: Any, stderr: Any, unit: str) -> str:
+    """`0.0210 ± 0.0012 1/decade`, in the digits of its standard error; `(1.04 ± 0.03)×10⁻⁴ s`."""
+    x, error = finite(value), finite(stderr)
+    if x is None or not error or error < 0:
+        return quantity(value, unit, digits=4)
+    power = math.floor(math.log10(max(abs(x), error)))
+    power = 0 if -4 < power < 6 else power
+    shown, spread = value_with_error(x / 10.0**power, error / 10.0**power)
+    text = f"{shown.replace('-', _MINUS)}{SPACE}±{SPACE}{spread}"
+    text = f"({text})×10{str(power).translate(_EXPONENT)}" if power else text
+    return text + ("" if unit in ("", "1") else f"{SPACE}{unit_text(unit)}")
+
+
+@dataclasses.dataclass(frozen=True)
+class Scale:
+    """The unit in which a page shows residuals, and what takes a recorded value there."""
+
+    recorded: str
+    unit: str  # as shown
+    factor: float
+
+    @classmethod
+    def of(cls, recorded: str, sizes: list[Any]) -> "Scale":
+        """The unit of the recording's family in which the largest of `sizes` reads best."""
+        largest = max((abs(x) for x in map(finite, sizes) if x is not None), default=0.0)
+        for ladder in _LADDERS:
+            if recorded in ladder and largest > 0:
+                for unit, size in ladder.items():
+                    factor = ladder[recorded] / size
+                    if largest * factor >= 1.0:
+                        return cls(recorded, unit_text(unit), factor)
+        return cls(recorded, unit_text(recorded), 1.0)
+
+    @property
+    def axis(self) -> str:
+        """The recorded unit as shown, for axes over the response itself."""
+        return unit_text(self.recorded)
+
+    def value(self, recorded: Any) -> float | None:
+        """A recorded number in the page's unit."""
+        x = finite(recorded)
+        return None if x is None else x * self.factor
+
+    def bare(self, recorded: Any, *, digits: int = 3, sign: bool = False) -> str:
+        """A recorded number in the page's unit, without the unit."""
+        return number(self.value(recorded), digits, sign=sign)
+
+    def __call__(self, recorded: Any, *, digits: int = 3, sign: bool = False) -> str:
+        return quantity(self.value(recorded), self.unit, digits=digits, sign=sign)

@@ -1,0 +1,113 @@
+"""The page of a diagnosis: one HTML file that needs nothing but itself.
+
+The verdict comes first, then where the gap lies, which effect causes it, how far it shrinks, what
+to record next, and how sure all that is. Figures are drawn by plotly.js, which is inside the page;
+every number is also in a table, so the page can be read without a script.
+"""
+
+import dataclasses
+import functools
+from importlib import resources
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+from . import _text as words
+from ._how_far import following, shrinkage
+from ._numbers import Scale
+from ._summary import calibration, cautions, facts, provenance, subtitle
+from ._where import budget, grid
+from ._which import hypotheses
+from .figures._lines import lines
+from .figures._maps import figures
+
+_SCHEMA = "rapi.diagnosis/1"
+
+
+def page(diagnosis: dict) -> str:
+    """The diagnosis of `diagnosis.json` as one HTML page for people.
+
+    **Arguments:**
+
+    - `diagnosis`: the object of `diagnosis.json`. A key that is missing or null leaves its part of
+      the page out. Text in it is shown as text, never taken as markup.
+
+    **Returns:** the page. It asks for nothing: style, script and data are inside. Residuals are in
+    the unit of the recording's family that reads best (0.041 GHz as 41 MHz).
+
+    Raises `ValueError` where `diagnosis` has another schema, or no verdict.
+    """
+    schema = diagnosis.get("schema", _SCHEMA)
+    if schema != _SCHEMA or not isinstance(diagnosis.get("verdict"), dict):
+        raise ValueError(
+            f"Argument `diagnosis` must be the object of a `diagnosis.json` ({_SCHEMA}) with a "
+            f"verdict, but its schema is {schema!r} and its keys are {sorted(diagnosis)}. Make one "
+            "with `rapi diagnose`."
+        )
+    return _template().render(**_context(diagnosis))
+
+
+def _context(diagnosis: dict) -> dict[str, Any]:
+    gap = diagnosis.get("gap") or {}
+    refit = diagnosis.get("shrinkage") or {}
+    where = [e for e in diagnosis.get("where") or [] if isinstance(e, dict)]
+    maps = diagnosis.get("maps") or {}
+    sizes = [gap.get("total"), refit.get("before"), *(e.get("rms") for e in where)]
+    scale = Scale.of(str(diagnosis.get("unit") or ""), sizes)
+    drive_unit = str((diagnosis.get("recording") or {}).get("drive_unit") or "")
+    drawn = figures(diagnosis, scale, drive_unit)
+    panels = [dataclasses.asdict(panel) for figure in drawn for panel in figure.panels]
+    name = str((diagnosis.get("recording") or {}).get("name") or "")
+    return {
+        "title": " · ".join(filter(None, ["Diagnosis", name])),
+        "subtitle": subtitle(diagnosis, drive_unit),
+        "headline": words.headline(diagnosis),
+        "advice": words.advice(diagnosis, drive_unit),
+        "cautions": cautions(diagnosis),
+        "facts": facts(diagnosis, scale),
+        "budget": budget(gap, scale),
+        "phase": next((f for f in drawn if f.panels[0].key == "phase"), None),
+        "figures": [f for f in drawn if f.panels[0].key != "phase"],
+        "grid": grid(where, scale, drive_unit),
+        "lines": lines(maps.get("lines"), scale),
+        "which": hypotheses(diagnosis),
+        "far": shrinkage(refit, scale, words.names(diagnosis["verdict"])[0] not in words.SPECIAL),
+        "following": following(diagnosis.get("next_scan"), drive_unit),
+        "no_scan": words.no_scan(diagnosis["verdict"]),
+        "reason": words.sentence(str(diagnosis["verdict"].get("reason") or "")),
+        "notes": [words.sentence(str(note)) for note in diagnosis.get("notes") or []],
+        "calibration": calibration(diagnosis),
+        "provenance": provenance(diagnosis, drive_unit),
+        "drawings": [{key: p[key] for key in ("key", "data", "layout")} for p in panels],
+        "style": _part("diagnosis.css"),
+        "script": _part("diagnosis.js"),
+        "plotly": _plotly() if panels else "",
+    }
+
+
+@functools.cache
+def _template() -> jinja2.Template:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("fitting.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+    )
+    # NaN is not JSON: better no page than one whose script fails.
+    environment.policies["json.dumps_kwargs"] = {"allow_nan": False}
+    return environment.get_template("diagnosis.html")
+
+
+def _part(name: str) -> Markup:
+    file = resources.files("fitting.report.diagnosis").joinpath("templates", name)
+    return Markup(file.read_text("utf-8"))  # noqa: S704
+
+
+@functools.cache
+def _plotly() -> Markup:
+    from plotly.offline import get_plotlyjs
+
+    # Within a script element these would end it.
+    text = get_plotlyjs().replace("</script", r"<\/script").replace("<!--", r"<\!--")
+    return Markup(text)  # noqa: S704

@@ -1,0 +1,73 @@
+"""A diagnosis on a terminal: verdict, gap, hypotheses, next scan."""
+
+import io
+from typing import Any
+
+from rich.console import Console, Group
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from ._text import straighter
+
+
+def _number(value: Any, digits: int = 3) -> str:
+    return "-" if value is None else f"{value:.{digits}g}"
+
+
+def _interval(closed: dict[str, float] | None) -> str:
+    if closed is None:
+        return "-"
+    return f"{closed['value']:.0%} ({closed['low']:.0%} to {closed['high']:.0%})"
+
+
+def lines(diagnosis: dict[str, Any]) -> Group:
+    """The diagnosis for a rich console, from the dictionary of `diagnosis.json`."""
+    verdict, gap, unit = diagnosis["verdict"], diagnosis["gap"], diagnosis["unit"]
+    head = Text(verdict["sentence"], style="bold")
+    parts = [f"gap {_number(gap['total'])} {unit} rms"]
+    parts += [
+        f"{name} {_number(gap[name])}" for name in ("parametric", "structural", "noise_floor")
+    ]
+    where = gap.get("sentence") or "no part of the scan stands out."
+    rows: list[Any] = [head, Text(verdict["advice"]), Text(", ".join(parts).replace("_", " "))]
+    rows += [Text(where), _hypotheses(diagnosis)]
+    if factor := straighter(diagnosis):
+        rows.append(Text(f"a scan compensated with the effect should be straighter: {factor}"))
+    if len(verdict["set"]) > 1:
+        rows.append(Text(f"95 % set: {', '.join(verdict['set'])}"))
+    scan = diagnosis.get("next_scan")
+    if scan is not None:
+        rows.append(Text(f"next scan: {scan['reason']}"))
+    rows += [Text(f"  - {note}") for note in diagnosis.get("notes", [])]
+    return Group(*rows)
+
+
+def _hypotheses(diagnosis: dict[str, Any]) -> Table:
+    table = Table(title="Hypotheses", title_justify="left")
+    for name in ("effect", "probability", "gap closed, held out", "parameters"):
+        table.add_column(name, justify="right" if name == "probability" else "left")
+    for h in diagnosis["hypotheses"][:6]:
+        found = h.get("parameters", {})
+        values = ", ".join(
+            f"{name} {_number(p['value'], 4)} ± {_number(p['stderr'], 2)}"
+            + (f" {p['unit']}" if p["unit"] != "1" else "")
+            for name, p in found.items()
+        )
+        table.add_row(
+            escape(h["name"]),
+            f"{h['probability']:.3f}",
+            _interval(h.get("closed_fraction")),
+            escape(values),
+        )
+    return table
+
+
+def text(diagnosis: dict[str, Any]) -> str:
+    """The same as plain text."""
+    buffer = io.StringIO()
+    console = Console(
+        file=buffer, width=110, color_system=None, highlight=False, force_jupyter=False
+    )
+    console.print(lines(diagnosis))
+    return buffer.getvalue()

@@ -1,0 +1,92 @@
+"""Where the gap lies, drawn: over phase and rate, and over the response itself."""
+
+from typing import Any
+
+from fitting.report.diagnosis._numbers import Scale, number
+
+from ._curves import session, since_turn
+from ._figure import Figure, finites
+from ._harmonics import harmonics
+from ._rows import by_rate, known_runs, peak, scaled, values_table
+from ._traces import heat
+
+
+def figures(diagnosis: dict, scale: Scale, drive_unit: str) -> list[Figure]:
+    """One figure for each map of the file that holds a number."""
+    maps = diagnosis.get("maps") or {}
+    runs = known_runs(diagnosis, drive_unit)
+    made = [
+        phase(maps.get("phase") or {}, scale, runs),
+        since_turn(maps.get("since_turn") or {}, scale),
+        frequency(maps.get("frequency") or {}, scale, runs),
+        session(maps.get("session") or {}, scale),
+        harmonics(maps.get("harmonics") or {}, scale, runs),
+    ]
+    return [figure for figure in made if figure is not None]
+
+
+def phase(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure | None:
+    """The mean residual over the phase of the drive and the runs, by rate."""
+    x = finites(found.get("phase"))
+    entries = by_rate(found.get("rows") or [])
+    named = [runs[e.get("run")]["label"] for e in entries]
+    rows = [(name, scaled(e.get("mean"), scale)) for name, e in zip(named, entries, strict=True)]
+    top = peak(x, rows)
+    if top is None:
+        return None
+    errors = [scaled(e.get("stderr"), scale) for e in entries]
+    texts = [
+        [f"standard error {number(s[j])}" if j < len(s) else "" for j in range(len(row))]
+        for (_, row), s in zip(rows, errors, strict=True)
+    ]
+    error = errors[named.index(top[0])]
+    against = error[top[1]] if top[1] < len(error) else None
+    sure = f"; that is {abs(top[2]) / against:.0f} standard errors" if against else ""
+    marks = {"range": [0, 1], "tickvals": [0, 0.25, 0.5, 0.75, 1]}
+    panel = heat(
+        "phase",
+        x,
+        rows,
+        x_title="phase of the period, from the drive's minimum",
+        x_axis=marks,
+        unit=scale.unit,
+        hover="phase",
+        texts=texts if any(errors) else None,
+    )
+    return Figure(
+        "Over phase and rate",
+        f"The mean residual is largest, {number(top[2], sign=True)} {scale.unit}, "
+        f"at phase {x[top[1]] or 0.0:.2f} of the run at {top[0]}{sure}.",
+        "Each row is a run, from slow to fast. A symmetric triangle turns at 0 and at 0.5.",
+        [panel],
+        values_table("Mean residual by phase", "phase", x, rows, scale.unit),
+    )
+
+
+def frequency(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure | None:
+    """The mean residual over the response itself, a row a run and direction."""
+    x = finites(found.get("nu"))
+    entries = by_rate([runs[e.get("run")] | e for e in found.get("rows") or []])
+    names = [f"{e['label']} {e.get('direction') or ''}".strip() for e in entries]
+    rows = [(name, scaled(e.get("mean"), scale)) for name, e in zip(names, entries, strict=True)]
+    top = peak(x, rows)
+    if top is None:
+        return None
+    optical = scale.recorded.endswith("Hz")
+    quantity = "optical frequency" if optical else "response"
+    panel = heat(
+        "frequency",
+        x,
+        rows,
+        x_title=f"{quantity} ({scale.axis})",
+        unit=scale.unit,
+        hover=quantity,
+    )
+    return Figure(
+        f"Over {quantity}",
+        f"The mean residual is largest, {number(top[2], sign=True)} {scale.unit}, "
+        f"at {number(x[top[1]])} {scale.axis} of the run at {top[0]}.",
+        f"A column of one colour through all rows is fixed in {quantity}, as an etalon is.",
+        [panel],
+        values_table(f"Mean residual by {quantity}", scale.axis, x, rows, scale.unit),
+    )

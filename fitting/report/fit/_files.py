@@ -1,0 +1,59 @@
+"""The files of a fit."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rapi_jax import Identified
+from rapi_jax.io import write_atomic, write_model
+
+if TYPE_CHECKING:
+    from fitting.identification._result import FitResult
+
+MODEL, TABLE = "model.rapi", "model.json"
+
+
+def json_text(value: Any) -> str:
+    """JSON as people and machines both read it: strict, indented, one object."""
+    return json.dumps(value, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def save_figure(figure: Any, path: Path) -> Path:
+    """Write a figure of `rapi_jax.plot` as PNG, whole or not at all."""
+    from rapi_jax.plot import png
+
+    write_atomic(path, png(figure))
+    return path
+
+
+def write_fit(result: "FitResult", folder: Path, *, plots: bool) -> list[Path]:
+    """Write `model.json`, the loadable model and the pictures; return their paths."""
+    from fitting.identification._result import versions
+
+    recording = result.recording
+    write_model(
+        folder / MODEL,
+        result.ecdl,
+        response_unit=recording.response_unit,
+        drive_unit=recording.drive_unit,
+        response_origin=recording.response_origin,
+        response_lag_s=recording.response_lag_s,
+        trusted=result.verdict.trusted,
+        identified=Identified.of(recording).to_dict(),
+        rmse=result.rmse,
+        versions=versions(),
+        data_sha256=recording.sha256(),
+    )
+    write_atomic(folder / TABLE, json_text(result.to_dict()))
+    written = [folder / TABLE, folder / MODEL]
+    if plots:
+        from rapi_jax import plot
+
+        traces = [(start.origin, start.trace, start.agrees) for start in result.starts]
+        pictures = {
+            "loops.png": plot.loops(recording, result.predicted),
+            "residuals.png": plot.residuals(recording, result.predicted, result.used),
+            "starts.png": plot.convergence(traces),
+        }
+        written += [save_figure(figure, folder / name) for name, figure in pictures.items()]
+    return written

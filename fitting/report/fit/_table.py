@@ -1,0 +1,146 @@
+"""Tables of a fit, by rich: the same ones on a terminal, as text and as HTML."""
+
+import io
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.console import Console, Group
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from fitting.identification._result import FitResult
+
+
+def _number(value: float, digits: int = 4) -> str:
+    return "-" if value is None or not np.isfinite(value) else f"{value:.{digits}g}"
+
+
+def value_with_error(value: float, stderr: float) -> tuple[str, str]:
+    """A value with as many digits as its standard error warrants, and the error with two."""
+    if not np.isfinite(stderr) or stderr <= 0 or not np.isfinite(value):
+        return f"{value:.6g}", "-" if stderr == 0 else "not fixed"
+    places = int(np.floor(np.log10(stderr))) - 1
+    if -8 < places <= 0:
+        return f"{value:.{-places}f}", f"{stderr:.{-places}f}"
+    digits = max(2, int(np.floor(np.log10(max(abs(value), stderr)))) - places + 1)
+    return f"{value:.{digits}g}", f"{stderr:.2g}"
+
+
+def tables(result: "FitResult") -> Group:
+    """The verdict, the parameters, the runs, and the held-out data, for a rich console."""
+    unit = result.recording.response_unit
+    colour, word = ("green", "trusted") if result.verdict.trusted else ("red", "NOT to be trusted")
+    head = Text(f"{type(result.ecdl.operator).__name__} with {result.ecdl.operator.count} plays: ")
+    head.append(word, style=f"bold {colour}")
+    head.append(f"   rmse {_number(result.rmse)} {unit}")
+    if np.isfinite(result.rmse_held_out):
+        head.append(f", held out {_number(result.rmse_held_out)} {unit}")
+    lines: list[Text | Table] = [head]
+    for reason in result.verdict.reasons:
+        lines.append(Text(f"  x {reason}", style=colour))
+    for note in result.verdict.notes:
+        lines.append(Text(f"  - {note}"))
+    return Group(*lines, _parameters(result), _runs(result), _held(result), _starts(result))
+
+
+def _parameters(result: "FitResult") -> Table:
+    table = Table(title="Parameters", title_justify="left")
+    for name in ("name", "value", "std. error", "unit", "remark"):
+        table.add_column(name, justify="left" if name in ("name", "unit", "remark") else "right")
+    for p in result.parameters:
+        value, error = value_with_error(p.value, p.stderr)
+        remark = "held" if p.held else "at a bound" if p.at_bound else ""
+        table.add_row(
+            p.name, value, "" if p.held else error, "" if p.unit == "1" else p.unit, remark
+        )
+    return table
+
+
+def _runs(result: "FitResult") -> Table:
+    unit = result.recording.response_unit
+    table = Table(title="Runs", title_justify="left")
+    heads = (
+        "run",
+        "rate (Hz)",
+        "periods",
+        "loop (%)",
+        "weight",
+        f"rmse ({unit})",
+        "% of span",
+        "rho",
+    )
+    for name in heads:
+        table.add_column(name, justify="left" if name == "run" else "right")
+    for run in result.runs:
+        table.add_row(
+            escape(run.name),
+            _number(run.excitation_hz) if run.excitation_hz else "-",
+            str(run.periods),
+            _number(100 * run.opening, 3),
+            _number(run.weight, 3),
+            _number(run.rmse),
+            _number(100 * run.rmse_fraction, 3),
+            _number(run.rho, 3),
+        )
+    return table
+
+
+def _held(result: "FitResult") -> Table:
+    unit = result.recording.response_unit
+    table = Table(title="Left out of the fit, then predicted", title_justify="left")
+    for name in (
+        "left out",
+        f"rmse ({unit})",
+        f"std ({unit})",
+        "% of span",
+        f"fitted part ({unit})",
+    ):
+        table.add_column(name, justify="left" if name == "left out" else "right")
+    for h in result.held_out:
+        name = escape(h.scheme) + (" (own origin)" if h.origin_from_data else "")
+        table.add_row(
+            name,
+            _number(h.rmse),
+            _number(h.std),
+            _number(100 * h.fraction, 3),
+            _number(h.train_rmse),
+        )
+    return table
+
+
+def _starts(result: "FitResult") -> Table:
+    table = Table(title="Starts", title_justify="left")
+    for name in ("start", "steps", "cost", "end"):
+        table.add_column(name, justify="right" if name in ("steps", "cost") else "left")
+    for start in result.starts:
+        table.add_row(
+            start.origin,
+            str(start.steps),
+            _number(start.cost, 7),
+            "best" if start.agrees else "elsewhere",
+        )
+    return table
+
+
+def summary(result: "FitResult") -> str:
+    """The tables as plain text."""
+    buffer = io.StringIO()
+    # Without `force_jupyter` rich would show it in a notebook's cell and leave the text empty.
+    console = Console(
+        file=buffer, width=110, color_system=None, highlight=False, force_jupyter=False
+    )
+    console.print(tables(result))
+    return buffer.getvalue()
+
+
+def html(result: "FitResult") -> str:
+    """The tables as an HTML fragment, for notebooks."""
+    console = Console(
+        file=io.StringIO(), record=True, width=110, highlight=False, force_jupyter=False
+    )
+    console.print(tables(result))
+    return console.export_html(
+        inline_styles=True, code_format='<pre style="line-height:1.25">{code}</pre>'
+    )

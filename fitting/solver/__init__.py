@@ -1,0 +1,1 @@
+"""Nonlinear least squares on optimistix: bounds, normal equations, refinement, identifiability."""

@@ -1,0 +1,1 @@
+"""Simulated instruments: generator, oscilloscope, laser controller, and their faults."""

@@ -1,0 +1,161 @@
+"""A simulated Tektronix AFG31052: the commands of basic mode, its limits and its rounding."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from rapi_jax import AfgWaveform
+from rapi_jax.io.drives._afg_waveform import FULL, POINTS
+
+from ._afg_output import AfgOutput, Seen
+from ._messages import Unit
+from ._scpi_instrument import AbstractScpiInstrument, Handler, number, one
+from ._status import ScpiFault
+
+IDENTITY = "TEKTRONIX,AFG31052,C000001,SCPI:99.0 FV:1.6.2"
+
+
+class SimulatedAFG31052(AbstractScpiInstrument):
+    """The generator as a state machine.
+
+    - `identity`: what it says it is. `load_ohm`: what is really connected to both outputs.
+    - `upload_s`: how long it is busy with an upload, so that `*OPC?` answers later.
+    - `digits`: levels are rounded to 0.1 mV or so many digits; 5 for 0.1 mV up to 10 V.
+    - `ignores`: headers (upper case, as sent) of commands that it silently does not obey.
+
+    `seen` tells, for each channel, what its load has felt: the extremes while the output was on,
+    and the largest jump by a level or a relay.
+    """
+
+    def __init__(
+        self,
+        *,
+        identity: str = IDENTITY,
+        load_ohm: float = math.inf,
+        upload_s: float = 0.0,
+        digits: int = 4,
+        ignores: tuple[str, ...] = (),
+    ) -> None:
+        self.upload_s = upload_s
+        self.trigger = {"source": "TIM", "output": "TRIG"}
+        self._outputs = {n: AfgOutput(load_ohm, digits) for n in (1, 2)}
+        self._memory = {n: np.full(1000, FULL // 2, np.uint16) for n in (1, 2)}
+        super().__init__(identity, self._outputs, ignores=ignores)
+
+    @property
+    def seen(self) -> dict[int, Seen]:
+        """What each channel's load has felt so far."""
+        return {n: output.seen for n, output in self._outputs.items()}
+
+    def output(self, n: int) -> AfgWaveform | None:
+        """What channel `n` puts into its load, `None` while it is off."""
+        out = self._outputs[n]
+        if not out.on or out.shape != f"EMEM{n}":
+            return None
+        low, high = out.at_load()
+        return AfgWaveform(self._memory[n], low, high, out.frequency_hz)
+
+    def commands(self) -> dict[str, Handler]:
+        """Of basic mode."""
+
+        def level(name: str) -> Callable[[int, Unit], None]:
+            return lambda n, unit: self._outputs[n].set_level(name, number(unit))
+
+        def told(name: str) -> Callable[[int, Unit], str]:
+            return lambda n, unit: f"{self._outputs[n].level(name):.4E}"
+
+        return {
+            "*RST": self._reset,
+            "OUTPut{n}[:STATe]": self._switch,
+            "OUTPut{n}[:STATe]?": lambda n, unit: str(int(self._outputs[n].on)),
+            "OUTPut{n}:IMPedance": self._set_load,
+            "OUTPut{n}:IMPedance?": self._told_load,
+            "OUTPut:TRIGger[:MODE]": self._choose("output", ("TRIG", "SYNC")),
+            "OUTPut:TRIGger[:MODE]?": lambda n, unit: self.trigger["output"],
+            "TRIGger[:SEQuence]:SOURce": self._choose("source", ("TIM", "EXT")),
+            "TRIGger[:SEQuence]:SOURce?": lambda n, unit: self.trigger["source"],
+            "SOURce{n}:PHASe:INITiate": lambda n, unit: None,
+            "SOURce{n}:FUNCtion[:SHAPe]": self._set_shape,
+            "SOURce{n}:FUNCtion[:SHAPe]?": lambda n, unit: self._outputs[n].shape,
+            "SOURce{n}:FREQuency[:CW]": self._set_frequency,
+            "SOURce{n}:FREQuency[:CW]?": lambda n, u: f"{self._outputs[n].frequency_hz:.10E}",
+            "SOURce{n}:VOLTage[:LEVel][:IMMediate]:HIGH": level("high"),
+            "SOURce{n}:VOLTage[:LEVel][:IMMediate]:HIGH?": told("high"),
+            "SOURce{n}:VOLTage[:LEVel][:IMMediate]:LOW": level("low"),
+            "SOURce{n}:VOLTage[:LEVel][:IMMediate]:LOW?": told("low"),
+            "SOURce{n}:VOLTage:LIMit:HIGH": level("clamp_high"),
+            "SOURce{n}:VOLTage:LIMit:HIGH?": told("clamp_high"),
+            "SOURce{n}:VOLTage:LIMit:LOW": level("clamp_low"),
+            "SOURce{n}:VOLTage:LIMit:LOW?": told("clamp_low"),
+            "DATA[:DATA]": self._upload,
+            "DATA[:DATA]?": self._read_back,
+            "DATA:POINts?": lambda n, unit: str(self._memory[_memory(unit)].size),
+        }
+
+    def _reset(self, n: int, unit: Unit) -> None:
+        for output in self._outputs.values():
+            output.reset()
+
+    def _switch(self, n: int, unit: Unit) -> None:
+        state = one(unit).upper()
+        if state not in ("ON", "OFF", "1", "0"):
+            raise ScpiFault(-224, state)
+        self._outputs[n].switch(state in ("ON", "1"))
+
+    def _set_load(self, n: int, unit: Unit) -> None:
+        word = one(unit).upper()
+        ohm = math.inf if word in ("INF", "INFINITY") else number(unit)
+        if not 1 <= ohm <= 10_000 and not math.isinf(ohm):
+            raise ScpiFault(-222, word)
+        self._outputs[n].set_load(ohm)
+
+    def _told_load(self, n: int, unit: Unit) -> str:
+        ohm = self._outputs[n].set_ohm
+        return "9.9E+37" if math.isinf(ohm) else f"{ohm:.4E}"
+
+    def _choose(self, name: str, known: tuple[str, ...]) -> Callable[[int, Unit], None]:
+        def choose(n: int, unit: Unit) -> None:
+            word = one(unit).upper()[:4]
+            short = word if word in known else word[:3]
+            if short not in known:
+                raise ScpiFault(-224, word)
+            self.trigger[name] = short
+
+        return choose
+
+    def _set_shape(self, n: int, unit: Unit) -> None:
+        word = one(unit).upper()
+        memory = word.replace("EMEMORY", "EMEM")
+        if memory not in ("EMEM1", "EMEM2", "SIN", "SINUSOID", "DC", "RAMP"):
+            raise ScpiFault(-224, word)
+        self._outputs[n].shape = memory
+
+    def _set_frequency(self, n: int, unit: Unit) -> None:
+        self._outputs[n].frequency_hz = round(number(unit, 1e-6, 25e6), 6)
+
+    def _upload(self, n: int, unit: Unit) -> None:
+        number, content = _memory(unit), unit.block
+        if content is None:
+            raise ScpiFault(-109)
+        if len(content) % 2:
+            raise ScpiFault(-161, "odd number of bytes")
+        codes = np.frombuffer(content, ">u2").astype(np.uint16)
+        if not 2 <= codes.size <= POINTS:
+            raise ScpiFault(-223, f"{codes.size} points")
+        if codes.max() > FULL:
+            raise ScpiFault(-222, f"code {codes.max()}")
+        self._memory[number] = codes
+        self._busy_s += self.upload_s
+
+    def _read_back(self, n: int, unit: Unit) -> bytes:
+        content = self._memory[_memory(unit)].astype(">u2").tobytes()
+        size = str(len(content)).encode()
+        return b"#" + str(len(size)).encode() + size + content
+
+
+def _memory(unit: Unit) -> int:
+    word = unit.parameters[0].upper().replace("EMEMORY", "EMEM") if unit.parameters else ""
+    if word not in ("EMEM", "EMEM1", "EMEM2"):
+        raise ScpiFault(-224, word)
+    return 2 if word == "EMEM2" else 1

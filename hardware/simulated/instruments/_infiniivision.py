@@ -1,0 +1,157 @@
+"""A simulated Keysight oscilloscope: the commands that the driver needs, and a memory."""
+
+import math
+import re
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from hardware.simulated.laser._digitizer import Digitizer
+
+from ._messages import Unit
+from ._scpi_instrument import AbstractScpiInstrument, Handler, number
+from ._status import ScpiFault
+
+IDENTITY = "KEYSIGHT TECHNOLOGIES,DSO-X 3034T,MY00000001,07.50.2021102830"
+Light = Callable[[float, float, int, float], dict[int, np.ndarray] | None]
+_BITS, _SHIFT = 12, 16  # codes stand at the upper end of 16 bits
+_DIVISIONS, _REFERENCE = 10, 0.1  # the reference is one division from the left
+_LADDER = (1.0, 2.0, 5.0)
+_TTL_V = 3.3  # of the pulses at its external trigger
+
+
+class SimulatedInfiniiVision(AbstractScpiInstrument):
+    """The oscilloscope as a state machine, triggered by what `light` plays.
+
+    - `light(now_s, first_s, count, sample_hz)` gives what the inputs see from `first_s` about the
+      next trigger after `now_s`: volts by connector; or nothing where no trigger comes.
+    - `clock`: gives the time, s. `memory`: samples of a record, at most.
+    """
+
+    def __init__(
+        self,
+        light: Light,
+        *,
+        clock: Callable[[], float] = time.monotonic,
+        memory: int = 4_000_000,
+        fastest_hz: float = 50e6,
+        identity: str = IDENTITY,
+    ) -> None:
+        self._light, self._clock = light, clock
+        self._memory, self._fastest = memory, fastest_hz
+        self._set = {"range": 1e-3, "position": 0.0, "level": 0.0, "external": 1.0}
+        self._inputs = {n: {"range": 8.0, "offset": 0.0, "probe": 1.0} for n in (1, 2, 3, 4)}
+        self._source = 1
+        self._armed_s: float | None = None
+        self._record: dict[int, np.ndarray] = {}
+        super().__init__(identity, self._inputs)
+
+    @property
+    def sample_hz(self) -> float:
+        """The fastest rate of a 1-2-5 ladder whose record fits in the memory."""
+        most = min(self._memory / self._set["range"], self._fastest)
+        decade = 10.0 ** math.floor(math.log10(most))
+        return max(step * decade for step in _LADDER if step * decade <= most * (1 + 1e-9))
+
+    @property
+    def first_s(self) -> float:
+        """Time of the first sample about the trigger, s: a whole number of sampling intervals."""
+        first = self._set["position"] - _REFERENCE * self._set["range"]
+        return round(first * self.sample_hz) / self.sample_hz
+
+    def commands(self) -> dict[str, Handler]:
+        """Those that the driver needs."""
+
+        def put(name: str, low: float, high: float) -> Callable[[int, Unit], None]:
+            return lambda n, unit: self._set.__setitem__(name, number(unit, low, high))
+
+        def put_input(name: str, low: float, high: float) -> Callable[[int, Unit], None]:
+            return lambda n, unit: self._inputs[n].__setitem__(name, number(unit, low, high))
+
+        def taken(n: int, unit: Unit) -> None:
+            del n, unit
+
+        obeyed = (
+            "STOP", "ACQuire:TYPE", "TIMebase:MODE", "TIMebase:REFerence", "CHANnel{n}:DISPlay",
+            "CHANnel{n}:COUPling", "CHANnel{n}:INVert", "TRIGger:MODE", "TRIGger:EDGE:SOURce",
+            "TRIGger:EDGE:SLOPe", "TRIGger:SWEep", "WAVeform:POINts", "WAVeform:POINts:MODE",
+            "WAVeform:FORMat", "WAVeform:BYTeorder", "WAVeform:UNSigned",
+        )  # fmt: skip
+        commands: dict[str, Handler] = dict.fromkeys(obeyed, taken)
+        commands |= {
+            "TIMebase:RANGe": put("range", 2e-8, 500.0),
+            "TIMebase:RANGe?": lambda n, unit: f"{self._set['range']:+.5E}",
+            "TIMebase:POSition": put("position", -500.0, 500.0),
+            "TIMebase:POSition?": lambda n, unit: f"{self._set['position']:+.5E}",
+            "CHANnel{n}:RANGe": put_input("range", 8e-3, 40.0),
+            "CHANnel{n}:RANGe?": lambda n, unit: f"{self._inputs[n]['range']:+.5E}",
+            "CHANnel{n}:OFFSet": put_input("offset", -40.0, 40.0),
+            "CHANnel{n}:OFFSet?": lambda n, unit: f"{self._inputs[n]['offset']:+.5E}",
+            "CHANnel{n}:PROBe": put_input("probe", 1e-3, 1e4),
+            "CHANnel{n}:PROBe?": lambda n, unit: f"{self._inputs[n]['probe']:+.5E}",
+            "CHANnel{n}:IMPedance?": lambda n, unit: "ONEM",
+            "EXTernal:PROBe": put("external", 1e-3, 1e4),
+            "EXTernal:PROBe?": lambda n, unit: f"{self._set['external']:+.5E}",
+            "TRIGger:EDGE:LEVel": put("level", -8.0, 8.0),
+            "TRIGger:EDGE:LEVel?": lambda n, unit: f"{self._set['level']:+.5E}",
+            "ACQuire:SRATe?": lambda n, unit: f"{self.sample_hz:+.5E}",
+            "TRIGger:EDGE:SOURce?": lambda n, unit: "EXT",
+            "SINGle": self._arm,
+            "OPERegister:CONDition?": lambda n, unit: str(8 * self._waiting()),
+            "WAVeform:SOURce": self._choose,
+            "WAVeform:PREamble?": self._preamble,
+            "WAVeform:DATA?": self._data,
+        }
+        return commands
+
+    def _arm(self, n: int, unit: Unit) -> None:
+        del n, unit
+        self._armed_s, self._record = self._clock(), {}
+
+    def _waiting(self) -> bool:
+        """Whether the record asked for is not there yet."""
+        if self._armed_s is None:
+            return False
+        if self._clock() < self._armed_s + self._set["range"]:
+            return True
+        if not 0.0 < self._set["level"] / self._set["external"] < _TTL_V:
+            return True
+        count = int(self._set["range"] * self.sample_hz)
+        record = self._light(self._armed_s, self.first_s, count, self.sample_hz)
+        if record is None:
+            return True
+        self._record, self._armed_s = record, None
+        return False
+
+    def _choose(self, n: int, unit: Unit) -> None:
+        del n
+        found = re.fullmatch(r"(?i)CHAN(?:nel)?([1-4])", unit.parameters[0])
+        if not found:
+            raise ScpiFault(-224)
+        self._source = int(found[1])
+
+    def _converter(self) -> Digitizer:
+        one = self._inputs[self._source]
+        half = one["range"] / 2
+        return Digitizer(self.sample_hz, _BITS, one["offset"] - half, one["offset"] + half)
+
+    def _volts(self) -> np.ndarray:
+        if self._source not in self._record:
+            raise ScpiFault(-221, "no record")
+        return self._record[self._source]
+
+    def _preamble(self, n: int, unit: Unit) -> str:
+        del n, unit
+        converter = self._converter()
+        per_code = converter.volts_per_code / _SHIFT
+        zero = float(converter.volts(np.zeros(1))[0])
+        step = 1 / self.sample_hz
+        numbers = (1, 0, self._volts().size, 1, step, self.first_s, 0, per_code, zero, 0)
+        return ",".join(f"{x:+.10E}" if isinstance(x, float) else str(x) for x in numbers)
+
+    def _data(self, n: int, unit: Unit) -> bytes:
+        del n, unit
+        codes = self._converter().codes(self._volts().copy()) * np.int16(_SHIFT)
+        data = codes.astype(">i2").tobytes()
+        return b"#8%08d" % len(data) + data

@@ -1,0 +1,105 @@
+"""What simulated SCPI instruments share: messages in, handlers by header, status, one answer."""
+
+import abc
+import math
+from collections.abc import Callable, Collection
+
+from hardware.servers._instrument import AbstractInstrument, Answer
+
+from ._messages import Messages, TooLong, Unit, header_pattern, units
+from ._status import ScpiFault, Status
+
+Handler = Callable[[int, Unit], str | bytes | None]  # channel and unit to reply
+
+
+class AbstractScpiInstrument(AbstractInstrument):
+    """A state machine that obeys a table of commands.
+
+    - `identity`: what it says it is. `channels`: the numbers that `{n}` in a header may be.
+    - `ignores`: headers (upper case, as sent) of commands that it silently does not obey.
+    """
+
+    def __init__(
+        self, identity: str, channels: Collection[int], *, ignores: tuple[str, ...] = ()
+    ) -> None:
+        self.identity = identity
+        self.ignores = ignores
+        self.status = Status()
+        self._channels = channels
+        self._messages = Messages()
+        self._busy_s = 0.0  # its next answer comes so much later
+        self._found: dict[str, tuple[int, Handler]] = {}
+        common: dict[str, Handler] = {
+            "*IDN?": lambda n, unit: self.identity,
+            "*CLS": lambda n, unit: self.status.clear(),
+            "*OPC?": lambda n, unit: "1",
+            "*ESR?": lambda n, unit: self.status.event(),
+            "SYSTem:ERRor[:NEXT]?": lambda n, unit: self.status.error(),
+        }
+        table = common | self.commands()
+        self._handlers = [(header_pattern(spec), run) for spec, run in table.items()]
+
+    @abc.abstractmethod
+    def commands(self) -> dict[str, Handler]:
+        """Handlers of its own by header, as manuals write it; `{n}` is the channel."""
+
+    def connected(self) -> None:
+        """Drop a message that was not complete."""
+        self._messages.clear()
+
+    def feed(self, data: bytes) -> list[Answer]:
+        """Answers to the messages that `data` completes."""
+        answers = []
+        try:
+            for message in self._messages.feed(data):
+                replies = [r for unit in units(message) if (r := self._do(unit)) is not None]
+                if replies:
+                    wait, self._busy_s = self._busy_s, 0.0
+                    answers.append(Answer(b";".join(replies) + b"\n", wait))
+        except TooLong:
+            self.status.report(-223)
+        return answers
+
+    def _do(self, unit: Unit | None) -> bytes | None:
+        try:
+            if unit is None:
+                raise ScpiFault(-102)
+            if unit.header in self.ignores:
+                return None
+            n, run = self._find(unit.header)
+            reply = run(n, unit)
+            return reply.encode("latin-1") if isinstance(reply, str) else reply
+        except ScpiFault as fault:
+            self.status.report(fault.code, fault.detail)
+            return None
+
+    def _find(self, header: str) -> tuple[int, Handler]:
+        known = self._found.get(header)
+        if known is None:
+            for pattern, run in self._handlers:
+                if found := pattern.fullmatch(header):
+                    known = int(found.groupdict().get("n") or 1), run
+                    break
+            if known is None or known[0] not in self._channels:
+                raise ScpiFault(-113, header)
+            self._found[header] = known
+        return known
+
+
+def one(unit: Unit) -> str:
+    """The only parameter of a unit. Raises `ScpiFault`."""
+    if len(unit.parameters) != 1 or unit.block is not None:
+        raise ScpiFault(-108 if unit.parameters else -109)
+    return unit.parameters[0]
+
+
+def number(unit: Unit, low: float = -math.inf, high: float = math.inf) -> float:
+    """The only parameter, as a finite number from `low` to `high`. Raises `ScpiFault`."""
+    word = one(unit)
+    try:
+        value = float(word)
+    except ValueError:
+        raise ScpiFault(-224, word) from None
+    if not math.isfinite(value) or not low <= value <= high:
+        raise ScpiFault(-222, f"{value:g}")
+    return value

@@ -1,0 +1,219 @@
+"""The recursion of linear effects: first-order lags of a signal that is straight between samples.
+
+Exact for any spacing of the samples, so turning points may stand between even ones. A run may be
+preceded by one period of its own signal; its periodic state then follows in closed form, with
+nothing left to settle.
+"""
+
+from math import factorial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Inexact, Int
+
+from ._base import ALWAYS_ON_S, Modes, Past, transfer
+
+_NOTHING = 1e-9  # gain below which a frequency is lost to rounding
+_DEAD = 1e-15  # s: a lag as short as this is none
+# Of h = step / tau: 1 - (1 - exp(-h)) / h - ... as power series from the first power on.
+_BEFORE = tuple((-1.0) ** n * (1.0 / factorial(n + 1) - 1.0 / factorial(n)) for n in range(1, 9))
+_AFTER = tuple(-((-1.0) ** n) / factorial(n + 1) for n in range(1, 9))
+
+
+class History(NamedTuple):
+    """What the runs of a session know of what came before them; one row a run.
+
+    - `period_s`: s, of the one period of lead-in with which the row begins; 0 where it has none.
+    - `lead`: number of samples of that lead-in.
+    - `gap_s`: from the end of the run before to the start of this one, s; infinite where there is
+      none, or where the two have no common clock.
+    """
+
+    period_s: Float[Array, " runs"]
+    lead: Int[Array, " runs"]
+    gap_s: Float[Array, " runs"]
+
+
+class _Step(NamedTuple):
+    """`L_after = keep L_before + before x_before + after x_after`, exact for a straight `x`."""
+
+    keep: Array
+    before: Array
+    after: Array
+
+
+def _step_of(step: Array, tau: Array) -> _Step:
+    """The coefficients over `step`, s; of a mode with `tau` = 0 those of its limit."""
+    step = step.astype(tau.dtype)
+    dead = jnp.abs(tau) < _DEAD
+    h = step / jnp.where(dead, 1.0, tau)
+    keep = jnp.exp(-jnp.where(jnp.real(h) < 700.0, h, 700.0))
+    # Where a step is short beside the lag the closed forms lose all digits.
+    short = jnp.abs(h) < 0.02
+    few, many = jnp.where(short, h, 0.0), jnp.where(short, 1.0, h)
+    mean = (1.0 - keep) / many
+    before = jnp.where(short, _series(few, _BEFORE), mean - keep)
+    after = jnp.where(short, _series(few, _AFTER), 1.0 - mean)
+    return _Step(
+        jnp.where(dead, 0.0, keep), jnp.where(dead, 0.0, before), jnp.where(dead, 1.0, after)
+    )
+
+
+def _series(h: Array, coefficients: tuple[float, ...]) -> Array:
+    total = jnp.zeros_like(h)
+    for coefficient in coefficients[::-1]:
+        total = (total + coefficient) * h
+    return total
+
+
+def _decay(step: Array, tau: Array) -> Array:
+    """What is left of a unit of each mode after `step`, s."""
+    return _step_of(step, tau).keep
+
+
+def _advance(value: Array, one: tuple[_Step, Array, Array]) -> tuple[Array, Array]:
+    step, before, after = one
+    value = step.keep * value + step.before * before + step.after * after
+    return value, value
+
+
+def _lags(
+    t: Float[Array, " time"],
+    x: Float[Array, " time"],
+    modes: Modes,
+    start: Inexact[Array, " modes"],
+) -> Inexact[Array, "time modes"]:
+    """Each mode's lag of `x` at each sample; `start`: at the first."""
+    steps = _step_of(jnp.diff(t)[:, None], modes.tau[None, :])
+    wide = x.astype(modes.tau.dtype)[:, None]
+    rest = jax.lax.scan(_advance, start, (steps, wide[:-1], wide[1:]))[1]
+    return jnp.concatenate([start[None, :], rest])
+
+
+def _free(t: Float[Array, " time"], modes: Modes) -> Inexact[Array, "time modes"]:
+    """What is left of a unit of each mode since the first sample."""
+    return _decay((t - t[0])[:, None], modes.tau[None, :]).at[0].set(1.0)
+
+
+def respond_linear(
+    modes: Modes,
+    t: Float[Array, "runs time"],
+    x: Float[Array, "runs time"],
+    history: History,
+    *,
+    session: bool,
+    past: Past,
+) -> Float[Array, "runs time"]:
+    """The output of a linear system for all runs of a session; see `Modes`.
+
+    A row with a lead-in of one period is in its periodic state, any other begins at rest at its
+    first value. With `session`, each later run goes on from the end of the one before, and `past`
+    says what was in the gap between them, and before the first.
+    """
+    zero = jnp.zeros(modes.tau.shape, dtype=modes.tau.dtype)
+
+    def forced(t, x):
+        """From rest at the first value, which is what every lag is counted from."""
+        return _lags(t, x - x[0], modes, zero)
+
+    driven = jax.vmap(forced)(t, x)  # runs time modes
+    free = jax.vmap(_free, in_axes=(0, None))(t, modes)
+    # The state at the first sample that returns after one period.
+    turn = _step_of(history.period_s[:, None], modes.tau[None, :])
+    lost = turn.before + turn.after  # 1 - keep, with all its digits
+    row = jnp.arange(t.shape[0])
+    repeats = (history.period_s > 0)[:, None]
+    periodic = driven[row, history.lead] / jnp.where(repeats, lost, 1.0)
+    periodic = jnp.where(repeats, periodic, 0.0)
+    wide = x.astype(modes.tau.dtype)[:, :, None]
+    lags = driven + free * periodic[:, None, :] + wide[:, :1]
+    if session:
+        off = _carried(modes, t, wide, lags, history, past)
+        since = t - t[row, history.lead][:, None]
+        left = _decay(jnp.maximum(since, 0.0)[:, :, None], modes.tau[None, None, :])
+        lags = lags + jnp.where((since >= 0)[:, :, None], left * off[:, None, :], 0.0)
+    behind = jnp.where(jnp.abs(modes.tau) < _DEAD, _just_behind(modes, t, wide), lags - wide)
+    return x + jnp.sum(jnp.real(modes.weight[None, None, :] * behind), axis=2)
+
+
+def _just_behind(modes, t, x):
+    """By how much the shortest lags miss the signal: nothing to its last digit where they are 0.
+
+    To first order, so that there is a gradient where they are 0.
+    """
+    step = jnp.diff(t, axis=1, prepend=t[:, :1])[:, :, None].astype(x.dtype)
+    rise = jnp.diff(x, axis=1, prepend=x[:, :1])
+    slope = jnp.where(step == 0, 0.0, rise / jnp.where(step == 0, 1.0, step))
+    return -modes.tau[None, None, :] * slope
+
+
+def _carried(modes, t, x, lags, history, past):
+    """By how much each run's states differ, where it begins, from what they are by itself.
+
+    `lags`: the states of each run by itself.
+    """
+    rest = (past.rest * jnp.ptp(jnp.real(x[0]))).astype(x.dtype)
+    level = x[0, history.lead[0]] + rest
+    rests = past.lead_s < ALWAYS_ON_S
+
+    def one(before, run):
+        t, x, lags, lead, gap_s, period_s = run
+        joined = jnp.isfinite(gap_s)
+        gap_s = jnp.where(joined, gap_s, 0.0)
+        # For how long the run's own drive was on, and what it began from.
+        longest = jnp.where(joined, gap_s, past.lead_s)
+        on = jnp.where(rests, jnp.minimum(past.lead_s, longest), gap_s)
+        idle = _decay(jnp.maximum(gap_s - on, 0.0)[None], modes.tau)
+        began = jnp.where(joined, level + idle * (before - level), x[lead] + rest)
+        back = jnp.where(period_s > 0, on % jnp.where(period_s > 0, period_s, 1.0), 0.0)
+        off = _decay(on[None], modes.tau) * (began - _between(t[lead] - back, t, lags))
+        off = off * jnp.where(joined, 1.0, 1.0 - past.settled)
+        return lags[-1] + _decay((t[-1] - t[lead])[None], modes.tau) * off, off
+
+    rows = (t, x, lags, history.lead, history.gap_s, history.period_s)
+    return jax.lax.scan(one, jnp.zeros_like(lags[0, 0]), rows)[1]
+
+
+def _between(at, t, lags):
+    """The states at time `at`, which is that of a sample or lies between two."""
+    i = jnp.clip(jnp.searchsorted(t, at, side="right") - 1, 0, t.size - 2)
+    step = t[i + 1] - t[i]
+    along = ((at - t[i]) / jnp.where(step > 0, step, 1.0)).astype(lags.dtype)
+    return lags[i] + along * (lags[i + 1] - lags[i])
+
+
+def from_rest(
+    modes: Modes, t: Float[Array, " time"], x: Float[Array, " time"]
+) -> Float[Array, " time"]:
+    """The output for one run, from rest at its first value."""
+    zero = jnp.zeros(1)
+    alone = History(zero, jnp.zeros(1, dtype=jnp.int32), zero + jnp.inf)
+    return respond_linear(modes, t[None, :], x[None, :], alone, session=False, past=Past.of(0.0))[0]
+
+
+def undo_linear(
+    modes: Modes, t: Float[Array, " time"], signal: Float[Array, " time"]
+) -> Float[Array, " time"]:
+    """The signal whose steady answer is `signal`: one period on an even clock.
+
+    In the frequency domain, so for signals of which the samples tell all: next to a sharp corner
+    it rings. Raises `NotInvertible` where the system lets nothing of a frequency through.
+    """
+    hertz = jnp.fft.rfftfreq(signal.size) / (t[1] - t[0])
+    through = transfer(modes, hertz)
+    worst = int(jnp.argmin(jnp.abs(through)))
+    if not float(jnp.abs(through[worst])) > _NOTHING:
+        raise not_invertible(
+            f"nothing passes at {float(hertz[worst]):.6g} Hz (gain "
+            f"{float(jnp.abs(through[worst])):.2g}), so no drive reaches the target there. Sample "
+            "the target less densely, or leave the effect out of what is compensated."
+        )
+    return jnp.fft.irfft(jnp.fft.rfft(signal) / through, n=signal.size)
+
+
+def not_invertible(message: str) -> Exception:
+    """`NotInvertible`, which a model's certificate raises too and which imports this package."""
+    from rapi_jax.inversion._certificate import NotInvertible
+
+    return NotInvertible(message)

@@ -1,0 +1,1 @@
+"""The inverse of a model: certificate, exact inverse, compensation, learning control."""

@@ -1,0 +1,199 @@
+"""Compensation (Eq. 24): the drive that makes the response an ideal scan, within limits."""
+
+import dataclasses
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from rapi_jax._ecdl import ECDL, predict
+from rapi_jax._errors import ModelError
+from rapi_jax._limits import DriveLimits, LimitError
+from rapi_jax._precision import as_float64, float64
+from rapi_jax._recording import Drive
+from rapi_jax.effects import AbstractCouplingEffect
+from rapi_jax.operators._inverse_rapi import InverseRAPI
+
+from ._anderson import Mixing
+from ._certificate import Certificate, NotInvertible, certify
+from ._compensation_iteration import Round, Scan, bracketed
+from ._identified import Identified
+from ._inverse_effects import drive_effects, law_of, refuse, steady, undone
+from ._target import Target
+
+_MOST_ROUNDS = 50
+_MORE = 4  # samples of the next period, so that the last one has a neighbour
+_CLOSE = 1e-6  # of the span, rms: how near the whole model must come to the target
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Compensation:
+    """A drive that is allowed, and what speaks for it.
+
+    - `drive`: one period on the target's clock. `target`: the scan it is for.
+    - `inverse`: "exact" or "paper".
+    - `certificate`: for the exact inverse, what was proved about the model before the drive was
+      made; for the paper's, what holds for the inverse operator itself.
+    - `predicted`: the forward model's steady response, relative to its minimum; for the exact
+      inverse the target, to 1e-6 of its span (rms) with effects that have a memory, to rounding
+      without. `None` for the paper's inverse, which knows no forward model.
+    - `notes`: in which ways it goes beyond what was identified.
+    """
+
+    drive: Drive
+    target: Target
+    inverse: str
+    certificate: Certificate
+    predicted: np.ndarray | None
+    notes: tuple[str, ...]
+
+    @property
+    def bias(self) -> float:
+        """The middle of the drive's range."""
+        return float(self.drive.value.min() + self.drive.value.max()) / 2
+
+    def to_dict(self) -> dict[str, Any]:
+        """What a person or a program wants to know about the drive, without its samples."""
+        d = self.drive
+        return {
+            "excitation_hz": d.rate,
+            "span": self.target.span,
+            "samples": d.size,
+            "inverse": self.inverse,
+            "drive_min": float(d.value.min()),
+            "drive_max": float(d.value.max()),
+            "bias": self.bias,
+            "u_pp": d.u_pp,
+            "slew_max": float(np.abs(np.diff(d.value, append=d.value[0])).max() / d.step_s),
+            "closing_step": float(d.value[0] - d.value[-1]),
+            "certificate": self.certificate.to_dict(),
+            "notes": list(self.notes),
+        }
+
+
+@float64
+def compensate(
+    ecdl: ECDL,
+    target: Target,
+    *,
+    identified: Identified | None = None,
+    limits: DriveLimits | None = None,
+    bias: float | None = None,
+    extrapolate: bool = False,
+) -> Compensation:
+    """The drive under which the device that `ecdl` describes follows `target`.
+
+    **Arguments:**
+
+    - `ecdl`: a forward model, inverted exactly with its effects; or one whose operator is an
+      `InverseRAPI`, the paper's inverse, applied as it is.
+    - `identified`: what the model has seen. A drive beyond it is refused, unless `extrapolate`.
+    - `limits`: what the device may be given. By default `identified.limits()`.
+    - `bias`: the middle of the range of the drive that reaches the operator; by default that of
+      `identified`, or of the limits.
+
+    Where an effect has a memory, a drive of finitely many samples follows to about their step: 1e-7
+    of the span (rms) with 8192 samples and the usual corners, as the square of the step. At most it
+    is off by some ten times that, where a play comes into contact: there the drive through an
+    amplifier's lag would have to jump. Sharp corners ask for a jump at every turn.
+
+    Raises `NotInvertible` where the model is not monotone on the range needed, or has an effect
+    that cannot be undone; `LimitError` where the drive would leave `limits`; `ModelError` where it
+    leaves the identified range. A drive is refused whole, never clipped.
+    """
+    if limits is None:
+        if identified is None:
+            raise ValueError("Give `limits`, or `identified` from which to take them.")
+        limits = identified.limits()
+    if bias is None:
+        middle = (limits.low_v + limits.high_v) / 2
+        bias = middle if identified is None else identified.centre
+    if not limits.low_v < bias < limits.high_v:
+        raise LimitError(
+            f"the bias of {bias:g} V does not lie within the limits, {limits.low_v:g} to "
+            f"{limits.high_v:g} V."
+        )
+    if isinstance(ecdl.operator, InverseRAPI):
+        value, certificate = _paper(ecdl, ecdl.operator, target, bias)
+    else:
+        value, certificate, wanted = _exact(ecdl, target, bias, limits)
+    drive = Drive(target.time, value, target.excitation_hz, "triangle")
+    limits.check(drive)
+    beyond = [] if identified is None else identified.outside(drive)
+    if beyond and not extrapolate:
+        raise ModelError(
+            f"{'; '.join(beyond)}. Identify the model where it is to be used, or ask for "
+            "extrapolation."
+        )
+    predicted = None
+    if not isinstance(ecdl.operator, InverseRAPI):
+        predicted = _followed(ecdl, drive, wanted)
+        predicted = predicted - predicted.min()
+    name = "paper" if predicted is None else "exact"
+    return Compensation(drive, target, name, certificate, predicted, tuple(beyond))
+
+
+def _followed(ecdl: ECDL, drive: Drive, wanted: np.ndarray) -> np.ndarray:
+    """The forward model's steady answer to `drive`, which must be `wanted`."""
+    more = np.arange(drive.size + _MORE)
+    value = np.take(drive.value, more, mode="wrap")
+    longer = Drive(more * drive.step_s, value, drive.excitation_hz, drive.waveform)
+    answer = np.asarray(predict(steady(ecdl), longer))[: drive.size]
+    off = (answer - wanted) / np.ptp(wanted)
+    rms = float(np.sqrt(np.mean(off**2)))
+    if not rms <= _CLOSE:
+        raise NotInvertible(
+            f"the response to the drive found would be {rms:.2g} of the span off the scan (rms, "
+            f"most after {drive.time[np.abs(off).argmax()]:.4g} s), and no more than {_CLOSE:g} is "
+            "accepted: the scan asks for more than a drive of this many samples holds. Round its "
+            "corners more, or give the target more samples."
+        )
+    return answer
+
+
+def _exact(
+    ecdl: ECDL, target: Target, bias: float, limits: DriveLimits
+) -> tuple[np.ndarray, Certificate, np.ndarray]:
+    """The drive to send, what was proved, and the response wanted, with its origin."""
+    refuse(ecdl.effects)
+    time, rate = as_float64(target.time), target.excitation_hz
+    scan = Scan(ecdl, target, bias, limits)
+    coupled = any(isinstance(e, AbstractCouplingEffect) for e in ecdl.effects)
+    law = law_of(ecdl, rate, scan.widest / 2, bias)
+    state = Round.of(law, scan.widest / 2)
+    mixing = Mixing()
+    for _ in range(_MOST_ROUNDS):
+        found = scan.at_operator(state)
+        sent = np.asarray(undone(drive_effects(ecdl), time, jnp.asarray(found.sampled)))
+        low, high = float(sent.min()) - found.below, float(sent.max()) + found.above
+        law = law_of(ecdl, rate, high - low, (low + high) / 2)
+        new = Round.of(law, found.u_pp, sent if coupled else None)
+        if new.is_as(state):
+            return sent, scan.certified(found, state), target.value + found.begin
+        last = state
+        state = scan.next(mixing, state, new)
+    scan.certified(found, last)
+    raise NotInvertible(
+        "the amplitude of the drive does not settle with these effects around the operator: each "
+        "round changes the thresholds, or what couples into the response, again. Leave out the "
+        "strongest of them."
+    )
+
+
+def _paper(
+    ecdl: ECDL, operator: InverseRAPI, target: Target, bias: float
+) -> tuple[np.ndarray, Certificate]:
+    """The paper's inverse applied to the scan, placed so that the drive is centred (Eq. 24)."""
+
+    def drive(offset: float) -> np.ndarray:
+        scan = Drive(target.time, target.value + offset, target.excitation_hz, "triangle")
+        return np.asarray(predict(ecdl, scan))  # Eq. (24)
+
+    def error(offset: float) -> float:
+        u = drive(offset)
+        return float(u.min() + u.max()) / 2 - bias
+
+    middle = float(operator.v_0) - target.span / 2
+    offset = bracketed(error, middle, target.span / 8, 20 * target.span)
+    low, high = offset, offset + target.span
+    return drive(offset), certify(operator, low, high, target.excitation_hz)

@@ -1,0 +1,205 @@
+"""The exact inverse of a monotone operator: the drive whose response is the one asked for.
+
+Given its past, an operator's response is an increasing function of the drive's next sample (see
+`_certificate`), so each sample of the drive is one scalar root, found causally in a scan. The
+thresholds of Eq. 11 depend on the drive's own peak-to-peak value and Eq. 13 on its minimum; both
+follow from the extremes of the target alone, since whatever came between, at its largest
+drive each play rests on its rising bound or where the minimum left it.
+"""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Bool, Float
+
+from rapi_jax._precision import as_float64, float64
+from rapi_jax.operators import AbstractOperator, Plays
+
+from ._root import Scalar, attach, root, search
+
+_GRID = 257  # peak-to-peak drives at which a first look is taken
+_CROSSINGS = 4  # so many of the zeros between them are looked into
+
+
+def _memoryless(operator: AbstractOperator, u: Scalar) -> Scalar:
+    return operator.memoryless(u[None])[0]
+
+
+def _error(u: Scalar, args: Any) -> Scalar:
+    operator, plays, state, wanted = args
+    return (
+        plays.p @ plays.clamped(operator.centred(u), state) + _memoryless(operator, u) - wanted
+    )  # Eq. (16)
+
+
+def at_minimum(operator: AbstractOperator, u: Scalar, plays: Plays) -> Scalar:
+    """The response at the drive's minimum, all plays as Eq. 13 has them."""
+    return plays.p @ plays.lowest(operator.centred(u)) + _memoryless(operator, u)
+
+
+def at_maximum(operator: AbstractOperator, u: Scalar, u_min: Scalar, plays: Plays) -> Scalar:
+    """The response at the drive's maximum in a run whose minimum is `u_min`."""
+    start = plays.lowest(operator.centred(u_min))
+    return plays.p @ plays.clamped(operator.centred(u), start) + _memoryless(operator, u)
+
+
+def _bottom(u: Scalar, args: Any) -> Scalar:
+    operator, plays, y_min = args
+    return at_minimum(operator, u, plays) - y_min
+
+
+def _lowest(u_pp: Scalar, args: Any) -> Scalar:
+    operator, y_min, _, freq, low, high, ratio = args
+    plays = operator.plays(ratio * u_pp, freq)
+    return root(_bottom, (operator, plays, y_min), low, high, (low + high) / 2)
+
+
+def _top(u_pp: Scalar, args: Any) -> Scalar:
+    operator, y_min, y_max, freq, low, high, ratio = args
+    u_min, plays = _lowest(u_pp, args), operator.plays(ratio * u_pp, freq)
+    # Outside the range, where the operator may turn over, it is continued more steeply than it is.
+    ends = (plays.falling(operator.centred(u)) for u in (low, high))
+    steepest = jnp.sum(jnp.abs(plays.p) * (1.0 + jnp.maximum(*ends)))
+    rise = (y_max - y_min) / (high - low) + 2.0 * steepest
+    u_max = jnp.minimum(u_min + u_pp, high)
+    beyond = (u_min + u_pp - u_max) * rise - _bottom(u_min, (operator, plays, y_min))
+    return at_maximum(operator, u_max, u_min, plays) + beyond - y_max
+
+
+def _inside(u_pp: Scalar, args: Any) -> Bool[Array, ""]:
+    """Whether the drive stays in its range, and the minimum has a drive at all."""
+    operator, y_min, y_max, freq, _, high, ratio = args
+    u_min = _lowest(u_pp, args)
+    off = jnp.abs(_bottom(u_min, (operator, operator.plays(ratio * u_pp, freq), y_min)))
+    return (u_min + u_pp <= high) & (off <= 1e-9 * (y_max - y_min))
+
+
+def _fixed_point(f: Any, holds: Any, args: Any, widest: Scalar) -> Scalar:
+    """The smallest `u_pp` up to `widest` where `f` is zero and `holds`, as a grid shows it.
+
+    Thresholds that grow with `u_pp` can make `f` rise and fall, so it need not be increasing.
+    """
+    fixed = jax.lax.stop_gradient(args)
+    grid = jax.lax.stop_gradient(widest) * jnp.linspace(1e-9, 1.0, _GRID)
+    values = jax.lax.map(lambda u_pp: f(u_pp, fixed), grid)
+    crossing = (values[:-1] <= 0) != (values[1:] <= 0)
+    (places,) = jnp.nonzero(crossing, size=_CROSSINGS, fill_value=_GRID - 2)
+
+    def signed(u_pp: Scalar, args: Any) -> Scalar:
+        return args[0] * f(u_pp, args[1])
+
+    def at(place: Any) -> tuple[Scalar, Any]:
+        sign = jnp.where(values[place + 1] >= values[place], 1.0, -1.0)
+        low, high = grid[place], grid[place + 1]
+        u_pp = search(signed, (sign, fixed), low, high, (low + high) / 2)
+        return u_pp, holds(u_pp, fixed)
+
+    found, good = jax.lax.map(at, places)
+    return attach(f, args, jax.lax.stop_gradient(found[jnp.argmax(good)]))
+
+
+@eqx.filter_jit
+def extremes(
+    operator: AbstractOperator,
+    y_min: Scalar,
+    y_max: Scalar,
+    freq: Scalar,
+    low: Scalar,
+    high: Scalar,
+    ratio: Scalar,
+) -> tuple[Scalar, Scalar]:
+    """Smallest and largest drive of a run whose response goes from `y_min` to `y_max`.
+
+    The fixed point on `u_pp` of Eq. 11, as one scalar root. Looked for in `[low, high]`; where
+    there is none, somewhere in it. `ratio` as in `placed`.
+    """
+    args = (operator, y_min, y_max, freq, low, high, ratio)
+    u_pp = _fixed_point(_top, _inside, args, high - low)
+    u_min = _lowest(u_pp, args)
+    return u_min, u_min + u_pp
+
+
+def _span(u_pp: Scalar, args: Any) -> Scalar:
+    operator, centre, span, freq, ratio = args
+    plays = operator.plays(ratio * u_pp, freq)
+    u_min = centre - u_pp / 2
+    top = at_maximum(operator, u_min + u_pp, u_min, plays)
+    return top - at_minimum(operator, u_min, plays) - span
+
+
+@eqx.filter_jit
+def placed(
+    operator: AbstractOperator,
+    span: Scalar,
+    centre: Scalar,
+    freq: Scalar,
+    widest: Scalar,
+    ratio: Scalar,
+) -> tuple[Scalar, Scalar]:
+    """Smallest and largest drive about `centre` whose responses lie `span` apart.
+
+    Looked for up to a peak-to-peak drive of `widest`, which is the answer where there is none.
+    `ratio`: the peak-to-peak drive sent, for Eq. 11, over the one that reaches the operator.
+    """
+    args = (operator, centre, span, freq, ratio)
+    u_pp = _fixed_point(_span, lambda u_pp, _: jnp.asarray(True), args, widest)
+    return centre - u_pp / 2, centre + u_pp / 2
+
+
+@float64
+def exact_inverse(
+    operator: AbstractOperator,
+    y: Float[ArrayLike, " time"],
+    freq: Any,
+    *,
+    within: tuple[Any, Any],
+) -> Float[Array, " time"]:
+    """The drive to which `operator`, at scan rate `freq` (Hz), answers `y`, sample by sample.
+
+    **Arguments:**
+
+    - `y`: the response wanted, in the response's unit, from a start as Eq. 13 has it. For a scan
+      that repeats: one period from its minimum, which is then the periodic state.
+    - `freq`: the scan rate, a number or a traced one.
+    - `within`: lowest and highest drive to look in.
+
+    **Returns** the drive, in the drive's unit: `operator(exact_inverse(operator, y, f), f)` is `y`
+    to rounding, provided the operator is monotone there: see `certify`. Fails with a RuntimeError
+    where `y` leaves what the operator reaches `within`. Works under `jit`, `vmap` and `grad`, by
+    the implicit function theorem.
+    """
+    low, high = (as_float64(x) for x in within)
+    return _exact(operator, as_float64(y), as_float64(freq), low, high)
+
+
+@eqx.filter_jit
+def _exact(operator, y, freq, low, high):
+    one = jnp.ones_like(low)
+    u_min, u_max = extremes(operator, jnp.min(y), jnp.max(y), freq, low, high, one)
+    u = scan_inverse(operator, y, freq, u_min, u_max, one)
+    off = jnp.abs(operator(u, freq, u_pp=u_max - u_min, u_min=u_min) - y)
+    return eqx.error_if(
+        u,
+        ~(jnp.max(off) <= 1e-6 * jnp.ptp(y)),
+        "the operator does not reach this response within the drives allowed, or is not monotone "
+        "there. `certify` says where.",
+    )
+
+
+@eqx.filter_jit
+def scan_inverse(operator, y, freq, u_min, u_max, ratio):
+    """The drive for `y`, once its extremes are known; `ratio` as in `placed`."""
+    plays = operator.plays(ratio * (u_max - u_min), freq)
+    slack = 1e-9 * (u_max - u_min)  # so that rounding of the extremes cannot shut a root out
+    low, high = u_min - slack, u_max + slack
+
+    def step(carry, wanted):
+        u, rate, state = carry
+        new = root(_error, (operator, plays, state, wanted), low, high, u + rate)
+        state = plays.clamped(operator.centred(new), state)
+        return (new, jax.lax.stop_gradient(new - u), state), new
+
+    start = plays.lowest(operator.centred(u_min))
+    return jax.lax.scan(step, (u_min, jnp.zeros_like(u_min), start), y)[1]

@@ -1,0 +1,94 @@
+"""What a model has seen: the range in which it interpolates."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from rapi_jax._errors import ModelError
+from rapi_jax._limits import DriveLimits
+from rapi_jax._recording import Drive, Recording
+
+_BEYOND = 0.05  # of the range: a straight scan of the same span needs a little more drive
+_STEEPER = 3.0  # a straight scan turns twice as steeply as the triangle it was identified with
+
+
+@dataclasses.dataclass(frozen=True)
+class Identified:
+    """Drive range (V), steepest slope (V/s), scan rates (Hz) and amplitudes of a recording."""
+
+    drive_min: float
+    drive_max: float
+    slew_max: float
+    rates_hz: tuple[float, ...]
+    amplitudes: tuple[float, ...]
+
+    @classmethod
+    def of(cls, recording: Recording) -> "Identified":
+        """The range of `recording`."""
+        drives = recording.drives
+        return cls(
+            drive_min=min(float(d.value.min()) for d in drives),
+            drive_max=max(float(d.value.max()) for d in drives),
+            slew_max=max(float(np.abs(np.diff(d.value)).max() / d.step_s) for d in drives),
+            rates_hz=tuple(rate for rate in recording.rates if rate > 0),
+            amplitudes=tuple(recording.amplitudes),
+        )
+
+    @classmethod
+    def from_dict(cls, fields: dict[str, Any]) -> "Identified":
+        """From what `to_dict` gave; raises `ModelError` where a part is missing."""
+        try:
+            return cls(
+                drive_min=float(fields["drive_min"]),
+                drive_max=float(fields["drive_max"]),
+                slew_max=float(fields["slew_max"]),
+                rates_hz=tuple(map(float, fields["rates_hz"])),
+                amplitudes=tuple(map(float, fields["amplitudes"])),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise ModelError(
+                "the model does not say in which range it was identified. Fit it again."
+            ) from error
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and lists, for a file."""
+        return {
+            "drive_min": self.drive_min,
+            "drive_max": self.drive_max,
+            "slew_max": self.slew_max,
+            "rates_hz": list(self.rates_hz),
+            "amplitudes": list(self.amplitudes),
+        }
+
+    @property
+    def centre(self) -> float:
+        """The middle of the drive range."""
+        return (self.drive_min + self.drive_max) / 2
+
+    def limits(self) -> DriveLimits:
+        """Limits for a drive that stays near what was seen: 5 % more range, 3 times the slope.
+
+        A straight scan needs more drive than the crooked one of the same span at the fast rates,
+        and right after a turn, where no play moves yet, about twice the slope.
+        """
+        more = _BEYOND * (self.drive_max - self.drive_min)
+        return DriveLimits(
+            self.drive_min - more, self.drive_max + more, _STEEPER * max(self.slew_max, 1e-12)
+        )
+
+    def outside(self, drive: Drive) -> list[str]:
+        """In which ways `drive` leaves the range, in words; empty where it does not."""
+        limits = self.limits()
+        found = []
+        low, high = float(drive.value.min()), float(drive.value.max())
+        if low < limits.low_v or high > limits.high_v:
+            found.append(
+                f"the drive goes from {low:.4g} to {high:.4g}, the model was identified from "
+                f"{self.drive_min:.4g} to {self.drive_max:.4g}"
+            )
+        slow, fast = min(self.rates_hz, default=0.0), max(self.rates_hz, default=np.inf)
+        if not 0.95 * slow <= drive.rate <= 1.05 * fast:
+            seen = f"{slow:g} to {fast:g}" if slow < fast else f"{slow:g}"
+            found.append(f"the scan rate is {drive.rate:g} Hz, the model was identified at {seen}")
+        return found

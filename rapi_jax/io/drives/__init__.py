@@ -1,0 +1,1 @@
+"""Drives in files: CSV, generator codes, limits."""

@@ -1,0 +1,50 @@
+"""Limits of a drive in a TOML file."""
+
+import tomllib
+from pathlib import Path
+
+import pydantic
+from pydantic import Field
+
+from rapi_jax._errors import DataError
+from rapi_jax._limits import DriveLimits
+from rapi_jax.io._safe import StrPath, cause, located, printable, read_text
+
+
+class _Limits(pydantic.BaseModel):
+    """V, V/s and Hz, in the names of the keys."""
+
+    model_config = pydantic.ConfigDict(extra="forbid", strict=True)
+
+    low_v: float = Field(allow_inf_nan=False)
+    high_v: float = Field(allow_inf_nan=False)
+    slew_v_per_s: float = Field(gt=0, allow_inf_nan=False)
+    step_v: float = Field(default=float("inf"), gt=0)
+    max_frequency_hz: float = Field(default=float("inf"), gt=0)
+
+
+def read_limits(path: StrPath) -> DriveLimits:
+    """Read `low_v`, `high_v`, `slew_v_per_s` and, if wanted, `step_v`, `max_frequency_hz`.
+
+    Raises `DataError`, in one line, where one is missing, misspelt or not a number.
+    """
+    with located(printable(path)):
+        try:
+            return limits_of(tomllib.loads(read_text(Path(path))))
+        except tomllib.TOMLDecodeError as error:
+            raise DataError(f"not a TOML file ({cause(error)}).") from error
+
+
+def limits_of(table: object) -> DriveLimits:
+    """Limits from a table of their keys; raises `DataError` where it is not one."""
+    try:
+        return DriveLimits(**_Limits.model_validate(table).model_dump())
+    except pydantic.ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"]) or "the table"
+        raise DataError(
+            f"`{printable(where, 40)}`: {printable(first['msg'], 120)}. Limits are low_v, high_v, "
+            "slew_v_per_s and, if wanted, step_v and max_frequency_hz."
+        ) from error
+    except ValueError as error:
+        raise DataError(printable(error, 200)) from error

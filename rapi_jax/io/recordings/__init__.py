@@ -1,0 +1,1 @@
+"""Recordings in files: exchange folder, netCDF-4, oscilloscope CSV."""

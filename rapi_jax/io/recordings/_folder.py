@@ -1,0 +1,171 @@
+"""A recording as a folder: `manifest.toml` beside one CSV file a run."""
+
+import contextlib
+import errno
+import json
+import os
+import re
+import secrets
+import shutil
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from rapi_jax._errors import DataError
+from rapi_jax._recording import Recording
+from rapi_jax.io import _units
+from rapi_jax.io._atomic import output_error, sync, sync_folder, write_atomic
+from rapi_jax.io._safe import MAX_MANIFEST, StrPath, cause, inside, located, printable, read_text
+
+from . import _csv
+from ._build import NanPolicy, build_run
+
+MANIFEST = "manifest.toml"
+_MAX_DOTS = 64
+_STRING = re.compile(r'"(?:[^"\\]|\\.)*"|' + r"'[^']*'")
+
+
+def _load_toml(folder: Path, label: str) -> dict[str, Any]:
+    with located(label):
+        path = inside(folder, MANIFEST)
+    text = read_text(path, MAX_MANIFEST)
+    whole = '"""' in text or "'''" in text
+    for i, line in enumerate(text.split("\n")):
+        # A key of n dots costs tomllib n^2 of memory: 200 KB of dots would take all there is.
+        if (line if whole else _STRING.sub("", line)).count(".") > _MAX_DOTS:
+            raise DataError(f"{label}: line {i + 1} has over {_MAX_DOTS} dots. Shorten its keys.")
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise DataError(f"{label}: not valid TOML ({cause(error)}). Correct that line.") from error
+
+
+def read_folder(folder: Path, *, nan: NanPolicy) -> Recording:
+    """Read the folder. Raises `DataError` with the file, the line or sample, and the cure."""
+    from ._manifest import parse_manifest
+
+    label = printable(folder / MANIFEST)
+    if not os.path.lexists(folder / MANIFEST):
+        raise DataError(
+            f"{printable(folder)}: no {MANIFEST} in this folder, so it is no recording."
+        )
+    table = _load_toml(folder, label)
+    with located(label):
+        manifest = parse_manifest(table)
+        paths = [inside(folder, entry.file) for entry in manifest.run]
+    runs = []
+    for entry, path in zip(manifest.run, paths, strict=True):
+        place = printable(path)
+        run = build_run(
+            _csv.read_columns(path, place),
+            label=place,
+            name=Path(entry.file).stem if entry.name is None else entry.name,
+            drive_unit=manifest.drive_unit,
+            response_unit=manifest.response_unit,
+            excitation_hz=entry.excitation_hz,
+            waveform=entry.waveform,
+            start_s=entry.start_s,
+            nan=nan,
+        )
+        runs.append(run)
+    with located(label):
+        return Recording(
+            tuple(runs),
+            response_unit=_units.response_unit(manifest.response_unit)[0],
+            drive_unit=_units.drive_unit(manifest.drive_unit)[0],
+            response_origin=manifest.response_origin,
+            response_lag_s=float(manifest.response_lag_s),
+            provenance=manifest.all_provenance([run.name for run in runs]),
+        )
+
+
+def _toml(value: str | float) -> str:
+    if not isinstance(value, str):
+        return repr(value)
+    # JSON text is a TOML string but for DEL; quotes in pairs would look like a multi-line string.
+    text = json.dumps(value, ensure_ascii=False)
+    return text.replace("\x7f", "\\u007f").replace("'", "\\u0027")
+
+
+def _manifest_text(recording: Recording, files: list[str]) -> str:
+    from ._manifest import head
+
+    whole, entries = head(recording)
+    lines = [f"{key} = {_toml(value)}" for key, value in whole.items()]
+    for file, entry in zip(files, entries, strict=True):
+        lines += ["", "[[run]]", f"file = {_toml(file)}"]
+        lines += [
+            f"{key} = {_toml(value)}"
+            for key, value in entry.items()
+            if not (key == "name" and value == Path(file).stem)
+        ]
+    if recording.provenance:
+        lines += ["", "[provenance]"]
+        lines += [f"{_toml(key)} = {_toml(value)}" for key, value in recording.provenance.items()]
+    text = "\n".join(lines) + "\n"
+    if len(text.encode()) > MAX_MANIFEST:
+        raise DataError(f"{MANIFEST} would exceed {MAX_MANIFEST} bytes. Shorten `provenance`.")
+    return text
+
+
+def _write_runs(recording: Recording, folder: Path, files: list[str]) -> None:
+    for run, file in zip(recording.runs, files, strict=True):
+        path = folder / file
+        text = _csv.write_columns((run.drive.time, run.drive.value, run.response))
+        path.write_text(text, encoding="utf-8", newline="\n")
+        sync(path)
+    sync_folder(folder)
+
+
+def write_folder(recording: Recording, path: StrPath) -> None:
+    """Write the folder whole, or leave what was there. Raises `OutputError`.
+
+    A new folder appears by one rename. In a folder with files, new CSV files get new names and the
+    manifest, replaced last, changes over to them; those of the old manifest are removed after that.
+    """
+    target = Path(os.path.realpath(path))
+    files = [f"{run.name}.csv" for run in recording.runs]
+    manifest = _manifest_text(recording, files)  # refuses before anything is touched
+    staging = target.with_name(f".tmp-{secrets.token_hex(8)}")
+    try:
+        if target.exists() and not target.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, "it is there and is not a folder")
+        if not target.exists() or not any(target.iterdir()):
+            try:
+                staging.mkdir()
+                write_atomic(staging / MANIFEST, manifest)
+                _write_runs(recording, staging, files)
+                os.rename(staging, target)
+                sync_folder(target.parent)
+                return
+            except OSError as error:  # another process made it meanwhile: go on as if it had been
+                if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
+                    raise
+            finally:
+                shutil.rmtree(staging, ignore_errors=True)
+        _update(recording, target)
+    except OSError as error:
+        raise output_error(path, error) from error
+
+
+def _named(folder: Path) -> set[str] | None:
+    """The CSV files that the manifest names; `None` where it cannot be read."""
+    try:
+        entries = _load_toml(folder, MANIFEST)["run"]
+        return {str(entry["file"]) for entry in entries if str(entry["file"]).endswith(".csv")}
+    except (DataError, OSError, TypeError, KeyError):
+        return None
+
+
+def _update(recording: Recording, folder: Path) -> None:
+    before = _named(folder) or set()
+    token = secrets.token_hex(4)  # no two writers touch one file
+    files = [f"{run.name}-{token}.csv" for run in recording.runs]
+    try:
+        _write_runs(recording, folder, files)
+        write_atomic(folder / MANIFEST, _manifest_text(recording, files))
+    finally:  # of the old files and ours, only those now named stay
+        now = _named(folder)
+        for file in (set(files) | before) - now if now is not None else ():
+            with contextlib.suppress(DataError, OSError):
+                inside(folder, file).unlink()

@@ -1,0 +1,123 @@
+"""What a recording says about itself, checked: the head of a folder and of a netCDF file alike."""
+
+import difflib
+import itertools
+from collections.abc import Mapping
+from typing import Any, Literal
+
+import pydantic
+from pydantic import Field
+
+from rapi_jax._errors import DataError
+from rapi_jax._recording import Origin, Recording, Waveform
+from rapi_jax.io import _units
+from rapi_jax.io._safe import check_name, printable
+
+SCHEMA = "rapi.recording/1"
+
+
+class _Table(pydantic.BaseModel):
+    # Keys may be added freely by others, so unknown ones are kept, as provenance.
+    model_config = pydantic.ConfigDict(extra="allow", strict=True, protected_namespaces=())
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _no_misspelt_key(cls, data: Any) -> Any:
+        if isinstance(data, dict):
+            missing = [field.alias or key for key, field in cls.model_fields.items()]
+            missing = [key for key in missing if key not in data]
+            for key in itertools.islice(data.keys() - cls.model_fields.keys(), 100):
+                if near := difflib.get_close_matches(str(key)[:40], missing, n=1, cutoff=0.9):
+                    raise ValueError(f"unknown key '{printable(key, 40)}': is `{near[0]}` meant?")
+        return data
+
+
+class RunEntry(_Table):
+    """One `[[run]]`: `name` (default: the stem of `file`) is what outputs call the run."""
+
+    file: str
+    name: str | None = None
+    excitation_hz: float | None = Field(default=None, gt=0, allow_inf_nan=False)
+    waveform: Waveform = "other"
+    start_s: float = Field(default=0.0, allow_inf_nan=False)
+
+
+class Manifest(_Table):
+    """The head of a recording; see `read_recording`."""
+
+    schema_: Literal["rapi.recording/1"] = Field(alias="schema")
+    response_unit: str
+    drive_unit: str
+    response_origin: Origin = "session"
+    response_lag_s: float = Field(default=0.0, ge=0, allow_inf_nan=False)
+    run: list[RunEntry] = Field(min_length=1, max_length=10_000)
+    provenance: dict[str, Any] = Field(default_factory=dict)
+
+    def all_provenance(self, names: list[str]) -> dict[str, str]:
+        """The provenance and every unknown key with one value, as text; `names`: of the runs."""
+        found = _scalars(self.__pydantic_extra__ or {})
+        for name, entry in zip(names, self.run, strict=True):
+            extra = _scalars(entry.__pydantic_extra__ or {})
+            found |= {f"{name}.{key}": text for key, text in extra.items()}
+        return found | _scalars(self.provenance)
+
+
+def _scalars(table: Mapping[str, Any]) -> dict[str, str]:
+    return {k: str(v) for k, v in table.items() if not isinstance(v, dict | list)}
+
+
+def parse_manifest(table: Mapping[str, Any]) -> Manifest:
+    """The manifest in `table`. Raises `DataError` naming the first key that is wrong."""
+    try:
+        manifest = Manifest.model_validate(dict(table))
+    except pydantic.ValidationError as error:
+        first = error.errors()[0]
+        raise DataError(_explain(first, error.error_count() - 1)) from error
+    _units.drive_unit(manifest.drive_unit)
+    _units.response_unit(manifest.response_unit)
+    return manifest
+
+
+def _explain(first: Any, others: int) -> str:
+    where = ".".join(printable(part, 40) for part in first["loc"])
+    more = f" ({others} more such fault(s).)" if others else ""
+    if where == "schema" and first["type"] != "missing":
+        return f'`schema` must be "{SCHEMA}", but is {printable(ascii(first["input"]), 60)}.'
+    if first["type"] == "missing":
+        cure = {
+            "schema": f'schema = "{SCHEMA}".',
+            "response_unit": f"one of {', '.join(_units.RESPONSE_UNITS)}. No unit is assumed.",
+            "drive_unit": f"one of {', '.join(_units.DRIVE_UNITS)}. No unit is assumed.",
+            "run": "one [[run]] table for each run, with its `file`.",
+        }.get(where, "it is required.")
+        return f"`{where}` is missing: add {cure}{more}" if where else f"a key is missing.{more}"
+    said = printable(first["msg"].removeprefix("Value error, "))
+    if isinstance(given := first.get("input"), str | int | float):
+        said += f", but is {printable(ascii(given), 60)}"
+    said = said if said.endswith("?") else f"{said}."
+    return f"`{where}`: {said}{more}" if where else f"{said}{more}"
+
+
+def head(recording: Recording) -> tuple[dict[str, str | float], list[dict[str, str | float]]]:
+    """What to write of a recording beside its columns: of the whole, and of each run by `name`."""
+    _units.drive_unit(recording.drive_unit)
+    _units.response_unit(recording.response_unit)
+    whole: dict[str, str | float] = {
+        "schema": SCHEMA,
+        "response_unit": recording.response_unit,
+        "drive_unit": recording.drive_unit,
+        "response_origin": recording.response_origin,
+        "response_lag_s": float(recording.response_lag_s),
+    }
+    runs = []
+    for run in recording.runs:
+        drive = run.drive
+        entry: dict[str, str | float] = {"name": check_name(run.name)}
+        if drive.excitation_hz is not None:
+            entry["excitation_hz"] = float(drive.excitation_hz)
+        runs.append(entry | {"waveform": drive.waveform, "start_s": float(drive.start_s)})
+    parse_manifest({**whole, "run": [{"file": "-", **entry} for entry in runs]})
+    for text in (part for item in recording.provenance.items() for part in item):
+        if not isinstance(text, str) or any("\ud800" <= c <= "\udfff" for c in text):
+            raise DataError(f"`provenance` must be text, but has {ascii(text)[:60]}.")
+    return whole, runs

@@ -1,0 +1,67 @@
+"""A recording from and to a path, whatever its form."""
+
+import os
+from pathlib import Path
+
+from rapi_jax._errors import DataError
+from rapi_jax._recording import Recording
+from rapi_jax.io._safe import StrPath, located, open_regular, printable
+from rapi_jax.io._units import check_plausible
+
+from ._build import NanPolicy, check_nan_policy
+from ._folder import MANIFEST, read_folder, write_folder
+from ._netcdf import read_netcdf, write_netcdf
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+
+
+def read_recording(path: StrPath, *, nan: NanPolicy = "raise") -> Recording:
+    """Read a recording: a folder with a `manifest.toml`, that manifest, or a netCDF-4 file.
+
+    Drives come back in V or um, responses in GHz, um, nm or V.
+
+    - `nan`: "raise" refuses a response that is not finite; "mask" makes such samples NaN, to be
+      left out. A drive or clock that is not finite is always refused.
+
+    Raises `DataError`, in one line, where the recording is not there, damaged, hostile, incomplete,
+    or implausible in its units.
+    """
+    check_nan_policy(nan)
+    path = Path(path)
+    if path.is_dir():
+        recording = read_folder(path, nan=nan)
+    elif path.name == MANIFEST:
+        recording = read_folder(path.parent, nan=nan)
+    else:
+        recording = _read_file(path, nan)
+    with located(printable(path)):
+        check_plausible(recording)
+    return recording
+
+
+def _read_file(path: Path, nan: NanPolicy) -> Recording:
+    with open_regular(path) as file:
+        start = file.read(len(_HDF5))
+    if start == _HDF5:
+        return read_netcdf(path, nan=nan)
+    label = printable(path)
+    if not start:
+        raise DataError(f"{label}: the file is empty. Record or export it again.")
+    if start.startswith(b"CDF"):
+        raise DataError(f"{label}: netCDF-3. Convert it with `nccopy -k nc4`.")
+    raise DataError(
+        f"{label}: neither a netCDF-4 file nor a folder with a {MANIFEST}. For CSV files, put a "
+        f"{MANIFEST} beside them and give the folder."
+    )
+
+
+def write_recording(recording: Recording, path: StrPath) -> None:
+    """Write a recording to a folder or, where `path` ends in `.nc`, to a netCDF-4 file.
+
+    The old recording stays whole until the new one is. Raises `OutputError`; `DataError` where the
+    recording cannot be expressed in a file.
+    """
+    if os.fspath(path).endswith(".nc"):
+        write_netcdf(recording, path)
+    else:
+        write_folder(recording, path)

@@ -1,0 +1,1 @@
+"""The play operator and its evaluations: by scan over samples, by contact intervals."""

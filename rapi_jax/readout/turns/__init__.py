@@ -1,0 +1,1 @@
+"""Turning points of the scan: of the drive, of the laser, and models of the phase there."""

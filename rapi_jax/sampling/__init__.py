@@ -1,0 +1,1 @@
+"""Drives as samples: periods and turning points, the sampling grid of a run, runs as one batch."""

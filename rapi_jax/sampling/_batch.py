@@ -1,0 +1,140 @@
+"""A recording as rectangular arrays: one row a run, ready for a model that is mapped over runs."""
+
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from rapi_jax._recording import Drive, Recording, Run
+from rapi_jax.effects._first_order_lags import History
+
+from ._sampling_grid import Row, row_of
+
+# Rows are padded to a multiple of this, so that similar recordings share compiled code.
+_ROUND = 256
+
+
+class DriveBatch(eqx.Module):
+    """The drives of several runs, one row each; see `Row`.
+
+    The operator acts on the nodes; `place` spreads what it answers over the samples of the runs.
+    """
+
+    node_time: Float[Array, "runs nodes"]
+    node_u: Float[Array, "runs nodes"]
+    node_history: History
+    time: Float[Array, "runs time"]
+    place: Int[Array, "runs time"]
+    history: History
+    freq: Float[Array, " runs"]
+    u_pp: Float[Array, " runs"]
+    u_min: Float[Array, " runs"]
+    bias: Float[Array, " runs"]
+
+
+class Sampled(eqx.Module):
+    """All runs of a recording, padded to one length.
+
+    Each row is a lead-in of one period (where asked for), the run with the turning points between
+    its samples, and a repeat of the last of these. `use` marks complete periods and valid readings:
+    what a fit may look at. `sample` is the index in its run, -1 elsewhere. NumPy arrays; `device()`
+    gives what a model needs as JAX arrays.
+    """
+
+    time: np.ndarray  # "runs time", s in the session
+    u: np.ndarray  # "runs time", drive unit, lag taken out
+    y: np.ndarray  # "runs time", response unit, 0 outside
+    use: np.ndarray  # "runs time"
+    sample: np.ndarray  # "runs time"
+    freq: np.ndarray  # "runs", Hz
+    u_pp: np.ndarray  # "runs"
+    u_min: np.ndarray  # "runs"
+    drives: dict[str, np.ndarray]  # the fields of `DriveBatch`
+
+    def device(self) -> DriveBatch:
+        """What a model needs of the drives, as JAX arrays; call with 64-bit types on."""
+        return on_device(self.drives)
+
+
+def usable(run: Run, lag_s: float) -> Bool[np.ndarray, " time"]:
+    """The samples of a run that a fit may look at: complete periods, readings that are numbers."""
+    use = run.valid & (run.drive.time >= lag_s)
+    return use & (run.drive.period >= 0) if run.drive.repeats else use
+
+
+def _stack(columns: Sequence[np.ndarray], fill: int | None = None) -> np.ndarray:
+    """Columns of different lengths as one array, padded with their last element or with `fill`."""
+    longest = max(column.size for column in columns)
+    longest += -longest % _ROUND
+    pads = [(0, longest - column.size) for column in columns]
+    if fill is None:
+        return np.stack([np.pad(c, pad, "edge") for c, pad in zip(columns, pads, strict=True)])
+    return np.stack(
+        [np.pad(c, p, constant_values=fill) for c, p in zip(columns, pads, strict=True)]
+    )
+
+
+def batch(drives: Sequence[Drive], rows: Sequence[Row]) -> dict[str, np.ndarray]:
+    """The fields of `DriveBatch` as NumPy arrays, those of a history with a prefix."""
+    ends = [float(row.time[-1]) for row in rows]
+    begins = [float(row.time[row.lead]) for row in rows]
+    gaps = [np.inf] + [b - e for b, e in zip(begins[1:], ends[:-1], strict=True)]
+    step = max(drive.step_s for drive in drives)
+    # A run that starts before the last one ended shares no clock with it.
+    gaps = [max(g, 0.0) if g > -step / 2 else np.inf for g in gaps]
+    # With the turning points between samples: thresholds follow what the drive reaches (Eq. 11).
+    low = np.array([row.node_u.min() for row in rows])
+    u_pp = np.array([np.ptp(row.node_u) for row in rows])
+    return {
+        "node_time": _stack([row.node_time for row in rows]),
+        "node_u": _stack([row.node_u for row in rows]),
+        "node_lead": np.array([row.node_lead if row.period_s else 0 for row in rows]),
+        "time": _stack([row.time for row in rows]),
+        "place": _stack([row.place for row in rows]),
+        "lead": np.array([row.lead for row in rows]),
+        "period_s": np.array([row.period_s for row in rows]),
+        "gap_s": np.array(gaps),
+        "freq": np.array([drive.rate for drive in drives]),
+        "u_pp": u_pp,
+        "u_min": low,
+        "bias": low + u_pp / 2.0,
+    }
+
+
+def on_device(fields: dict[str, np.ndarray]) -> DriveBatch:
+    """`fields` of `batch` as JAX arrays; call with 64-bit types on."""
+    a = {name: jnp.asarray(value) for name, value in fields.items()}
+    own = {k: a[k] for k in ("node_time", "node_u", "time", "place", "freq", "u_pp", "u_min")}
+    never = jnp.full(a["gap_s"].shape, jnp.inf)
+    return DriveBatch(
+        **own,
+        bias=a["bias"],
+        node_history=History(a["period_s"], a["node_lead"], never),
+        history=History(a["period_s"], a["lead"], a["gap_s"]),
+    )
+
+
+def sampled(recording: Recording, *, lead: bool = False) -> Sampled:
+    """`recording` as rectangular arrays; `lead`: with the period before each run that repeats."""
+    lag = recording.response_lag_s
+    rows = [row_of(drive, lag, lead=lead) for drive in recording.drives]
+    fields = batch(recording.drives, rows)
+    sample = _stack([row.sample for row in rows], -1)
+    y, use = np.zeros(sample.shape), np.zeros(sample.shape, dtype=bool)
+    for k, run in enumerate(recording.runs):
+        inside = sample[k] >= 0
+        y[k, inside] = np.nan_to_num(run.response)[sample[k, inside]]
+        use[k, inside] = usable(run, lag)[sample[k, inside]]
+    return Sampled(
+        time=fields["time"],
+        u=np.take_along_axis(fields["node_u"], fields["place"], axis=1),
+        y=y,
+        use=use,
+        sample=sample,
+        freq=fields["freq"],
+        u_pp=fields["u_pp"],
+        u_min=fields["u_min"],
+        drives=fields,
+    )

@@ -1,0 +1,148 @@
+"""One run's drive as a model sees it: turning points exact, history before the first sample."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rapi_jax._recording import Drive
+
+from ._corners import corners
+
+_WHOLE = 0.02  # of a sample, over the whole run: how far periods may be from whole samples
+_REPEATS = 1e-9  # of the swing: how far the drive of one period may be from that of the next
+_NEAR = 1e-6  # of a step
+_BEHIND = np.geomspace(1.0 / 64.0, 6.0, 24)  # steps behind a turning point, where nodes are added
+_MOST_TURNS = 16  # a period: more are a waveform's own wealth, or noise
+
+
+class Row(NamedTuple):
+    """A run on two clocks: nodes for the operator, and the run itself.
+
+    The nodes are one period of a drive that repeats exactly, from its minimum, where Eq. 13 is the
+    periodic state; or all of a run that does not. `place` says which node each sample of the run
+    is. Turning points between samples are nodes and samples too, with `sample` -1.
+    """
+
+    node_time: np.ndarray  # s in the session
+    node_u: np.ndarray
+    time: np.ndarray  # s in the session
+    place: np.ndarray
+    sample: np.ndarray  # index in the run; -1 in the lead-in and at turning points between samples
+    lead: int  # samples of `time` before the run
+    node_lead: int  # the same of the nodes
+    period_s: float  # of the lead-in; 0 where there is none
+
+
+def row_of(drive: Drive, lag_s: float, *, lead: bool) -> Row:
+    """`drive`, answered `lag_s` later; with `lead` one period comes before what repeats."""
+    count = _whole_period(drive)
+    if count:
+        return _tiled(drive, count, lag_s, lead)
+    return _plain(drive.delayed(lag_s), lead)
+
+
+def _whole_period(drive: Drive) -> int:
+    """Samples a period, where they are whole and the drive repeats exactly; else 0."""
+    if not drive.repeats or drive.u_pp == 0:
+        return 0
+    exact = 1.0 / (drive.rate * drive.step_s)
+    count = round(exact)
+    if not 8 <= count <= drive.size or abs(exact - count) * drive.size / count > _WHOLE:
+        return 0
+    again = drive.value[count:] - drive.value[:-count]
+    return count if np.abs(again).max(initial=0.0) <= _REPEATS * drive.u_pp else 0
+
+
+def _tiled(drive: Drive, count: int, lag_s: float, lead: bool) -> Row:
+    step, period = drive.step_s, count * drive.step_s
+    value = drive.value[:count]
+    around = (np.arange(3 * count) - count) * step
+    at, height = corners(around, np.tile(value, 3))
+    inside = (at >= -_NEAR * step) & (at < period - _NEAR * step)
+    at, height = at[inside], height[inside]
+    if lead:  # a lag moves the drive's extreme to between samples
+        at, height = _closer(value, step, at, height)
+    # Samples see the drive of `lag_s` ago; straight lines between samples and corners are exact.
+    known = np.concatenate([np.arange(count) * step, at])
+    order = np.argsort(known)
+    levels = np.concatenate([value, height])[order]
+    seen = np.interp(np.arange(count) * step - lag_s, known[order], levels, period=period)
+    phase = np.concatenate([np.arange(count) * step, np.mod(at + lag_s, period)])
+    number = np.concatenate([np.arange(count), np.full(at.size, -1)])
+    u = np.concatenate([seen if lag_s else value, height])
+    first = phase[np.argmin(u)]
+    phase = np.mod(phase - first + _NEAR * step, period) - _NEAR * step
+    order = np.argsort(phase)
+    phase, number, u = phase[order], number[order], u[order]
+    node_lead = u.size if lead else 0
+    cycle = np.arange(phase.size)
+    begin = -period if lead else 0.0
+    whole = int(np.ceil((drive.time[-1] - begin) / period)) + 2
+    turns = np.arange(-2, whole + 1)
+    time = (first + turns[:, None] * period + phase[None, :]).ravel()
+    place = np.tile(cycle, turns.size)
+    keep = (time >= begin - _NEAR * step) & (time <= drive.time[-1] + _NEAR * step)
+    time, place = time[keep], place[keep]
+    nearest = np.round(time / step).astype(int)
+    is_sample = (number[place] >= 0) & (nearest >= 0) & (nearest < drive.size)
+    node_phase = np.concatenate([phase - period, phase]) if lead else phase
+    return Row(
+        drive.start_s + first + node_phase,
+        np.tile(u, 2) if lead else u,
+        drive.start_s + time,
+        place + node_lead,
+        np.where(is_sample, nearest, -1),
+        int((time < -_NEAR * step).sum()),
+        node_lead,
+        period if lead else 0.0,
+    )
+
+
+def _closer(
+    value: np.ndarray, step: float, at: np.ndarray, height: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes between the samples behind each turning point, besides those at `at`."""
+    rise = np.diff(value, prepend=value[-1:])
+    turns = np.flatnonzero(rise * np.roll(rise, -1) < 0) * step
+    count, period = value.size, value.size * step
+    if turns.size <= _MOST_TURNS:  # those of samples, where no corner stands beside them
+        beside = np.abs(_around(turns[:, None] - at[None, :], period)) <= step
+        turns = np.concatenate([at, turns[~beside.any(axis=1)]])
+    if not 0 < turns.size <= _MOST_TURNS:
+        return at, height
+    known = np.concatenate([np.arange(count) * step, at])
+    order = np.argsort(known)
+    levels = np.concatenate([value, height])[order]
+    fine = np.unique(np.mod((turns[:, None] + step * _BEHIND[None, :]).ravel(), period))
+    far = np.abs(_around(fine[:, None] - known[None, :], period))
+    fine = fine[(far.min(axis=1) > 1e-3 * step) & (fine < period - 1e-3 * step)]
+    more = np.interp(fine, known[order], levels, period=period)
+    return np.concatenate([at, fine]), np.concatenate([height, more])
+
+
+def _around(difference: np.ndarray, period: float) -> np.ndarray:
+    return np.mod(difference + period / 2, period) - period / 2
+
+
+def _plain(drive: Drive, lead: bool) -> Row:
+    before = drive.lead_in()  # from the minimum, where Eq. 13 is the periodic state
+    length = round(1.0 / (drive.rate * drive.step_s)) if drive.repeats and lead else 0
+    length = length if length <= drive.size else 0
+    value = np.concatenate([before, drive.value[:length], drive.value])
+    index = np.arange(-before.size - length, drive.size)
+    at, height = corners(index * drive.step_s, value)
+    time = np.concatenate([index * drive.step_s, at])
+    order = np.argsort(time, kind="stable")
+    sample = np.concatenate([np.maximum(index, -1), np.full(at.size, -1)])[order]
+    time, value = time[order], np.concatenate([value, height])[order]
+    start = int(np.searchsorted(time, -(length + _NEAR) * drive.step_s))
+    return Row(
+        drive.start_s + time,
+        value,
+        drive.start_s + time[start:],
+        np.arange(start, time.size),
+        sample[start:],
+        int(np.flatnonzero(sample[start:] == 0)[0]) if length else 0,
+        start,
+        length * drive.step_s,
+    )

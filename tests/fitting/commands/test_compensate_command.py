@@ -1,0 +1,156 @@
+"""`rapi compensate`: what it writes, and every way it refuses; each run is a whole command."""
+
+import json
+
+import numpy as np
+import pytest
+
+from fitting.cli import app
+from fitting.commands.run import run
+from rapi_jax import ECDL, RAPI, Identified, predict
+from rapi_jax.examples import paper_device, paper_recording
+from rapi_jax.io import read_afg, read_drive, read_recording, write_model
+
+RATES = ("10", "25", "40")
+
+
+def rapi(*arguments):
+    return run(app, [str(a) for a in arguments])
+
+
+def write(folder, ecdl, recording, **about):
+    folder.mkdir()
+    fields = {
+        "response_unit": "GHz",
+        "drive_unit": "V",
+        "trusted": True,
+        "identified": Identified.of(recording).to_dict(),
+        "data_sha256": recording.sha256(),
+    }
+    write_model(folder / "model.rapi", ecdl, **(fields | about))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    """The paper's device itself as the model."""
+    recording, _ = paper_recording(samples=400)
+    return write(tmp_path_factory.mktemp("compensate") / "model", paper_device(), recording)
+
+
+def test_drives_make_the_device_scan_straight(model, tmp_path, capsys):
+    arguments = ("--span", 75, "--frequency", *RATES, "-o", tmp_path / "out", "--json")
+    assert rapi("compensate", model, *arguments) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report == json.loads((tmp_path / "out" / "certificate.json").read_text())
+    assert report["schema"] == "rapi.compensation/1" and report["unit"] == "GHz"
+    assert report["notes"] == [] and report["limits_from"] == "identification"
+    for rate, entry in zip(RATES, report["drives"], strict=True):
+        assert entry["certificate"]["invertible"] and entry["file"] == f"drive_{rate}Hz.csv"
+        assert entry["bias"] == pytest.approx(3.0, abs=2e-3)  # centre of the identified range
+        drive = read_drive(tmp_path / "out" / entry["file"])
+        assert drive.value.argmin() == 0 and drive.rate == pytest.approx(float(rate))
+        pair = read_recording(tmp_path / "out" / f"drive_{rate}Hz.nc")
+        wanted = pair.runs[0].response
+        answer = np.asarray(predict(paper_device(), pair.runs[0].drive))
+        assert np.abs(answer - answer.min() - wanted).max() < 1e-8
+        assert np.ptp(wanted) == pytest.approx(75.0)
+        wave = read_afg(tmp_path / "out" / f"drive_{rate}Hz.afg")
+        assert wave.frequency_hz == float(rate) and wave.codes.size == 131072
+    assert (tmp_path / "out" / "compensation.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_bias_shape_and_limits_are_followed(model, tmp_path):
+    limits = tmp_path / "limits.toml"
+    limits.write_text("low_v = 0.0\nhigh_v = 7.0\nslew_v_per_s = 5000.0\n")
+    options = ("--bias", 2.8, "--limits", limits, "--rise", 0.8, "--corner", 0.05, "--no-plots")
+    arguments = ("--span", 60, "--frequency", 20, "-o", tmp_path / "out")
+    assert rapi("compensate", model, *arguments, *options) == 0
+    report = json.loads((tmp_path / "out" / "certificate.json").read_text())
+    assert report["drives"][0]["bias"] == pytest.approx(2.8)
+    assert report["limits_from"] == "file" and report["limits"]["high_v"] == 7.0
+    drive = read_drive(tmp_path / "out" / "drive_20Hz.csv")
+    moved = 2 * 0.05 * (0.5 - 0.8)  # rounding moves both turns into the steeper branch
+    assert drive.value.argmax() / drive.size == pytest.approx(0.8 + moved, abs=0.002)
+    assert not (tmp_path / "out" / "compensation.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "message"),
+    [
+        (("--span", 75), 2, "frequency"),
+        (("--frequency", 10), 2, "span"),
+        (("--span", -3, "--frequency", 10), 2, "positive"),
+        (("--span", "wide", "--frequency", 10), 2, "span"),
+        (("--span", 75, "--frequency", 0), 3, "positive rates"),
+        (("--span", 75, "--frequency", 10, "nan"), 3, "positive rates"),
+        (("--span", 75, "--frequency", 100), 3, "V/s"),
+        (("--span", 60, "--frequency", 50), 3, "identified at 10 to 40"),
+        (("--span", 120, "--frequency", 10), 3, "needs more than"),
+        (("--span", 75, "--frequency", 10, "--bias", 5.2), 3, "needs more than"),
+        (("--span", 75, "--frequency", 10, "--bias", 50), 3, "does not lie within the limits"),
+        (("--span", 75, "--frequency", 10, "--corner", 0.6), 3, "corner"),
+        (("--span", 75, "--frequency", 10, "--rise", 1.5), 3, "rise"),
+        (("--span", 75, "--frequency", 10, "--samples", 3), 3, "samples"),
+        (("--span", 75, "--frequency", 10, "--limits", "nowhere.toml"), 3, "nowhere.toml"),
+        (("--span", 75, "--frequency", 10, "--inverse", "best"), 2, "inverse"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_and_nothing_is_written(
+    model, tmp_path, capsys, options, code, message
+):
+    output = tmp_path / "out"
+    assert rapi("compensate", model, *options, "-o", output) == code
+    error = capsys.readouterr().err
+    assert message in error and error.count("\n") == 1 and "Traceback" not in error
+    assert not output.exists() or list(output.iterdir()) == []
+
+
+def test_one_rate_that_is_refused_leaves_no_drive_of_the_others(model, tmp_path):
+    output = tmp_path / "out"
+    assert rapi("compensate", model, "--span", 75, "--frequency", 10, 60, "-o", output) == 3
+    assert list(output.iterdir()) == []
+
+
+def test_extrapolation_is_done_when_asked_for_and_noted(model, tmp_path):
+    output = tmp_path / "out"
+    options = ("--span", 60, "--frequency", 50, "--extrapolate", "--no-plots")
+    assert rapi("compensate", model, *options, "-o", output) == 0
+    report = json.loads((output / "certificate.json").read_text())
+    assert "50 Hz" in report["notes"][0]
+
+
+def test_a_model_that_is_not_monotone_is_refused_with_the_place(tmp_path, capsys):
+    recording, _ = paper_recording(samples=400)
+    operator = RAPI(alpha=0.3, zeta=0.0, lam=1.2, eta=1.0, a=0.5, b=0.0, d=(30.0, -4.0), plays=5)
+    folder = write(tmp_path / "model", ECDL(operator), recording)
+    arguments = ("--span", 40, "--frequency", 20, "-o", tmp_path / "out")
+    assert rapi("compensate", folder, *arguments) == 3
+    assert "does not rise with it from" in capsys.readouterr().err
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_a_model_not_to_be_trusted_is_noted(tmp_path):
+    recording, _ = paper_recording(samples=400)
+    folder = write(tmp_path / "model", paper_device(), recording, trusted=False)
+    options = ("--span", 70, "--frequency", 20, "--no-plots", "-o", tmp_path / "out")
+    assert rapi("compensate", folder, *options) == 0
+    report = json.loads((tmp_path / "out" / "certificate.json").read_text())
+    assert "not to be trusted" in report["notes"][0]
+
+
+def test_the_papers_inverse_from_the_model_alone(model, tmp_path):
+    """Without a recording it is identified on the model's own response."""
+    output = tmp_path / "out"
+    options = ("--span", 75, "--frequency", 10, 40, "--inverse", "paper", "--no-plots")
+    assert rapi("compensate", model, *options, "-o", output) == 0
+    report = json.loads((output / "certificate.json").read_text())
+    assert [entry["inverse"] for entry in report["drives"]] == ["paper", "paper"]
+    assert max(report["inverse_fit"]["rmse"]) < 0.02
+    for rate in (10, 40):
+        drive = read_drive(output / f"drive_{rate}Hz.csv")
+        answer = np.asarray(predict(paper_device(), drive))
+        middle = slice(int(0.05 * drive.size), int(0.45 * drive.size))
+        line = np.polyfit(drive.time[middle], answer[middle], 1)
+        assert (answer[middle] - np.polyval(line, drive.time[middle])).std() < 0.4  # 0.43 before
+    assert (output / "inverse.rapi").exists()

@@ -1,0 +1,126 @@
+"""`rapi measure` and `rapi bench` on the simulated laboratory behind real wires."""
+
+import contextlib
+import json
+
+import numpy as np
+import pytest
+from benches import Served, bench_file
+
+from fitting.cli import app
+from fitting.commands.run import run
+from hardware import HislipServer, TcpServer
+from hardware.simulated import Silent, SimulatedBench
+from rapi_jax import triangle
+from rapi_jax.io import read_recording, write_drive
+
+pytest.importorskip("pyvisa_py", reason="pyvisa-py is not installed (extra `lab`)")
+
+
+def rapi(*arguments):
+    return run(app, [str(a) for a in arguments])
+
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path, monkeypatch):
+    """Notes on what is in use, of this test alone."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def drives(tmp_path):
+    """Files of a drive at each of two rates, and of one beyond the limits."""
+    found = {}
+    for name, drive in {
+        "40": triangle([40.0], amplitude=3.0, bias=3.0, samples=2000)[0],
+        "80": triangle([80.0], amplitude=2.0, bias=3.0, samples=2000)[0],
+        "wide": triangle([40.0], amplitude=9.0, bias=4.0, samples=2000)[0],
+    }.items():
+        found[name] = tmp_path / f"{name}.csv"
+        write_drive(drive, found[name])
+    return found
+
+
+@pytest.mark.parametrize("server", [HislipServer, TcpServer])
+def test_measured(tmp_path, drives, server, capsys):
+    with contextlib.ExitStack() as stack:
+        served = Served(stack, tmp_path, server)
+        output = tmp_path / "recording"
+        assert rapi("measure", served.bench, drives["40"], drives["80"], "-o", output) == 0
+        assert served.parked()
+        capsys.readouterr()
+        assert rapi("bench", "check", served.bench, "--json") == 0
+        told = json.loads(capsys.readouterr().out)
+        assert told["laser_head"] == "TLB-6712" and "2000 V/s" in told["limits"]
+    recording = read_recording(output)
+    assert [run.drive.rate for run in recording.runs] == pytest.approx([40.0, 80.0])
+    assert recording.provenance["bench"] == "laboratory"
+    bench = SimulatedBench.like_paper()
+    for measured in recording.runs:
+        off = measured.response - bench.truth(measured.drive)
+        assert np.nanstd(off) < 1.5e-3  # GHz: another generator's grid of levels
+
+
+def test_nothing_is_played_beyond_the_limits(tmp_path, drives, capsys):
+    with contextlib.ExitStack() as stack:
+        served = Served(stack, tmp_path, HislipServer)
+        code = rapi("measure", served.bench, drives["40"], drives["wide"], "-o", tmp_path / "r")
+        assert code == 3
+        assert not served.lab.generator.seen[1].times_on
+    assert "wide.csv: " in capsys.readouterr().err
+    assert not (tmp_path / "r").exists()
+
+
+def test_an_instrument_that_fails_is_exit_code_6(tmp_path, drives, capsys):
+    """In the second run; the first is written."""
+    fault = {"fault": Silent(), "when": b":WAV:DATA?", "after": 2}
+    with contextlib.ExitStack() as stack:
+        served = Served(stack, tmp_path, HislipServer, digitizer=fault)
+        output = tmp_path / "part"
+        code = rapi("measure", served.bench, drives["40"], drives["80"], "-o", output)
+        assert code == 6
+        assert served.parked()
+    error = capsys.readouterr().err
+    assert error.startswith("instrument: ") and error.count("\n") == 1
+    recording = read_recording(output)
+    assert len(recording.runs) == 1 and recording.provenance["incomplete"] == "yes"
+
+
+def test_an_open_interlock_is_exit_code_6(tmp_path, drives, capsys):
+    with contextlib.ExitStack() as stack:
+        served = Served(stack, tmp_path, HislipServer)
+        served.lab.laser.interlock = False
+        assert rapi("measure", served.bench, drives["40"], "-o", tmp_path / "r") == 6
+        assert not served.lab.generator.seen[1].times_on
+    assert "Close the interlock" in capsys.readouterr().err
+
+
+def test_a_laser_that_is_off(tmp_path, drives, capsys):
+    with contextlib.ExitStack() as stack:
+        served = Served(stack, tmp_path, HislipServer)
+        served.lab.laser.output = False
+        assert rapi("measure", served.bench, drives["40"], "-o", tmp_path / "r") == 6
+    assert "The laser is off" in capsys.readouterr().err
+
+
+def test_a_dry_run_connects_to_nothing(tmp_path, drives):
+    bench = bench_file(tmp_path)
+    output = tmp_path / "bytes"
+    assert rapi("measure", bench, drives["40"], "-o", output, "--dry-run") == 0
+    sent = (output / "generator.bytes").read_bytes()
+    assert sent.startswith(b"*IDN?\n") and b"DATA:DATA EMEM1,#6262144" in sent
+    assert sent.rstrip().endswith(b"OUTP1:STAT?")
+    assert {path.name for path in output.iterdir()} == {
+        "generator.bytes", "digitizer.bytes", "laser.bytes",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "says"), [("schema = 1", "`schema`"), ("[[[", "not a TOML file"), ("", "`schema`")]
+)
+def test_a_bench_file_that_is_none(tmp_path, drives, capsys, text, says):
+    bench = tmp_path / "bench.toml"
+    bench.write_text(text)
+    assert rapi("bench", "check", bench) == 3
+    assert rapi("measure", bench, drives["40"], "-o", tmp_path / "r") == 3
+    assert says in capsys.readouterr().err

@@ -1,0 +1,131 @@
+"""Joint refits: to the truth and never uphill, within bounds, priors and what is held."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from edge_worlds import NOISE, drives, off, record
+
+from fitting.diagnosis.noise._spectrum import Spectrum
+from fitting.diagnosis.refit._effect_vector import effect_values, free_parameters
+from fitting.diagnosis.refit._gauss_newton import Base, Refit
+from fitting.diagnosis.refit._whitened_model import Engine
+from rapi_jax import parameters
+from rapi_jax.effects import AmplifierLowpass, Etalon, ModeHop
+from rapi_jax.examples import paper_device
+
+WHITE = Spectrum(NOISE**2, 0.0, 1.0, True)
+
+
+def refit_of(recording, operator=None, **options) -> Refit:
+    engine = Engine.of(recording)
+    base = Base.of(engine, operator or off(0.03))
+    return Refit(engine, engine.whitener(WHITE), base.without("b"), **options)
+
+
+@pytest.fixture(scope="module")
+def plain() -> Refit:
+    return refit_of(record(drives()))
+
+
+@pytest.fixture(scope="module")
+def etalon() -> Refit:
+    return refit_of(record(drives(), Etalon(amplitude=0.3, spacing=20.0, phase=0.4)))
+
+
+def test_three_percent_off_comes_back_to_noise(plain):
+    """Chi-square a line within four of its standard errors, sqrt(2 / n), of 1."""
+    start = plain.at(plain.base.centre, ())
+    end = plain.descend(start, 40)
+    lines = end.errors.locked.size
+    assert start.locked > 100 * lines
+    assert abs(end.locked / lines - 1.0) < 4.0 * np.sqrt(2.0 / lines)
+    base = Base.of(plain.engine, paper_device().operator)
+    assert end.cost < dataclasses.replace(plain, base=base).at(base.centre, ()).cost
+
+
+def test_steps_never_go_uphill_nor_out_of_bounds(plain):
+    rng = np.random.default_rng(0)
+    for _ in range(3):
+        values = plain.base.centre * (1 + 0.1 * rng.standard_normal(plain.base.centre.size))
+        state = plain.at(np.clip(values, plain.base.low, plain.base.high), ())
+        for _ in range(4):
+            new = plain.descend(state, 1)
+            assert new.cost <= state.cost
+            assert np.all((new.values >= plain.base.low) & (new.values <= plain.base.high))
+            state = new
+
+
+def test_what_is_held_does_not_move(plain):
+    names = [p.name for p in parameters(plain.base.operator) for _ in range(p.size)]
+    held = dataclasses.replace(plain, base=plain.base.without("eta", "d"))
+    end = held.descend(held.at(held.base.centre, ()), 5)
+    still = np.array([n in ("eta", "d", "b") for n in names])
+    np.testing.assert_array_equal(end.values[still], held.base.centre[still])
+    assert np.all(end.values[np.array([n in ("lam", "a") for n in names])] != 0)
+    assert not np.array_equal(end.values, held.base.centre)
+
+
+def test_a_narrow_prior_holds_and_a_wide_one_does_not(plain):
+    """The prior adds its squares to the cost; 1e-9 of a value outweighs these data."""
+    base = plain.base
+    tight = dataclasses.replace(base, prior=1e-9 * np.maximum(np.abs(base.centre), 1e-3))
+    kept = dataclasses.replace(plain, base=tight)
+    end = kept.descend(kept.at(base.centre, ()), 5)
+    np.testing.assert_allclose(end.values, base.centre, rtol=1e-5, atol=1e-8)
+    wide = dataclasses.replace(plain, base=dataclasses.replace(base, prior=tight.prior * 1e15))
+    free = plain.descend(plain.at(base.centre, ()), 15)
+    same = wide.descend(wide.at(base.centre, ()), 15)
+    assert same.locked == pytest.approx(free.locked, rel=1e-6)
+    off_ = wide.at(base.centre + tight.prior * 1e15, ())
+    assert off_.prior == pytest.approx(base.centre.size)
+
+
+def test_an_effect_and_the_operator_are_refitted_together(etalon):
+    """From half the amplitude: it to 5 %, the spacing to 1 %."""
+    start = etalon.at(etalon.base.centre, (Etalon(amplitude=0.15, spacing=19.5, phase=0.3),))
+    end = etalon.descend(start, 40)
+    lines = end.errors.locked.size
+    assert abs(end.locked / lines - 1.0) < 4.0 * np.sqrt(2.0 / lines)
+    (found,) = end.effects
+    assert float(found.amplitude) == pytest.approx(0.3, rel=0.05)
+    assert float(found.spacing) == pytest.approx(20.0, rel=0.01)
+
+
+def test_what_jumps_stays_where_it_is_but_for_its_size(etalon):
+    still = dataclasses.replace(etalon, still=True)
+    hop = ModeHop.at(size=0.2, threshold=70.0, width=1.0, settle_s=1e-9)
+    start = still.at(still.base.centre, (hop, Etalon(amplitude=0.15, spacing=19.0, phase=0.3)))
+    end = still.descend(start, 4)
+    before, after = (effect_values(s.effects) for s in (start, end))
+    names = [p.path[-1] for effect in start.effects for p in free_parameters(effect)]
+    moved = dict(zip(names, after != before, strict=True))
+    assert {k for k, v in moved.items() if not v} == {"threshold", "width", "settle_s"}
+    columns = still.effect_columns(end)
+    assert columns[:, 0].any() and not columns[:, 1:4].any()
+
+
+def test_reach_and_bounds_of_effects_are_kept(etalon):
+    reach = {("etalon", ("spacing",)): (18.9, 19.3), ("etalon", ("amplitude",)): (0.0, 0.2)}
+    near = dataclasses.replace(etalon, reach=reach)
+    effect = Etalon(amplitude=0.15, spacing=19.0)
+    low, high = near.edges((effect,))
+    state = near.at(near.base.centre, (effect,))
+    for _ in range(6):
+        state = near.descend(state, 2)
+        now = effect_values(state.effects)
+        assert np.all((now >= low) & (now <= high))
+
+
+def test_a_lag_that_is_not_there_goes_towards_zero_and_not_beyond(plain):
+    """What is positive by its meaning stays so."""
+    start = plain.at(plain.base.centre, (AmplifierLowpass(tau=1e-4),))
+    end = plain.descend(start, 20)
+    tau = float(end.effects[0].tau)
+    assert 0.0 <= tau < 1e-4
+
+
+def test_a_refit_at_its_end_stays(plain):
+    end = plain.descend(plain.at(plain.base.centre, ()), 60)
+    again = plain.descend(end, 10)
+    assert end.cost - again.cost < 0.5

@@ -1,0 +1,74 @@
+"""Standard errors under correlated residuals, on linear problems where the truth is known."""
+
+import numpy as np
+import pytest
+
+from fitting.identification._covariance import _model_autocovariance, _toeplitz_product, correlated
+
+
+def ar1(rng, size, rho):
+    white = rng.standard_normal(size)
+    out = np.empty(size)
+    out[0] = white[0]
+    for i in range(1, size):
+        out[i] = rho * out[i - 1] + np.sqrt(1 - rho**2) * white[i]
+    return out
+
+
+def test_autocovariance_of_an_ar1_process():
+    gamma = _model_autocovariance(np.array([0.8]), 1 - 0.64, 50)
+    np.testing.assert_allclose(gamma, 0.8 ** np.arange(50), rtol=1e-9, atol=1e-12)
+
+
+def test_toeplitz_product_is_the_matrix_product():
+    from scipy.linalg import toeplitz
+
+    rng = np.random.default_rng(0)
+    gamma, columns = 0.9 ** np.arange(30), rng.standard_normal((30, 4))
+    np.testing.assert_allclose(_toeplitz_product(gamma, columns), toeplitz(gamma) @ columns)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.9, 0.98])
+def test_intervals_cover(rho):
+    """300 replicates of a linear fit: 95 % intervals hold the truth in 90 to 98 %.
+
+    The binomial standard deviation is 1.3 %; the plain covariance covers 17 % at rho = 0.98.
+    """
+    rng = np.random.default_rng(round(100 * rho))
+    t = np.linspace(-1, 1, 2000)
+    columns = np.stack([t**k for k in range(6)] + [np.abs(t), np.sin(9 * t)], axis=1)
+    hits = []
+    for _ in range(300):
+        y = ar1(rng, t.size, rho)
+        solved = np.linalg.lstsq(columns, y, rcond=None)[0]
+        spread = correlated([y - columns @ solved], [columns], [1.0])
+        hits.append(np.abs(solved) < 1.96 * spread.stderr)
+    assert 0.90 <= np.mean(hits) <= 0.98
+
+
+def test_weights_enter_as_a_sandwich():
+    """Weights that are not those of the noise: errors still right, by the known covariance."""
+    rng = np.random.default_rng(1)
+    n = 4000
+    columns = [np.ones((n, 1)), np.ones((n, 1))]
+    series = [rng.standard_normal(n), 3.0 * rng.standard_normal(n)]
+    weights = [1.0, 1.0]
+    mean = float(np.mean(series))
+    spread = correlated([s - mean for s in series], columns, weights)
+    assert spread.stderr[0] == pytest.approx(np.sqrt(n * (1 + 9)) / (2 * n), rel=0.05)
+
+
+def test_dead_columns_have_infinite_errors():
+    rng = np.random.default_rng(2)
+    columns = np.stack([np.ones(500), np.zeros(500)], axis=1)
+    spread = correlated([rng.standard_normal(500)], [columns], [1.0])
+    assert np.isfinite(spread.stderr[0]) and np.isinf(spread.stderr[1])
+
+
+def test_smooth_residuals_count_as_few_samples():
+    """A misfit that hardly changes from sample to sample is not white noise."""
+    t = np.linspace(0, 1, 4000)
+    misfit = np.sin(2 * np.pi * 3 * t) + 1e-4 * np.random.default_rng(0).standard_normal(t.size)
+    spread = correlated([misfit], [np.ones((t.size, 1))], [1.0])
+    assert spread.rho[0] > 0.99
+    assert spread.effective < 0.02 * t.size

@@ -1,0 +1,313 @@
+"""The page of a diagnosis as a parser reads it: order, words, escaping, nothing from outside."""
+
+import html.parser
+import json
+import math
+import re
+from typing import Any
+
+import diagnoses
+import hypothesis
+import hypothesis.strategies as st
+import pytest
+
+from fitting.report.diagnosis import _page as _diagnosis_page
+from fitting.report.diagnosis._numbers import Scale, number, percent, with_error
+from fitting.report.diagnosis._page import page
+
+SECTIONS = ["verdict", "where", "which", "how-far", "next", "sure"]
+VOID = {"meta", "link", "br", "img", "hr", "input"}
+
+
+class Page(html.parser.HTMLParser):
+    """A page as tags, attributes and the text in each."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: list[tuple[str, str]] = []  # the innermost tag or class, and its text
+        self.scripts: list[str] = []
+        self._open: list[str] = []
+        self.feed(text)
+        self.close()
+        assert not self._open, f"never closed: {self._open}"
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self._open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self._open and self._open[-1] == tag, f"</{tag}> closes {self._open[-3:]}"
+        self._open.pop()
+
+    def handle_data(self, data: str) -> None:
+        if self._open and self._open[-1] == "script":
+            self.scripts.append(data)
+        elif "body" in self._open and data.strip():
+            self.texts.append((self._open[-1], " ".join(data.split())))
+
+    @property
+    def text(self) -> str:
+        """All that a reader can read."""
+        return " ".join(text for _, text in self.texts)
+
+    def all(self, tag: str) -> list[dict[str, str | None]]:
+        """Attributes of every element of one kind."""
+        return [attributes for name, attributes in self.tags if name == tag]
+
+
+def spaced(text: str) -> str:
+    """Text with plain spaces, as `Page.text` has it."""
+    return " ".join(text.split())
+
+
+@pytest.fixture(params=diagnoses.ALL, scope="module")
+def parsed(request) -> tuple[str, dict[str, Any], str, Page]:
+    """Each hand-written diagnosis: its name, itself, the page, the page parsed."""
+    diagnosis = json.loads(json.dumps(diagnoses.ALL[request.param]()))
+    text = page(diagnosis)
+    return request.param, diagnosis, text, Page(text)
+
+
+def test_verdict_is_first_and_sections_are_in_order(parsed):
+    _, diagnosis, _, read = parsed
+    tag, first = read.texts[0]
+    assert tag == "h1"
+    said = diagnosis["verdict"].get("sentence")
+    assert first == spaced(said) + "." * (not said.endswith(".")) if said else first.endswith(".")
+    assert [text for tag, text in read.texts[1:3]][0] == "Next."
+    ids = [attributes.get("id") for _, attributes in read.tags]
+    assert [name for name in ids if name in SECTIONS] == SECTIONS
+    assert [t for tag, t in read.texts if tag == "h2"] == [
+        "Where the gap lies",
+        "Which effect it is",
+        "How far the gap shrinks",
+        "The next scan",
+        "How sure this is",
+    ]
+
+
+def test_nothing_leaves_the_page(parsed):
+    _, _, text, read = parsed
+    assert len(text.encode()) < 8_000_000
+    for tag, attributes in read.tags:
+        assert not any(name.startswith("on") for name in attributes), (tag, attributes)
+        for name in ("src", "href", "srcset", "action", "data", "poster"):
+            assert name not in attributes or attributes[name] == "data:,", (tag, attributes)
+    style = text[text.index("<style>") : text.index("</style>")]
+    assert "url(" not in style and "@import" not in style
+    policy = next(a["content"] for a in read.all("meta") if "http-equiv" in a)
+    assert policy is not None and policy.startswith("default-src 'none'")
+
+
+def test_every_figure_has_words_and_a_table(parsed):
+    _, diagnosis, _, read = parsed
+    plots = [a for a in read.all("div") if (a.get("class") or "") == "plot"]
+    drawings = [a for a in read.all("script") if a.get("id") == "drawings"]
+    assert bool(plots) == bool(drawings) == bool(diagnosis.get("maps"))
+    for plot in plots:
+        assert plot["role"] == "img" and len(plot["aria-label"] or "") > 40
+    if plots:
+        keys = [d["key"] for d in json.loads(read.scripts[1])]
+        assert sorted(f"plot-{key}" for key in keys) == sorted(str(p["id"]) for p in plots)
+        assert len(read.all("details")) >= 5
+    assert len(read.all("figcaption")) == len(read.all("figure"))
+
+
+def test_every_number_of_the_maps_is_in_a_table():
+    diagnosis = diagnoses.creep()
+    read = Page(page(diagnosis))
+    cells = {text for tag, text in read.texts if tag == "td"}
+    for row in diagnosis["maps"]["phase"]["rows"]:
+        for value in row["mean"]:
+            assert value is None or number(1e3 * value, sign=True) in cells
+    for row in diagnosis["maps"]["harmonics"]["rows"]:
+        assert all(number(1e3 * value) in cells for value in row["amplitude"])
+
+
+def test_hostile_text_stays_text():
+    tame, wild = Page(page(diagnoses.look_alikes())), Page(page(diagnoses.hostile()))
+    assert [tag for tag, _ in wild.tags if tag != "div"].count("script") == 4
+    assert len(wild.all("script")) == len(tame.all("script"))
+    assert not wild.all("b") or all(not attributes for attributes in wild.all("b"))
+    assert spaced(diagnoses.HOSTILE) in wild.text
+    drawings = wild.scripts[1]
+    assert "<" not in drawings and ">" not in drawings
+    # plotly.js takes tags and `%{...}` in labels at their word, so none may reach it.
+    for label in strings(json.loads(drawings)):
+        assert "script>" not in label and "%{y}" not in label.replace("%{y:+.3~g}", "")
+
+
+def strings(node: Any) -> list[str]:
+    if isinstance(node, dict):
+        return [s for value in node.values() for s in strings(value)]
+    if isinstance(node, list):
+        return [s for value in node for s in strings(value)]
+    return [node] if isinstance(node, str) else []
+
+
+def test_what_the_verdicts_say():
+    text = {name: Page(page(make())).text for name, make in diagnoses.ALL.items()}
+    assert "closes 94 % of it on data it has not seen" in text["creep"]
+    assert "Use the model with creep, model.rapi" in text["creep"]
+    assert "no effect is missing (probability 96 %)" in text["none"]
+    assert "no gap to close" in text["none"] and "no gap to close" not in text["one_period"]
+    assert "no effect on the list explains it (probability 96 %)" in text["unlisted"]
+    assert "cannot tell a delay between drive and reading from a low-pass" in text["look_alikes"]
+    assert "Record one more scan (triangle, 100 Hz, amplitude 1 V, bias 3 V)" in text["look_alikes"]
+    assert "97 % together" in text["look_alikes"]
+    assert "not to be trusted" in text["one_period"]
+    assert "The noise floor is not known" in text["one_period"]
+    assert "400 → 310 MHz" in text["unlisted"] and "24.7 → 10.8 MHz" in text["creep"]
+    assert "24.7 → 10.8 nm" in text["displacement"] and "2, 3 μm" in text["displacement"]
+    assert "Over optical frequency" in text["creep"]
+    assert "Over optical frequency" not in text["displacement"]
+
+
+def test_what_lies_below_noise_is_called_nothing():
+    diagnosis = diagnoses.creep()
+    diagnosis["gap"] |= {"locked": 0.0213, "not_locked": -0.001}
+    text = Page(page(diagnosis)).text
+    assert "what repeats with the scan is 21.3 MHz rms and what does not is nothing" in text
+
+
+def test_hypotheses_are_ranked_and_the_set_is_marked():
+    read = Page(page(diagnoses.look_alikes()))
+    marks = [attributes.get("class") for attributes in read.all("li")][:3]
+    assert marks == ["inside", "inside", None]
+    names = [text for tag, text in read.texts if tag == "code"]
+    assert names == ["delay", "amplifier_lowpass", "none"]
+
+
+def test_budget_shares_are_squares():
+    gap = diagnoses.creep()["gap"]
+    parts = [gap[key] ** 2 for key in ("structural", "parametric", "noise_floor")]
+    widths = re.findall(r'<i class="[a-z-]+" style="width:([\d.]+)%"></i>', page(diagnoses.creep()))
+    total = max(sum(parts), gap["total"] ** 2)
+    assert [float(w) for w in widths[:3]] == pytest.approx(
+        [100 * p / total for p in parts], abs=6e-3
+    )
+
+
+def paths(node: Any, at: tuple = ()) -> list[tuple]:
+    """Every key that may be missing, lists entered at their first element."""
+    if isinstance(node, list):
+        return paths(node[0], (*at, 0)) if node else []
+    if not isinstance(node, dict):
+        return []
+    return [p for key in node for p in ((*at, key), *paths(node[key], (*at, key)))]
+
+
+def brief(node: Any) -> Any:
+    """The same diagnosis with two of everything."""
+    if isinstance(node, dict):
+        return {key: brief(value) for key, value in node.items()}
+    return [brief(item) for item in node[:2]] if isinstance(node, list) else node
+
+
+def without(diagnosis: dict, path: tuple, null: bool) -> dict:
+    node: Any = diagnosis
+    for key in path[:-1]:
+        node = node[key]
+    if null:
+        node[path[-1]] = None
+    else:
+        del node[path[-1]]
+    return diagnosis
+
+
+@pytest.mark.parametrize("null", [True, False])
+def test_any_key_may_be_missing_or_null(null, monkeypatch):
+    # Two hundred pages without five megabytes of script in each.
+    monkeypatch.setattr(_diagnosis_page, "_plotly", lambda: "")
+    kept = {("schema",), ("verdict",)}
+    for path in paths(brief(diagnoses.look_alikes())):
+        if path not in kept:
+            read = Page(page(without(brief(diagnoses.look_alikes()), path, null)))
+            assert read.texts[0][0] == "h1" and "None" not in read.text, path
+            assert "nan" not in read.text.lower().split(), path
+
+
+def test_numbers_that_are_not_finite_are_shown_as_missing():
+    diagnosis = diagnoses.creep()
+    diagnosis["gap"]["noise_floor"] = math.nan
+    diagnosis["maps"]["phase"]["rows"][1]["mean"][3] = math.inf
+    assert "The noise floor is not known" in Page(page(diagnosis)).text
+
+
+@pytest.mark.parametrize("change", [{"schema": "rapi.diagnosis/2"}, {"verdict": None}])
+def test_another_file_is_refused(change):
+    with pytest.raises(ValueError, match=r"diagnosis\.json"):
+        page(diagnoses.creep() | change)
+
+
+@hypothesis.given(st.floats(allow_nan=False, allow_infinity=False), st.integers(1, 6))
+def test_number_reads_back_to_its_digits(value, digits):
+    text = number(value, digits).replace("\N{MINUS SIGN}", "-")
+    small = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+    mantissa, _, exponent = text.partition("×10")
+    # As text: the largest numbers overflow when their rounded mantissa is scaled.
+    read = float(f"{mantissa}e{exponent.translate(small)}") if exponent else float(mantissa)
+    assert "e" not in text
+    assert read == float(f"{value:.{digits - 1}e}") or math.isinf(read)
+
+
+@hypothesis.given(st.floats(0.0, 1.0))
+def test_percent_claims_no_certainty(p):
+    text = percent(p)
+    assert not text.startswith("100")
+    assert text != "0\N{NO-BREAK SPACE}%" or p == 0.0
+    if text[0].isdigit():
+        assert float(text.split("\N{NO-BREAK SPACE}")[0]) == pytest.approx(100 * p, abs=0.5001)
+
+
+@pytest.mark.parametrize(
+    ("unit", "size", "shown", "text"),
+    [
+        ("GHz", 0.0247, "MHz", "24.7 MHz"),
+        ("GHz", 3.2, "GHz", "3.20 GHz"),
+        ("MHz", 0.5, "kHz", "500 kHz"),
+        ("um", 0.0031, "nm", "3.10 nm"),
+        ("um", 12.0, "μm", "12.0 μm"),
+        ("fringe", 0.02, "fringe", "0.0200 fringe"),
+        ("GHz", 0.0, "GHz", "0 GHz"),
+    ],
+)
+def test_unit_of_the_page(unit, size, shown, text):
+    scale = Scale.of(unit, [None, size, math.nan])
+    assert scale.unit == shown
+    assert spaced(scale(size)) == text
+
+
+def test_error_sets_the_digits():
+    assert spaced(with_error(0.02104, 0.00061, "1/decade")) == "0.02104 ± 0.00061 1/decade"
+    assert spaced(with_error(-3.14, None, "GHz")) == "\N{MINUS SIGN}3.140 GHz"
+    assert spaced(with_error(2.0, 0.0, "1")) == "2.000"
+    assert spaced(with_error(1.04e-4, 3e-6, "s")) == "(1.040 ± 0.030)×10⁻⁴ s"
+    assert spaced(with_error(-2.5e7, 4e5, "Hz")) == "(\N{MINUS SIGN}2.500 ± 0.040)×10⁷ Hz"
+    assert spaced(with_error(0.0, 2.0, "um")) == "0.0 ± 2.0 μm"
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of `#rrggbb` by WCAG 2."""
+    parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+@pytest.mark.parametrize("scheme", [0, 1], ids=["light", "dark"])
+def test_contrast(scheme):
+    style = page(diagnoses.none()).partition("<style>")[2].partition("</style>")[0]
+    colours = dict(
+        re.findall(r"(--\w+): (#[0-9a-f]{6})", style.split("prefers-color-scheme")[scheme])
+    )
+
+    def contrast(name: str, ground: str = "--ground") -> float:
+        pair = sorted(luminance(colours[key]) + 0.05 for key in (name, ground))
+        return pair[1] / pair[0]
+
+    for name in ("--ink", "--soft"):  # text, on the page and on washes
+        assert contrast(name) >= 4.5 and contrast(name, "--wash") >= 4.5
+    for name in ("--accent", "--dot", *(f"--s{i}" for i in range(6))):  # lines and marks
+        assert contrast(name) >= 3.0, name

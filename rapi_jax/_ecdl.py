@@ -114,7 +114,7 @@ def laws(effects: Effects, drives: DriveBatch) -> Law:
     return law
 
 
-def answered(
+def operator_response(
     operator: AbstractOperator,
     law: Law,
     u: Float[Array, "runs nodes"],
@@ -161,7 +161,7 @@ def respond(
     changed = any(isinstance(effect, AbstractDriveEffect) for effect in ecdl.effects)
     u = drive_side(ecdl.effects, drives)
     u_min = jnp.min(u, axis=1) if changed else drives.u_min
-    nodes = answered(ecdl.operator, laws(ecdl.effects, drives), u, u_min, initial)
+    nodes = operator_response(ecdl.operator, laws(ecdl.effects, drives), u, u_min, initial)
     nu = jnp.take_along_axis(nodes, drives.place, axis=1)
     return optical_side(ecdl.effects, drives, nu)
 

@@ -36,12 +36,12 @@ def commit(bank: Path, /, *, json: Json = False) -> int:
     json
         Print one JSON object on standard output.
     """
-    from fitting.blind.protocol._folder import Folder
+    from fitting.blind.protocol._folder import BankFolder
     from fitting.blind.protocol._sealed import commit as committed
 
     from ._out import console, say_json
 
-    value = committed(Folder(bank))
+    value = committed(BankFolder(bank))
     if json:
         say_json({"schema": "rapi.blind-commitment/1", "secret_sha256": value})
     else:
@@ -76,13 +76,13 @@ def make(
     json
         Print one JSON object on standard output.
     """
-    from fitting.blind.protocol._folder import Folder
+    from fitting.blind.protocol._folder import BankFolder
     from fitting.blind.protocol._make import make as made
 
     from ._out import console, say_json
 
     with _progress("making") as say:
-        about = made(Folder(bank), tier, count=count, seed=seed, progress=say)
+        about = made(BankFolder(bank), tier, count=count, seed=seed, progress=say)
     if json:
         say_json(about)
     else:
@@ -119,13 +119,13 @@ def predict(
         Print one JSON object on standard output.
     """
     from fitting.blind.prediction._predictions import predict as predicted
-    from fitting.blind.protocol._folder import Folder
+    from fitting.blind.protocol._folder import BankFolder
 
     from ._out import console, say_json
 
     with _progress("predicting") as say:
         done = predicted(
-            Folder(bank), workers=workers, limit=limit, baselines=baselines, progress=say
+            BankFolder(bank), workers=workers, limit=limit, baselines=baselines, progress=say
         )
     if json:
         say_json({"schema": "rapi.blind-progress/1", **done})
@@ -159,13 +159,13 @@ def score(
     json
         Print `scores.json` on standard output.
     """
-    from fitting.blind.protocol._folder import Folder
+    from fitting.blind.protocol._folder import BankFolder
     from fitting.blind.scoring._examine import FAILURES, SCORES, TABLE, examine
 
     from ._out import console, say_json
 
     with _progress("scoring") as say:
-        scores = examine(Folder(bank), follow=follow, workers=workers, progress=say)
+        scores = examine(BankFolder(bank), follow=follow, workers=workers, progress=say)
     if json:
         say_json(scores)
         return 0
@@ -200,13 +200,13 @@ def calibrate(
     json
         Print the calibration on standard output.
     """
-    from fitting.blind.protocol._folder import Folder, write_json
+    from fitting.blind.protocol._folder import BankFolder, write_json
     from fitting.blind.scoring._calibrate import calibrate as calibrated
 
     from ._out import console, say_json
 
     with _progress("predicting") as say:
-        found, losses = calibrated(Folder(bank), workers=workers, progress=say)
+        found, losses = calibrated(BankFolder(bank), workers=workers, progress=say)
     write_json(output, found.to_dict())
     if json:
         say_json({**found.to_dict(), "loss": losses})

@@ -4,13 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from fitting.identification._data_checks import Fault, check_usable, faults
+from fitting.identification._data_checks import Fault, check_usable, find_faults
 from fitting.identification._fit import default_free
-from fitting.identification._parameter_vector import Vector
+from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import ECDL, AbstractOperator, DataError, Recording
 from rapi_jax.effects import AbstractEffect
 
-from .refit._whitened_model import Engine
+from .refit._whitened_model import WhitenedModel
 
 _EXPLAINED = 0.5  # of the variance of the readings
 
@@ -50,12 +50,12 @@ def check_data(ecdl: ECDL | None, recording: Recording) -> None:
         )
 
 
-def check_enough(engine: Engine, operator: AbstractOperator) -> None:
+def check_enough(whitened: WhitenedModel, operator: AbstractOperator) -> None:
     """Raise `DataError` where there are fewer readings, by phase of the scan, than parameters."""
     alone = ECDL(operator)
-    free = Vector.of(alone).mask(alone, default_free(alone, engine.recording)).sum()
-    count = int(free) + engine.fractions(operator.count)
-    phases = sum(int((block.use.sum(axis=0) > 0).sum()) for block in engine.blocks)
+    free = ParameterVector.of(alone).mask(alone, default_free(alone, whitened.recording)).sum()
+    count = int(free) + whitened.fractions(operator.count)
+    phases = sum(int((block.use.sum(axis=0) > 0).sum()) for block in whitened.blocks)
     if phases < count:
         raise DataError(
             f"{phases} usable samples a period, of all runs together, cannot fix {count} "
@@ -64,16 +64,16 @@ def check_enough(engine: Engine, operator: AbstractOperator) -> None:
 
 
 def shown_faults(
-    recording: Recording, left: list[np.ndarray], engine: Engine, named: tuple[str, ...]
+    recording: Recording, left: list[np.ndarray], whitened: WhitenedModel, named: tuple[str, ...]
 ) -> list[Fault]:
     """Faults that show in the readings, and a model that explains none of them.
 
     `left`: errors of the final model. `named`: the effects named, which may excuse a fault.
     """
-    found = [f for f in faults(recording) if f.kind != "clipped" or "saturation" not in named]
-    moves = [float(np.var(block.data[block.use > 0])) for block in engine.blocks]
-    used = [e[b.use > 0] for e, b in zip(left, engine.blocks, strict=True)]
-    origin = [float(e.mean()) if engine.own_origin else 0.0 for e in used]
+    found = [f for f in find_faults(recording) if f.kind != "clipped" or "saturation" not in named]
+    moves = [float(np.var(block.data[block.use > 0])) for block in whitened.blocks]
+    used = [e[b.use > 0] for e, b in zip(left, whitened.blocks, strict=True)]
+    origin = [float(e.mean()) if whitened.own_origin else 0.0 for e in used]
     rest = [float(np.mean((e - o) ** 2)) for e, o in zip(used, origin, strict=True)]
     share = np.mean(rest) / max(float(np.mean(moves)), 1e-300)
     if share > 1.0 - _EXPLAINED:

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from fitting.report.diagnosis._text import said
+from fitting.report.diagnosis._text import describe_hypothesis
 
 _CURE = {
     "creep": "Compensate with the corrected model; let the device run in before a scan.",
@@ -23,7 +23,7 @@ _CURE = {
 }
 
 
-def sentence(
+def verdict_sentence(
     name: str, effects: tuple[str, ...], probability: float, shrinkage: dict[str, Any], unit: str
 ) -> str:
     """The verdict in one sentence."""
@@ -33,7 +33,7 @@ def sentence(
         return f"No effect is missing: what the model leaves is noise ({sure})."
     if name == "unlisted":
         return f"Something is missing that is none of the effects known ({sure})."
-    what = said("+".join(effects))
+    what = describe_hypothesis("+".join(effects))
     closed = shrinkage.get("closed_fraction")
     if closed is None:
         return f"The gap is {what} ({sure})."
@@ -55,7 +55,7 @@ def _percent(share: float) -> str:
     return text.replace("%", " %")
 
 
-def advice(
+def verdict_advice(
     name: str,
     effects: tuple[str, ...],
     tied: list[str],

@@ -98,7 +98,7 @@ def _lagged_traces(left: np.ndarray, right: np.ndarray, lags: int) -> np.ndarray
     return np.fft.irfft(product.sum(axis=1), n)[: lags + 1]
 
 
-def correlated(
+def correlated_covariance(
     residuals: list[np.ndarray], jacobians: list[np.ndarray], weights: list[float]
 ) -> Uncertainty:
     """Covariance of a weighted fit from each run's residual, Jacobian and weight (all unweighted).

@@ -66,7 +66,7 @@ def schemes(recording: Recording, problem: Problem) -> Iterator[tuple[str, np.nd
             yield name, problem.data.use & rows[:, None], True
 
 
-def held_out(
+def cross_validate(
     problem: Problem,
     run_weights: np.ndarray,
     full: Solution,

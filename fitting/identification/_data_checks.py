@@ -7,7 +7,7 @@ import numpy as np
 from rapi_jax import DataError, Drive, Recording, Run
 from rapi_jax.sampling._batch import usable
 
-from ._step_detection import jumps
+from ._step_detection import detect_steps
 
 _MISS = 0.05  # of the drive's span, by which a period may differ from the next (rms)
 _MISS_SHORT = 0.03  # the same where little more than one period was recorded
@@ -48,7 +48,7 @@ def check_usable(recording: Recording) -> None:
         )
 
 
-def faults(recording: Recording) -> list[Fault]:
+def find_faults(recording: Recording) -> list[Fault]:
     """Clipped or dead readings, dead drives and wrong periods, which show before any fit."""
     found = []
     for run in recording.runs:
@@ -205,7 +205,9 @@ def _wrong(run: Run) -> Fault:
     )
 
 
-def hops(recording: Recording, errors: list[np.ndarray], smallest: float = 0.002) -> list[Fault]:
+def find_hops(
+    recording: Recording, errors: list[np.ndarray], smallest: float = 0.002
+) -> list[Fault]:
     """Steps in a run's residual, clear of noise and misfit, over `smallest` of the span: mode hops.
 
     `errors` are model less data, one array a run.
@@ -219,7 +221,7 @@ def hops(recording: Recording, errors: list[np.ndarray], smallest: float = 0.002
         predicted = reading + error[index]
         least = max(smallest * run.span, 3.0 * _resolution(reading))
         drive = run.drive.delayed(recording.response_lag_s).value[index]
-        steps = jumps(error[index], predicted, drive, index, least)
+        steps = detect_steps(error[index], predicted, drive, index, least)
         if steps:
             size = float(np.median([abs(height) for _, height in steps]))
             places = [(place, place) for place, _ in steps]

@@ -7,18 +7,18 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.solver._refinement import polished
+from fitting.solver._refinement import refine
 from rapi_jax import ECDL, RAPI, DataError, GeneralRAPI, InverseRAPI, Recording, parameters
 from rapi_jax._precision import float64
 
-from ._covariance import Uncertainty, correlated
-from ._cross_validation import KINDS, held_out
-from ._data_checks import check_usable, faults, hops
+from ._covariance import Uncertainty, correlated_covariance
+from ._cross_validation import KINDS, cross_validate
+from ._data_checks import check_usable, find_faults, find_hops
 from ._problem import Problem, Solution
 from ._result import Estimate, FitResult, RunFit, UntrustedFit
-from ._starts import search
-from ._verdict import bounded, judge
-from ._weights import opening, weights_of
+from ._starts import search_starts
+from ._verdict import bounded_parameters, judge
+from ._weights import hysteresis_fraction, run_weights
 
 Progress = Callable[[str], None]
 _OPTIONS = {"tolerance": 1e-6, "slope": 1e-5}
@@ -125,22 +125,22 @@ def fit(
     check_usable(recording)
     problem = Problem.of(ecdl, recording, chosen, history=history, drift=drift)
     _check_size(problem)
-    run_weights = weights_of(recording, weights)
-    weight = problem.weights(run_weights)
+    per_run_weight = run_weights(recording, weights)
+    weight = problem.weights(per_run_weight)
     say("starts")
     options: dict[str, Any] = _OPTIONS | {"max_steps": max_steps}
-    solution, ends = search(problem, weight, starts, guess=guess, **options)
-    solution = polished(problem, weight, solution, **options)
+    solution, ends = search_starts(problem, weight, starts, guess=guess, **options)
+    solution = refine(problem, weight, solution, **options)
     say("standard errors")
-    spread = _uncertainty(problem, solution, run_weights)
+    spread = _uncertainty(problem, solution, per_run_weight)
     held = []
     if hold_out:
         say("held-out data")
         kinds = KINDS if hold_out is True else hold_out
-        held = held_out(problem, run_weights, solution, kinds, **options)
-    found = faults(recording) + hops(recording, per_run(problem, solution.error))
+        held = cross_validate(problem, per_run_weight, solution, kinds, **options)
+    found = find_faults(recording) + find_hops(recording, per_run(problem, solution.error))
     verdict = judge(problem, weight, solution, ends, held, found, spread.stderr)
-    result = _collect(problem, solution, spread, run_weights, verdict, held, ends, found, began)
+    result = _collect(problem, solution, spread, per_run_weight, verdict, held, ends, found, began)
     if throw and not verdict.trusted:
         raise UntrustedFit(result)
     return result
@@ -171,7 +171,7 @@ def _uncertainty(problem: Problem, solution: Solution, run_weights: np.ndarray) 
     root = np.sqrt(run_weights)
     jacobians = [shaped[row, use[row]][:, free] / root[row] for row in range(use.shape[0])]
     residuals = [solution.error[row, use[row]] for row in range(use.shape[0])]
-    part = correlated(residuals, jacobians, list(run_weights))
+    part = correlated_covariance(residuals, jacobians, list(run_weights))
     size = solution.values.size
     covariance = np.zeros((size, size))
     covariance[np.ix_(free, free)] = part.covariance
@@ -196,7 +196,7 @@ def _collect(
     units = problem.vector.units(recording.response_unit, recording.drive_unit)
     low = problem.vector.spread(lambda p: p.bounds[0])
     high = problem.vector.spread(lambda p: p.bounds[1])
-    at = bounded(problem, solution)
+    at = bounded_parameters(problem, solution)
     loose = set(verdict.unidentifiable)
     estimates = tuple(
         Estimate(
@@ -226,7 +226,7 @@ def _collect(
                 rmse=rmse,
                 span=span,
                 rmse_fraction=rmse / span if span > 0 else float("nan"),
-                opening=opening(run, recording.response_lag_s),
+                opening=hysteresis_fraction(run, recording.response_lag_s),
                 weight=float(run_weights[row]),
                 rho=spread.rho[row],
                 offset=float(solution.values[n + row]) if problem.offsets else 0.0,

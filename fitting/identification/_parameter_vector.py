@@ -17,13 +17,13 @@ Module = TypeVar("Module", bound=eqx.Module)
 
 
 @dataclasses.dataclass(frozen=True)
-class Vector:
+class ParameterVector:
     """Which element of the vector is which parameter of the model."""
 
     parts: tuple[Parameter, ...]
 
     @classmethod
-    def of(cls, ecdl: ECDL) -> "Vector":
+    def of(cls, ecdl: ECDL) -> "ParameterVector":
         """The vector of all declared parameters of `ecdl`, in order of declaration."""
         return cls(tuple(parameters(ecdl)))
 

@@ -17,9 +17,9 @@ from fitting.solver._bound_transform import Bounds
 from fitting.solver._least_squares import LeastSquares, least_squares, linearise
 from rapi_jax import ECDL, Recording
 from rapi_jax._ecdl import respond
-from rapi_jax.sampling._batch import DriveBatch, Sampled, sampled
+from rapi_jax.sampling._batch import Batch, DriveBatch, to_batch
 
-from ._parameter_vector import Vector, as_device
+from ._parameter_vector import ParameterVector, as_device
 
 _DRIFT_PERIODS = 6  # of one run, from which a creeping origin is fitted
 
@@ -37,7 +37,7 @@ class RunResidual(eqx.Module):
     """Weighted model less data over all runs, flattened; `values`: the model's, then `initial`."""
 
     ecdl: ECDL
-    vector: Vector = eqx.field(static=True)
+    vector: ParameterVector = eqx.field(static=True)
     unknown: tuple[int, ...] = eqx.field(static=True)  # runs whose initial fractions end `values`
 
     def model(self, values: Array, drives: DriveBatch) -> Float[Array, "runs time"]:
@@ -83,8 +83,8 @@ class Problem:
 
     ecdl: ECDL
     recording: Recording
-    data: Sampled
-    vector: Vector
+    data: Batch
+    vector: ParameterVector
     free: np.ndarray  # of the model's parameters
     linear: np.ndarray  # of these, solved for exactly
     unknown_history: np.ndarray  # of the runs
@@ -104,14 +104,14 @@ class Problem:
 
         `drift` lets the origin creep; by default where a run holds enough periods to show it.
         """
-        vector = Vector.of(ecdl)
+        vector = ParameterVector.of(ecdl)
         mask = vector.mask(ecdl, free)
         linear = np.array(vector.spread(lambda p: p.linear), dtype=bool) & mask
         origin = ecdl.operator.fields.origin
         if ecdl.effects or (origin is not None and mask[vector.names.index(origin)]):
             linear[:] = False  # the columns are then not those of the drive alone
         unknown = np.array([history and not run.drive.repeats for run in recording.runs])
-        data = sampled(recording, lead=bool(ecdl.effects))
+        data = to_batch(recording, lead=bool(ecdl.effects))
         if drift is None:
             drift = max(run.drive.periods for run in recording.runs) >= _DRIFT_PERIODS
         decades = _decades(recording, data) if drift else None
@@ -287,7 +287,7 @@ class Problem:
         return values
 
 
-def _decades(recording: Recording, data: Sampled) -> np.ndarray:
+def _decades(recording: Recording, data: Batch) -> np.ndarray:
     """Decades of session time since the start, one period being the first unit: as creep goes."""
     first = min(drive.start_s for drive in recording.drives)
     unit = max(1.0 / drive.rate for drive in recording.drives if drive.rate > 0)

@@ -156,7 +156,7 @@ def tilted(problem: Problem, vector: np.ndarray, groups: np.ndarray, by: float) 
     return out
 
 
-def search(
+def search_starts(
     problem: Problem,
     weight: np.ndarray,
     count: int,

@@ -18,7 +18,7 @@ _TURN = 2.5  # the same where the drive turns: an unmodelled delay makes steps t
 _LEAST = 40  # samples
 
 
-def jumps(
+def detect_steps(
     error: np.ndarray,
     predicted: np.ndarray,
     drive: np.ndarray,

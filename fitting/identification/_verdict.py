@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from fitting.solver._identifiability import unidentifiable
-from fitting.solver._refinement import step_left, worth
+from fitting.solver._refinement import remaining_step, worth
 from rapi_jax.plays._contact_intervals import Band
 
 from ._cross_validation import HeldOut
@@ -54,7 +54,7 @@ def judge(
         )
     limit = worth(problem, weight)
     flat = rmse <= 1e-9 * max(scale, 1e-300)
-    left, _ = step_left(problem, solution, weight)
+    left, _ = remaining_step(problem, solution, weight)
     if not flat and left > limit:
         reasons.append(
             f"not converged: one more step takes away {100 * left:.2g} % of the cost "
@@ -117,7 +117,9 @@ def _notes(problem: Problem, solution: Solution, stderr: np.ndarray, loose) -> l
         )
     names = problem.names
     bound = [
-        n for n, at in zip(problem.vector.names, bounded(problem, solution), strict=True) if at
+        n
+        for n, at in zip(problem.vector.names, bounded_parameters(problem, solution), strict=True)
+        if at
     ]
     if bound:
         notes.append(
@@ -148,7 +150,7 @@ def _named(problem: Problem, *names: str) -> str:
     return f" ({found[0]})" if found else ""
 
 
-def bounded(problem: Problem, solution: Solution) -> np.ndarray:
+def bounded_parameters(problem: Problem, solution: Solution) -> np.ndarray:
     """Which of the model's parameters ended at a bound."""
     return solution.solver.at_bound[: problem.vector.size] & problem.free & ~problem.linear
 

@@ -10,7 +10,7 @@ from rapi_jax.sampling._batch import usable
 _BINS = 100
 
 
-def opening(run: Run, lag_s: float = 0.0) -> float:
+def hysteresis_fraction(run: Run, lag_s: float = 0.0) -> float:
     """Largest vertical opening of a run's loop over its span; NaN where a branch is missing.
 
     Branches are means over drive bins, so noise and several periods average out.
@@ -34,7 +34,9 @@ def opening(run: Run, lag_s: float = 0.0) -> float:
 
 def hysteresis_weights(recording: Recording) -> np.ndarray:
     """`A_j` of Eq. 26, one a run: proportional to the hysteresis percentage, with mean 1."""
-    openings = np.array([opening(run, recording.response_lag_s) for run in recording.runs])
+    openings = np.array(
+        [hysteresis_fraction(run, recording.response_lag_s) for run in recording.runs]
+    )
     if not (openings > 0).any():
         return np.ones(openings.size)
     openings = np.where(np.isfinite(openings), openings, np.nanmean(openings))
@@ -42,7 +44,7 @@ def hysteresis_weights(recording: Recording) -> np.ndarray:
     return openings / openings.mean()
 
 
-def weights_of(recording: Recording, weights: str | Sequence[float]) -> np.ndarray:
+def run_weights(recording: Recording, weights: str | Sequence[float]) -> np.ndarray:
     """The weights asked for: "hysteresis", "uniform", or a positive number a run."""
     if isinstance(weights, str):
         if weights == "hysteresis":

@@ -24,7 +24,7 @@ from jaxtyping import Array
 from rapi_jax._precision import float64
 
 from ._bound_transform import Bounds
-from ._normal_equations import Tall
+from ._normal_equations import NormalEquations
 
 Residual = Callable[[Array, Any], Array]  # (values, args) -> residuals
 _STAGE_STEPS = 40
@@ -63,7 +63,9 @@ def _stage_residual(z: Array, args: Any) -> Array:
 
 @eqx.filter_jit
 def _stage(residual, bounds, center, basis, unit, args, tolerance):
-    solver = optx.LevenbergMarquardt(rtol=tolerance, atol=tolerance, linear_solver=Tall())
+    solver = optx.LevenbergMarquardt(
+        rtol=tolerance, atol=tolerance, linear_solver=NormalEquations()
+    )
     # The default grows the region only after an almost perfect prediction: it crawls in valleys.
     solver = eqx.tree_at(lambda s: s.search, solver, optx.ClassicalTrustRegion(high_cutoff=0.75))
     solution = optx.least_squares(

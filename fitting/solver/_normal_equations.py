@@ -10,7 +10,7 @@ from jaxtyping import Array, PyTree
 _SAFE = 1e-9  # largest correction of the refinement, relative to the solution
 
 
-class Tall(lx.AbstractLinearSolver):
+class NormalEquations(lx.AbstractLinearSolver):
     """Corrected semi-normal equations: Cholesky of `A'A`, one step of refinement, guarded by QR.
 
     Several times faster than QR for a matrix of thousands of rows and tens of columns, since almost

@@ -16,7 +16,9 @@ def worth(problem: Problem, weight: np.ndarray) -> float:
     return max(problem.free_count / int((weight > 0).sum()), _GAIN)
 
 
-def step_left(problem: Problem, solution: Solution, weight: np.ndarray) -> tuple[float, np.ndarray]:
+def remaining_step(
+    problem: Problem, solution: Solution, weight: np.ndarray
+) -> tuple[float, np.ndarray]:
     """Share of the cost that a Gauss-Newton step still takes away, and where it leads.
 
     Tried at several lengths, not promised: at a kink, where a play's contact moves to the next
@@ -57,10 +59,10 @@ def _inside(problem: Problem, values: np.ndarray, free: np.ndarray) -> np.ndarra
     return out
 
 
-def polished(problem: Problem, weight: np.ndarray, solution: Solution, **options: Any) -> Solution:
+def refine(problem: Problem, weight: np.ndarray, solution: Solution, **options: Any) -> Solution:
     """`solution`, fitted on from where a further step leads as long as that is worth it."""
     for _ in range(_ROUNDS):
-        gain, values = step_left(problem, solution, weight)
+        gain, values = remaining_step(problem, solution, weight)
         if gain <= worth(problem, weight):
             break
         new = problem.solve(values, weight, **options)

@@ -26,7 +26,7 @@ from ._mode_hop import ModeHop as ModeHop
 from ._pickup import Pickup as Pickup
 from ._quantisation import Quantisation as Quantisation
 from ._rate_law import RateLaw as RateLaw
-from ._residual_summary import Evidence as Evidence
+from ._residual_summary import ResidualSummary as ResidualSummary
 from ._resonance import Resonance as Resonance
 from ._saturation import Saturation as Saturation
 from ._slew_limit import SlewLimit as SlewLimit

@@ -17,7 +17,7 @@ from ._base import (
     Past,
 )
 from ._first_order_lags import from_rest, undo_linear
-from ._residual_summary import Evidence
+from ._residual_summary import ResidualSummary
 
 
 class AmplifierLowpass(AbstractDriveEffect, AbstractLinearEffect, AbstractInvertible):
@@ -34,9 +34,9 @@ class AmplifierLowpass(AbstractDriveEffect, AbstractLinearEffect, AbstractInvert
     session: ClassVar = False
 
     @classmethod
-    def trials(cls, evidence: Evidence) -> list[AbstractEffect]:
+    def initial_guesses(cls, residual: ResidualSummary) -> list[AbstractEffect]:
         """Four lags, from one that shows at turns alone to one of a tenth of a branch."""
-        return [cls.at(tau=tau) for tau in evidence.lags]
+        return [cls.at(tau=tau) for tau in residual.lags]
 
     @float64
     def modes(self) -> Modes:

@@ -10,7 +10,7 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractEffect, AbstractLawEffect, Law
-from ._residual_summary import Evidence
+from ._residual_summary import ResidualSummary
 
 _SAME = 0.02  # of the amplitude: amplitudes and biases that differ less are taken for one
 
@@ -39,12 +39,12 @@ class AmplitudeLaw(AbstractLawEffect):
     name: ClassVar = "amplitude_law"
 
     @classmethod
-    def trials(cls, evidence: Evidence) -> list[AbstractEffect]:
+    def initial_guesses(cls, residual: ResidualSummary) -> list[AbstractEffect]:
         """Either sign of what the amplitudes and biases of the recording can show."""
-        swing = np.array([u for u in evidence.u_pp if u > 0])
+        swing = np.array([u for u in residual.u_pp if u > 0])
         if not swing.size:
             return []
-        parts = [evidence.drive[evidence.run == run] for run in np.unique(evidence.run)]
+        parts = [residual.drive[residual.run == run] for run in np.unique(residual.run)]
         middle = np.array([(part.min() + part.max()) / 2 for part in parts])
         # In the middle of what is seen, so that an absent part has exactly no effect.
         reference = float(swing.min() + swing.max()) / 2

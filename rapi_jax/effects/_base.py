@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Inexact, Int
 
-from ._residual_summary import Evidence
+from ._residual_summary import ResidualSummary
 
 T = TypeVar("T")
 
@@ -42,7 +42,7 @@ class AbstractEffect(eqx.Module):
 
     @classmethod
     @abc.abstractmethod
-    def trials(cls, evidence: Evidence) -> "list[AbstractEffect]":
+    def initial_guesses(cls, residual: ResidualSummary) -> "list[AbstractEffect]":
         """Effects from which a fit may start: a grid over what `evidence` could show.
 
         Every one differs from the identity. Their size is only a first guess: a fit scales it.

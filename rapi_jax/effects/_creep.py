@@ -17,7 +17,7 @@ from ._base import (
     Past,
 )
 from ._first_order_lags import from_rest, undo_linear
-from ._residual_summary import Evidence
+from ._residual_summary import ResidualSummary
 
 FASTEST_S, SLOWEST_S = 5e-3, 20.0
 # Two a decade: in between, the answer to a step grows as its logarithm to 3 parts in 1000.
@@ -82,10 +82,10 @@ class Creep(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
         return undo_linear(self.modes(), t, signal)
 
     @classmethod
-    def trials(cls, evidence: Evidence) -> "list[Creep]":
+    def initial_guesses(cls, residual: ResidualSummary) -> "list[Creep]":
         # The size is a share of the response, and the time scales are the piezo's.
-        middle = float(evidence.response.min() + evidence.response.max()) / 2.0
-        rest = (middle - float(evidence.response[0])) / max(evidence.span, 1e-300)
+        middle = float(residual.response.min() + residual.response.max()) / 2.0
+        rest = (middle - float(residual.response[0])) / max(residual.span, 1e-300)
         rest = min(max(rest, -0.9), 0.9)
         driven = [(g, {"history": h}) for g in (0.01, 0.04) for h in (0.05, 0.95)]
         rested = [

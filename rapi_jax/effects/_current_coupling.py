@@ -12,7 +12,7 @@ from rapi_jax._precision import float64
 
 from ._base import AbstractCouplingEffect, Modes
 from ._first_order_lags import from_rest
-from ._residual_summary import Evidence
+from ._residual_summary import ResidualSummary
 from ._size import size
 
 _LEAST_S, _SHORT_S = 1e-7, 1e-5
@@ -47,13 +47,13 @@ class CurrentCoupling(AbstractCouplingEffect):
         return nu + self.coupling * (sudden * slopes(t, u) + (1.0 - sudden) * behind)
 
     @classmethod
-    def trials(cls, evidence: Evidence) -> "list[CurrentCoupling]":
-        slope = np.zeros(evidence.time.size)
-        for k in np.unique(evidence.run):
-            mine = np.flatnonzero(evidence.run == k)
+    def initial_guesses(cls, residual: ResidualSummary) -> "list[CurrentCoupling]":
+        slope = np.zeros(residual.time.size)
+        for k in np.unique(residual.run):
+            mine = np.flatnonzero(residual.run == k)
             if mine.size > 1:
-                slope[mine] = _slopes(evidence.time[mine], evidence.drive[mine])
-        found = size(evidence, slope)
+                slope[mine] = _slopes(residual.time[mine], residual.drive[mine])
+        found = size(residual, slope)
         return [cls.at(coupling=k, lag_s=0.1 * _LEAST_S) for k in (found, -found)]
 
 

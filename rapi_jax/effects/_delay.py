@@ -11,7 +11,7 @@ from rapi_jax._precision import float64
 from rapi_jax.sampling._corners import corners
 
 from ._base import AbstractEffect, AbstractInvertible, AbstractOpticalEffect
-from ._residual_summary import Evidence
+from ._residual_summary import ResidualSummary
 
 
 class Delay(AbstractOpticalEffect, AbstractInvertible):
@@ -31,9 +31,9 @@ class Delay(AbstractOpticalEffect, AbstractInvertible):
     name: ClassVar = "delay"
 
     @classmethod
-    def trials(cls, evidence: Evidence) -> list[AbstractEffect]:
+    def initial_guesses(cls, residual: ResidualSummary) -> list[AbstractEffect]:
         """Four delays, from one that shows at turns alone to one of a tenth of a branch."""
-        return [cls.at(tau=tau) for tau in evidence.lags if tau < 0.2]
+        return [cls.at(tau=tau) for tau in residual.lags if tau < 0.2]
 
     @float64
     def __call__(

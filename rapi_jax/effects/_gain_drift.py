@@ -10,7 +10,7 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractCouplingEffect
-from ._residual_summary import Evidence
+from ._residual_summary import ResidualSummary
 from ._size import size
 
 
@@ -40,15 +40,15 @@ class GainDrift(AbstractCouplingEffect):
         return nu + gain * (nu - about)
 
     @classmethod
-    def trials(cls, evidence: Evidence) -> "list[GainDrift]":
-        start = float(evidence.time.min())
-        about = np.zeros(evidence.time.size)
-        for k in np.unique(evidence.run):
-            mine = evidence.run == k
-            about[mine] = middle(evidence.response[mine], evidence.drive[mine], np)
-        found = size(evidence, (evidence.time - start) * (evidence.response - about))
+    def initial_guesses(cls, residual: ResidualSummary) -> "list[GainDrift]":
+        start = float(residual.time.min())
+        about = np.zeros(residual.time.size)
+        for k in np.unique(residual.run):
+            mine = residual.run == k
+            about[mine] = middle(residual.response[mine], residual.drive[mine], np)
+        found = size(residual, (residual.time - start) * (residual.response - about))
         rates = np.clip([found, -found], -5.0, 5.0)
-        tau = float(np.clip(5.0 * evidence.duration_s, 0.02, 5e6))
+        tau = float(np.clip(5.0 * residual.duration_s, 0.02, 5e6))
         return [cls.at(rate=rate, start=start, tau=tau) for rate in rates]
 
 

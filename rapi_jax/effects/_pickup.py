@@ -11,7 +11,7 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractOpticalEffect
-from ._residual_summary import Evidence
+from ._residual_summary import ResidualSummary
 from ._size import peaks, power
 
 _LOW, _HIGH = 0.01, 1e6  # Hz
@@ -44,20 +44,20 @@ class Pickup(AbstractOpticalEffect):
         return nu + self.amplitude * (jnp.sin(angle) + third)
 
     @classmethod
-    def trials(cls, evidence: Evidence) -> "list[Pickup]":
+    def initial_guesses(cls, residual: ResidualSummary) -> "list[Pickup]":
         """The strongest lines, with and without what repeats with the scan, at four phases each."""
-        whole = _strongest(evidence, evidence.residual, 2)
-        free = _strongest(evidence, _unlocked(evidence), 2)
+        whole = _strongest(residual, residual.residual, 2)
+        free = _strongest(residual, _unlocked(residual), 2)
         line = np.array(_LINE)
-        share = evidence.sines(evidence.time, line)
+        share = residual.sines(residual.time, line)
         best = [*free, *whole, *line[np.argsort(-share, kind="stable")[:2]]]
-        close = 0.5 / max(evidence.duration_s, 1e-6)
+        close = 0.5 / max(residual.duration_s, 1e-6)
         hertz: list[float] = []
         for f in best:
             if all(abs(f - other) > close for other in hertz):
                 hertz.append(float(np.clip(f, 2 * _LOW, _HIGH / 2)))
         sizes = np.sqrt(
-            2.0 * np.maximum(evidence.sines(evidence.time, hertz), 1e-6) * power(evidence)
+            2.0 * np.maximum(residual.sines(residual.time, hertz), 1e-6) * power(residual)
         )
         return [
             cls.at(amplitude=a, hertz=f, phase=phase)
@@ -66,17 +66,17 @@ class Pickup(AbstractOpticalEffect):
         ]
 
 
-def _strongest(evidence: Evidence, residual: np.ndarray, count: int) -> list[float]:
+def _strongest(residual: ResidualSummary, residual: np.ndarray, count: int) -> list[float]:
     """Frequencies at which a sine over the whole session takes most of `residual`, Hz."""
-    lasts, step = evidence.duration_s, evidence.step_s
+    lasts, step = residual.duration_s, residual.step_s
     if not (lasts > 0 and step > 0):
         return []
     step = max(step, lasts / _CELLS)
-    cell = np.round((evidence.time - evidence.time.min()) / step).astype(int)
+    cell = np.round((residual.time - residual.time.min()) / step).astype(int)
     size = int(cell.max()) + 1
     level = np.zeros(size)
-    for k in np.unique(evidence.run):
-        mine = evidence.run == k
+    for k in np.unique(residual.run):
+        mine = residual.run == k
         np.add.at(level, cell[mine], residual[mine] - residual[mine].mean())
     # Padded to four sessions: phases at a peak are then right to pi / 8 at either end.
     padded: int = next_fast_len(4 * size, real=True)  # pyright: ignore[reportAssignmentType]
@@ -87,14 +87,14 @@ def _strongest(evidence: Evidence, residual: np.ndarray, count: int) -> list[flo
     return [float(hertz[i]) for i in peaks(height, count, apart=8) if height[i] > 0]
 
 
-def _unlocked(evidence: Evidence) -> np.ndarray:
+def _unlocked(residual: ResidualSummary) -> np.ndarray:
     """The residual less its mean at each phase of the scan, in runs of two periods and more."""
-    rest = evidence.residual.copy()
-    for i, k in enumerate(np.unique(evidence.run)):
-        mine = np.flatnonzero(evidence.run == k)
-        time = evidence.time[mine] - evidence.time[mine[0]]
-        rate = evidence.rates[i] if i < len(evidence.rates) else 0.0
-        periods = rate * (time[-1] + evidence.step_s)
+    rest = residual.residual.copy()
+    for i, k in enumerate(np.unique(residual.run)):
+        mine = np.flatnonzero(residual.run == k)
+        time = residual.time[mine] - residual.time[mine[0]]
+        rate = residual.rates[i] if i < len(residual.rates) else 0.0
+        periods = rate * (time[-1] + residual.step_s)
         if periods < 1.98:
             rest[mine] = 0.0  # nothing here tells what repeats
             continue

@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Evidence:
+class ResidualSummary:
     """Samples of all runs, one after the other, and what the base model leaves of them.
 
     - `time`: s in the session. `drive`: V. `response`: of the base model, in the response's unit.

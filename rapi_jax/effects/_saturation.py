@@ -12,7 +12,7 @@ from rapi_jax._precision import float64
 
 from ._base import AbstractDriveEffect, AbstractEffect, AbstractInvertible
 from ._first_order_lags import not_invertible
-from ._residual_summary import Evidence
+from ._residual_summary import ResidualSummary
 
 _SOFT = 1e-2  # of the swing: the knee to start from; from a sharp one, descents stick at samples
 _SHUT = 1e-6  # of a knee: nearer to the end no drive leads
@@ -32,9 +32,9 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
     name: ClassVar = "saturation"
 
     @classmethod
-    def trials(cls, evidence: Evidence) -> list[AbstractEffect]:
+    def initial_guesses(cls, residual: ResidualSummary) -> list[AbstractEffect]:
         """Each end cut by 1 and by 4 % of the drive's range, and both by 2 %."""
-        low, high = float(evidence.drive.min()), float(evidence.drive.max())
+        low, high = float(residual.drive.min()), float(residual.drive.max())
         swing = high - low
         if not swing > 0:
             return []

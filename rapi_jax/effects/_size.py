@@ -3,43 +3,43 @@
 import numpy as np
 from jaxtyping import Float
 
-from ._residual_summary import Evidence
+from ._residual_summary import ResidualSummary
 
 
-def size(evidence: Evidence, signature: Float[np.ndarray, " samples"]) -> float:
+def size(residual: ResidualSummary, signature: Float[np.ndarray, " samples"]) -> float:
     """The factor of `signature` that fits the residual best, beside a constant.
 
     A residual that shows nothing of it gives what would just be seen; never zero, never NaN.
     """
-    good = np.isfinite(signature) & np.isfinite(evidence.residual)
+    good = np.isfinite(signature) & np.isfinite(residual.residual)
     if not good.any():
-        return least(evidence)
+        return least(residual)
     shape = signature[good] - signature[good].mean()
     power = float(shape @ shape)
     rms = np.sqrt(power / shape.size)
     if not (np.isfinite(power) and rms > 1e-12 * np.abs(signature[good]).max(initial=0.0)):
-        return least(evidence)
-    found = float(shape @ evidence.residual[good]) / power
-    floor = least(evidence) / rms
+        return least(residual)
+    found = float(shape @ residual.residual[good]) / power
+    floor = least(residual) / rms
     return found if abs(found) >= floor else float(np.copysign(floor, found))
 
 
-def least(evidence: Evidence) -> float:
+def least(residual: ResidualSummary) -> float:
     """A response that would just be seen: of the noise's size, in the response's unit."""
-    for value in (evidence.noise, 1e-4 * evidence.span):
+    for value in (residual.noise, 1e-4 * residual.span):
         if np.isfinite(value) and value > 0:
             return float(value)
     return 1e-4
 
 
-def power(evidence: Evidence) -> float:
+def power(residual: ResidualSummary) -> float:
     """Mean square of the residual about its mean in each run, or of what would just be seen."""
     total = sum(
         float(np.nansum((part - np.nanmean(part)) ** 2))
-        for part in (evidence.residual[evidence.run == k] for k in np.unique(evidence.run))
+        for part in (residual.residual[residual.run == k] for k in np.unique(residual.run))
         if np.isfinite(part).any()
     )
-    return max(total / max(evidence.residual.size, 1), least(evidence) ** 2)
+    return max(total / max(residual.residual.size, 1), least(residual) ** 2)
 
 
 def peaks(height: Float[np.ndarray, " grid"], count: int, apart: int = 1) -> list[int]:

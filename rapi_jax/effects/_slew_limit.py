@@ -12,7 +12,7 @@ from rapi_jax._precision import float64
 
 from ._base import AbstractEffect, AbstractFollower, AbstractInvertible
 from ._first_order_lags import not_invertible
-from ._residual_summary import Evidence
+from ._residual_summary import ResidualSummary
 
 _NONE = 1e18  # V/s: stands for no limit, where an infinite one would make NaN of zero times itself
 
@@ -48,12 +48,12 @@ class SlewLimit(AbstractFollower, AbstractInvertible):
     smooth: ClassVar = False
 
     @classmethod
-    def trials(cls, evidence: Evidence) -> list[AbstractEffect]:
+    def initial_guesses(cls, residual: ResidualSummary) -> list[AbstractEffect]:
         """Limits just below, and well below, the slope of the fastest run."""
         fastest = 0.0
-        for run in np.unique(evidence.run):
-            inside = evidence.run == run
-            step, rise = np.diff(evidence.time[inside]), np.diff(evidence.drive[inside])
+        for run in np.unique(residual.run):
+            inside = residual.run == run
+            step, rise = np.diff(residual.time[inside]), np.diff(residual.drive[inside])
             good = step > 0
             if good.any():
                 fastest = max(fastest, float(np.quantile(np.abs(rise[good] / step[good]), 0.75)))

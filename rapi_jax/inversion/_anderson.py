@@ -5,7 +5,7 @@ import numpy as np
 _KEPT = 12  # rounds that are remembered
 
 
-class Mixing:
+class AndersonMixing:
     """Remembers where a map was tried, and proposes where to try next.
 
     With the last rounds' errors `f = g(x) - x`, the next place is the `g` of that mixture of them

@@ -14,11 +14,11 @@ from rapi_jax._recording import Drive
 from rapi_jax.effects import AbstractCouplingEffect
 from rapi_jax.operators._inverse_rapi import InverseRAPI
 
-from ._anderson import Mixing
+from ._anderson import AndersonMixing
 from ._certificate import Certificate, NotInvertible, certify
 from ._compensation_iteration import Round, Scan, bracketed
 from ._identified import Identified
-from ._inverse_effects import drive_effects, law_of, refuse, steady, undone
+from ._inverse_effects import drive_effects, law_of, refuse, steady, undo_effects
 from ._target import Target
 
 _MOST_ROUNDS = 50
@@ -161,10 +161,10 @@ def _exact(
     coupled = any(isinstance(e, AbstractCouplingEffect) for e in ecdl.effects)
     law = law_of(ecdl, rate, scan.widest / 2, bias)
     state = Round.of(law, scan.widest / 2)
-    mixing = Mixing()
+    mixing = AndersonMixing()
     for _ in range(_MOST_ROUNDS):
         found = scan.at_operator(state)
-        sent = np.asarray(undone(drive_effects(ecdl), time, jnp.asarray(found.sampled)))
+        sent = np.asarray(undo_effects(drive_effects(ecdl), time, jnp.asarray(found.sampled)))
         low, high = float(sent.min()) - found.below, float(sent.max()) + found.above
         law = law_of(ecdl, rate, high - low, (low + high) / 2)
         new = Round.of(law, found.u_pp, sent if coupled else None)

@@ -18,10 +18,10 @@ from rapi_jax._precision import as_float64
 from rapi_jax.effects import Law
 from rapi_jax.operators import AbstractOperator
 
-from ._anderson import Mixing
+from ._anderson import AndersonMixing
 from ._certificate import Certificate, NotInvertible, certify
 from ._exact_inverse import at_minimum, extremes, placed, scan_inverse
-from ._inverse_effects import from_minimum, loop, response_effects, undone
+from ._inverse_effects import from_minimum, loop, response_effects, undo_effects
 from ._target import Target
 
 _SETTLED = 1e-8  # of the swing, far below what a scan must follow: how still a coupling drive is
@@ -123,7 +123,7 @@ class Scan(NamedTuple):
 
         def wanted(offset: float) -> tuple[np.ndarray, np.ndarray]:
             """What the operator must answer for the scan to begin at `offset`."""
-            signal = undone(after, time, as_float64(self.target.value + offset), state.sent)
+            signal = undo_effects(after, time, as_float64(self.target.value + offset), state.sent)
             return from_minimum(np.asarray(state.law.before(signal, constant)))
 
         span, bias, most, rate, ratio = (
@@ -146,7 +146,7 @@ class Scan(NamedTuple):
         u = np.asarray(scan_inverse(operator, jnp.asarray(y), rate, u_min, u_max, ratio))
         return Found(u, y, place, begin, u_min, u_max)
 
-    def next(self, mixing: Mixing, last: Round, new: Round) -> Round:
+    def next(self, mixing: AndersonMixing, last: Round, new: Round) -> Round:
         """The next round, where `last` led to `new`, which couples into its own response."""
         if new.sent is None:
             return new

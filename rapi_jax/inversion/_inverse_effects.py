@@ -70,7 +70,7 @@ def law_of(ecdl: ECDL, freq: float, u_pp: float, bias: float) -> Law:
     return law
 
 
-def undone(
+def undo_effects(
     effects: Sequence[AbstractEffect], time: Array, signal: Array, sent: np.ndarray | None = None
 ) -> Array:
     """One period of `signal` before the effects, which act in order.
@@ -156,7 +156,7 @@ class Steady(AbstractOpticalEffect, AbstractLinearEffect):
     session: ClassVar = False
 
     @classmethod
-    def trials(cls, evidence: object) -> list[AbstractEffect]:
+    def initial_guesses(cls, evidence: object) -> list[AbstractEffect]:
         """None: it is no effect of its own."""
         del evidence
         return []

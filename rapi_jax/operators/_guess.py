@@ -10,7 +10,7 @@ import numpy as np
 
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Recording
-from rapi_jax.sampling._batch import Sampled, sampled
+from rapi_jax.sampling._batch import Batch, to_batch
 from rapi_jax.sampling._phase import turning_samples
 
 from ._base import AbstractOperator
@@ -31,7 +31,7 @@ class Trial:
     cost: float  # share of the variance that a polynomial leaves and this trial does not explain
 
 
-def thinned(data: Sampled) -> list[tuple[int, np.ndarray]]:
+def thinned(data: Batch) -> list[tuple[int, np.ndarray]]:
     """For each run, the row and the columns of about `_SAMPLES` samples of its first period.
 
     Turning points are kept, so the plays see the same history.
@@ -68,7 +68,7 @@ def trials(
 
     The shapes have one origin.
     """
-    data = sampled(recording)
+    data = to_batch(recording)
     kept = thinned(data)
     width = max(columns.size for _, columns in kept)
     padded = [np.pad(columns, (0, width - columns.size), "edge") for _, columns in kept]

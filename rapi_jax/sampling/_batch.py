@@ -34,7 +34,7 @@ class DriveBatch(eqx.Module):
     bias: Float[Array, " runs"]
 
 
-class Sampled(eqx.Module):
+class Batch(eqx.Module):
     """All runs of a recording, padded to one length.
 
     Each row is a lead-in of one period (where asked for), the run with the turning points between
@@ -116,7 +116,7 @@ def on_device(fields: dict[str, np.ndarray]) -> DriveBatch:
     )
 
 
-def sampled(recording: Recording, *, lead: bool = False) -> Sampled:
+def to_batch(recording: Recording, *, lead: bool = False) -> Batch:
     """`recording` as rectangular arrays; `lead`: with the period before each run that repeats."""
     lag = recording.response_lag_s
     rows = [row_of(drive, lag, lead=lead) for drive in recording.drives]
@@ -127,7 +127,7 @@ def sampled(recording: Recording, *, lead: bool = False) -> Sampled:
         inside = sample[k] >= 0
         y[k, inside] = np.nan_to_num(run.response)[sample[k, inside]]
         use[k, inside] = usable(run, lag)[sample[k, inside]]
-    return Sampled(
+    return Batch(
         time=fields["time"],
         u=np.take_along_axis(fields["node_u"], fields["place"], axis=1),
         y=y,

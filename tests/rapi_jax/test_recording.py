@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fitting.identification._weights import hysteresis_weights, opening, weights_of
+from fitting.identification._weights import hysteresis_fraction, hysteresis_weights, run_weights
 from rapi_jax import DataError, Drive, Recording, Run, predict
 from rapi_jax._waveform import multisine, sine, step_and_hold, triangle
 from rapi_jax.examples import paper_device, paper_drives
 from rapi_jax.io import read_recording
-from rapi_jax.sampling._batch import sampled, usable
+from rapi_jax.sampling._batch import to_batch, usable
 from rapi_jax.sampling._phase import fold, turning_samples
 
 # Turning points are found in bins of a period, 200 of them where there are samples enough: phases
@@ -471,7 +471,7 @@ def test_rows_hold_the_lead_in_the_run_and_padding(lead):
     responses = [3.0 * d.value for d in (short, long, free)]
     responses[1][[7, 100]] = np.nan
     recording = Recording.of((short, long, free), responses)
-    rows = sampled(recording, lead=lead)
+    rows = to_batch(recording, lead=lead)
     assert rows.u.shape[0] == 3 and rows.u.shape[1] % 256 == 0
     assert lead or rows.u.shape == (3, 768)
     for k, run in enumerate(recording.runs):
@@ -515,7 +515,7 @@ def test_rows_with_lag():
     drive = periodic(300, 100.0)
     lag = 3 * drive.step_s
     recording = Recording.of([drive], [drive.value], response_lag_s=lag)
-    rows = sampled(recording)
+    rows = to_batch(recording)
     inside = np.flatnonzero(rows.sample[0] >= 0)
     assert np.allclose(rows.u[0, inside], np.roll(drive.value, 3), atol=1e-12)
     assert not rows.use[0, inside[:2]].any() and rows.use[0, inside[4:]].all()
@@ -539,16 +539,16 @@ def test_the_opening_of_a_known_loop(half, repeats):
     run = Run(drive, loop(drive, half))
     # Openings are differences of means over 1/100 of the range, 0.4 GHz: within a sample's step of
     # the drive (0.1 GHz) they see `2 half`.
-    assert opening(run) == pytest.approx(2 * half / run.span, abs=0.1 / run.span)
+    assert hysteresis_fraction(run) == pytest.approx(2 * half / run.span, abs=0.1 / run.span)
 
 
 def test_noise_and_a_known_lag_hardly_open_a_loop():
     drive = periodic(4000, 800.0)
     noise = 0.02 * np.random.default_rng(0).normal(size=4000)
-    assert opening(Run(drive, 10.0 * drive.value + noise)) < 0.005
+    assert hysteresis_fraction(Run(drive, 10.0 * drive.value + noise)) < 0.005
     late = Run(drive, 10.0 * np.roll(drive.value, 8))
-    assert opening(late) > 0.03
-    assert opening(late, 8 * drive.step_s) < 0.005
+    assert hysteresis_fraction(late) > 0.03
+    assert hysteresis_fraction(late, 8 * drive.step_s) < 0.005
 
 
 def test_weights_are_proportional_to_the_opening_with_mean_one():
@@ -561,9 +561,9 @@ def test_weights_are_proportional_to_the_opening_with_mean_one():
     openings = [2 * h / run.span for h, run in zip((1.0, 2.0, 3.0), recording.runs, strict=True)]
     np.testing.assert_allclose(weights, openings / np.mean(openings), rtol=0.04)
     assert weights.mean() == pytest.approx(1.0, rel=1e-12)
-    assert np.array_equal(weights_of(recording, "hysteresis"), weights)
-    assert np.array_equal(weights_of(recording, "uniform"), np.ones(3))
-    np.testing.assert_allclose(weights_of(recording, (1.0, 2.0, 3.0)), [0.5, 1.0, 1.5])
+    assert np.array_equal(run_weights(recording, "hysteresis"), weights)
+    assert np.array_equal(run_weights(recording, "uniform"), np.ones(3))
+    np.testing.assert_allclose(run_weights(recording, (1.0, 2.0, 3.0)), [0.5, 1.0, 1.5])
 
 
 def test_no_run_is_left_out_by_its_weight():
@@ -572,7 +572,7 @@ def test_no_run_is_left_out_by_its_weight():
     recording = Recording.of(
         [*drives[:2], flat], [loop(drives[0], 3.0), 10.0 * drives[1].value, np.ones(1600)]
     )
-    assert np.isnan(opening(recording.runs[2]))
+    assert np.isnan(hysteresis_fraction(recording.runs[2]))
     weights = hysteresis_weights(recording)
     assert (
         weights.mean() == pytest.approx(1.0, rel=1e-12) and (weights >= 0.05 * weights.max()).all()
@@ -587,7 +587,7 @@ def test_weights_are_refused(weights):
     drives = [periodic(100, 50.0), periodic(100, 50.0)]
     recording = Recording.of(drives, [d.value for d in drives])
     with pytest.raises(ValueError, match="`weights`"):
-        weights_of(recording, weights)
+        run_weights(recording, weights)
 
 
 def test_usable_samples():

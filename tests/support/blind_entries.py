@@ -3,7 +3,7 @@
 import dataclasses
 from typing import Any
 
-from fitting.blind.realised._modelled import answers
+from fitting.blind.realised._modelled import model_response
 from fitting.blind.simulator._scan import Scan, placed
 
 
@@ -69,4 +69,4 @@ class OurLaser:
     ecdl: Any
 
     def answer(self, scans: Any) -> list:
-        return answers(self.ecdl, scans)
+        return model_response(self.ecdl, scans)

@@ -19,7 +19,7 @@ def wave(phase: float, rate: float, amplitude: float) -> float:
     return 0.016 * sign * amplitude / 3.0 * (10.0 / rate) ** 0.3 * (math.exp(-9.0 * since) - 0.22)
 
 
-def maps(runs: list[dict[str, Any]]) -> dict[str, Any]:
+def residual_profiles(runs: list[dict[str, Any]]) -> dict[str, Any]:
     phase = [(i + 0.5) / 64 for i in range(64)]
     seconds = [2e-4 * 1.35**i for i in range(16)]
     nu = [-37.0 + 2.0 * i for i in range(38)]
@@ -134,7 +134,7 @@ def creep() -> dict[str, Any]:
             "significant": True,
         },
         "where": where,
-        "maps": maps(runs),
+        "maps": residual_profiles(runs),
         "hypotheses": [
             {"effects": [], "name": "none", "probability": 0.0, "delta_chi2": 0.0, "sentence": ""},
             {

@@ -6,7 +6,7 @@ from rapi_jax import ECDL, RAPI, Drive, Recording
 from rapi_jax._ecdl import respond
 from rapi_jax.effects import AbstractEffect
 from rapi_jax.examples import paper_device
-from rapi_jax.sampling._batch import sampled
+from rapi_jax.sampling._batch import to_batch
 
 RATES, SAMPLES, PERIODS, NOISE, SEED = (10.0, 40.0), 200, 3, 0.02, 0
 
@@ -48,7 +48,7 @@ def record(
 ) -> Recording:
     """What the paper's device (or `operator`) with `effects` answers, and white noise (GHz)."""
     device = ECDL(operator or paper_device().operator, effects)
-    rows = sampled(Recording.of(runs, [d.value for d in runs]), lead=True)
+    rows = to_batch(Recording.of(runs, [d.value for d in runs]), lead=True)
     answer = np.asarray(respond(device, rows.device()))
     rng = np.random.default_rng(seed)
     return Recording.of(

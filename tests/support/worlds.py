@@ -8,15 +8,15 @@ from examples_optical import EXAMPLES as ON_RESPONSE
 
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._gauss_newton import Base, Refit
-from fitting.diagnosis.refit._whitened_model import Engine
-from fitting.diagnosis.which._flexible_base import free_base
-from fitting.diagnosis.which._screen import basis
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.which._flexible_base import flexible_base
+from fitting.diagnosis.which._screen import orthonormal_basis
 from rapi_jax import ECDL, Drive, Recording, triangle
 from rapi_jax._ecdl import respond
 from rapi_jax._precision import float64
 from rapi_jax.effects import ALL, AbstractEffect
 from rapi_jax.examples import paper_device
-from rapi_jax.sampling._batch import sampled
+from rapi_jax.sampling._batch import to_batch
 
 TRUTHS: dict[str, AbstractEffect] = {**ON_DRIVE, **ON_RESPONSE}
 
@@ -45,7 +45,7 @@ def ordered(effects) -> tuple[AbstractEffect, ...]:
 def answers(session: tuple[Drive, ...], effects=()) -> list[np.ndarray]:
     """What the paper's device with these effects answers, without noise: one session."""
     ecdl = ECDL(paper_device().operator, ordered(effects))
-    data = sampled(Recording.of(session, [d.value for d in session]), lead=True)
+    data = to_batch(Recording.of(session, [d.value for d in session]), lead=True)
     rows = np.asarray(respond(ecdl, data.device()))
     return [rows[k][data.sample[k] >= 0] for k in range(len(session))]
 
@@ -62,16 +62,16 @@ def recorded(effects=(), *, noise: float, seed: int = 0, session=None) -> Record
 def projected(effects, session=None) -> float:
     """Rms over samples of what effects add and no richer hysteresis could absorb, GHz."""
     session = drives() if session is None else session
-    engine = Engine.of(Recording.of(session, answers(session)))
+    whitened = WhitenedModel.of(Recording.of(session, answers(session)))
     operator = paper_device().operator
-    whitener = engine.whitener(Spectrum(1.0, 0.0, 1.0, True))
-    plain = Base.of(engine, operator)
-    rich = free_base(engine, plain, plain.centre)
-    refit = Refit(engine, whitener, rich)
+    whitener = whitened.whitener(Spectrum(1.0, 0.0, 1.0, True))
+    plain = Base.of(whitened, operator)
+    rich = flexible_base(whitened, plain, plain.centre)
+    refit = Refit(whitened, whitener, rich)
     bare = refit.at(rich.centre, ())
     full = refit.at(rich.centre, ordered(effects))
-    s = full.errors.locked - bare.errors.locked
-    t = full.errors.loose - bare.errors.loose
-    q = basis(refit.base_columns(bare))
+    s = full.errors.synchronous - bare.errors.synchronous
+    t = full.errors.nonsynchronous - bare.errors.nonsynchronous
+    q = orthonormal_basis(refit.base_columns(bare))
     s = s - q @ (q.T @ s)
-    return float(np.sqrt((s @ s + t @ t) / sum(block.size for block in engine.blocks)))
+    return float(np.sqrt((s @ s + t @ t) / sum(block.size for block in whitened.blocks)))

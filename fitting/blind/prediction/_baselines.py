@@ -16,14 +16,19 @@ import numpy as np
 from scipy.stats import chi2
 
 from fitting.blind.scoring._entry import NONE, UNLISTED
-from fitting.diagnosis.noise._periods import thinned
+from fitting.diagnosis.noise._periods import decimate
 from fitting.diagnosis.refit._effect_vector import Effects, free_parameters
 from fitting.diagnosis.refit._gauss_newton import Refit, State
-from fitting.diagnosis.refit._whitened_model import Engine
-from fitting.diagnosis.which._base import Fitted, fitted_base
-from fitting.diagnosis.which._candidates import finished, looked, name_of
-from fitting.diagnosis.which._forward_selection import _trials
-from fitting.diagnosis.which._screen import Screened, basis, reach, screen
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.which._base import FittedBase, fit_base
+from fitting.diagnosis.which._candidates import full_refit, hypothesis_name, short_refit
+from fitting.diagnosis.which._forward_selection import _initial_guesses
+from fitting.diagnosis.which._screen import (
+    Screened,
+    orthonormal_basis,
+    screen_effect,
+    search_ranges,
+)
 from rapi_jax import Recording
 from rapi_jax._precision import float64
 from rapi_jax.effects import AbstractEffect
@@ -38,22 +43,24 @@ Classes = Sequence[type[AbstractEffect]]
 @float64
 @np.errstate(over="ignore", invalid="ignore")  # a refit that runs away has no finite cost
 def baselines(
-    recording: Recording, candidates: Classes, *, seed: int, fitted: Fitted | None = None
+    recording: Recording, candidates: Classes, *, seed: int, fitted: FittedBase | None = None
 ) -> dict[str, str]:
     """What each baseline answers: `none`, names joined by +, or `unlisted`.
 
     `seed`: of the random answer. `fitted`: the base where it was fitted already.
     """
     if fitted is None:
-        fitted = fitted_base(Engine.of(thinned(recording)), None)
-    trials = _trials(fitted.refit, fitted.state, candidates)
-    edges = {k: v for grid in trials.values() for k, v in reach(grid).items()}
+        fitted = fit_base(WhitenedModel.of(decimate(recording)), None)
+    trials = _initial_guesses(fitted.refit, fitted.state, candidates)
+    edges = {k: v for grid in trials.values() for k, v in search_ranges(grid).items()}
     refit = dataclasses.replace(fitted.refit, reach=edges)
     state = fitted.state
     # The fall of `screen` is with nothing projected out, `fall_rich` with the base's Jacobian.
-    nothing = np.zeros((state.errors.locked.size, 0))
-    inside = basis(refit.base_columns(state))
-    best = {name: screen(refit, state, grid, nothing, inside) for name, grid in trials.items()}
+    nothing = np.zeros((state.errors.synchronous.size, 0))
+    inside = orthonormal_basis(refit.base_columns(state))
+    best = {
+        name: screen_effect(refit, state, grid, nothing, inside) for name, grid in trials.items()
+    }
     rng = np.random.default_rng(seed)
     names = [NONE, *(cls.name for cls in candidates), UNLISTED]
     return {
@@ -70,8 +77,12 @@ def correlated(state: State, screened: dict[str, list[Screened]]) -> str:
     # The fall of chi-square along one signature is its correlation squared, times chi-square.
     falls = {name: max((s.fall for s in found), default=0.0) for name, found in screened.items()}
     name, fall = _largest(falls)
-    size = state.errors.locked.size + state.errors.loose.size
-    return name if fall / (state.locked + state.loose) > chi2.isf(LEVEL, 1) / size else NONE
+    size = state.errors.synchronous.size + state.errors.nonsynchronous.size
+    return (
+        name
+        if fall / (state.synchronous + state.nonsynchronous) > chi2.isf(LEVEL, 1) / size
+        else NONE
+    )
 
 
 def projected(screened: dict[str, list[Screened]]) -> str:
@@ -87,26 +98,28 @@ def selected(
     refit: Refit, state: State, candidates: Classes, screened: dict[str, list[Screened]]
 ) -> str:
     """Effects added one by one while `chi2 + 2 k` falls, three at most."""
-    added: Effects = ()
-    while len(added) < MOST:
+    effects_found: Effects = ()
+    while len(effects_found) < MOST:
         found = _one_more(refit, state, screened)
         if found is None or _aic(found) >= _aic(state):
             break
-        state, added = found, found.effects
-        left = [cls for cls in candidates if cls.name not in {e.name for e in added}]
-        if len(added) < MOST:
-            inside = basis(refit.base_columns(state))
-            grids = _trials(refit, state, left)
-            screened = {n: screen(refit, state, grid, inside, inside) for n, grid in grids.items()}
-    return name_of(added)
+        state, effects_found = found, found.effects
+        left = [cls for cls in candidates if cls.name not in {e.name for e in effects_found}]
+        if len(effects_found) < MOST:
+            inside = orthonormal_basis(refit.base_columns(state))
+            grids = _initial_guesses(refit, state, left)
+            screened = {
+                n: screen_effect(refit, state, grid, inside, inside) for n, grid in grids.items()
+            }
+    return hypothesis_name(effects_found)
 
 
 def _one_more(refit: Refit, state: State, screened: dict[str, list[Screened]]) -> State | None:
     """The refit with the one more effect that leaves least by Akaike's criterion."""
     best = [max(found, key=lambda one: one.fall_rich) for found in screened.values() if found]
     best = sorted(best, key=lambda one: -one.fall_rich)[:LOOKS]
-    looks = [look for one in best if (look := looked(refit, state, [one])) is not None]
-    ends = [finished(refit, look, state.cost) for look in sorted(looks, key=_aic)[:FINISHED]]
+    looks = [look for one in best if (look := short_refit(refit, state, [one])) is not None]
+    ends = [full_refit(refit, look, state.cost) for look in sorted(looks, key=_aic)[:FINISHED]]
     return min(ends, key=_aic, default=None)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fitting.blind.protocol._folder import made, read_json, write_json
+from fitting.blind.protocol._folder import make_folder, read_json, write_json
 from rapi_jax import DataError, Recording, effects
 from rapi_jax.io import printable, read_recording, write_drive, write_model
 
@@ -27,7 +27,7 @@ def predict_one(job: "Job", refused: Sequence[str] = ()) -> None:
     """
     began = time.perf_counter()
     recording = read_recording(job.recording)
-    output = made(Path(job.output))
+    output = make_folder(Path(job.output))
     before = len(refused)
     prediction: dict[str, Any] = {
         "schema": SCHEMA,
@@ -135,7 +135,7 @@ def _write_files(report: "Diagnosis", folder: Path) -> dict[str, str]:
     """Write models and next scan; give the hash of each."""
     from rapi_jax import Identified
 
-    made(folder)
+    make_folder(folder)
     recording = report.recording
     for name, model in ((MODEL, report.model), (BASE, report.base)):
         write_model(

@@ -6,21 +6,27 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fitting.blind.protocol._folder import Folder, made, read_json, refuse_foreign, write_json
+from fitting.blind.protocol._folder import (
+    BankFolder,
+    make_folder,
+    read_json,
+    refuse_foreign,
+    write_json,
+)
 from fitting.blind.protocol._frozen import tree_sha256
 from fitting.blind.protocol._sealed import check_tree, now
 from rapi_jax import DataError
 from rapi_jax.io import OutputError, printable, read_recording
 
 from ._predict import check_files, sha256_of, whole
-from ._workers import Job, predicted, usual_workers
+from ._workers import Job, predict_in_workers, usual_workers
 
 SCHEMA = "rapi.blind-predictions/1"
 Progress = Callable[[int, int, str], None]  # done, total, last name
 
 
 def predict(
-    folder: Folder,
+    folder: BankFolder,
     *,
     workers: int | None = None,
     limit: int | None = None,
@@ -52,7 +58,7 @@ def predict(
 
 
 def carry_out(
-    folder: Folder, jobs: list[Job], *, workers: int | None, progress: Progress | None
+    folder: BankFolder, jobs: list[Job], *, workers: int | None, progress: Progress | None
 ) -> int:
     """Do those jobs that are not done yet; how many were done already."""
     say = progress or (lambda done, total, name: None)
@@ -60,9 +66,9 @@ def carry_out(
     kept = len(jobs) - len(missing)
     say(kept, len(jobs), "")
     if missing:
-        made(folder.answers, private=True)  # a run that was killed may have left it closed
+        make_folder(folder.answers, private=True)  # a run that was killed may have left it closed
         count = usual_workers() if workers is None else workers
-        with contextlib.closing(predicted(missing, folder.answers, count)) as names:
+        with contextlib.closing(predict_in_workers(missing, folder.answers, count)) as names:
             for more, name in enumerate(names, 1):
                 say(kept + more, len(jobs), name)
     return kept
@@ -76,7 +82,7 @@ def close(path: Path, predictions: dict[str, Path], tree: str) -> None:
     write_json(path, {"schema": SCHEMA, "closed": now(), "tree_sha256": tree, "sha256": hashes})
 
 
-def checked(path: Path, predictions: dict[str, Path]) -> dict[str, dict[str, Any]]:
+def read_checked(path: Path, predictions: dict[str, Path]) -> dict[str, dict[str, Any]]:
     """All predictions, as they were closed. Raises `DataError` where one was changed."""
     promised = read_json(path).get("sha256", {})
     if set(promised) != set(predictions):
@@ -95,7 +101,7 @@ def checked(path: Path, predictions: dict[str, Path]) -> dict[str, dict[str, Any
     return read
 
 
-def files(folder: Folder) -> dict[str, Path]:
+def files(folder: BankFolder) -> dict[str, Path]:
     """Where each recording's prediction is."""
     return {name: folder.predictions / f"{name}.json" for name, _ in folder.entries}
 

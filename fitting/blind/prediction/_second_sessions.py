@@ -16,7 +16,7 @@ import numpy as np
 
 from fitting.blind.protocol._answers import read_answer, spec_of
 from fitting.blind.protocol._exchange import recorded, write_exact
-from fitting.blind.protocol._folder import Folder, made, read_json, refuse_foreign
+from fitting.blind.protocol._folder import BankFolder, make_folder, read_json, refuse_foreign
 from fitting.blind.protocol._frozen import tree_sha256
 from fitting.blind.simulator._scan import Scan, sampled
 from rapi_jax import Drive, Identified, LimitError, Recording
@@ -57,13 +57,13 @@ def tied(predictions: dict[str, dict[str, Any]]) -> list[str]:
     ]
 
 
-def closed(folder: Folder, predictions: dict[str, dict[str, Any]]) -> list[Pair]:
+def closed(folder: BankFolder, predictions: dict[str, dict[str, Any]]) -> list[Pair]:
     """The second predictions that were closed."""
     promised = read_json(folder.follow / CLOSED).get("sha256", {})
     return pairs(folder, [name for name in tied(predictions) if f"{KINDS[0]}/{name}" in promised])
 
 
-def pairs(folder: Folder, names: Sequence[str]) -> list[Pair]:
+def pairs(folder: BankFolder, names: Sequence[str]) -> list[Pair]:
     """Where the second predictions of these recordings are."""
     places = [folder.follow / kind / "predictions" for kind in KINDS]
     return [Pair(name, *(place / f"{name}.json" for place in places)) for name in names]
@@ -75,7 +75,7 @@ def files(found: Sequence[Pair]) -> dict[str, Path]:
 
 
 def follow(
-    folder: Folder,
+    folder: BankFolder,
     predictions: dict[str, dict[str, Any]],
     *,
     most: int = MOST,
@@ -84,10 +84,10 @@ def follow(
 ) -> None:
     """Measure the first `most`, diagnose and close; what is there already is kept."""
     names, tree, jobs = tied(predictions)[:most], tree_sha256(), []
-    made(folder.follow)
+    make_folder(folder.follow)
     for kind in KINDS:
         refuse_foreign(folder.follow / kind / "recordings", set(names))
-        made(folder.follow / kind / "recordings")
+        make_folder(folder.follow / kind / "recordings")
     for name in names:
         value, _ = read_answer(folder, name)
         world = spec_of(value).draw()
@@ -118,7 +118,7 @@ def again(first: Recording, world: "World", scan: Scan, seed: int) -> Recording:
     return replace(first, runs=(*first.runs, recorded(run, f"run{len(first.runs):02d}")))
 
 
-def advised_scan(folder: Folder, name: str, prediction: dict[str, Any], world: "World") -> Scan:
+def advised_scan(folder: BankFolder, name: str, prediction: dict[str, Any], world: "World") -> Scan:
     """The scan of a prediction's `next_drive.csv`, as the laboratory plays it."""
     said = prediction["diagnosis"]["next_scan"]
     whole = read_drive(folder.predictions / name / NEXT, waveform=said["waveform"])

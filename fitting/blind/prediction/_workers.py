@@ -43,7 +43,9 @@ def usual_workers() -> int:
     return min(2, os.cpu_count() or 1)
 
 
-def predicted(jobs: Sequence[Job], answers: Path, workers: int) -> Generator[str, None, None]:
+def predict_in_workers(
+    jobs: Sequence[Job], answers: Path, workers: int
+) -> Generator[str, None, None]:
     """Do the jobs, and give each one's name once its prediction is written.
 
     Raises `DataError` where a recording cannot be read or a prediction not be written, and

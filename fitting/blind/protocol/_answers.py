@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from rapi_jax import DataError
 from rapi_jax.io import printable, write_atomic
 
-from ._folder import Folder, json_bytes
+from ._folder import BankFolder, json_bytes
 
 if TYPE_CHECKING:
     from fitting.blind.simulator._bank import Spec
@@ -65,14 +65,14 @@ def holds(promised: str, content: bytes, salt: bytes) -> bool:
     return len(salt) == SALT_BYTES and hmac.compare_digest(commitment(content, salt), promised)
 
 
-def write_answer(folder: Folder, value: dict[str, Any], secret: bytes) -> None:
+def write_answer(folder: BankFolder, value: dict[str, Any], secret: bytes) -> None:
     """Write answer and salt; the answer last, so that it tells that both are there."""
     name = value["name"]
     write_atomic(folder.answers / f"{name}.salt", salt_of(secret, name))
     write_atomic(folder.answers / f"{name}.json", answer_bytes(value))
 
 
-def read_answer(folder: Folder, name: str) -> tuple[dict[str, Any], str]:
+def read_answer(folder: BankFolder, name: str) -> tuple[dict[str, Any], str]:
     """An answer and its commitment, as the files are now. Raises `DataError`."""
     content, salt = _bytes(folder, f"{name}.json"), _bytes(folder, f"{name}.salt")
     try:
@@ -88,7 +88,7 @@ def read_answer(folder: Folder, name: str) -> tuple[dict[str, Any], str]:
     return value, promised
 
 
-def revealed(folder: Folder) -> list[dict[str, Any]]:
+def revealed(folder: BankFolder) -> list[dict[str, Any]]:
     """All answers in the bank's order. Raises `DataError` where one is not what was promised."""
     answers = []
     for name, _ in folder.entries:
@@ -109,7 +109,7 @@ def spec_of(value: Mapping[str, Any]) -> "Spec":
     return Spec(**{key: value[key] for key in SPEC})
 
 
-def _bytes(folder: Folder, file: str) -> bytes:
+def _bytes(folder: BankFolder, file: str) -> bytes:
     path = folder.answers / file
     try:
         return path.read_bytes()

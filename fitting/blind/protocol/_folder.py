@@ -39,7 +39,7 @@ _TEMPORARY = ".tmp-"  # what a killed process leaves of a file it was writing
 
 
 @dataclass(frozen=True)
-class Folder:
+class BankFolder:
     """Paths of a bank, whether they are there or not."""
 
     root: Path
@@ -155,7 +155,7 @@ def write_json(path: Path, value: Any) -> None:
     write_atomic(path, json_bytes(value))
 
 
-def made(path: Path, *, private: bool = False) -> Path:
+def make_folder(path: Path, *, private: bool = False) -> Path:
     """`path` as a folder that is there; `private`: for its owner's eyes only."""
     try:
         path.mkdir(parents=True, exist_ok=True)

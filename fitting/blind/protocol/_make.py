@@ -9,7 +9,7 @@ from rapi_jax.io import OutputError, printable, read_recording
 
 from ._answers import answer, read_answer, salt_of, spec_of, write_answer
 from ._exchange import recording_of, write_exact
-from ._folder import SCHEMA, Folder, made, refuse_foreign, write_json
+from ._folder import SCHEMA, BankFolder, make_folder, refuse_foreign, write_json
 from ._frozen import sealed_seed, tree_sha256
 from ._sealed import committed_secret, new_secret, read_secret
 from ._tiers import SEEDS, Entry, entries
@@ -18,7 +18,7 @@ Progress = Callable[[int, int, str], None]  # done, total, last name
 
 
 def make(
-    folder: Folder,
+    folder: BankFolder,
     tier: str = "open",
     *,
     count: int = 200,
@@ -51,8 +51,8 @@ def make(
     }
     if folder.bank.exists():
         _check_same(folder, about)
-    made(folder.recordings)
-    made(folder.answers, private=True)
+    make_folder(folder.recordings)
+    make_folder(folder.answers, private=True)
     commitments = {}
     say(0, count, "")
     for done, entry in enumerate(drawn, 1):
@@ -71,7 +71,9 @@ def make(
     return folder.about
 
 
-def _secret_and_seed(folder: Folder, tier: str, seed: int | None, tree: str) -> tuple[bytes, int]:
+def _secret_and_seed(
+    folder: BankFolder, tier: str, seed: int | None, tree: str
+) -> tuple[bytes, int]:
     if tier == "sealed":
         if seed is not None:
             raise DataError(
@@ -90,7 +92,7 @@ def _secret_and_seed(folder: Folder, tier: str, seed: int | None, tree: str) -> 
     return secret, SEEDS[tier] if seed is None else seed
 
 
-def _check_same(folder: Folder, wanted: dict[str, Any]) -> None:
+def _check_same(folder: BankFolder, wanted: dict[str, Any]) -> None:
     """Refuse to go on in a finished bank of another kind."""
     about = folder.about
     for key in ("tier", "count", "recordings", "seed_sha256", "secret_sha256"):
@@ -101,7 +103,7 @@ def _check_same(folder: Folder, wanted: dict[str, Any]) -> None:
             )
 
 
-def _kept(folder: Folder, entry: Entry, secret: bytes) -> str | None:
+def _kept(folder: BankFolder, entry: Entry, secret: bytes) -> str | None:
     """The commitment of what is there already; `None` where it is not all there."""
     name = entry.name
     if not (folder.answers / f"{name}.json").exists():
@@ -124,7 +126,7 @@ def _kept(folder: Folder, entry: Entry, secret: bytes) -> str | None:
     return promised
 
 
-def _drawn(folder: Folder, entry: Entry, secret: bytes) -> str:
+def _drawn(folder: BankFolder, entry: Entry, secret: bytes) -> str:
     """Draw a world, write its recording, then its answer; return the commitment."""
     world = entry.spec.draw()
     recording = recording_of(world.runs)

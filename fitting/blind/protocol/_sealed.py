@@ -8,7 +8,7 @@ import secrets
 from rapi_jax import DataError
 from rapi_jax.io import OutputError, printable, write_atomic
 
-from ._folder import Folder, made, read_json, refuse_foreign, write_json
+from ._folder import BankFolder, make_folder, read_json, refuse_foreign, write_json
 from ._frozen import sealed_seed, tree_sha256
 
 SECRET_BYTES = 32
@@ -19,7 +19,7 @@ def now() -> str:
     return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
 
 
-def commit(folder: Folder) -> str:
+def commit(folder: BankFolder) -> str:
     """Write a new secret, and its hash to publish; return the hash.
 
     Raises `OutputError` where the bank has one already: a second try would be a choice.
@@ -36,17 +36,17 @@ def commit(folder: Folder) -> str:
     return value
 
 
-def new_secret(folder: Folder) -> bytes:
+def new_secret(folder: BankFolder) -> bytes:
     """Draw the bank's secret and write it for its owner alone."""
-    made(folder.root)
-    made(folder.answers, private=True)
+    make_folder(folder.root)
+    make_folder(folder.answers, private=True)
     secret = secrets.token_bytes(SECRET_BYTES)
     write_atomic(folder.secret, secret)  # the folder is its owner's already
     folder.secret.chmod(0o600)
     return secret
 
 
-def read_secret(folder: Folder) -> bytes:
+def read_secret(folder: BankFolder) -> bytes:
     """The secret. Raises `DataError` where it is missing or not the one committed to."""
     try:
         secret = folder.secret.read_bytes()
@@ -60,7 +60,7 @@ def read_secret(folder: Folder) -> bytes:
     return secret
 
 
-def committed_secret(folder: Folder) -> bytes:
+def committed_secret(folder: BankFolder) -> bytes:
     """The secret of a sealed bank, checked against its published hash. Raises `DataError`."""
     secret = read_secret(folder)
     if not folder.commitment.exists():
@@ -77,7 +77,7 @@ def committed_secret(folder: Folder) -> bytes:
     return secret
 
 
-def check_tree(folder: Folder) -> None:
+def check_tree(folder: BankFolder) -> None:
     """Raise `DataError` where a sealed bank meets other code than it was drawn for."""
     drawn = folder.about["tree_sha256"]
     tree = tree_sha256()
@@ -88,7 +88,7 @@ def check_tree(folder: Folder) -> None:
         )
 
 
-def check_drawn(folder: Folder, specs: list[object]) -> bytes:
+def check_drawn(folder: BankFolder, specs: list[object]) -> bytes:
     """Check that a sealed bank holds the worlds its tree and secret give; return the secret."""
     from ._tiers import entries
 

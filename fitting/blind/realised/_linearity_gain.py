@@ -9,7 +9,7 @@ import numpy as np
 from fitting.blind.simulator._scan import Scan, sampled
 from rapi_jax import ECDL, Identified, Recording, Run, compensate, linear_scan, linearity, predict
 
-from ._modelled import answers, drive_of
+from ._modelled import drive_of, model_response
 from ._realised_gap import Array, Laser
 
 SHARE = 0.8  # of the base model's span
@@ -17,7 +17,7 @@ PERIODS = 3
 PAUSE_S = 2.0
 
 
-def straighter(
+def linearity_gain(
     world: Laser, session: Sequence[Scan], models: tuple[ECDL, ECDL], promised: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Nonlinearity (rms, GHz) under either model's drive, and by what factor it fell.
@@ -29,7 +29,7 @@ def straighter(
     nonlinearity that the model with the effects says the base's drive leaves.
     """
     scan = _usual(session)
-    span = SHARE * float(np.ptp(answers(models[1], session)[list(session).index(scan)]))
+    span = SHARE * float(np.ptp(model_response(models[1], session)[list(session).index(scan)]))
     (target,) = linear_scan(scan.rate_hz, span=span)
     drives = [drive_of(one) for one in session]
     seen = Identified.of(Recording.of(drives, [drive.value for drive in drives]))

@@ -9,7 +9,7 @@ from fitting.blind.simulator._scan import Scan
 from rapi_jax import ECDL, Drive, Recording
 from rapi_jax._ecdl import _respond
 from rapi_jax._precision import float64
-from rapi_jax.sampling._batch import sampled
+from rapi_jax.sampling._batch import to_batch
 
 Array = npt.NDArray[np.float64]
 
@@ -22,13 +22,13 @@ def drive_of(scan: Scan) -> Drive:
 
 
 @float64
-def answers(ecdl: ECDL, scans: Sequence[Scan]) -> list[Array]:
+def model_response(ecdl: ECDL, scans: Sequence[Scan]) -> list[Array]:
     """The model's noise-free response to each of `scans`, in its own unit: one session.
 
     Effects see the session's time, and what has a memory of earlier runs keeps it.
     """
     drives = [drive_of(scan) for scan in scans]
-    data = sampled(Recording.of(drives, [drive.value for drive in drives]), lead=True)
+    data = to_batch(Recording.of(drives, [drive.value for drive in drives]), lead=True)
     rows = np.asarray(_respond(ecdl, data.device(), None))
     out = []
     for k, drive in enumerate(drives):

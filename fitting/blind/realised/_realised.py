@@ -6,20 +6,20 @@ from statistics import median
 from typing import Any
 
 from fitting.blind.scoring._entry import Entry
-from fitting.blind.scoring._wilson import counted
+from fitting.blind.scoring._wilson import count_share
 from fitting.blind.simulator._bank import Spec
 from fitting.blind.simulator._world import World
 from rapi_jax import ECDL
 from rapi_jax.io import read_model
 
-from ._linearity_gain import straighter
-from ._realised_gap import WHICH, shrunk
+from ._linearity_gain import linearity_gain
+from ._realised_gap import WHICH, realised_gap
 
 Draw = Callable[[Mapping[str, Any]], World]
 Progress = Callable[[str], None]
 
 
-def drawn(answer: Mapping[str, Any]) -> World:
+def draw_again(answer: Mapping[str, Any]) -> World:
     """The world of an answer, drawn anew."""
     return Spec(
         seed=int(answer["seed"]),
@@ -30,8 +30,8 @@ def drawn(answer: Mapping[str, Any]) -> World:
     ).draw()
 
 
-def realised(
-    entries: Sequence[Entry], *, draw: Draw = drawn, progress: Progress | None = None
+def realise(
+    entries: Sequence[Entry], *, draw: Draw = draw_again, progress: Progress | None = None
 ) -> dict[str, Any]:
     """Every diagnosis that names effects and left its models, tried on its own device.
 
@@ -53,7 +53,7 @@ def realised(
     }
 
 
-def tried(entry: Entry, draw: Draw = drawn) -> dict[str, Any]:
+def tried(entry: Entry, draw: Draw = draw_again) -> dict[str, Any]:
     """One record; whatever goes wrong is said there by name and never ends the check."""
     record: dict[str, Any] = {
         "name": entry.name, "verdict": entry.said, "right": entry.said == entry.right,
@@ -71,7 +71,7 @@ def tried(entry: Entry, draw: Draw = drawn) -> dict[str, Any]:
     except Exception as error:
         return record | {"error": _said(error)}
     promised = entry.diagnosis.get("shrinkage") or {}
-    for name, judge in (("unseen", shrunk), ("compensated", straighter)):
+    for name, judge in (("unseen", realised_gap), ("compensated", linearity_gain)):
         try:
             record[name] = judge(world, session, models, promised)
         except Exception as error:
@@ -97,8 +97,10 @@ def _unseen(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     for which in WHICH:
         ones = [f[which] for f in found]
         judged = [one for one in ones if one["inside"] is not None]
-        inside[which] = counted(sum(one["inside"] for one in judged), len(judged), least=0.90)
-        no_worse[which] = counted(sum(one["no_worse"] for one in judged), len(judged), least=0.90)
+        inside[which] = count_share(sum(one["inside"] for one in judged), len(judged), least=0.90)
+        no_worse[which] = count_share(
+            sum(one["no_worse"] for one in judged), len(judged), least=0.90
+        )
         closed[which] = {
             name: _median([one[name] for one in ones]) for name in ("closed", "closed_about_mean")
         }
@@ -111,8 +113,8 @@ def _compensated(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     judged = [p for p in played if p["inside"] is not None]
     return {
         # A drive that was refused helps nobody.
-        "down": counted(sum(p["down"] for p in played), len(found)),
-        "inside": counted(sum(p["inside"] for p in judged), len(judged)),
+        "down": count_share(sum(p["down"] for p in played), len(found)),
+        "inside": count_share(sum(p["inside"] for p in judged), len(judged)),
         "median_factor": _median([p["factor"] for p in played]),
         "median_ratio": _median([p["ratio"] for p in played]),
         "median_foreseen": _median([p["before"] / p["foreseen"] for p in played if p["foreseen"]]),

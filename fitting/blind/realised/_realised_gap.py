@@ -9,7 +9,7 @@ import numpy.typing as npt
 from fitting.blind.simulator._scan import Scan
 from rapi_jax import ECDL
 
-from ._modelled import answers
+from ._modelled import model_response
 from ._unseen import KINDS, unseen
 
 Array = npt.NDArray[np.float64]
@@ -22,7 +22,7 @@ class Laser(Protocol):
     def answer(self, scans: Sequence[Scan]) -> list[Array]: ...  # noqa: D102
 
 
-def shrunk(
+def realised_gap(
     world: Laser, session: Sequence[Scan], models: tuple[ECDL, ECDL], promised: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Realised closed fractions of the model with the effects named beside the base alone.
@@ -37,7 +37,7 @@ def shrunk(
     scans = [*session, *new.values()]
     truth = world.answer(scans)[-len(new) :]
     model, base = (
-        [a - t for a, t in zip(answers(ecdl, scans)[-len(new) :], truth, strict=True)]
+        [a - t for a, t in zip(model_response(ecdl, scans)[-len(new) :], truth, strict=True)]
         for ecdl in models
     )
     found = {kind: _closed([model[k]], [base[k]]) for k, kind in enumerate(new)}

@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from fitting.blind.prediction._predictions import Progress, checked, close, files, predict
+from fitting.blind.prediction._predictions import Progress, close, files, predict, read_checked
 from fitting.blind.protocol._answers import revealed
-from fitting.blind.protocol._folder import Folder
+from fitting.blind.protocol._folder import BankFolder
 from fitting.blind.protocol._frozen import tree_sha256
-from fitting.diagnosis.which._calibration import Calibration, shipped
+from fitting.diagnosis.which._calibration import Calibration, load_calibration
 from fitting.diagnosis.which._evidence import Evidence
-from fitting.diagnosis.which._probability import probabilities
+from fitting.diagnosis.which._probability import hypothesis_probabilities
 from rapi_jax import DataError
 from rapi_jax.io import printable
 
@@ -35,7 +35,7 @@ _LOGARITHMS = {
     "named_excess": 0.7,
     "named_left": 0.7,
     "named_open": 0.7,
-    "loose": 0.7,
+    "nonsynchronous": 0.7,
 }
 _AS_IS = {"named_level": 2.0}
 _LEAST = 1e-3  # a probability that is given to everything, so that one miss does not rule
@@ -66,7 +66,7 @@ def loss(cases: Sequence[Case], calibration: Calibration) -> float:
     """Mean of the negative logarithm of the probability of the right answer."""
     total = 0.0
     for case in cases:
-        found = dict(probabilities(case.evidence, case.closed, calibration))
+        found = dict(hypothesis_probabilities(case.evidence, case.closed, calibration))
         total -= float(np.log(_LEAST + (1.0 - _LEAST) * found.get(case.right, 0.0)))
     return total / len(cases)
 
@@ -96,7 +96,7 @@ def fitted(
 
 
 def calibrate(
-    folder: Folder, *, workers: int | None = None, progress: Progress | None = None
+    folder: BankFolder, *, workers: int | None = None, progress: Progress | None = None
 ) -> tuple[Calibration, dict[str, float]]:
     """A calibration from a bank, and the loss before and after.
 
@@ -111,10 +111,10 @@ def calibrate(
     if not folder.closed.exists():
         predict(folder, workers=workers, baselines=False, progress=progress)
         close(folder.closed, files(folder), tree_sha256())
-    predictions = checked(folder.closed, files(folder))
+    predictions = read_checked(folder.closed, files(folder))
     found = [Case.of(value, predictions[value["name"]]) for value in revealed(folder)]
     cases = [case for case in found if case is not None]
-    about, start = folder.about, shipped()
+    about, start = folder.about, load_calibration()
     provenance = (
         f"{len(cases)} devices of tier {about['tier']}, seed SHA-256 {about['seed_sha256'][:12]}, "
         f"diagnosed by tree SHA-256 {next(iter(predictions.values()))['tree_sha256'][:12]}"

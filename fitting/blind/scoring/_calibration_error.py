@@ -19,7 +19,7 @@ DRAWS = 2000
 LEAST = 1e-6  # a hypothesis that is not shown has no more: the logarithm stays finite
 
 
-def honesty(entries: Sequence[Entry], *, seed: int = 0) -> dict[str, Any]:
+def calibration_measures(entries: Sequence[Entry], *, seed: int = 0) -> dict[str, Any]:
     """Calibration errors with 95 % intervals, and both scores beside those of the base rate."""
     confidence = np.array([e.confidence for e in entries], dtype=float)
     right = np.array([e.said == e.right for e in entries], dtype=float)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from ._entry import FAILED, NONE, UNLISTED, Entry
-from ._wilson import counted, judged
+from ._wilson import count_share, judged
 
 SEEN, LARGE = 2.0, 4.0  # multiples of the noise: to be detected, to be named
 LISTED = ("listed", "form", "pair")
@@ -22,7 +22,9 @@ def own(entry: Entry) -> str | None:
 def detection(entries: Sequence[Entry], said: Said = own) -> dict[str, Any]:
     """Worlds with an effect of 2 sigma or more in which something was found."""
     judged_ = [e for e in entries if not e.null and e.size >= SEEN and said(e) is not None]
-    return counted(sum(said(e) not in (NONE, FAILED) for e in judged_), len(judged_), least=0.98)
+    return count_share(
+        sum(said(e) not in (NONE, FAILED) for e in judged_), len(judged_), least=0.98
+    )
 
 
 def false_alarms(
@@ -32,26 +34,26 @@ def false_alarms(
     nulls = [e for e in entries if e.null and said(e) is not None]
     if base_misfit is not None:
         nulls = [e for e in nulls if e.base_misfit == base_misfit]
-    return counted(sum(said(e) != NONE for e in nulls), len(nulls), most=0.03)
+    return count_share(sum(said(e) != NONE for e in nulls), len(nulls), most=0.03)
 
 
 def unlisted_flagged(entries: Sequence[Entry], said: Said = own) -> dict[str, Any]:
     """Worlds with an unlisted effect of 4 sigma or more that were called so."""
     large = [e for e in entries if e.kind == "unlisted" and e.size >= LARGE]
     large = [e for e in large if said(e) is not None]
-    return counted(sum(said(e) == UNLISTED for e in large), len(large), least=0.90)
+    return count_share(sum(said(e) == UNLISTED for e in large), len(large), least=0.90)
 
 
 def unlisted_in_set(entries: Sequence[Entry]) -> dict[str, Any]:
     """The same where the smallest set holds it."""
     large = [e for e in entries if e.kind == "unlisted" and e.size >= LARGE]
-    return counted(sum(UNLISTED in e.names for e in large), len(large))
+    return count_share(sum(UNLISTED in e.names for e in large), len(large))
 
 
 def listed_called_unlisted(entries: Sequence[Entry], said: Said = own) -> dict[str, Any]:
     """Worlds with listed effects of 4 sigma or more that were called unlisted."""
     large = [e for e in entries if e.kind in LISTED and e.size >= LARGE and said(e) is not None]
-    return counted(sum(said(e) in (UNLISTED, FAILED) for e in large), len(large), most=0.05)
+    return count_share(sum(said(e) in (UNLISTED, FAILED) for e in large), len(large), most=0.05)
 
 
 def sets(entries: Sequence[Entry]) -> dict[str, Any]:
@@ -60,7 +62,7 @@ def sets(entries: Sequence[Entry]) -> dict[str, Any]:
     sizes = [len(e.names) for e in entries if e.error is None]
     mean = sum(sizes) / len(sizes) if sizes else None
     return {
-        "coverage": counted(held, len(entries), least=0.95),
+        "coverage": count_share(held, len(entries), least=0.95),
         "mean_size": judged(mean, len(sizes), most=1.5),
     }
 
@@ -75,13 +77,13 @@ def left_out(entries: Sequence[Entry]) -> dict[str, Any]:
     names = sorted({str(e.withheld) for e in entries})
     return {
         "all": _refused(entries),
-        "in_set": counted(sum(UNLISTED in e.names for e in entries), len(entries)),
+        "in_set": count_share(sum(UNLISTED in e.names for e in entries), len(entries)),
         "by_effect": {name: _refused([e for e in entries if e.withheld == name]) for name in names},
     }
 
 
 def _refused(entries: Sequence[Entry]) -> dict[str, Any]:
-    return counted(sum(e.said == UNLISTED for e in entries), len(entries), least=0.90)
+    return count_share(sum(e.said == UNLISTED for e in entries), len(entries), least=0.90)
 
 
 def seconds(entries: Sequence[Entry]) -> dict[str, Any]:

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from fitting.blind.prediction import _second_sessions as _follow
-from fitting.blind.prediction._predictions import Progress, checked, close, files, predict
+from fitting.blind.prediction._predictions import Progress, close, files, predict, read_checked
 from fitting.blind.protocol._answers import revealed, spec_of
-from fitting.blind.protocol._folder import Folder, made, write_json
+from fitting.blind.protocol._folder import BankFolder, make_folder, write_json
 from fitting.blind.protocol._frozen import tree_sha256
 from fitting.blind.protocol._sealed import check_drawn, read_secret
 from rapi_jax import DataError
@@ -19,7 +19,7 @@ SCORES, TABLE, FAILURES = "scores.json", "scores.md", "failures.csv"
 
 
 def examine(
-    folder: Folder,
+    folder: BankFolder,
     *,
     follow: int = _follow.MOST,
     workers: int | None = None,
@@ -37,8 +37,8 @@ def examine(
     if not folder.closed.exists():
         predict(folder, workers=workers, progress=progress)
         close(folder.closed, found, tree_sha256())
-    predictions = checked(folder.closed, found)
-    made(folder.answers, private=True)  # a run that was killed may have left it closed
+    predictions = read_checked(folder.closed, found)
+    make_folder(folder.answers, private=True)  # a run that was killed may have left it closed
     answers = revealed(folder)
     secret = _secret(folder, answers)
     for value in answers:
@@ -67,14 +67,14 @@ def examine(
     return scores
 
 
-def _secret(folder: Folder, answers: list[dict[str, Any]]) -> bytes:
+def _secret(folder: BankFolder, answers: list[dict[str, Any]]) -> bytes:
     """The secret; of a sealed bank it must give the worlds that are there."""
     if folder.sealed:
         return check_drawn(folder, [spec_of(value) for value in answers])
     return read_secret(folder)
 
 
-def _check_recording(folder: Folder, value: dict[str, Any], prediction: dict[str, Any]) -> None:
+def _check_recording(folder: BankFolder, value: dict[str, Any], prediction: dict[str, Any]) -> None:
     if prediction.get("recording_sha256") != value["recording_sha256"]:
         raise DataError(
             f"{printable(folder.recordings / value['name'])}: not the recording that the answer "
@@ -83,7 +83,7 @@ def _check_recording(folder: Folder, value: dict[str, Any], prediction: dict[str
 
 
 def _second(
-    folder: Folder,
+    folder: BankFolder,
     predictions: dict[str, dict[str, Any]],
     most: int,
     workers: int | None,
@@ -96,7 +96,7 @@ def _second(
             return [], {}
         _follow.follow(folder, predictions, most=most, workers=workers, progress=progress)
     pairs = _follow.closed(folder, predictions)
-    return pairs, checked(closed, _follow.files(pairs))
+    return pairs, read_checked(closed, _follow.files(pairs))
 
 
 def _scored(

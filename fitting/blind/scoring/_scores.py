@@ -21,12 +21,12 @@ A count is `{n, k, share, low, high, target, met}` (`low`, `high`: Wilson's 95 %
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from fitting.blind.realised._realised import Draw, Progress, drawn, realised
+from fitting.blind.realised._realised import Draw, Progress, draw_again, realise
 from fitting.identification._result import _finite
 
 from . import _counts
 from . import _top_one as _named
-from ._calibration_error import honesty
+from ._calibration_error import calibration_measures
 from ._confusion import confusion
 from ._entry import Entry, Given
 from ._failures import failures
@@ -40,7 +40,7 @@ Follow = tuple[Mapping[str, Any], Prediction, Prediction, Prediction]
 def score(
     entries: Sequence[Given],
     *,
-    draw: Draw = drawn,
+    draw: Draw = draw_again,
     follow: Sequence[Follow] = (),
     progress: Progress | None = None,
 ) -> dict[str, Any]:
@@ -79,8 +79,8 @@ def score(
         },
         "left_out": _counts.left_out([e for e in every if e.withheld is not None]),
         "closed": _named.closed(own),
-        "honesty": honesty(own),
-        "realised": realised(own, draw=draw, progress=progress),
+        "honesty": calibration_measures(own),
+        "realised": realise(own, draw=draw, progress=progress),
         "next_scan": paired([_three(*four) for four in follow]),
         "seconds": _counts.seconds(every),
         "baselines": _baselines(own),

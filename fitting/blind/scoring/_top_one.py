@@ -5,7 +5,7 @@ from typing import Any
 
 from ._counts import LARGE, LISTED, Said, own, quantile
 from ._entry import Entry
-from ._wilson import counted
+from ._wilson import count_share
 
 SIZES = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 20.0, float("inf"))
 SURVIVALS = (0.0, 0.05, 0.1, 0.2, 0.5, float("inf"))
@@ -24,7 +24,7 @@ def by_kind(entries: Sequence[Entry]) -> dict[str, Any]:
     out = {kind: _right([e for e in large if e.kind == kind]) for kind in LISTED}
     pairs = [e for e in large if e.kind == "pair"]
     either = sum(bool(set(e.said.split("+")) & set(e.right.split("+"))) for e in pairs)
-    return out | {"pair_either": counted(either, len(pairs))}
+    return out | {"pair_either": count_share(either, len(pairs))}
 
 
 def by_effect(entries: Sequence[Entry]) -> dict[str, Any]:
@@ -64,7 +64,7 @@ def closed(entries: Sequence[Entry]) -> dict[str, Any]:
     right = [e for e in entries if e.kind in LISTED and e.said == e.right]
     found = [e.diagnosis.get("shrinkage", {}).get("closed_fraction") for e in right]
     values = sorted(float(f["value"]) for f in found if f and f.get("value") is not None)
-    record = counted(sum(v >= CLOSED for v in values), len(values))
+    record = count_share(sum(v >= CLOSED for v in values), len(values))
     median = quantile(values, 0.5) if values else None
     met = None if median is None else median >= CLOSED
     unknown = len(right) - len(values)
@@ -74,4 +74,4 @@ def closed(entries: Sequence[Entry]) -> dict[str, Any]:
 def _right(
     entries: Sequence[Entry], said: Said = own, least: float | None = None
 ) -> dict[str, Any]:
-    return counted(sum(said(e) == e.right for e in entries), len(entries), least=least)
+    return count_share(sum(said(e) == e.right for e in entries), len(entries), least=least)

@@ -23,7 +23,7 @@ def wilson(k: int, n: int, *, z: float = LEVEL_95) -> tuple[float, float]:
     return low, 1.0 if k == n else centre + half
 
 
-def counted(
+def count_share(
     k: int, n: int, *, least: float | None = None, most: float | None = None
 ) -> dict[str, Any]:
     """`k` of `n` as a record: share, its interval, and whether the target is met.

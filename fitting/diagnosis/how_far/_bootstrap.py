@@ -10,9 +10,9 @@ import dataclasses
 import numpy as np
 from scipy import stats
 
-from fitting.diagnosis.noise._periods import Block
-from fitting.diagnosis.noise._spectrum import Lines, Spectrum, transform
-from fitting.diagnosis.where._gap import gap, sums
+from fitting.diagnosis.noise._periods import PeriodBlock
+from fitting.diagnosis.noise._spectrum import SpectralLines, Spectrum, to_lines
+from fitting.diagnosis.where._gap import measure_gap, sums
 
 _LEVEL = 0.95
 _ALONE = 2.0  # by which an interval is wider where one run stands for all
@@ -24,7 +24,7 @@ _LEAST = 0.25  # of the gap before: a draw with less is taken to have as much
 def closed_fraction(
     before: list[np.ndarray],
     after: list[np.ndarray],
-    blocks: list[Block],
+    blocks: list[PeriodBlock],
     spectrum: Spectrum,
     *,
     own_origin: bool = False,
@@ -52,7 +52,7 @@ def closed_fraction(
         before, after = (
             [_centred(e, b) for e, b in zip(x, held, strict=True)] for x in (before, after)
         )
-    first = gap(before, held, spectrum, own_origin=own_origin)
+    first = measure_gap(before, held, spectrum, own_origin=own_origin)
     if not spectrum.known or not first.significant or first.structural2 <= 0:
         return None
     table = _Table.of(before, after, held, spectrum, own_origin)
@@ -80,14 +80,14 @@ def closed_fraction(
     }
 
 
-def _last(block: Block, periods: int) -> Block:
+def _last(block: PeriodBlock, periods: int) -> PeriodBlock:
     if periods == block.periods:
         return block
     names = ("left", "right", "share", "time", "data", "use", "drive")
     return dataclasses.replace(block, **{n: getattr(block, n)[-periods:] for n in names})
 
 
-def _centred(error: np.ndarray, block: Block) -> np.ndarray:
+def _centred(error: np.ndarray, block: PeriodBlock) -> np.ndarray:
     mean = (error * block.use).sum() / max(block.use.sum(), 1.0)
     return (error - mean) * block.use
 
@@ -106,7 +106,7 @@ class _Table:
         cls,
         before: list[np.ndarray],
         after: list[np.ndarray],
-        blocks: list[Block],
+        blocks: list[PeriodBlock],
         spectrum: Spectrum,
         own_origin: bool,
     ) -> "_Table":
@@ -145,9 +145,9 @@ class _Table:
         keep = np.arange(longest)[None, None, :] < periods
         moved = about[pick[:, :, None], place.astype(int)] * keep
         e = shrink * own[pick] + inflate[pick] * moved.sum(axis=2)
-        gap = self.before.sum(axis=1)[pick].sum(axis=1)
+        remaining = self.before.sum(axis=1)[pick].sum(axis=1)
         whole = float(self.before.sum())
-        return -e.sum(axis=1) / np.maximum(gap, _LEAST * whole), max(freedom, 1.0)
+        return -e.sum(axis=1) / np.maximum(remaining, _LEAST * whole), max(freedom, 1.0)
 
 
 def _block_length(about: np.ndarray, count: np.ndarray) -> int:
@@ -178,11 +178,11 @@ def _circular(about: np.ndarray, count: np.ndarray, length: int) -> np.ndarray:
 
 
 def _from_noise(
-    before: np.ndarray, after: np.ndarray, block: Block, spectrum: Spectrum, ratio: float
+    before: np.ndarray, after: np.ndarray, block: PeriodBlock, spectrum: Spectrum, ratio: float
 ) -> float:
-    lines = Lines.of(block)
+    lines = SpectralLines.of(block)
     s = spectrum.at(lines.hertz, lines.step_s)
-    left = np.abs(transform(after - ratio * before)) ** 2
+    left = np.abs(to_lines(after - ratio * before)) ** 2
     own = (1.0 - ratio) ** 2
     cross = max(float((lines.twice * s) @ (left - own * s)), 0.0)
     variance = 4.0 * cross + 2.0 * own * float(lines.twice @ s**2)

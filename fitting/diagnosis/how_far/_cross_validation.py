@@ -9,10 +9,10 @@ from functools import cache
 
 import numpy as np
 
-from fitting.diagnosis.noise._periods import Block, part
+from fitting.diagnosis.noise._periods import PeriodBlock, slice_block
 from fitting.diagnosis.noise._spectrum import Spectrum, Whitener
 from fitting.diagnosis.refit._gauss_newton import Refit, State
-from fitting.diagnosis.refit._whitened_model import Engine
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import Recording
 
 from ._bootstrap import closed_fraction
@@ -27,15 +27,15 @@ class Fold:
     """One part held out: its name, what is seen, and what is held, as blocks of their runs."""
 
     name: str
-    seen: list[Block]
+    seen: list[PeriodBlock]
     use: np.ndarray  # runs that are seen
-    held: list[Block]
+    held: list[PeriodBlock]
     runs: list[int]  # of `held`
 
 
-def folds(engine: Engine) -> list[Fold]:
+def folds(whitened: WhitenedModel) -> list[Fold]:
     """Each rate, each amplitude, and the last third of the periods, as far as there are several."""
-    recording, blocks = engine.recording, engine.blocks
+    recording, blocks = whitened.recording, whitened.blocks
     out = []
     for name, members in _groups(recording):
         runs = [k for k, member in enumerate(members) if member]
@@ -45,8 +45,8 @@ def folds(engine: Engine) -> list[Fold]:
     several = [b.periods >= 3 for b in blocks]
     cut = several if any(several) else [b.left.shape[1] > 60 for b in blocks]
     if any(cut):
-        seen = [part(b, 0.0, _LAST) if c else b for b, c in zip(blocks, cut, strict=True)]
-        held = [part(b, _LAST, 1.0) for b, c in zip(blocks, cut, strict=True) if c]
+        seen = [slice_block(b, 0.0, _LAST) if c else b for b, c in zip(blocks, cut, strict=True)]
+        held = [slice_block(b, _LAST, 1.0) for b, c in zip(blocks, cut, strict=True) if c]
         everything = np.ones(len(blocks), dtype=bool)
         runs = [k for k, c in enumerate(cut) if c]
         out.append(
@@ -70,22 +70,22 @@ def _groups(recording: Recording) -> list[tuple[str, np.ndarray]]:
 
 def refit_without(refit: Refit, fold: Fold, state: State) -> list[np.ndarray]:
     """Errors on what `fold` holds, of the model refitted to what it leaves."""
-    engine = dataclasses.replace(refit.engine, blocks=fold.seen)
-    whitener = Whitener(fold.seen, refit.whitener.spectrum, engine.own_origin, use=fold.use)
-    own = dataclasses.replace(refit, engine=engine, whitener=whitener)
+    whitened = dataclasses.replace(refit.whitened, blocks=fold.seen)
+    whitener = Whitener(fold.seen, refit.whitener.spectrum, whitened.own_origin, use=fold.use)
+    own = dataclasses.replace(refit, whitened=whitened, whitener=whitener)
     end = own.descend(own.at(state.values, state.effects), _STEPS, 2e-3)
     held = list(zip(fold.runs, fold.held, strict=True))
-    return refit.engine.apart(whitener, end.effects, end.nodes, held)[0]
+    return refit.whitened.apart(whitener, end.effects, end.nodes, held)[0]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Held:
+class CrossValidation:
     """Errors before and after on all that was held out, and each part's closed fraction."""
 
     parts: list[dict]
     before: list[np.ndarray]
     after: list[np.ndarray]
-    blocks: list[Block]
+    blocks: list[PeriodBlock]
     closed: dict[str, float] | None
 
     def rms(self, own_origin: bool) -> tuple[float, float]:
@@ -93,38 +93,38 @@ class Held:
         return rms(self.before, own_origin), rms(self.after, own_origin)
 
 
-def credits_of(
-    engine: Engine,
+def cross_validate(
+    whitened: WhitenedModel,
     none: tuple[Refit, State],
     candidates: Sequence[tuple[Refit, State]],
     say: Callable[[str], None] = lambda line: None,
-) -> list[Held | None]:
+) -> list[CrossValidation | None]:
     """The closed fraction of each candidate, part by part; `None` where nothing can be held.
 
     `none`: the base without them, refitted once for each part.
     """
-    parts = folds(engine)
+    parts = folds(whitened)
 
     @cache
     def without(fold: Fold) -> list[np.ndarray]:
         return refit_without(none[0], fold, none[1])
 
-    return [_credit(engine, parts, without, candidate, say) for candidate in candidates]
+    return [_credit(whitened, parts, without, candidate, say) for candidate in candidates]
 
 
 def _credit(
-    engine: Engine,
+    whitened: WhitenedModel,
     parts: Sequence[Fold],
     without: Callable[[Fold], list[np.ndarray]],
     candidate: tuple[Refit, State],
     say: Callable[[str], None],
-) -> Held | None:
+) -> CrossValidation | None:
     before: list[np.ndarray] = []
     after: list[np.ndarray] = []
-    held: list[Block] = []
+    held: list[PeriodBlock] = []
     rows = []
     refit, state = candidate
-    spectrum, own = refit.whitener.spectrum, engine.own_origin
+    spectrum, own = refit.whitener.spectrum, whitened.own_origin
     for fold in parts:
         if not _enough(fold, state):
             continue
@@ -143,13 +143,13 @@ def _credit(
     if not rows:
         return None
     closed = _closed(before, after, held, spectrum, own)
-    return Held(rows, before, after, held, closed)
+    return CrossValidation(rows, before, after, held, closed)
 
 
 def _closed(
     before: list[np.ndarray],
     after: list[np.ndarray],
-    held: list[Block],
+    held: list[PeriodBlock],
     spectrum: Spectrum,
     own: bool,
 ) -> dict[str, float] | None:

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from fitting.diagnosis.noise._periods import Block
+from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.noise._spectrum import Spectrum
-from fitting.diagnosis.where._gap import gap
+from fitting.diagnosis.where._gap import measure_gap
 
 _BINS = 64
 
 
-def ceiling(
-    errors: list[np.ndarray], blocks: list[Block], spectrum: Spectrum, *, own_origin: bool
+def explainable_fraction(
+    errors: list[np.ndarray], blocks: list[PeriodBlock], spectrum: Spectrum, *, own_origin: bool
 ) -> float | None:
     """Share of the gap that the errors of the other runs foretell in each run.
 
@@ -20,7 +20,7 @@ def ceiling(
     runs = [k for k, b in enumerate(blocks) if b.repeats and b.periods > 1]
     if len(runs) < 5:
         return None
-    whole = gap(
+    whole = measure_gap(
         [errors[k] for k in runs], [blocks[k] for k in runs], spectrum, own_origin=own_origin
     )
     if not whole.significant or whole.structural2 <= 0:
@@ -39,11 +39,11 @@ def ceiling(
             blocks[k].phase, (np.arange(_BINS) + 0.5) / _BINS, design[i] @ plane, period=1.0
         )
         left.append(errors[k] - foretold[None, :])
-    after = gap(left, [blocks[k] for k in runs], spectrum, own_origin=own_origin)
+    after = measure_gap(left, [blocks[k] for k in runs], spectrum, own_origin=own_origin)
     return float(np.clip(1.0 - after.structural2 / whole.structural2, 0.0, 1.0))
 
 
-def _profile(error: np.ndarray, block: Block) -> np.ndarray:
+def _profile(error: np.ndarray, block: PeriodBlock) -> np.ndarray:
     """Mean error in bins of the scan's phase."""
     index = np.minimum((block.phase * _BINS).astype(int), _BINS - 1)
     mean = error.mean(axis=0)

@@ -10,16 +10,16 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import chi2
 
-from fitting.diagnosis.noise._periods import Block
+from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._estimates import determined
 from fitting.diagnosis.refit._gauss_newton import Refit, State
-from fitting.diagnosis.refit._whitened_model import Engine
-from fitting.diagnosis.where._gap import Gap, gap
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.where._gap import Gap, measure_gap
 from rapi_jax.inversion._certificate import NotInvertible
 from rapi_jax.inversion._inverse_effects import refuse
 
-from ._cross_validation import Held
+from ._cross_validation import CrossValidation
 
 _MIDDLE = (0.1, 0.9)  # of a ramp's time: what counts of it
 _LEVEL = 0.95
@@ -49,8 +49,12 @@ class Off(NamedTuple):
     high: float
 
 
-def foreseen(
-    engine: Engine, spectrum: Spectrum, none: State, top: tuple[Refit, State], held: Held | None
+def predict_gain(
+    whitened: WhitenedModel,
+    spectrum: Spectrum,
+    none: State,
+    top: tuple[Refit, State],
+    held: CrossValidation | None,
 ) -> Foreseen | None:
     """What becomes of scans like those recorded, from `none` to `top`.
 
@@ -60,12 +64,12 @@ def foreseen(
     `None` where noise is unknown, nothing repeats or nothing can be held out.
     """
     refit, state = top
-    at = _usual(engine)
+    at = _usual(whitened)
     if at is None or held is None or held.closed is None or not spectrum.known:
         return None
-    blocks, own = engine.blocks, engine.own_origin
+    blocks, own = whitened.blocks, whitened.own_origin
     count = determined(refit, state)
-    left = gap(state.errors.raw, blocks, spectrum, own_origin=own, fitted=round(count))
+    left = measure_gap(state.errors.raw, blocks, spectrum, own_origin=own, fitted=round(count))
     off = [a - b for a, b in zip(none.errors.raw, state.errors.raw, strict=True)]
     before, bent = _power(off, blocks), crooked(off[at], blocks[at]) ** 2
     if not before > 0 or not bent > 0 or left.noise_floor is None:
@@ -84,35 +88,35 @@ def foreseen(
     return Foreseen(closed, {"value": value, "low": low / _OTHER, "high": high * _OTHER})
 
 
-def _stays(left: Gap, share: float, count: float, held: Held, own: bool) -> Off:
+def _stays(left: Gap, share: float, count: float, held: CrossValidation, own: bool) -> Off:
     """From errors of parameters alone to what stays open on data held out; likely in between.
 
     `share`: parameters a reading.
     """
     error = (left.noise_floor or 0.0) ** 2 * share
     tails = chi2.ppf([(1 - _LEVEL) / 2, (1 + _LEVEL) / 2], max(count, 1.0)) / max(count, 1.0)
-    sure = _ERRORS * left.locked_stderr
+    sure = _ERRORS * left.synchronous_stderr
     least = error * float(tails[0])  # what is left may be of the runs recorded alone
-    usual = error + max(left.locked, 0.0)
-    most = error * float(tails[1]) + max(left.locked + sure, 0.0)
+    usual = error + max(left.synchronous, 0.0)
+    most = error * float(tails[1]) + max(left.synchronous + sure, 0.0)
     closed = held.closed or {"value": 1.0, "low": 1.0}
     there = max(held.rms(own)[0] ** 2 - (left.noise_floor or 0.0) ** 2, 0.0)
     likely = max((1.0 - closed["value"]) * there, usual)
     return Off(least, float(np.sqrt(usual * likely)), max(most, (1.0 - closed["low"]) * there))
 
 
-def _values(held: Held) -> list[float]:
+def _values(held: CrossValidation) -> list[float]:
     """Closed fractions of the parts held out."""
     return [p["closed_fraction"]["value"] for p in held.parts if p["closed_fraction"]]
 
 
-def _power(errors: list[np.ndarray], blocks: list[Block]) -> float:
+def _power(errors: list[np.ndarray], blocks: list[PeriodBlock]) -> float:
     """Mean square over all readings in use."""
     total = sum(float((b.use * e**2).sum()) for e, b in zip(errors, blocks, strict=True))
     return total / max(sum(float(b.use.sum()) for b in blocks), 1.0)
 
 
-def crooked(signal: np.ndarray, block: Block) -> float:
+def crooked(signal: np.ndarray, block: PeriodBlock) -> float:
     """Rms of the mean period of `signal` about a line on each ramp, in the middle of its time."""
     mean, drive = signal.mean(axis=0), block.drive[0]
     turn = int(np.argmax(drive))
@@ -126,10 +130,10 @@ def crooked(signal: np.ndarray, block: Block) -> float:
     return float(np.sqrt(np.mean(squares)))
 
 
-def _usual(engine: Engine) -> int | None:
+def _usual(whitened: WhitenedModel) -> int | None:
     """The run of the full swing whose rate is nearest to the middle; `None` where none repeats."""
-    drives = engine.recording.drives
-    runs = [k for k, b in enumerate(engine.blocks) if b.repeats]
+    drives = whitened.recording.drives
+    runs = [k for k, b in enumerate(whitened.blocks) if b.repeats]
     if not runs:
         return None
     widest = max(drives[k].u_pp for k in runs)

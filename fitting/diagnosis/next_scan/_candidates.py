@@ -99,7 +99,7 @@ class _Space:
         return float(np.clip(bias, self.low + amplitude / 2.0, self.high - amplitude / 2.0))
 
 
-def candidates(
+def candidate_scans(
     recording: Recording, limits: DriveLimits, *, samples: int, periods: int, start_s: float
 ) -> list[Candidate]:
     """Scans of `periods` periods of `samples` samples, none beyond `limits`; steps are as long."""

@@ -15,14 +15,14 @@ import numpy as np
 
 from fitting.diagnosis.noise._spectrum import Whitener
 from fitting.diagnosis.refit._gauss_newton import Base, Refit
-from fitting.diagnosis.refit._whitened_model import Engine
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import Drive, DriveLimits, Identified, Recording
 from rapi_jax._precision import float64
 from rapi_jax.effects import AbstractEffect
 
-from ._candidates import Candidate, candidates
-from ._discrimination import Rival, Seen, Trials, linear, ratio
-from ._rival_refit import refitted
+from ._candidates import Candidate, candidate_scans
+from ._discrimination import Rival, Seen, Trials, linear_discrimination, ratio
+from ._rival_refit import refit_rival
 
 APART = 9.0  # chi-square from which a pair counts as told apart
 _LEAST_CHECKED, _MOST_CHECKED = 3, 6  # scans whose power is found by refits
@@ -102,7 +102,7 @@ class _Rated:
             if self.first[pair] <= _NEAR * least + 1.0 and pair not in self.checked:
                 i, j = pair
                 first = self.first[pair], self.moves[pair]
-                power = refitted(self.trials, self.k, self.seen[i], rivals[j], first)
+                power = refit_rival(self.trials, self.k, self.seen[i], rivals[j], first)
                 self.checked[pair] = power
 
     def trust(self) -> float:
@@ -112,8 +112,8 @@ class _Rated:
 
 
 @float64
-def next_scan(
-    engine: Engine,
+def choose_next_scan(
+    whitened: WhitenedModel,
     whitener: Whitener,
     base: Base,
     hypotheses: Sequence[Hypothesis],
@@ -129,16 +129,16 @@ def next_scan(
     sampled faster: give fewer `samples` where the reading cannot keep up. A minute passes before
     the scan, its zero is its own, and a scan that repeats has been on for a while.
     """
-    rivals, chances = _rivals(engine, whitener, base, hypotheses)
+    rivals, chances = _rivals(whitened, whitener, base, hypotheses)
     if len(rivals) < 2:
         return None
-    usual = scan_length(engine)
+    usual = scan_length(whitened)
     samples, periods = samples or usual[0], periods or usual[1]
-    recording = engine.recording
+    recording = whitened.recording
     limits = Identified.of(recording).limits() if limits is None else limits
     start = scan_start(recording)
-    found = candidates(recording, limits, samples=samples, periods=periods, start_s=start)
-    rated = _rate(found, rivals, whitener, len(engine.blocks))
+    found = candidate_scans(recording, limits, samples=samples, periods=periods, start_s=start)
+    rated = _rate(found, rivals, whitener, len(whitened.blocks))
     if not rated:
         return None
     order, powers = _rank(rated, rivals)
@@ -147,10 +147,10 @@ def next_scan(
     return _answer(order, powers, rivals, recording.drive_unit)
 
 
-def scan_length(engine: Engine) -> tuple[int, int]:
+def scan_length(whitened: WhitenedModel) -> tuple[int, int]:
     """Samples a period, and periods, of the recording's middle run."""
-    repeating = [block for block in engine.blocks if block.repeats]
-    usual = [b.left.shape[1] for b in repeating] or [max(b.size for b in engine.blocks) // 5]
+    repeating = [block for block in whitened.blocks if block.repeats]
+    usual = [b.left.shape[1] for b in repeating] or [max(b.size for b in whitened.blocks) // 5]
     periods = np.median([b.periods for b in repeating] or [5])
     return max(int(np.median(usual)), 16), max(int(periods), 1)
 
@@ -161,9 +161,9 @@ def scan_start(recording: Recording) -> float:
 
 
 def _rivals(
-    engine: Engine, whitener: Whitener, base: Base, hypotheses: Sequence[Hypothesis]
+    whitened: WhitenedModel, whitener: Whitener, base: Base, hypotheses: Sequence[Hypothesis]
 ) -> tuple[list[Rival], list[float]]:
-    refit = Refit(engine, whitener, base)
+    refit = Refit(whitened, whitener, base)
     said = [h for h in hypotheses if h.name not in _SAYS_NOTHING]
     rivals = [Rival.of(refit, h.name, h.values, h.effects) for h in said]
     return rivals, [h.probability for h in said]
@@ -196,7 +196,7 @@ def _rate(
 def _first(candidate: Candidate, trials: Trials, k: int, seen: list[Seen]) -> _Rated:
     first, moves = {}, {}
     for i, j in permutations(range(len(seen)), 2):
-        first[i, j], moves[i, j] = linear(seen[i], seen[j])
+        first[i, j], moves[i, j] = linear_discrimination(seen[i], seen[j])
     return _Rated(candidate, trials, k, seen, first, moves)
 
 

@@ -5,7 +5,7 @@ inside what was recorded, of another waveform, asks nothing new of the hysteresi
 leaves there is something missing, or nothing.
 """
 
-from fitting.diagnosis.refit._whitened_model import Engine
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._probability import UNLISTED
 from rapi_jax import DriveLimits, Identified
 
@@ -13,21 +13,21 @@ from ._candidates import inside
 from ._choice import NextScan, scan_length, scan_start
 
 
-def is_alone(names: list[str]) -> bool:
+def needs_confirmation(names: list[str]) -> bool:
     """Whether a set of hypotheses is one answer beside `unlisted`."""
     return len(names) == 2 and UNLISTED in names
 
 
-def scan_inside(
-    engine: Engine, names: list[str], limits: DriveLimits | None = None
+def confirmation_scan(
+    whitened: WhitenedModel, names: list[str], limits: DriveLimits | None = None
 ) -> NextScan | None:
     """A sine inside what was recorded; `None` if the limits do not allow it.
 
     `names`: the set, see `is_alone`. `limits`: as in `next_scan`, and so are length and start.
     """
-    recording = engine.recording
+    recording = whitened.recording
     limits = Identified.of(recording).limits() if limits is None else limits
-    samples, periods = scan_length(engine)
+    samples, periods = scan_length(whitened)
     start = scan_start(recording)
     found = inside(recording, limits, samples=samples, periods=periods, start_s=start)
     if found is None:

@@ -18,8 +18,8 @@ import numpy as np
 
 from fitting.diagnosis.noise._spectrum import Whitener
 from fitting.diagnosis.refit._gauss_newton import Base, Refit, State
-from fitting.diagnosis.refit._whitened_model import Engine
-from fitting.identification._parameter_vector import Vector
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import Drive, Recording
 from rapi_jax._parameter import parameters
 from rapi_jax.effects import AbstractEffect
@@ -50,7 +50,7 @@ class Rival:
         """The hypothesis at its own fit."""
         state = refit.at(np.asarray(values, dtype=float), tuple(effects))
         information, _, _ = refit.gram(state)
-        own = Vector(tuple(parameters(refit.base.operator))).size
+        own = ParameterVector(tuple(parameters(refit.base.operator))).size
         return cls(name, refit, state, information, own)
 
 
@@ -65,33 +65,33 @@ class Seen:
     """
 
     value: np.ndarray
-    locked: np.ndarray
-    loose: np.ndarray
+    synchronous: np.ndarray
+    nonsynchronous: np.ndarray
     which: slice
     prior: np.ndarray
 
     def push(self, move: np.ndarray) -> np.ndarray:
         """To first order, by how much the prediction moves with the parameters."""
-        return np.concatenate([self.locked @ move, self.loose @ move[self.which]])
+        return np.concatenate([self.synchronous @ move, self.nonsynchronous @ move[self.which]])
 
     def pull(self, rows: np.ndarray) -> np.ndarray:
         """The transpose of `push`; the last axis of `rows` is the prediction's."""
-        split = self.locked.shape[0]
-        out = rows[:split] @ self.locked
-        out[self.which] += rows[split:] @ self.loose
+        split = self.synchronous.shape[0]
+        out = rows[:split] @ self.synchronous
+        out[self.which] += rows[split:] @ self.nonsynchronous
         return out
 
     @cached_property
     def normal(self) -> np.ndarray:
         """Information of the scan alone."""
-        out = self.locked.T @ self.locked
-        out[self.which, self.which] += self.loose.T @ self.loose
+        out = self.synchronous.T @ self.synchronous
+        out[self.which, self.which] += self.nonsynchronous.T @ self.nonsynchronous
         return out
 
     def across(self, other: "Seen") -> np.ndarray:
         """Products of this one's columns with those of another."""
-        out = self.locked.T @ other.locked
-        out[self.which, other.which] += self.loose.T @ other.loose
+        out = self.synchronous.T @ other.synchronous
+        out[self.which, other.which] += self.nonsynchronous.T @ other.nonsynchronous
         return out
 
 
@@ -103,7 +103,7 @@ class Trials:
     at rest at its first value.
     """
 
-    engine: Engine
+    whitened: WhitenedModel
     whitener: Whitener
     parts: list[np.ndarray]  # of each scan, the places in locked and then loose errors
 
@@ -111,25 +111,25 @@ class Trials:
     def of(cls, drives: Sequence[Drive], whitener: Whitener) -> "Trials":
         """The scans `drives`, with the noise that `whitener` knows."""
         nothing = [np.zeros(drive.size) for drive in drives]
-        engine = Engine.of(Recording.of(drives, nothing, response_origin="run"))
-        engine.data.drives["gap_s"][:] = _PAUSE_S
-        own = engine.whitener(whitener.spectrum)
-        locked, loose = [], []
-        for block, lines in zip(engine.blocks, own.lines, strict=True):
+        whitened = WhitenedModel.of(Recording.of(drives, nothing, response_origin="run"))
+        whitened.data.drives["gap_s"][:] = _PAUSE_S
+        own = whitened.whitener(whitener.spectrum)
+        synchronous, nonsynchronous = [], []
+        for block, lines in zip(whitened.blocks, own.lines, strict=True):
             twice = lines.twice == 2
-            locked.append(lines.locked.sum() + (lines.locked & twice).sum())
-            rest = ~lines.locked
-            loose.append(rest.sum() + (rest & twice).sum() if block.periods > 1 else 0)
-        at = np.concatenate([[0], np.cumsum(locked)])
-        after = at[-1] + np.concatenate([[0], np.cumsum(loose)])
+            synchronous.append(lines.synchronous.sum() + (lines.synchronous & twice).sum())
+            rest = ~lines.synchronous
+            nonsynchronous.append(rest.sum() + (rest & twice).sum() if block.periods > 1 else 0)
+        at = np.concatenate([[0], np.cumsum(synchronous)])
+        after = at[-1] + np.concatenate([[0], np.cumsum(nonsynchronous)])
         parts = [
             np.concatenate([np.arange(at[k], at[k + 1]), np.arange(after[k], after[k + 1])])
             for k in range(len(drives))
         ]
-        return cls(engine, own, parts)
+        return cls(whitened, own, parts)
 
     def _unknown(self, rival: Rival) -> int:
-        return int(self.engine.unknown.sum()) * rival.refit.base.operator.count
+        return int(self.whitened.unknown.sum()) * rival.refit.base.operator.count
 
     def refit(self, rival: Rival) -> Refit:
         """The rival's operator on these scans."""
@@ -146,7 +146,7 @@ class Trials:
             behind(base.high, 1.0),
             behind(base.free, True),
         )
-        return Refit(self.engine, self.whitener, own)
+        return Refit(self.whitened, self.whitener, own)
 
     def start(self, rival: Rival) -> np.ndarray:
         """The rival's values on these scans; plays of which nobody knows begin half way."""
@@ -160,30 +160,30 @@ class Trials:
 
     def seen(self, rival: Rival, refit: Refit, state: State, only: int | None = None) -> list[Seen]:
         """The same at any state of `refit`; `only`: for one scan."""
-        value = np.concatenate([state.errors.locked, state.errors.loose])
+        value = np.concatenate([state.errors.synchronous, state.errors.nonsynchronous])
         base, effect = refit.base_columns(state), refit.effect_columns(state)
         out = []
         for k in range(len(self.parts)) if only is None else [only]:
             part, fractions = self.parts[k], self.fractions(rival, k)
-            split = int((part < state.errors.locked.size).sum())
+            split = int((part < state.errors.synchronous.size).sum())
             new = fractions.stop - fractions.start
             own, size = rival.own, rival.information.shape[0]
             which = slice(rival.state.values.size, size)
-            locked = np.zeros((split, size + new))
-            locked[:, :own] = base[part[:split], :own]
-            locked[:, which] = effect[part[:split]]
-            locked[:, size:] = base[part[:split], fractions]
+            synchronous = np.zeros((split, size + new))
+            synchronous[:, :own] = base[part[:split], :own]
+            synchronous[:, which] = effect[part[:split]]
+            synchronous[:, size:] = base[part[:split], fractions]
             prior = np.zeros((size + new, size + new))
             prior[:size, :size] = rival.information
             prior[range(size, size + new), range(size, size + new)] = FRACTION**-2.0
-            out.append(Seen(value[part], locked, effect[part[split:]], which, prior))
+            out.append(Seen(value[part], synchronous, effect[part[split:]], which, prior))
         return out
 
     def fractions(self, rival: Rival, k: int) -> slice:
         """Where the first fractions of scan `k` stand in the rival's values on these scans."""
         plays = rival.refit.base.operator.count
-        first = rival.own + int(self.engine.unknown[:k].sum()) * plays
-        return slice(first, first + (plays if self.engine.unknown[k] else 0))
+        first = rival.own + int(self.whitened.unknown[:k].sum()) * plays
+        return slice(first, first + (plays if self.whitened.unknown[k] else 0))
 
 
 def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -201,7 +201,7 @@ def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
         return np.where(alive, np.linalg.lstsq(scaled, right, rcond=1e-12)[0], 0.0) / unit
 
 
-def linear(truth: Seen, rival: Seen) -> tuple[float, np.ndarray]:
+def linear_discrimination(truth: Seen, rival: Seen) -> tuple[float, np.ndarray]:
     """The power to first order, and by how much the rival's parameters move."""
     d = truth.value - rival.value
     move = solve(rival.prior + rival.normal, rival.pull(d))

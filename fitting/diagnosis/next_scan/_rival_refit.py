@@ -30,34 +30,44 @@ class _Joint:
     def cost(self, at: tuple[State, State]) -> float:
         old, new = at
         fit = self.rival.state
-        locked = old.errors.locked - fit.errors.locked
-        loose = old.errors.loose - fit.errors.loose
+        synchronous = old.errors.synchronous - fit.errors.synchronous
+        nonsynchronous = old.errors.nonsynchronous - fit.errors.nonsynchronous
         off = old.values - fit.values
         fraction = (new.values[self.fractions] - 0.5) / FRACTION
         rest = self._rest(new)
-        sums = (locked @ locked, loose @ loose, (self.weight * off) @ off, fraction @ fraction)
+        sums = (
+            synchronous @ synchronous,
+            nonsynchronous @ nonsynchronous,
+            (self.weight * off) @ off,
+            fraction @ fraction,
+        )
         return float(sum(sums) + rest @ rest)
 
     def _rest(self, new: State) -> np.ndarray:
-        value = np.concatenate([new.errors.locked, new.errors.loose])
+        value = np.concatenate([new.errors.synchronous, new.errors.nonsynchronous])
         return value[self.trials.parts[self.k]] - self.target
 
     def normal(self, at: tuple[State, State]) -> tuple[np.ndarray, np.ndarray]:
         old, new = at
         refit, fit, n = self.rival.refit, self.rival.state, self.n
-        split = fit.errors.locked.size
+        split = fit.errors.synchronous.size
         s = refit.effect_columns(old)
-        top, loose = np.concatenate([refit.base_columns(old), s[:split]], axis=1), s[split:]
+        top, nonsynchronous = (
+            np.concatenate([refit.base_columns(old), s[:split]], axis=1),
+            s[split:],
+        )
         seen = self.trials.seen(self.rival, self.new, new, self.k)[0]
         matrix = seen.normal.copy()
         matrix[: self.m, : self.m] += top.T @ top
-        matrix[n : self.m, n : self.m] += loose.T @ loose
+        matrix[n : self.m, n : self.m] += nonsynchronous.T @ nonsynchronous
         matrix[range(n), range(n)] += self.weight
         extra = range(self.m, matrix.shape[0])
         matrix[extra, extra] += FRACTION**-2.0
         gradient = seen.pull(self._rest(new))
-        gradient[: self.m] += (old.errors.locked - fit.errors.locked) @ top
-        gradient[n : self.m] += (old.errors.loose - fit.errors.loose) @ loose
+        gradient[: self.m] += (old.errors.synchronous - fit.errors.synchronous) @ top
+        gradient[n : self.m] += (
+            old.errors.nonsynchronous - fit.errors.nonsynchronous
+        ) @ nonsynchronous
         gradient[:n] += self.weight * (old.values - fit.values)
         gradient[self.m :] += (new.values[self.fractions] - 0.5) / FRACTION**2
         return matrix, gradient
@@ -69,7 +79,7 @@ class _Joint:
         return old, self.new.at(values, old.effects)
 
 
-def refitted(
+def refit_rival(
     trials: Trials, k: int, truth: Seen, rival: Rival, first: tuple[float, np.ndarray]
 ) -> float:
     """The power of scan `k` by a true joint refit of `rival`; `first`: what `linear` said.

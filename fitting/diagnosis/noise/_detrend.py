@@ -6,7 +6,7 @@ noise, it would hide itself. What tells them apart is that one law holds in all 
 
 import numpy as np
 
-from ._periods import Block
+from ._periods import PeriodBlock
 from ._spectrum import Spectrum, Whitener
 
 _POWERS = 3  # of session time
@@ -14,7 +14,9 @@ _LAGS = 3  # of what settles after each run's start, between a period and a run
 _CHANCE = 30.0  # fall in chi-square that no six laws find in noise
 
 
-def steadied(errors: list[np.ndarray], blocks: list[Block], spectrum: Spectrum) -> list[np.ndarray]:
+def detrend(
+    errors: list[np.ndarray], blocks: list[PeriodBlock], spectrum: Spectrum
+) -> list[np.ndarray]:
     """`errors` ("periods phases" by run) less what the session's clock and its starts explain.
 
     A cubic of session time, and exponentials since the start of each run, all with one size for
@@ -39,7 +41,7 @@ def steadied(errors: list[np.ndarray], blocks: list[Block], spectrum: Spectrum) 
     ]
 
 
-def _laws(blocks: list[Block]) -> list[np.ndarray]:
+def _laws(blocks: list[PeriodBlock]) -> list[np.ndarray]:
     """Of each run "laws periods phases"."""
     start = min(float(b.time[0, 0]) for b in blocks)
     end = max(float(b.time[-1, -1]) for b in blocks)

@@ -10,13 +10,13 @@ import dataclasses
 import numpy as np
 
 from rapi_jax import Recording, Run
-from rapi_jax.sampling._batch import Sampled
+from rapi_jax.sampling._batch import Batch
 
 _MOST, _LEAST = 1024, 512  # samples a period; of a run that does not repeat, all its samples
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Block:
+class PeriodBlock:
     """One run: where its values stand in the padded rows of `Sampled`.
 
     - `left`, `share`: "periods phases"; value = (1 - share) row[left] + share row[right].
@@ -50,7 +50,7 @@ class Block:
         return (1.0 - self.share) * row[..., self.left] + self.share * row[..., self.right]
 
 
-def thinned(recording: Recording) -> Recording:
+def decimate(recording: Recording) -> Recording:
     """Every so many samples of runs that are sampled far finer than a diagnosis can use.
 
     Periods stay whole numbers of samples where they were. Turning points between samples are found
@@ -75,12 +75,12 @@ def _thinned(run: Run) -> Run:
     return dataclasses.replace(run, drive=thin, response=run.response[::every])
 
 
-def blocks(recording: Recording, data: Sampled) -> list[Block]:
+def period_blocks(recording: Recording, data: Batch) -> list[PeriodBlock]:
     """The blocks of all runs, in order."""
     return [_block(recording, data, k) for k in range(len(recording.runs))]
 
 
-def _block(recording: Recording, data: Sampled, k: int) -> Block:
+def _block(recording: Recording, data: Batch, k: int) -> PeriodBlock:
     drive = recording.runs[k].drive
     row_of = np.flatnonzero(data.sample[k] >= 0)  # row index of each sample of the run
     period = drive.period
@@ -111,7 +111,7 @@ def _block(recording: Recording, data: Sampled, k: int) -> Block:
     raw = data.y[k]
     value = (1.0 - share) * raw[left] + share * raw[right]
     u = (1.0 - share) * data.u[k][left] + share * data.u[k][right]
-    return Block(
+    return PeriodBlock(
         left,
         right,
         share,
@@ -125,7 +125,7 @@ def _block(recording: Recording, data: Sampled, k: int) -> Block:
     )
 
 
-def part(block: Block, begin: float, end: float) -> Block:
+def slice_block(block: PeriodBlock, begin: float, end: float) -> PeriodBlock:
     """The periods of a block from one share of them to another; of one period, the phases."""
     first, last = round(begin * block.periods), round(end * block.periods)
     if block.periods > 1:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from ._periods import Block
+from ._periods import PeriodBlock
 
 _BINS = 24  # of log frequency, for the medians
 _SLOWEST = 6  # lines of one run below which slow effects, not noise, rule
@@ -49,37 +49,37 @@ class Spectrum:
         """The part of the process in time alone."""
         return self.low * (self.step_s / step_s) / (1.0 + (hertz / self.corner) ** self.power)
 
-    def mean(self, lines: "Lines", pick: np.ndarray | float = 1.0) -> float:
+    def mean(self, lines: "SpectralLines", pick: np.ndarray | float = 1.0) -> float:
         """Variance of a reading; `pick`: 1 for the lines that count, 0 for others."""
         weight = lines.twice * pick
         return float(weight @ self.at(lines.hertz, lines.step_s) / max(weight.sum(), 1.0))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Lines:
+class SpectralLines:
     """Which lines of a block's transform are what. `locked` are those that repeat with the scan."""
 
     hertz: np.ndarray
     step_s: float
-    locked: np.ndarray
+    synchronous: np.ndarray
     twice: np.ndarray  # 2 for lines that stand for two (real and imaginary part count), 1 at ends
 
     @classmethod
-    def of(cls, block: Block) -> "Lines":
+    def of(cls, block: PeriodBlock) -> "SpectralLines":
         """The lines of a block."""
         k = np.arange(block.size // 2 + 1)
-        locked = k % block.periods == 0
+        synchronous = k % block.periods == 0
         twice = np.where((k == 0) | (2 * k == block.size), 1.0, 2.0)
-        return cls(k / (block.size * block.step_s), block.step_s, locked, twice)
+        return cls(k / (block.size * block.step_s), block.step_s, synchronous, twice)
 
 
-def transform(values: np.ndarray) -> np.ndarray:
+def to_lines(values: np.ndarray) -> np.ndarray:
     """Fourier lines of "... periods phases", scaled so that noise of variance v has power v."""
     flat = values.reshape(*values.shape[:-2], -1)
     return np.fft.rfft(flat, axis=-1) / np.sqrt(flat.shape[-1])
 
 
-def measure(errors: list[np.ndarray], blocks: list[Block]) -> Spectrum:
+def measure_spectrum(errors: list[np.ndarray], blocks: list[PeriodBlock]) -> Spectrum:
     """The noise spectrum of the runs from `errors` ("periods phases"), robust against effects.
 
     Medians over lines that do not repeat, so single lines (pickup) do not count, and without the
@@ -91,15 +91,15 @@ def measure(errors: list[np.ndarray], blocks: list[Block]) -> Spectrum:
     return dataclasses.replace(found, white=max(found.white, least))
 
 
-def _measure(errors: list[np.ndarray], blocks: list[Block]) -> Spectrum:
+def _measure(errors: list[np.ndarray], blocks: list[PeriodBlock]) -> Spectrum:
     hertz, power, faster = [], [], []
     step = float(np.median([b.step_s for b in blocks]))
     known = any(b.periods > 1 for b in blocks)
     for error, block in zip(errors, blocks, strict=True):
-        lines = Lines.of(block)
-        p = np.abs(transform(error)) ** 2
+        lines = SpectralLines.of(block)
+        p = np.abs(to_lines(error)) ** 2
         if known:
-            pick = ~lines.locked & (np.arange(p.size) >= _SLOWEST) & (lines.twice == 2)
+            pick = ~lines.synchronous & (np.arange(p.size) >= _SLOWEST) & (lines.twice == 2)
             pick &= block.periods > 1
         else:
             pick = np.arange(p.size) > 0.6 * p.size
@@ -220,14 +220,14 @@ class Whitener:
 
     def __init__(
         self,
-        blocks: list[Block],
+        blocks: list[PeriodBlock],
         spectrum: Spectrum,
         own_origin: bool,
         *,
         use: np.ndarray | None = None,
     ) -> None:
         self.blocks, self.spectrum = blocks, spectrum
-        self.lines = [Lines.of(b) for b in blocks]
+        self.lines = [SpectralLines.of(b) for b in blocks]
         self._scale = [
             np.sqrt(lines.twice / spectrum.at(lines.hertz, lines.step_s)) for lines in self.lines
         ]
@@ -240,24 +240,30 @@ class Whitener:
 
         Last axes "periods phases".
         """
-        locked, loose = [], [np.zeros((*values[0].shape[:-2], 0))]
+        synchronous, nonsynchronous = [], [np.zeros((*values[0].shape[:-2], 0))]
         for value, lines, scale, block in zip(
             values, self.lines, self._scale, self.blocks, strict=True
         ):
-            line = transform(value) * scale
-            locked.append(self._split(line[..., lines.locked], lines.twice[lines.locked]))
+            line = to_lines(value) * scale
+            synchronous.append(
+                self._split(line[..., lines.synchronous], lines.twice[lines.synchronous])
+            )
             if block.periods > 1:
-                loose.append(self._split(line[..., ~lines.locked], lines.twice[~lines.locked]))
-        return np.concatenate(locked, axis=-1), np.concatenate(loose, axis=-1)
+                nonsynchronous.append(
+                    self._split(line[..., ~lines.synchronous], lines.twice[~lines.synchronous])
+                )
+        return np.concatenate(synchronous, axis=-1), np.concatenate(nonsynchronous, axis=-1)
 
-    def locked(self, periods: list[np.ndarray]) -> np.ndarray:
+    def synchronous(self, periods: list[np.ndarray]) -> np.ndarray:
         """What repeats with the scan, of values over one period; last axes "1 phases"."""
         parts = []
         for values, lines, scale, block in zip(
             periods, self.lines, self._scale, self.blocks, strict=True
         ):
-            line = transform(values) * np.sqrt(block.periods)
-            parts.append(self._split(line * scale[lines.locked], lines.twice[lines.locked]))
+            line = to_lines(values) * np.sqrt(block.periods)
+            parts.append(
+                self._split(line * scale[lines.synchronous], lines.twice[lines.synchronous])
+            )
         return np.concatenate(parts, axis=-1)
 
     @staticmethod

@@ -15,7 +15,7 @@ def standard_errors(refit: Refit, state: State) -> np.ndarray:
     """
     full, _, _ = refit.gram(state)
     inverse, unit = _inverse(full)
-    wide = max(1.0, state.locked / max(state.errors.locked.size, 1))
+    wide = max(1.0, state.synchronous / max(state.errors.synchronous.size, 1))
     variance = np.where(unit > 0, np.diag(inverse) * wide, np.inf)
     out = (
         np.sqrt(variance)[state.values.size :] / np.where(unit > 0, unit, 1.0)[state.values.size :]
@@ -88,7 +88,9 @@ def _reach(refit: Refit, state: State, index: int, wide: float) -> float:
     return out
 
 
-def estimates(refit: Refit, state: State, unit: str, drive_unit: str) -> dict[str, dict[str, Any]]:
+def estimate_effects(
+    refit: Refit, state: State, unit: str, drive_unit: str
+) -> dict[str, dict[str, Any]]:
     """`{name: {value, stderr, unit}}`; with several effects names carry the effect's."""
     errors = standard_errors(refit, state)
     values = effect_values(state.effects)

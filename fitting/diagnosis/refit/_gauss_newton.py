@@ -23,7 +23,7 @@ from rapi_jax.effects import (
 )
 
 from ._effect_vector import Effects, effect_values, free_parameters, with_values
-from ._whitened_model import Engine, Errors
+from ._whitened_model import Errors, WhitenedModel
 
 Reach = dict[tuple[str, tuple[str | int, ...]], tuple[float, float]]
 # Of a parameter's size, to move an effect by: before a play, or where a response jumps, the change
@@ -50,7 +50,7 @@ class Base:
 
     @classmethod
     def of(
-        cls, engine: Engine, operator: AbstractOperator, free: np.ndarray | None = None
+        cls, whitened: WhitenedModel, operator: AbstractOperator, free: np.ndarray | None = None
     ) -> "Base":
         """Bounds as declared, no prior; `free`: which of the operator's values may move."""
         found = parameters(operator)
@@ -59,7 +59,7 @@ class Base:
         high = np.concatenate([np.full(p.size, p.bounds[1]) for p in found])
         # Thresholds of all runs stay positive with a growth that is a little negative.
         low = np.where(values < low, 2.0 * values, low)
-        extra = engine.fractions(operator.count)
+        extra = whitened.fractions(operator.count)
         values = np.concatenate([values, np.full(extra, 0.5)])
         low, high = np.append(low, np.zeros(extra)), np.append(high, np.ones(extra))
         move = np.ones(values.size, dtype=bool)
@@ -87,26 +87,26 @@ class State:
     nodes: Any
 
     @property
-    def locked(self) -> float:
+    def synchronous(self) -> float:
         """Chi-square of what repeats with the scan."""
         with np.errstate(over="ignore", invalid="ignore"):  # a step too far is no warning
-            return float(self.errors.locked @ self.errors.locked)
+            return float(self.errors.synchronous @ self.errors.synchronous)
 
     @property
-    def loose(self) -> float:
+    def nonsynchronous(self) -> float:
         """Chi-square of what does not."""
         with np.errstate(over="ignore", invalid="ignore"):
-            return float(self.errors.loose @ self.errors.loose)
+            return float(self.errors.nonsynchronous @ self.errors.nonsynchronous)
 
     @property
     def cost(self) -> float:
         """All of it."""
-        return self.locked + self.loose + self.prior + self.errors.early_late
+        return self.synchronous + self.nonsynchronous + self.prior + self.errors.jump_timing_cost
 
-    def ecdl(self, engine: Engine, base: Base) -> ECDL:
+    def ecdl(self, whitened: WhitenedModel, base: Base) -> ECDL:
         """The model."""
         effects = jax.tree_util.tree_map(jnp.asarray, self.effects)
-        return ECDL(engine.filled(base.operator, self.values), effects)
+        return ECDL(whitened.filled(base.operator, self.values), effects)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -118,7 +118,7 @@ class Refit:
     polynomial).
     """
 
-    engine: Engine
+    whitened: WhitenedModel
     whitener: Whitener
     base: Base
     reach: Reach | None = None
@@ -127,8 +127,8 @@ class Refit:
     def at(self, values: np.ndarray, effects: Effects) -> State:
         """The state at given values."""
         base = self.base
-        nodes = self.engine.nodes(base.operator, values, effects)
-        errors = self.engine.errors(self.whitener, effects, nodes)
+        nodes = self.whitened.nodes(base.operator, values, effects)
+        errors = self.whitened.errors(self.whitener, effects, nodes)
         with np.errstate(invalid="ignore", over="ignore"):
             off = np.where(np.isfinite(base.prior), (values - base.centre) / base.prior, 0.0)
         return State(values, effects, errors, float(off @ off), nodes)
@@ -142,8 +142,8 @@ class Refit:
 
     def base_columns(self, state: State) -> np.ndarray:
         """Derivative of the locked errors by each value of the operator."""
-        nodes, moved = self.engine.moved(self.base.operator, state.values, state.effects)
-        columns = self.engine.columns(self.whitener, state.effects, nodes, moved)
+        nodes, moved = self.whitened.moved(self.base.operator, state.values, state.effects)
+        columns = self.whitened.columns(self.whitener, state.effects, nodes, moved)
         return columns * self.base.free[None, :]
 
     def gram(self, state: State, share: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -153,13 +153,13 @@ class Refit:
         """
         j = self.base_columns(state)
         s = self.effect_columns(state, share)
-        n, m, split = j.shape[1], s.shape[1], state.errors.locked.size
+        n, m, split = j.shape[1], s.shape[1], state.errors.synchronous.size
         full = np.zeros((n + m, n + m))
         top = np.concatenate([j, s[:split]], axis=1)
         full[:] = top.T @ top
         full[n:, n:] += s[split:].T @ s[split:]
-        gradient = top.T @ state.errors.locked
-        gradient[n:] += s[split:].T @ state.errors.loose
+        gradient = top.T @ state.errors.synchronous
+        gradient[n:] += s[split:].T @ state.errors.nonsynchronous
         weight = np.where(np.isfinite(self.base.prior), self.base.prior, np.inf) ** -2.0
         weight = np.where(self.base.free, weight, 0.0)
         full[np.arange(n), np.arange(n)] += weight
@@ -173,7 +173,7 @@ class Refit:
         nothing, twice in a row.
         """
         damping, slow, wide = 1e-4, 0, 1.0
-        noise = float(state.errors.locked.size + state.errors.loose.size)
+        noise = float(state.errors.synchronous.size + state.errors.nonsynchronous.size)
         for _ in range(steps):
             full, gradient, columns = self.gram(state, wide)
             length = np.sqrt(np.diag(full))
@@ -230,7 +230,7 @@ class Refit:
 
 
 def _effect_columns(refit: Refit, state: State, share: float) -> np.ndarray:
-    total = state.errors.locked.size + state.errors.loose.size
+    total = state.errors.synchronous.size + state.errors.nonsynchronous.size
     now = effect_values(state.effects)
     columns = np.zeros((total, now.size))
     moves = [p for e in state.effects for p in _moves(e, refit.still)]
@@ -241,7 +241,7 @@ def _effect_columns(refit: Refit, state: State, share: float) -> np.ndarray:
         for e in state.effects
         for _ in free_parameters(e)
     ]
-    here = np.concatenate([state.errors.locked, state.errors.loose])
+    here = np.concatenate([state.errors.synchronous, state.errors.nonsynchronous])
     for i in np.flatnonzero(moves).tolist():
         value = now[i]
         step = share * steps[i] * max(abs(value), _least(state.effects, i))
@@ -250,11 +250,11 @@ def _effect_columns(refit: Refit, state: State, share: float) -> np.ndarray:
         other = now.copy()
         other[i] = value + step
         effects = with_values(state.effects, other)
-        engine, whitener, base = refit.engine, refit.whitener, refit.base
-        ahead = engine.ahead(effects) != ()
-        nodes = engine.nodes(base.operator, state.values, effects) if ahead else state.nodes
-        errors = engine.errors(whitener, effects, nodes)
-        columns[:, i] = (np.concatenate([errors.locked, errors.loose]) - here) / step
+        whitened, whitener, base = refit.whitened, refit.whitener, refit.base
+        ahead = whitened.ahead(effects) != ()
+        nodes = whitened.nodes(base.operator, state.values, effects) if ahead else state.nodes
+        errors = whitened.errors(whitener, effects, nodes)
+        columns[:, i] = (np.concatenate([errors.synchronous, errors.nonsynchronous]) - here) / step
     return columns
 
 

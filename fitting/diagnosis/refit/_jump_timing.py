@@ -8,13 +8,13 @@ at a price.
 
 import numpy as np
 
-from fitting.diagnosis.noise._periods import Block
+from fitting.diagnosis.noise._periods import PeriodBlock
 
 _PRICE = 4.0  # chi-square of a reading that is counted early or late: two standard deviations
 
 
-def nearest(
-    error: np.ndarray, jumps: list[np.ndarray], block: Block, variance: float
+def match_jump_timing(
+    error: np.ndarray, jumps: list[np.ndarray], block: PeriodBlock, variance: float
 ) -> tuple[np.ndarray, float]:
     """Errors of one run with readings beside jumps counted where they fit, and the price of it.
 

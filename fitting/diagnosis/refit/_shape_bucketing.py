@@ -6,7 +6,7 @@ _LEAST = 512  # samples
 _TOGETHER = 2  # runs
 
 
-def rounded(length: int) -> int:
+def round_up(length: int) -> int:
     """The next of 512, 768, 1024, 1536, 2048, ...: at most half as much again."""
     size = _LEAST
     while size < length:
@@ -14,13 +14,13 @@ def rounded(length: int) -> int:
     return size
 
 
-def repeated(rows: np.ndarray, count: int) -> np.ndarray:
+def repeat_rows(rows: np.ndarray, count: int) -> np.ndarray:
     """`rows` and its last row again and again, `count` in all."""
     pads = [(0, count - len(rows))] + [(0, 0)] * (rows.ndim - 1)
     return np.pad(rows, pads, mode="edge")
 
 
-def padded(fields: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def pad_drives(fields: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """The fields of a `DriveBatch` with rows of a rounded length, and runs added up to a pair.
 
     A row goes on with its last value; a run added is the last again, on a clock of its own.
@@ -30,8 +30,8 @@ def padded(fields: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     out = {}
     for name, value in fields.items():
         if value.ndim == 2:
-            size = rounded(value.shape[1])
+            size = round_up(value.shape[1])
             value = np.pad(value, [(0, 0), (0, size - value.shape[1])], mode="edge")
-        out[name] = repeated(value, more)
+        out[name] = repeat_rows(value, more)
     out["gap_s"][count:] = np.inf
     return out

@@ -15,11 +15,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from fitting.diagnosis.noise._periods import Block, blocks
-from fitting.diagnosis.noise._spectrum import Lines, Spectrum, Whitener
-from fitting.identification._parameter_vector import Vector
+from fitting.diagnosis.noise._periods import PeriodBlock, period_blocks
+from fitting.diagnosis.noise._spectrum import SpectralLines, Spectrum, Whitener
+from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import AbstractOperator, Recording
-from rapi_jax._ecdl import answered, drive_side, laws, optical_side
+from rapi_jax._ecdl import drive_side, laws, operator_response, optical_side
 from rapi_jax._parameter import parameters
 from rapi_jax.effects import (
     AbstractDriveEffect,
@@ -32,11 +32,11 @@ from rapi_jax.effects import (
 )
 from rapi_jax.effects._base import transfer
 from rapi_jax.effects._first_order_lags import Modes
-from rapi_jax.sampling._batch import DriveBatch, Sampled, on_device, sampled
+from rapi_jax.sampling._batch import Batch, DriveBatch, on_device, to_batch
 
 from ._effect_vector import Effects
-from ._jump_timing import nearest
-from ._shape_bucketing import padded, repeated, rounded
+from ._jump_timing import match_jump_timing
+from ._shape_bucketing import pad_drives, repeat_rows, round_up
 
 
 class Before(NamedTuple):
@@ -69,11 +69,11 @@ def _nodes(
     before: Before,
     initial: Array | None,
 ) -> Array:
-    return answered(_filled(operator, values), *before, initial)
+    return operator_response(_filled(operator, values), *before, initial)
 
 
 def _filled(operator: AbstractOperator, values: Array) -> AbstractOperator:
-    vector = Vector(tuple(parameters(operator)))
+    vector = ParameterVector(tuple(parameters(operator)))
     return vector.put(operator, values[: vector.size])
 
 
@@ -85,7 +85,7 @@ def _moved(
     initial: Array | None,
 ) -> tuple[Array, Array]:
     """The answer on the nodes, and its derivative by each value: "values runs nodes"."""
-    vector = Vector(tuple(parameters(operator)))
+    vector = ParameterVector(tuple(parameters(operator)))
 
     def answer(values: Array) -> Array:
         start = initial
@@ -93,7 +93,7 @@ def _moved(
             given = values[vector.size :].reshape(-1, start.shape[1])
             unknown = jnp.cumsum(~jnp.isnan(start[:, 0])) - 1
             start = jnp.where(jnp.isnan(start), start, given[jnp.maximum(unknown, 0)])
-        return answered(_filled(operator, values), *before, start)
+        return operator_response(_filled(operator, values), *before, start)
 
     value, push = jax.linearize(answer, values)
     return value, jax.vmap(push)(jnp.eye(values.size))
@@ -154,33 +154,33 @@ class Errors(NamedTuple):
     """
 
     raw: list[np.ndarray]
-    locked: np.ndarray
-    loose: np.ndarray
-    early_late: float = 0.0
+    synchronous: np.ndarray
+    nonsynchronous: np.ndarray
+    jump_timing_cost: float = 0.0
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Engine:
+class WhitenedModel:
     """One recording, ready to be compared with many models of it."""
 
     recording: Recording
-    data: Sampled
-    blocks: list[Block]
+    data: Batch
+    blocks: list[PeriodBlock]
     own_origin: bool
     unknown: np.ndarray  # runs whose plays start anywhere
 
     @classmethod
-    def of(cls, recording: Recording) -> "Engine":
+    def of(cls, recording: Recording) -> "WhitenedModel":
         """The engine of a recording."""
-        data = sampled(recording, lead=True)
+        data = to_batch(recording, lead=True)
         unknown = np.array([not run.drive.repeats for run in recording.runs])
         own = recording.response_origin == "run"
-        return cls(recording, data, blocks(recording, data), own, unknown)
+        return cls(recording, data, period_blocks(recording, data), own, unknown)
 
     @cached_property
     def full(self) -> DriveBatch:
         """All samples."""
-        return on_device(padded(self.data.drives))
+        return on_device(pad_drives(self.data.drives))
 
     @cached_property
     def short(self) -> DriveBatch:
@@ -191,7 +191,7 @@ class Engine:
         whole = np.asarray(full.node_history.period_s) > 0
         whole &= u[np.arange(len(u)), lead] == u.min(axis=1)
         lead = np.where(whole, lead, 0)
-        longest = rounded(int(np.max(np.asarray(full.place).max(axis=1) - lead)) + 1)
+        longest = round_up(int(np.max(np.asarray(full.place).max(axis=1) - lead)) + 1)
         index = np.minimum(lead[:, None] + np.arange(longest)[None, :], last)
         return dataclasses.replace(
             full,
@@ -209,9 +209,9 @@ class Engine:
     def _cycles(self) -> tuple[np.ndarray, list[int]]:
         """Of one period of each run, or all of one that does not repeat: samples, and the first."""
         ends = [(int(b.left[0, 0]), int(b.right[0, -1]) + 1) for b in self.blocks]
-        longest = rounded(max(end - begin for begin, end in ends))
+        longest = round_up(max(end - begin for begin, end in ends))
         index = np.stack([np.minimum(np.arange(a, a + longest), b - 1) for a, b in ends])
-        return repeated(index, len(self.full.freq)), [begin for begin, _ in ends]
+        return repeat_rows(index, len(self.full.freq)), [begin for begin, _ in ends]
 
     def _cycle(self, batch: DriveBatch) -> DriveBatch:
         index, _ = self._cycles
@@ -299,7 +299,7 @@ class Engine:
         whitener: Whitener,
         effects: Effects,
         nodes: Array,
-        held: Sequence[tuple[int, Block]] | None = None,
+        held: Sequence[tuple[int, PeriodBlock]] | None = None,
     ) -> tuple[list[np.ndarray], float]:
         """Model less data on each block, and the price of readings counted early or late.
 
@@ -312,7 +312,9 @@ class Engine:
             error = (block.of(rows[k]) - block.data) * block.use
             if jumps:
                 own = [jump[k] for jump in jumps]
-                error, paid = nearest(error, own, block, whitener.spectrum.mean(Lines.of(block)))
+                error, paid = match_jump_timing(
+                    error, own, block, whitener.spectrum.mean(SpectralLines.of(block))
+                )
                 price += paid
             out.append(error)
         return out, price
@@ -345,7 +347,7 @@ class Engine:
             if linear:
                 value = _through(linear, value, block)
             parts.append((value * block.use.mean(axis=0))[:, None, :])
-        return whitener.locked(parts).T
+        return whitener.synchronous(parts).T
 
     def whitener(self, spectrum: Spectrum) -> Whitener:
         """The whitening of this recording's runs for a noise spectrum."""
@@ -353,7 +355,7 @@ class Engine:
 
 
 def _through(
-    linear: Sequence[Callable[[np.ndarray], np.ndarray]], value: np.ndarray, block: Block
+    linear: Sequence[Callable[[np.ndarray], np.ndarray]], value: np.ndarray, block: PeriodBlock
 ) -> np.ndarray:
     """Periods behind linear effects; a run that does not repeat starts from rest."""
     size = value.shape[1]

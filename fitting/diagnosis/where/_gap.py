@@ -10,8 +10,8 @@ import dataclasses
 import numpy as np
 from scipy import stats
 
-from fitting.diagnosis.noise._periods import Block
-from fitting.diagnosis.noise._spectrum import _MEDIAN, _SLOWEST, Lines, Spectrum, transform
+from fitting.diagnosis.noise._periods import PeriodBlock
+from fitting.diagnosis.noise._spectrum import _MEDIAN, _SLOWEST, SpectralLines, Spectrum, to_lines
 
 LEVEL = 0.01  # of a false alarm
 _BEYOND_DOUBT = (4.0, 1e-6)  # mean square over white noise, and level, where nothing repeats
@@ -37,12 +37,12 @@ class Gap:
     """
 
     total: float
-    locked: float
-    not_locked: float
+    synchronous: float
+    nonsynchronous: float
     structural2: float
     noise_floor: float | None
-    locked_stderr: float
-    not_locked_stderr: float
+    synchronous_stderr: float
+    nonsynchronous_stderr: float
     structural2_stderr: float
     floor2_stderr: float  # of `noise_floor` squared
     p_value: float
@@ -84,16 +84,16 @@ class Sums:
     @property
     def s2(self) -> float:
         """Variance about the mean period; that of the noise where there is one period."""
-        loose = self.readings - self.phases
-        return float(self.spread.sum()) / loose if loose > 0 else self.noise
+        nonsynchronous = self.readings - self.phases
+        return float(self.spread.sum()) / nonsynchronous if nonsynchronous > 0 else self.noise
 
     @property
-    def locked_noise(self) -> float:
+    def synchronous_noise(self) -> float:
         """What noise alone adds to the sum of squares of the mean period."""
         return max(self.phases - self.taken, 0.0) * self.colour * self.s2
 
 
-def filled(error: np.ndarray, block: Block) -> np.ndarray:
+def filled(error: np.ndarray, block: PeriodBlock) -> np.ndarray:
     """Errors with the mean of the other periods where a reading is masked."""
     if block.use.all():
         return error
@@ -102,7 +102,7 @@ def filled(error: np.ndarray, block: Block) -> np.ndarray:
     return np.where(block.use > 0, error, mean[None, :])
 
 
-def usage(blocks: list[Block]) -> float:
+def usage(blocks: list[PeriodBlock]) -> float:
     """Share of readings in use; masked ones are zeros in the lines the spectrum was read from."""
     size = sum(b.size for b in blocks)
     return max(float(sum(b.use.sum() for b in blocks)) / size, 1e-6)
@@ -110,7 +110,7 @@ def usage(blocks: list[Block]) -> float:
 
 def sums(
     errors: list[np.ndarray],
-    blocks: list[Block],
+    blocks: list[PeriodBlock],
     spectrum: Spectrum,
     *,
     own_origin: bool = False,
@@ -127,12 +127,12 @@ def sums(
             value = (value - value.sum() / max(count.sum(), 1.0)) * block.use
         mean = value.sum(axis=0) / np.maximum(count, 1.0)
         spread = (block.use * (value - mean[None, :]) ** 2).sum(axis=0)
-        lines = Lines.of(block)
+        lines = SpectralLines.of(block)
         alive = lines.hertz > 0 if own_origin else lines.hertz >= 0
         colour = 1.0
         if block.periods > 1:
-            loose = spectrum.mean(lines, ~lines.locked)
-            colour = spectrum.mean(lines, lines.locked & alive) / max(loose, _TINY)
+            nonsynchronous = spectrum.mean(lines, ~lines.synchronous)
+            colour = spectrum.mean(lines, lines.synchronous & alive) / max(nonsynchronous, _TINY)
         noise = spectrum.mean(lines, alive) / used
         taken = float(own_origin) + fitted * own / max(sum(phases), 1.0)
         out.append(Sums(count, mean, spread, noise, colour, taken))
@@ -143,8 +143,8 @@ def sums(
 class _Errors:
     """Variances of the sums, and how they move with the spectrum's three values."""
 
-    locked: float
-    loose: float
+    synchronous: float
+    nonsynchronous: float
     freedom: tuple[float, float]  # as of a chi-square: of noise in locked lines, and in the others
     bands: np.ndarray  # "bands 4": power and number of values, locked and not, noise being 1
     slope: np.ndarray  # of the noise summed over all lines
@@ -152,13 +152,13 @@ class _Errors:
     information: np.ndarray
 
 
-def _error(error: np.ndarray, block: Block, spectrum: Spectrum, own_origin: bool) -> _Errors:
-    lines = Lines.of(block)
+def _error(error: np.ndarray, block: PeriodBlock, spectrum: Spectrum, own_origin: bool) -> _Errors:
+    lines = SpectralLines.of(block)
     alive = lines.hertz > 0 if own_origin else lines.hertz >= 0
     twice, s = lines.twice * alive, spectrum.at(lines.hertz, lines.step_s)
-    power = np.abs(transform(filled(error, block))) ** 2
+    power = np.abs(to_lines(filled(error, block))) ** 2
     variance, freedom = [], []
-    for at in (lines.locked, ~lines.locked):
+    for at in (lines.synchronous, ~lines.synchronous):
         weight, level = twice[at], s[at]
         alone = 2.0 * float(weight @ level**2)
         # Noise times what is not noise; of all lines at once, as each alone is mostly chance.
@@ -168,12 +168,12 @@ def _error(error: np.ndarray, block: Block, spectrum: Spectrum, own_origin: bool
     ratio = (lines.hertz / spectrum.corner) ** 2
     low = spectrum.slow(lines.hertz, lines.step_s)
     moves = np.stack([np.full(s.shape, spectrum.white), low, 2.0 * low * ratio / (1.0 + ratio)])
-    pick = ~lines.locked & (np.arange(s.size) >= _SLOWEST) & (lines.twice == 2)
+    pick = ~lines.synchronous & (np.arange(s.size) >= _SLOWEST) & (lines.twice == 2)
     relative = np.where(pick[None, :], moves / np.maximum(s, _TINY)[None, :], 0.0)
     picked = moves @ (twice * pick)
     return _Errors(
-        locked=variance[0],
-        loose=variance[1],
+        synchronous=variance[0],
+        nonsynchronous=variance[1],
         freedom=(freedom[0], freedom[1]),
         bands=_bands(lines, twice, power / np.maximum(s, _TINY), block.periods),
         slope=moves @ twice,
@@ -182,12 +182,12 @@ def _error(error: np.ndarray, block: Block, spectrum: Spectrum, own_origin: bool
     )
 
 
-def _bands(lines: Lines, twice: np.ndarray, power: np.ndarray, periods: int) -> np.ndarray:
+def _bands(lines: SpectralLines, twice: np.ndarray, power: np.ndarray, periods: int) -> np.ndarray:
     """Of the first few harmonics, and the lines among them."""
     rows = []
     for harmonics in _FIRST:
         weight = twice * (np.arange(power.size) <= (harmonics + 0.5) * periods)
-        on, off = weight * lines.locked, weight * ~lines.locked
+        on, off = weight * lines.synchronous, weight * ~lines.synchronous
         rows.append([on @ power, on.sum(), off @ power, off.sum()])
     return np.array(rows)
 
@@ -221,16 +221,16 @@ def _part(parts: list[Sums], errors: list[_Errors], information: np.ndarray, kno
     noise = sum(p.free * p.noise for p in parts)
     a = sum(float(p.count @ p.mean**2) for p in parts)
     b = sum(float(p.spread.sum()) for p in parts)
-    loose = sum(p.readings - p.phases for p in parts)
-    each = [p.locked_noise for p in parts]
+    nonsynchronous = sum(p.readings - p.phases for p in parts)
+    each = [p.synchronous_noise for p in parts]
     expected = sum(each)
-    var_a, var_b = sum(e.locked for e in errors), sum(e.loose for e in errors)
+    var_a, var_b = sum(e.synchronous for e in errors), sum(e.nonsynchronous for e in errors)
     slope, picked = sum(e.slope for e in errors), sum(e.picked for e in errors)
-    share = expected / b if b > 0 and loose > 0 else 0.0
-    if loose > 0:
-        locked, structural = (a - expected) / free, (a + b - noise) / free
+    share = expected / b if b > 0 and nonsynchronous > 0 else 0.0
+    if nonsynchronous > 0:
+        synchronous, structural = (a - expected) / free, (a + b - noise) / free
     else:
-        locked = structural = (a + b - noise) / free
+        synchronous = structural = (a + b - noise) / free
     inverse = np.linalg.inv(information)
     own = _MEDIAN_COST * float(slope @ inverse @ slope) if known else 0.0
     # The floor is read off the same lines as `s2`: what the two share drops out.
@@ -240,12 +240,15 @@ def _part(parts: list[Sums], errors: list[_Errors], information: np.ndarray, kno
     var_all = var_a + max(var_b + own - common, 0.02 * var_b)
     fields = {
         "total": float(np.sqrt((a + b) / free)),
-        "locked": locked,
-        "not_locked": structural - locked,
+        "synchronous": synchronous,
+        "nonsynchronous": structural - synchronous,
         "structural2": structural,
         "noise_floor": float(np.sqrt(noise / free)) if known else None,
-        "locked_stderr": float(np.sqrt(var_a + (share**2 * var_b if loose > 0 else own))) / free,
-        "not_locked_stderr": float(np.sqrt(var_not)) / free if loose > 0 else 0.0,
+        "synchronous_stderr": float(
+            np.sqrt(var_a + (share**2 * var_b if nonsynchronous > 0 else own))
+        )
+        / free,
+        "nonsynchronous_stderr": float(np.sqrt(var_not)) / free if nonsynchronous > 0 else 0.0,
         "structural2_stderr": float(np.sqrt(var_all)) / free,
         "floor2_stderr": float(np.sqrt(max(own, 0.0))) / free,
     }
@@ -253,21 +256,23 @@ def _part(parts: list[Sums], errors: list[_Errors], information: np.ndarray, kno
         p = _chance(a + b, noise, 2.0 * noise**2 / free)
         sure = (a + b) > _BEYOND_DOUBT[0] * noise and p < _BEYOND_DOUBT[1]
         return Gap(**fields, p_value=p, significant=sure, note=_NOTHING_REPEATS)
-    if loose <= 0:
+    if nonsynchronous <= 0:
         p = _chance(a, noise, 2.0 * noise**2 / free + own)
         return Gap(**fields, p_value=p, significant=p < LEVEL, note=_ONE_PERIOD)
     top = _freedom(each, [e.freedom[0] for e in errors])
     bottom = _freedom(each, [e.freedom[1] for e in errors])
-    p_locked = float(stats.f.sf(a / max(expected, _TINY), top, bottom))
-    p_loose = _chance(scale * b, scale * b - (structural - locked) * free, var_not)
+    p_synchronous = float(stats.f.sf(a / max(expected, _TINY), top, bottom))
+    p_nonsynchronous = _chance(scale * b, scale * b - (structural - synchronous) * free, var_not)
     # One kind of error or the other; what repeats, in all harmonics or in the first.
-    p = min(1.0, 2.0 * p_loose, 2.0 * (1 + len(_FIRST)) * min(p_locked, *_slow(errors)))
+    p = min(
+        1.0, 2.0 * p_nonsynchronous, 2.0 * (1 + len(_FIRST)) * min(p_synchronous, *_slow(errors))
+    )
     return Gap(**fields, p_value=p, significant=p < LEVEL)
 
 
-def gap(
+def measure_gap(
     errors: list[np.ndarray],
-    blocks: list[Block],
+    blocks: list[PeriodBlock],
     spectrum: Spectrum,
     *,
     own_origin: bool = False,
@@ -291,7 +296,7 @@ def gap(
     return dataclasses.replace(whole, runs=tuple(runs))
 
 
-def parametric(
+def split_gap(
     total_given: float | None, total_refit: float, noise_floor: float | None
 ) -> dict[str, float | None]:
     """The parts of the gap of a model that was brought, by what refitting it takes away.
@@ -329,7 +334,7 @@ class Trend:
     p_value: float
 
 
-def session_trend(errors: list[np.ndarray], blocks: list[Block]) -> list[Trend | None]:
+def session_trend(errors: list[np.ndarray], blocks: list[PeriodBlock]) -> list[Trend | None]:
     """Regression on the period index, run by run; `None` with fewer than three periods.
 
     Each harmonic of the periods has a mean, a slope and `P - 2` degrees of freedom left, so its
@@ -339,7 +344,7 @@ def session_trend(errors: list[np.ndarray], blocks: list[Block]) -> list[Trend |
     return [_trend(filled(e, b), b) for e, b in zip(errors, blocks, strict=True)]
 
 
-def _trend(error: np.ndarray, block: Block) -> Trend | None:
+def _trend(error: np.ndarray, block: PeriodBlock) -> Trend | None:
     count, phases = error.shape
     if count < 3:
         return None

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from fitting.diagnosis.noise._periods import Block
+from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.noise._spectrum import Spectrum
 from rapi_jax import Drive, Recording
 from rapi_jax.sampling._phase import branch_fraction
 
-from ._gap import Gap, Sums, gap, sums
+from ._gap import Gap, Sums, measure_gap, sums
 
 EDGE = 0.1  # of a branch, at either end
 _NEAR = 0.015  # of a period
@@ -22,7 +22,7 @@ _WORD = 0.05  # by which a further word must raise the information, in nats
 _SAME = 0.02  # of an amplitude
 
 
-def branches(drive: Drive, block: Block) -> tuple[np.ndarray, np.ndarray]:
+def branches(drive: Drive, block: PeriodBlock) -> tuple[np.ndarray, np.ndarray]:
     """Whether each column of a block is on a rising branch, and how far along it (0 to 1)."""
     if not block.repeats:  # the phase of a free drive is along its branches
         up = block.phase < 0.5
@@ -31,7 +31,7 @@ def branches(drive: Drive, block: Block) -> tuple[np.ndarray, np.ndarray]:
     return branch_fraction(scan_phase(drive, block), 0.0, float(np.mod(high - low, 1.0)))
 
 
-def scan_phase(drive: Drive, block: Block) -> np.ndarray:
+def scan_phase(drive: Drive, block: PeriodBlock) -> np.ndarray:
     """Phase of each column since the drive's minimum, also where periods begin elsewhere."""
     if not block.repeats:
         return block.phase
@@ -49,15 +49,15 @@ class Cell:
     up: bool
     edge: bool
     readings: float
-    locked2: float  # per reading of the cell, above noise, what repeats with the scan
-    loose2: float  # the same of what does not
-    locked: float
+    synchronous2: float  # per reading of the cell, above noise, what repeats with the scan
+    nonsynchronous2: float  # the same of what does not
+    synchronous: float
     whole: float
 
 
 def cells(
     errors: list[np.ndarray],
-    blocks: list[Block],
+    blocks: list[PeriodBlock],
     spectrum: Spectrum,
     recording: Recording,
     *,
@@ -71,7 +71,7 @@ def cells(
 
 
 def _cells(
-    parts: Sequence[Sums], blocks: Sequence[Block], recording: Recording, free: float
+    parts: Sequence[Sums], blocks: Sequence[PeriodBlock], recording: Recording, free: float
 ) -> Iterator[Cell]:
     for k, (part, block) in enumerate(zip(parts, blocks, strict=True)):
         up, along = branches(recording.runs[k].drive, block)
@@ -87,15 +87,15 @@ def _cells(
                 b = float(part.spread[here].sum())
                 floor = part.noise * readings * part.free / part.readings
                 whole = a + b - floor
-                locked = a - float(noise[here].sum()) if part.readings > part.phases else whole
+                synchronous = a - float(noise[here].sum()) if part.readings > part.phases else whole
                 yield Cell(
                     k,
                     rising,
                     at_edge,
                     readings,
-                    locked / readings,
-                    (whole - locked) / readings,
-                    locked / free,
+                    synchronous / readings,
+                    (whole - synchronous) / readings,
+                    synchronous / free,
                     whole / free,
                 )
 
@@ -108,12 +108,12 @@ def _noise_of_mean(part: Sums) -> np.ndarray:
     """
     own = part.spread / np.maximum(part.count - 1.0, 1.0) * (part.count > 0)
     total = float(own.sum())
-    return own * (part.locked_noise / total) if total > 0 else own
+    return own * (part.synchronous_noise / total) if total > 0 else own
 
 
-def where(
+def localise(
     errors: list[np.ndarray],
-    blocks: list[Block],
+    blocks: list[PeriodBlock],
     spectrum: Spectrum,
     recording: Recording,
     *,
@@ -128,7 +128,7 @@ def where(
     the part's share of the data.
     """
     found = cells(errors, blocks, spectrum, recording, own_origin=own_origin, fitted=fitted)
-    whole = gap(errors, blocks, spectrum, own_origin=own_origin, fitted=fitted)
+    whole = measure_gap(errors, blocks, spectrum, own_origin=own_origin, fitted=fitted)
     positive = sum(max(c.whole, 0.0) for c in found)
     scale = 1.0 / positive if _any_gap(whole) and positive > 0 else 0.0
     readings = sum(c.readings for c in found)
@@ -143,8 +143,8 @@ def where(
                 "amplitude": run.drive.u_pp,
                 "direction": "up" if c.up else "down",
                 "region": "edge" if c.edge else "middle",
-                "rms": float(np.sqrt(max(c.locked2, 0.0))),
-                "rms_not_locked": float(np.sqrt(max(c.loose2, 0.0))),
+                "rms": float(np.sqrt(max(c.synchronous2, 0.0))),
+                "rms_not_locked": float(np.sqrt(max(c.nonsynchronous2, 0.0))),
                 "share": max(c.whole, 0.0) * scale,
                 "of_readings": c.readings / readings,
             }
@@ -154,21 +154,23 @@ def where(
 
 
 def _any_gap(whole: Gap) -> bool:
-    return whole.significant and max(whole.locked, whole.structural2) > 0
+    return whole.significant and max(whole.synchronous, whole.structural2) > 0
 
 
-def summary(where: list[dict[str, Any]], maps: dict[str, Any] | None = None) -> str:
+def describe_localisation(
+    entries: list[dict[str, Any]], profiles: dict[str, Any] | None = None
+) -> str:
     """One sentence on where most of the gap lies, in the words of a report.
 
     Names the part (region, direction, rate, amplitude) that tells most: `s log(s / d)` for a share
     `s` of the gap in a share `d` of the readings, and nothing where none stands out. A tone that
     does not follow the scan is named too.
     """
-    if not any(entry["share"] > 0 for entry in where):
+    if not any(entry["share"] > 0 for entry in entries):
         return "Nothing stands above the noise, so there is no gap to place."
-    kind = _kind(where)
-    tone = _tone(maps)
-    share, data, words = _best_part(where)
+    kind = _kind(entries)
+    tone = _tone(profiles)
+    share, data, words = _best_part(entries)
     if share - data < _TOLD:
         text = "The gap is spread evenly over runs, directions and phases"
     else:
@@ -177,31 +179,31 @@ def summary(where: list[dict[str, Any]], maps: dict[str, Any] | None = None) -> 
     return text + kind + tone + "."
 
 
-def _kind(where: list[dict[str, Any]]) -> str:
-    squares = [(e["share"], e["rms"] ** 2, e["rms_not_locked"] ** 2) for e in where]
-    locked = sum(share * x / max(x + y, 1e-300) for share, x, y in squares)
-    loose = sum(share * y / max(x + y, 1e-300) for share, x, y in squares)
-    if loose > 2.0 * locked:
+def _kind(entries: list[dict[str, Any]]) -> str:
+    squares = [(e["share"], e["rms"] ** 2, e["rms_not_locked"] ** 2) for e in entries]
+    synchronous = sum(share * x / max(x + y, 1e-300) for share, x, y in squares)
+    nonsynchronous = sum(share * y / max(x + y, 1e-300) for share, x, y in squares)
+    if nonsynchronous > 2.0 * synchronous:
         return "; most of it does not repeat with the scan"
-    return "; most of it repeats with the scan" if locked > 2.0 * loose else ""
+    return "; most of it repeats with the scan" if synchronous > 2.0 * nonsynchronous else ""
 
 
-def _tone(maps: dict[str, Any] | None) -> str:
-    tones = [line for line in (maps or {}).get("lines") or [] if not line["locked"]]
+def _tone(profiles: dict[str, Any] | None) -> str:
+    tones = [line for line in (profiles or {}).get("lines") or [] if not line["locked"]]
     if not tones:
         return ""
     hertz = " and ".join(f"{line['hz']:.4g} Hz" for line in tones[:2])
     return f", and {hertz} stands out whatever the scan does"
 
 
-def _best_part(where: list[dict[str, Any]]) -> tuple[float, float, str]:
-    rates = _distinct([e["excitation_hz"] for e in where if e["excitation_hz"] is not None], 1e-6)
-    sizes = _distinct([e["amplitude"] for e in where], _SAME)
+def _best_part(entries: list[dict[str, Any]]) -> tuple[float, float, str]:
+    rates = _distinct([e["excitation_hz"] for e in entries if e["excitation_hz"] is not None], 1e-6)
+    sizes = _distinct([e["amplitude"] for e in entries], _SAME)
     some_rates = [None, *(rates if len(rates) > 1 else [])]
     some_sizes = [None, *(sizes if len(sizes) > 1 else [])]
     best, found = 0.0, (0.0, 0.0, "")
     for part in product(("edge", "middle", None), ("up", "down", None), some_rates, some_sizes):
-        inside = [e for e in where if _inside(e, *part)]
+        inside = [e for e in entries if _inside(e, *part)]
         share = sum(e["share"] for e in inside)
         data = sum(e["of_readings"] for e in inside)
         if share < _MOST:

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from fitting.diagnosis.noise._periods import Block
+from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.noise._spectrum import Spectrum
 from rapi_jax import Drive, Recording
 
 from ._localisation import branches, scan_phase
-from ._spectral_lines import harmonics, listed, tones
+from ._spectral_lines import find_harmonics, find_tones, list_lines
 
 _PHASES = 40
 _SINCE = 30
@@ -29,9 +29,9 @@ def numbers(values: Iterable[Any]) -> list[float | None]:
     return [float(v) if np.isfinite(v) else None for v in values]
 
 
-def maps(
+def residual_profiles(
     errors: list[np.ndarray],
-    blocks: list[Block],
+    blocks: list[PeriodBlock],
     spectrum: Spectrum,
     recording: Recording,
     *,
@@ -43,8 +43,8 @@ def maps(
     """
     if own_origin:
         errors = [_centred(e, b) for e, b in zip(errors, blocks, strict=True)]
-    found = tones(errors, blocks, spectrum)
-    lines = harmonics(errors, blocks, spectrum, found)
+    found = find_tones(errors, blocks, spectrum)
+    lines = find_harmonics(errors, blocks, spectrum, found)
     names = [run.name for run in recording.runs]
     rows = [
         {
@@ -64,11 +64,11 @@ def maps(
         "frequency": _frequency(errors, blocks, recording),
         "session": _session(errors, blocks),
         "harmonics": {"rows": rows},
-        "lines": listed(found, lines, names),
+        "lines": list_lines(found, lines, names),
     }
 
 
-def _centred(error: np.ndarray, block: Block) -> np.ndarray:
+def _centred(error: np.ndarray, block: PeriodBlock) -> np.ndarray:
     mean = (error * block.use).sum() / max(block.use.sum(), 1.0)
     return (error - mean) * block.use
 
@@ -82,7 +82,7 @@ def _binned(place: np.ndarray, value: np.ndarray, use: np.ndarray, bins: int) ->
 
 
 def _phase(
-    errors: list[np.ndarray], blocks: list[Block], spectrum: Spectrum, recording: Recording
+    errors: list[np.ndarray], blocks: list[PeriodBlock], spectrum: Spectrum, recording: Recording
 ) -> dict[str, Any]:
     rows = []
     for k, (error, block) in enumerate(zip(errors, blocks, strict=True)):
@@ -104,7 +104,9 @@ def _phase(
     return {"phase": numbers((np.arange(_PHASES) + 0.5) / _PHASES), "rows": rows}
 
 
-def _stderr(place: np.ndarray, error: np.ndarray, block: Block, spectrum: Spectrum) -> np.ndarray:
+def _stderr(
+    place: np.ndarray, error: np.ndarray, block: PeriodBlock, spectrum: Spectrum
+) -> np.ndarray:
     """Of a bin's mean: from the scatter of its periods, steadied by the scatter of all bins.
 
     With one period, from white noise: a lower edge.
@@ -126,7 +128,7 @@ def _stderr(place: np.ndarray, error: np.ndarray, block: Block, spectrum: Spectr
 
 
 def _since_turn(
-    errors: list[np.ndarray], blocks: list[Block], recording: Recording
+    errors: list[np.ndarray], blocks: list[PeriodBlock], recording: Recording
 ) -> dict[str, Any]:
     since, grouped = [], defaultdict(list)
     for k, (error, block) in enumerate(zip(errors, blocks, strict=True)):
@@ -152,7 +154,7 @@ def _since_turn(
     return {"seconds": numbers(np.sqrt(edges[1:] * edges[:-1])), "rows": rows}
 
 
-def _turned(drive: Drive, block: Block) -> tuple[np.ndarray, np.ndarray]:
+def _turned(drive: Drive, block: PeriodBlock) -> tuple[np.ndarray, np.ndarray]:
     """Whether the drive rises, and the time since it last turned, s, at each column."""
     up, along = branches(drive, block)
     if block.repeats:
@@ -166,7 +168,7 @@ def _turned(drive: Drive, block: Block) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _frequency(
-    errors: list[np.ndarray], blocks: list[Block], recording: Recording
+    errors: list[np.ndarray], blocks: list[PeriodBlock], recording: Recording
 ) -> dict[str, Any]:
     """Over the model's response, which the readings' noise does not move."""
     model = [e + b.data for e, b in zip(errors, blocks, strict=True)]
@@ -186,7 +188,7 @@ def _frequency(
     return {"nu": numbers(low + width * (np.arange(_NU) + 0.5)), "rows": rows}
 
 
-def _session(errors: list[np.ndarray], blocks: list[Block]) -> dict[str, Any]:
+def _session(errors: list[np.ndarray], blocks: list[PeriodBlock]) -> dict[str, Any]:
     """Mean and root mean square of each period, in order of time."""
     time, mean, rms = [], [], []
     for error, block in zip(errors, blocks, strict=True):

@@ -10,8 +10,8 @@ import dataclasses
 import numpy as np
 from scipy import special
 
-from fitting.diagnosis.noise._periods import Block
-from fitting.diagnosis.noise._spectrum import _MEDIAN, _SLOWEST, Lines, Spectrum, transform
+from fitting.diagnosis.noise._periods import PeriodBlock
+from fitting.diagnosis.noise._spectrum import _MEDIAN, _SLOWEST, SpectralLines, Spectrum, to_lines
 
 from ._gap import LEVEL, filled
 
@@ -54,8 +54,8 @@ def benjamini_hochberg(p_value: np.ndarray, level: float = LEVEL) -> np.ndarray:
     return p_value <= (rank[below[-1]] if below.size else -1.0)
 
 
-def harmonics(
-    errors: list[np.ndarray], blocks: list[Block], spectrum: Spectrum, tones: list[Tone]
+def find_harmonics(
+    errors: list[np.ndarray], blocks: list[PeriodBlock], spectrum: Spectrum, tones: list[Tone]
 ) -> list[Harmonics | None]:
     """Which harmonics of each run are model error; `None` for a run that does not repeat.
 
@@ -79,13 +79,15 @@ def harmonics(
     return out
 
 
-def _harmonics(error: np.ndarray, block: Block, spectrum: Spectrum, tones: list[Tone]) -> Harmonics:
-    lines = Lines.of(block)
-    power, level = np.abs(transform(error)) ** 2, spectrum.at(lines.hertz, lines.step_s)
+def _harmonics(
+    error: np.ndarray, block: PeriodBlock, spectrum: Spectrum, tones: list[Tone]
+) -> Harmonics:
+    lines = SpectralLines.of(block)
+    power, level = np.abs(to_lines(error)) ** 2, spectrum.at(lines.hertz, lines.step_s)
     periods, size = block.periods, block.size
     at = np.arange(periods, (size - 1) // 2 + 1, periods)  # neither the mean nor Nyquist's
     if periods > 1:
-        judge = ~lines.locked & (lines.twice == 2)
+        judge = ~lines.synchronous & (lines.twice == 2)
         for tone in tones:
             judge &= np.abs(lines.hertz - tone.hz) > 1.5 * lines.hertz[1]
         reach = _BESIDE * periods
@@ -117,7 +119,7 @@ class _Search:
     z: np.ndarray  # exponential with mean 1 where there is noise alone
 
 
-def _search(error: np.ndarray, block: Block, spectrum: Spectrum, grid: np.ndarray) -> _Search:
+def _search(error: np.ndarray, block: PeriodBlock, spectrum: Spectrum, grid: np.ndarray) -> _Search:
     periods, phases = error.shape
     seconds = error.size * block.step_s
     length = 1 << int(np.ceil(np.log2(8 * error.size)))
@@ -135,7 +137,7 @@ def _search(error: np.ndarray, block: Block, spectrum: Spectrum, grid: np.ndarra
 
 
 def _seen(
-    search: _Search, error: np.ndarray, block: Block, spectrum: Spectrum, grid: np.ndarray
+    search: _Search, error: np.ndarray, block: PeriodBlock, spectrum: Spectrum, grid: np.ndarray
 ) -> _Search:
     rest = (error - error.mean(axis=0)[None, :]).ravel()
     size, left = rest.size, search.left
@@ -160,7 +162,9 @@ def _around(power: np.ndarray) -> np.ndarray:
     return np.interp(np.arange(power.size), middle, np.array(level))
 
 
-def tones(errors: list[np.ndarray], blocks: list[Block], spectrum: Spectrum) -> list[Tone]:
+def find_tones(
+    errors: list[np.ndarray], blocks: list[PeriodBlock], spectrum: Spectrum
+) -> list[Tone]:
     """Tones in what does not repeat with the scan, strongest first.
 
     Runs of one period are left out. Power over noise is added up over all runs on a common fine
@@ -192,7 +196,9 @@ def tones(errors: list[np.ndarray], blocks: list[Block], spectrum: Spectrum) -> 
     return found
 
 
-def without(errors: list[np.ndarray], blocks: list[Block], tones: list[Tone]) -> list[np.ndarray]:
+def remove_tones(
+    errors: list[np.ndarray], blocks: list[PeriodBlock], tones: list[Tone]
+) -> list[np.ndarray]:
     """The errors less the tones: their leakage raises the noise that is measured beside them."""
     out = [filled(e, b) for e, b in zip(errors, blocks, strict=True)]
     for tone in tones:
@@ -235,7 +241,7 @@ def _surprise(runs: int, total: float) -> float:
 
 def _closer(
     rests: list[np.ndarray],
-    blocks: list[Block],
+    blocks: list[PeriodBlock],
     parts: list[_Search],
     grid: np.ndarray,
     tone: Tone,
@@ -247,12 +253,14 @@ def _closer(
     total, weight, runs = np.zeros(near.size), 0.0, 0
     for rest, block, part in zip(rests, blocks, parts, strict=True):
         if part.left[at] > 0:
-            loose = rest - rest.mean(axis=0)[None, :]
+            nonsynchronous = rest - rest.mean(axis=0)[None, :]
             angle = -2j * np.pi * block.step_s * near[:, None]
-            within = np.exp(angle * np.arange(loose.shape[1])[None, :])
-            across = np.exp(angle * loose.shape[1] * np.arange(loose.shape[0])[None, :])
-            line = ((across @ loose) * within).sum(axis=1)
-            scale = 4.0 * part.weight[at] / (part.left[at] * loose.size) ** 2
+            within = np.exp(angle * np.arange(nonsynchronous.shape[1])[None, :])
+            across = np.exp(
+                angle * nonsynchronous.shape[1] * np.arange(nonsynchronous.shape[0])[None, :]
+            )
+            line = ((across @ nonsynchronous) * within).sum(axis=1)
+            scale = 4.0 * part.weight[at] / (part.left[at] * nonsynchronous.size) ** 2
             total += scale * np.abs(line) ** 2
             weight, runs = weight + float(part.weight[at]), runs + 1
     i = int(np.clip(np.argmax(total), 1, near.size - 2))
@@ -264,17 +272,17 @@ def _closer(
     return Tone(hertz, float(np.sqrt(max(square, 0.0))), tone.p_value)
 
 
-def _without(error: np.ndarray, block: Block, hertz: float) -> np.ndarray:
+def _without(error: np.ndarray, block: PeriodBlock, hertz: float) -> np.ndarray:
     """The error less the sine of that frequency that fits best what does not repeat."""
     angle = 2 * np.pi * hertz * block.step_s * np.arange(error.size).reshape(error.shape)
     waves = np.stack([np.cos(angle), np.sin(angle)])
-    loose = waves - waves.mean(axis=1)[:, None, :]
-    flat = loose.reshape(2, -1)
+    nonsynchronous = waves - waves.mean(axis=1)[:, None, :]
+    flat = nonsynchronous.reshape(2, -1)
     found = np.linalg.lstsq(flat.T, error.ravel(), rcond=1e-6)[0]
     return error - (found @ flat).reshape(error.shape)
 
 
-def listed(
+def list_lines(
     tones_: list[Tone], harmonics_: list[Harmonics | None], names: list[str]
 ) -> list[dict[str, object]]:
     """All lines found, as in `maps`: tones first, then the strongest harmonics of the runs."""
@@ -282,11 +290,11 @@ def listed(
         {"hz": t.hz, "amplitude": t.amplitude, "p_value": t.p_value, "locked": False}
         for t in tones_
     ]
-    locked = []
+    synchronous = []
     for name, h in zip(names, harmonics_, strict=True):
         if h is not None:
             for i in np.flatnonzero(h.significant):
-                locked.append(
+                synchronous.append(
                     {
                         "hz": float(h.hertz[i]),
                         "amplitude": float(h.amplitude[i]),
@@ -295,5 +303,5 @@ def listed(
                         "run": name,
                     }
                 )
-    locked.sort(key=lambda line: -line["amplitude"])
-    return out + locked[:_MOST_LOCKED]
+    synchronous.sort(key=lambda line: -line["amplitude"])
+    return out + synchronous[:_MOST_LOCKED]

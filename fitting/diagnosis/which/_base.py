@@ -5,15 +5,15 @@ import dataclasses
 import numpy as np
 
 from fitting.diagnosis._data_checks import check_enough
-from fitting.diagnosis.noise._detrend import steadied
-from fitting.diagnosis.noise._periods import Block
-from fitting.diagnosis.noise._spectrum import Spectrum, Whitener, measure
+from fitting.diagnosis.noise._detrend import detrend
+from fitting.diagnosis.noise._periods import PeriodBlock
+from fitting.diagnosis.noise._spectrum import Spectrum, Whitener, measure_spectrum
 from fitting.diagnosis.refit._effect_vector import Effects
 from fitting.diagnosis.refit._gauss_newton import Base, Refit, State
-from fitting.diagnosis.refit._whitened_model import Engine
-from fitting.diagnosis.where._spectral_lines import tones, without
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.where._spectral_lines import find_tones, remove_tones
 from fitting.identification._fit import default_free
-from fitting.identification._parameter_vector import Vector
+from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
 
 _GUESSES = 4
@@ -22,7 +22,7 @@ _FAR_LESS = 0.3  # of the excess of one with shared values
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Fitted:
+class FittedBase:
     """The base at its best, the noise by which it was judged, and the model given, if any.
 
     `stiff`: the refit with `eta` held, from which effects are looked for, and its end. Where an
@@ -34,7 +34,7 @@ class Fitted:
 
     refit: Refit
     state: State
-    stiff: tuple[Refit, State]
+    eta_fixed: tuple[Refit, State]
     spectrum: Spectrum
     given: list[np.ndarray] | None
 
@@ -44,36 +44,36 @@ class Fitted:
         return self.refit.whitener
 
 
-def fitted_base(engine: Engine, ecdl: ECDL | None) -> Fitted:
+def fit_base(whitened: WhitenedModel, ecdl: ECDL | None) -> FittedBase:
     """The base fitted to the recording, from the model brought and from guesses of its make.
 
     Raises `DataError` where the readings are too few for its parameters.
     """
-    recording = engine.recording
+    recording = whitened.recording
     effects: Effects = () if ecdl is None else ecdl.effects
     starts = _starts(recording, ecdl)
     first = starts[0]
-    check_enough(engine, first)
-    values = Base.of(engine, first).centre
-    nodes = engine.nodes(first, values, effects)
-    raw = engine.errors(engine.whitener(_ONE), effects, nodes).raw
-    spectrum = _quiet(raw, engine.blocks)
+    check_enough(whitened, first)
+    values = Base.of(whitened, first).centre
+    nodes = whitened.nodes(first, values, effects)
+    raw = whitened.errors(whitened.whitener(_ONE), effects, nodes).raw
+    spectrum = _quiet(raw, whitened.blocks)
     while True:
         found: list[tuple[Refit, State]] = []
         for operator in starts:
-            base = Base.of(engine, operator, _free(engine, operator))
-            refit = Refit(engine, engine.whitener(spectrum), base.without("eta"))
+            base = Base.of(whitened, operator, _free(whitened, operator))
+            refit = Refit(whitened, whitened.whitener(spectrum), base.without("eta"))
             found.append((refit, refit.descend(refit.at(base.centre, effects), _STEPS)))
         refit, state = _simplest(found)
-        better = _quiet(state.errors.raw, engine.blocks)
+        better = _quiet(state.errors.raw, whitened.blocks)
         if spectrum.known or better.white > 0.5 * spectrum.white:
             break
         spectrum = better  # without repeats the noise is read off what the fit leaves
-        starts = [engine.filled(refit.base.operator, state.values)]
-    base = Base.of(engine, refit.base.operator, _free(engine, refit.base.operator))
-    loose = dataclasses.replace(refit, base=base)
-    end = loose.descend(state, _STEPS)
-    return Fitted(loose, end, (refit, state), spectrum, None if ecdl is None else raw)
+        starts = [whitened.filled(refit.base.operator, state.values)]
+    base = Base.of(whitened, refit.base.operator, _free(whitened, refit.base.operator))
+    nonsynchronous = dataclasses.replace(refit, base=base)
+    end = nonsynchronous.descend(state, _STEPS)
+    return FittedBase(nonsynchronous, end, (refit, state), spectrum, None if ecdl is None else raw)
 
 
 def _simplest(found: list[tuple[Refit, State]]) -> tuple[Refit, State]:
@@ -86,7 +86,7 @@ def _simplest(found: list[tuple[Refit, State]]) -> tuple[Refit, State]:
     if not tied or not _each(best[0].base.operator):
         return best
     simple = min(tied, key=_cost_of)
-    noise = simple[1].errors.locked.size + simple[1].errors.loose.size
+    noise = simple[1].errors.synchronous.size + simple[1].errors.nonsynchronous.size
     return best if best[1].cost - noise < _FAR_LESS * (simple[1].cost - noise) else simple
 
 
@@ -104,16 +104,16 @@ def _each(operator: AbstractOperator) -> bool:
 _ONE = Spectrum(1.0, 0.0, 1.0, True)
 
 
-def _quiet(errors: list[np.ndarray], blocks: list[Block]) -> Spectrum:
+def _quiet(errors: list[np.ndarray], blocks: list[PeriodBlock]) -> Spectrum:
     """The noise spectrum, less slow changes and tones that do not follow the scan: they leak."""
-    spectrum = measure(errors, blocks)
+    spectrum = measure_spectrum(errors, blocks)
     if not spectrum.known:
         return spectrum
-    steady = steadied(errors, blocks, spectrum)
+    steady = detrend(errors, blocks, spectrum)
     if steady is not errors:
-        spectrum = measure(steady, blocks)
-    found = tones(steady, blocks, spectrum)
-    return measure(without(steady, blocks, found), blocks) if found else spectrum
+        spectrum = measure_spectrum(steady, blocks)
+    found = find_tones(steady, blocks, spectrum)
+    return measure_spectrum(remove_tones(steady, blocks, found), blocks) if found else spectrum
 
 
 def _starts(recording: Recording, ecdl: ECDL | None) -> list[AbstractOperator]:
@@ -131,7 +131,7 @@ def _starts(recording: Recording, ecdl: ECDL | None) -> list[AbstractOperator]:
     return [operator, *guesses]
 
 
-def _free(engine: Engine, operator: AbstractOperator) -> np.ndarray:
+def _free(whitened: WhitenedModel, operator: AbstractOperator) -> np.ndarray:
     """Which values may move: those that these data can tell apart, as in a fit."""
     ecdl = ECDL(operator)
-    return Vector.of(ecdl).mask(ecdl, default_free(ecdl, engine.recording))
+    return ParameterVector.of(ecdl).mask(ecdl, default_free(ecdl, whitened.recording))

@@ -28,7 +28,7 @@ class Calibration:
     - `named_level`, `named_excess`, `named_left`, `named_open`: where something is, of the excess
       a line, of the share of the excess that is left, and of the share of the gap on data held out
       that stays open; the level is the logarithm of the odds at 0.3, 0.03 and 0.05.
-    - `loose`: by what the excess a line of what does not repeat is multiplied.
+    - `nonsynchronous`: by what the excess a line of what does not repeat is multiplied.
     - `left_unknown`, `left_unknown_width`, `misfit_unknown`, `misfit_unknown_width`: where no run
       repeats, so that noise is unknown: the share of the excess that the right effects leave at
       most, the excess a line that a base may leave, and how sharply.
@@ -44,7 +44,7 @@ class Calibration:
     named_excess: float
     named_left: float
     named_open: float
-    loose: float
+    nonsynchronous: float
     left_unknown: float
     left_unknown_width: float
     misfit_unknown: float
@@ -64,7 +64,7 @@ class Calibration:
 
 
 @cache
-def shipped() -> Calibration:
+def load_calibration() -> Calibration:
     """The calibration that this version comes with."""
     text = files("fitting.diagnosis.which").joinpath("calibration.json").read_text(encoding="utf-8")
     return Calibration.from_dict(json.loads(text))

@@ -18,8 +18,8 @@ from rapi_jax import RAPI
 from rapi_jax._parameter import parameters
 from rapi_jax.effects import ALL, AbstractEffect
 
-from ._flexible_base import free_base
-from ._jump_segmentation import placed
+from ._flexible_base import flexible_base
+from ._jump_segmentation import refit_at_segmented_jumps
 from ._screen import Screened
 
 _FIRST, _REST = 4, 40  # steps of the first look, and of the best one afterwards
@@ -46,16 +46,16 @@ class Candidate:
     """
 
     effects: Effects
-    stiff: State
+    eta_fixed: State
     plain: State
     rich: State
-    rich_refit: Refit
+    flexible_refit: Refit
     survival: float
 
     @property
     def name(self) -> str:
         """The effects' names in alphabetical order, joined by +; `none` where there is none."""
-        return name_of(self.effects)
+        return hypothesis_name(self.effects)
 
     @property
     def count(self) -> int:
@@ -68,12 +68,12 @@ class Candidate:
         return self.rich.cost
 
 
-def name_of(effects: Effects) -> str:
+def hypothesis_name(effects: Effects) -> str:
     """The name of a set of effects, as in reports."""
     return "+".join(sorted(effect.name for effect in effects)) or "none"
 
 
-def with_one_more(effects: Effects, one: AbstractEffect) -> Effects:
+def insert_effect(effects: Effects, one: AbstractEffect) -> Effects:
     """`effects` and one more, where light and signal meet it; one that is not ours comes last.
 
     An etalon fixed in frequency sees what drift and current have made of it, not the reverse.
@@ -84,18 +84,18 @@ def with_one_more(effects: Effects, one: AbstractEffect) -> Effects:
     return (*effects[:at], one, *effects[at:])
 
 
-def added(effects: Effects, to: Effects) -> Effects:
+def added_effects(effects: Effects, to: Effects) -> Effects:
     """Those of `effects` that are not among those it was added `to`."""
     names = {effect.name for effect in to}
     return tuple(effect for effect in effects if effect.name not in names)
 
 
-def looked(refit: Refit, state: State, screened: list[Screened]) -> State | None:
+def short_refit(refit: Refit, state: State, screened: list[Screened]) -> State | None:
     """The best of a few steps from each of an effect's most promising trials."""
     return _looked(refit, state, screened, _FIRST)
 
 
-def finished(refit: Refit, look: State, without: float) -> State:
+def full_refit(refit: Refit, look: State, without: float) -> State:
     """The joint refit of the operator with one more effect, from a first look.
 
     `without`: chi-square without the effect.
@@ -103,12 +103,12 @@ def finished(refit: Refit, look: State, without: float) -> State:
     return _finished(refit, refit, look, without)
 
 
-def let_go(refit: Refit, stiff: State) -> State:
+def free_eta(refit: Refit, eta_fixed: State) -> State:
     """What a refit with all of the operator free makes of one with `eta` held."""
-    return refit.descend(stiff, _FREE)
+    return refit.descend(eta_fixed, _FREE)
 
 
-def refitted_from_straight(
+def refit_from_no_hysteresis(
     refit: Refit, straight: tuple[Refit, State], screened: list[Screened]
 ) -> State | None:
     """A joint refit that begins without hysteresis: the effect first, then all together.
@@ -125,7 +125,7 @@ def refitted_from_straight(
 def _looked(refit: Refit, state: State, screened: list[Screened], steps: int) -> State | None:
     ends = []
     for one in _different(screened):
-        start = refit.at(state.values, with_one_more(state.effects, one.effect))
+        start = refit.at(state.values, insert_effect(state.effects, one.effect))
         if not np.isfinite(start.cost):
             continue
         if not type(one.effect).smooth:  # what was found on a grid is good, the base beside it not
@@ -134,8 +134,8 @@ def _looked(refit: Refit, state: State, screened: list[Screened], steps: int) ->
     if not ends:
         return None
     # Beside a base that is far off, its misfit is noise of that size: what does not repeat counts.
-    wide = max(1.0, min(end.locked / _lines(end) for end in ends))
-    return min(ends, key=lambda end: end.cost + (1.0 / wide - 1.0) * end.locked)
+    wide = max(1.0, min(end.synchronous / _lines(end) for end in ends))
+    return min(ends, key=lambda end: end.cost + (1.0 / wide - 1.0) * end.synchronous)
 
 
 def _finished(search: Refit, refit: Refit, look: State, without: float) -> State:
@@ -164,13 +164,13 @@ def _beside(refit: Refit, state: State, steps: int, share: float = 1e-4) -> Stat
     """The base beside what jumps, from where it stands and from where the data have the jumps."""
     still = dataclasses.replace(refit, still=True)
     ends = [still.descend(state, steps, share)]
-    other = placed(still, state, steps, share)
+    other = refit_at_segmented_jumps(still, state, steps, share)
     if other is not None and np.isfinite(other.cost):
         ends.append(still.descend(other, steps, share))
     return min(ends, key=lambda end: end.cost)
 
 
-def straightened(refit: Refit, state: State) -> tuple[Refit, State] | None:
+def refit_without_hysteresis(refit: Refit, state: State) -> tuple[Refit, State] | None:
     """The operator with next to no hysteresis, only its polynomial free; `None` for no `RAPI`."""
     base, at = refit.base, 0
     operator = base.operator
@@ -234,7 +234,7 @@ def _searched(refit: Refit, state: State, without: float) -> State:
                 if np.isfinite(new.cost) and new.cost < state.cost:
                     state = new
                     break
-    noise = state.errors.locked.size + state.errors.loose.size
+    noise = state.errors.synchronous.size + state.errors.nonsynchronous.size
     if state.cost - noise > _HOPE * (without - noise):
         return state
     return _together(refit, state, np.flatnonzero(jumps))
@@ -270,20 +270,22 @@ def _together(refit: Refit, state: State, moved: np.ndarray) -> State:
     return found[0]
 
 
-def rich_none(refit: Refit, state: State) -> tuple[Refit, State]:
+def refit_flexible_base(refit: Refit, state: State) -> tuple[Refit, State]:
     """The richer base without any effect but the base's own."""
-    base = free_base(refit.engine, refit.base, state.values) or refit.base
+    base = flexible_base(refit.whitened, refit.base, state.values) or refit.base
     rich = dataclasses.replace(refit, base=base)
     values = base.centre if base is not refit.base else state.values
     return rich, rich.descend(rich.at(values, state.effects), _RICH_STEPS, _RICH_SHARE)
 
 
-def enriched(refit: Refit, plain: State, none: tuple[Refit, State]) -> tuple[Refit, State]:
+def refit_on_flexible_base(
+    refit: Refit, plain: State, none: tuple[Refit, State]
+) -> tuple[Refit, State]:
     """The richer base with the effects of `plain`: from there, or from the richer base without.
 
     The better of the two starts is followed; the other only where the first ends above it.
     """
-    base = free_base(refit.engine, refit.base, plain.values) or refit.base
+    base = flexible_base(refit.whitened, refit.base, plain.values) or refit.base
     own = dataclasses.replace(refit, base=base)
     values = base.centre if base is not refit.base else plain.values
     other, before = none
@@ -297,7 +299,7 @@ def enriched(refit: Refit, plain: State, none: tuple[Refit, State]) -> tuple[Ref
     # A base that was bent to a jump costs much beside it at first, and may yet be the better start.
     jumps = not all(type(effect).smooth for effect in plain.effects)
     near = len(starts) > 1 and (jumps or starts[1][1].cost < 3.0 * end.cost)
-    if near and end.locked > 1.2 * _lines(end):
+    if near and end.synchronous > 1.2 * _lines(end):
         second = _enriched(*starts[1], before.cost)
         if second.cost < end.cost:
             return starts[1][0], second
@@ -311,7 +313,7 @@ def _enriched(refit: Refit, state: State, without: float) -> State:
     """
     end = _settled(refit, state, _RICH_STEPS, _RICH_SHARE)
     for _ in range(_ROUNDS * any(not type(effect).smooth for effect in end.effects)):
-        if end.locked < 1.2 * _lines(end):
+        if end.synchronous < 1.2 * _lines(end):
             break
         before, end = end, _settled(refit, _searched(refit, end, without), _RICH_STEPS, _RICH_SHARE)
         if before.cost - end.cost < _RICH_SETTLED * before.cost:
@@ -320,4 +322,4 @@ def _enriched(refit: Refit, state: State, without: float) -> State:
 
 
 def _lines(state: State) -> int:
-    return state.errors.locked.size
+    return state.errors.synchronous.size

@@ -6,6 +6,10 @@ from typing import Any
 from ._candidates import Candidate
 from ._forward_selection import Attribution
 
+# Names in files, where they differ from the fields.
+_KEYS = {"synchronous": "locked", "nonsynchronous": "loose"}
+_FIELDS = {key: field for field, key in _KEYS.items()}
+
 
 @dataclasses.dataclass(frozen=True)
 class Left:
@@ -19,8 +23,8 @@ class Left:
 
     effects: tuple[str, ...]
     parameters: int
-    locked: float
-    loose: float
+    synchronous: float
+    nonsynchronous: float
     prior: float
     identified: float | None = None
 
@@ -32,7 +36,7 @@ class Left:
     @property
     def cost(self) -> float:
         """All of it."""
-        return self.locked + self.loose + self.prior
+        return self.synchronous + self.nonsynchronous + self.prior
 
 
 @dataclasses.dataclass(frozen=True)
@@ -40,7 +44,7 @@ class Evidence:
     """All hypotheses, `none` first; out of how many lines; whether noise was measured."""
 
     lines: int
-    loose_lines: int
+    nonsynchronous_lines: int
     noise_known: bool
     hypotheses: tuple[Left, ...]
 
@@ -49,27 +53,40 @@ class Evidence:
         """The evidence of an attribution."""
         errors = attribution.none.rich.errors
         found = (attribution.none, *attribution.candidates)
-        size = (errors.locked.size, errors.loose.size)
+        size = (errors.synchronous.size, errors.nonsynchronous.size)
         return cls(*size, noise_known, tuple(_left(c) for c in found))
 
     @classmethod
     def from_dict(cls, value: dict[str, Any]) -> "Evidence":
         """From what `to_dict` gave."""
-        found = [Left(**(h | {"effects": tuple(h["effects"])})) for h in value["hypotheses"]]
-        return cls(value["lines"], value["loose_lines"], value["noise_known"], tuple(found))
+        hypotheses = tuple(_from_file(h) for h in value["hypotheses"])
+        return cls(value["lines"], value["loose_lines"], value["noise_known"], hypotheses)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers and lists."""
-        return dataclasses.asdict(self)
+        """Plain numbers and lists, under the names that files have."""
+        return {
+            "lines": self.lines,
+            "loose_lines": self.nonsynchronous_lines,
+            "noise_known": self.noise_known,
+            "hypotheses": [
+                {_KEYS.get(k, k): v for k, v in dataclasses.asdict(h).items()}
+                for h in self.hypotheses
+            ],
+        }
 
     def excess(self, left: Left) -> float:
         """Chi-square above what noise alone would leave."""
-        return left.locked + left.loose - self.lines - self.loose_lines
+        return left.synchronous + left.nonsynchronous - self.lines - self.nonsynchronous_lines
 
 
 def _left(candidate: Candidate) -> Left:
     rich, plain = candidate.rich, candidate.plain
     names = tuple(sorted(effect.name for effect in candidate.effects))
-    left = plain.locked + plain.loose
-    prior = rich.prior + rich.errors.early_late
-    return Left(names, candidate.count, rich.locked, rich.loose, prior, left)
+    left = plain.synchronous + plain.nonsynchronous
+    prior = rich.prior + rich.errors.jump_timing_cost
+    return Left(names, candidate.count, rich.synchronous, rich.nonsynchronous, prior, left)
+
+
+def _from_file(value: dict[str, Any]) -> Left:
+    fields = {_FIELDS.get(key, key): content for key, content in value.items()}
+    return Left(**fields | {"effects": tuple(value["effects"])})

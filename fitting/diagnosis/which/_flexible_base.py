@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.diagnosis.refit._gauss_newton import Base
-from fitting.diagnosis.refit._whitened_model import Engine
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import RAPI
 from rapi_jax._parameter import parameters
 from rapi_jax.operators import GeneralRAPI
@@ -25,14 +25,14 @@ _BEND = 0.07  # of the slope of the falling bound, half a swing from the middle
 _START = 0.3  # initial fractions
 
 
-def free_base(engine: Engine, base: Base, values: np.ndarray) -> Base | None:
+def flexible_base(whitened: WhitenedModel, base: Base, values: np.ndarray) -> Base | None:
     """The operator at `values` with 24 plays, each with a threshold, shape and weight of its own.
 
     Falling bounds may bend, thresholds grow apart, weights decay in another way (`GeneralRAPI`).
     It begins as the same function of the drive: the plays added have no weight yet. `None` for an
     operator that is no `RAPI`.
     """
-    operator = engine.filled(base.operator, values)
+    operator = whitened.filled(base.operator, values)
     if not isinstance(operator, RAPI):
         return None
     old, plays = operator.count, max(operator.count, PLAYS)
@@ -45,18 +45,18 @@ def free_base(engine: Engine, base: Base, values: np.ndarray) -> Base | None:
     widest = share.max() * _REACH
     grid = widest * (np.arange(plays) + 0.5) / plays
     far = np.abs(grid[:, None] - share[None, :]).min(axis=1)
-    added = np.sort(grid[np.argsort(-far)[: plays - old]])
-    shares = np.concatenate([share, added])
+    more = np.sort(grid[np.argsort(-far)[: plays - old]])
+    shares = np.concatenate([share, more])
     order = np.argsort(shares)
 
     def spread(name: str) -> np.ndarray:
-        rest = np.interp(added, np.sort(share), each(name)[np.argsort(share)])
+        rest = np.interp(more, np.sort(share), each(name)[np.argsort(share)])
         return np.concatenate([each(name), rest])[order]
 
     shares = shares[order]
-    weights = np.concatenate([each("a"), np.zeros(added.size)])[order]
+    weights = np.concatenate([each("a"), np.zeros(more.size)])[order]
     d = np.asarray(operator.d)
-    drives = engine.recording.drives
+    drives = whitened.recording.drives
     rich = GeneralRAPI(
         alpha=shares * plays / np.arange(1, plays + 1),
         zeta=[float(operator.zeta), 0.0],
@@ -71,7 +71,7 @@ def free_base(engine: Engine, base: Base, values: np.ndarray) -> Base | None:
     )
     u_pp, rate = max(d.u_pp for d in drives), max(d.rate for d in drives)
     r = shares * u_pp / 2.0 + float(operator.zeta) * rate
-    return with_priors(engine, rich, Scales(float(np.abs(weights).max()), float(r.max()), u_pp))
+    return with_priors(whitened, rich, Scales(float(np.abs(weights).max()), float(r.max()), u_pp))
 
 
 class Scales(NamedTuple):
@@ -82,9 +82,9 @@ class Scales(NamedTuple):
     u_pp: float  # the largest
 
 
-def with_priors(engine: Engine, rich: GeneralRAPI, scales: Scales) -> Base:
+def with_priors(whitened: WhitenedModel, rich: GeneralRAPI, scales: Scales) -> Base:
     """Priors of the plays' own values about those of `rich`; weights may be negative."""
-    base = Base.of(engine, rich)
+    base = Base.of(whitened, rich)
     prior, at = base.prior.copy(), 0
     decay = np.array(_DECAY) / scales.threshold ** np.array([1.0, 2.0])
     for p in parameters(rich):

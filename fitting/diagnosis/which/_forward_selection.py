@@ -10,20 +10,20 @@ import numpy as np
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from rapi_jax.effects import AbstractEffect
 
-from ._base import Fitted
+from ._base import FittedBase
 from ._candidates import (
     Candidate,
-    added,
-    enriched,
-    finished,
-    let_go,
-    looked,
-    name_of,
-    refitted_from_straight,
-    rich_none,
-    straightened,
+    added_effects,
+    free_eta,
+    full_refit,
+    hypothesis_name,
+    refit_flexible_base,
+    refit_from_no_hysteresis,
+    refit_on_flexible_base,
+    refit_without_hysteresis,
+    short_refit,
 )
-from ._screen import basis, evidence, reach, screen
+from ._screen import orthonormal_basis, screen_effect, search_ranges, summarise_residual
 
 _FIRSTS = 2  # effects beside which a second is looked for
 _SWAPS = 2  # pairs whose first effect is looked for anew
@@ -57,33 +57,41 @@ class Attribution:
 
 def excess(state: State) -> float:
     """Chi-square above what noise alone would leave."""
-    return state.locked + state.loose - state.errors.locked.size - state.errors.loose.size
-
-
-def unexplained(state: State) -> bool:
-    """Whether more is left than noise, and than a base that is not quite the device's."""
-    lines, loose = state.errors.locked.size, state.errors.loose.size
-    return bool(
-        state.locked > _EXPLAINED * lines + 4.0 * np.sqrt(2.0 * lines)
-        or (loose and state.loose > _LOOSE * loose + 5.0 * np.sqrt(2.0 * loose))
+    return (
+        state.synchronous
+        + state.nonsynchronous
+        - state.errors.synchronous.size
+        - state.errors.nonsynchronous.size
     )
 
 
-def attribute(
-    fitted: Fitted, candidates: Sequence[type[AbstractEffect]], say: Progress
+def is_unexplained(state: State) -> bool:
+    """Whether more is left than noise, and than a base that is not quite the device's."""
+    lines, nonsynchronous = state.errors.synchronous.size, state.errors.nonsynchronous.size
+    return bool(
+        state.synchronous > _EXPLAINED * lines + 4.0 * np.sqrt(2.0 * lines)
+        or (
+            nonsynchronous
+            and state.nonsynchronous > _LOOSE * nonsynchronous + 5.0 * np.sqrt(2.0 * nonsynchronous)
+        )
+    )
+
+
+def select_effects(
+    fitted: FittedBase, candidates: Sequence[type[AbstractEffect]], say: Progress
 ) -> Attribution:
     """Refit every candidate, and pairs where one is not enough."""
     state = fitted.state
     own = {effect.name for effect in state.effects}
     classes = [cls for cls in candidates if cls.name not in own]
-    trials = _trials(fitted.stiff[0], fitted.stiff[1], classes)
-    edges = {k: v for grid in trials.values() for k, v in reach(grid).items()}
+    trials = _initial_guesses(fitted.eta_fixed[0], fitted.eta_fixed[1], classes)
+    edges = {k: v for grid in trials.values() for k, v in search_ranges(grid).items()}
     refit = dataclasses.replace(fitted.refit, reach=edges)
-    stiff = dataclasses.replace(fitted.stiff[0], reach=edges)
+    eta_fixed = dataclasses.replace(fitted.eta_fixed[0], reach=edges)
     say("richer base")
-    rich_refit, rich = rich_none(refit, state)
-    none = Candidate((), fitted.stiff[1], state, rich, rich_refit, 1.0)
-    found = _one_more((stiff, refit), none, none, trials, say)
+    flexible_refit, rich = refit_flexible_base(refit, state)
+    none = Candidate((), fitted.eta_fixed[1], state, rich, flexible_refit, 1.0)
+    found = _one_more((eta_fixed, refit), none, none, trials, say)
     if not found:
         return Attribution(none, ())
     # The richer base with every leader's values, without its effect: no effect is credited with
@@ -92,12 +100,14 @@ def attribute(
     pairs: list[Candidate] = []
     best = min([none, *found], key=lambda c: c.cost)
     known = refit.whitener.spectrum.known
-    needed = unexplained(best.rich) if known else excess(best.rich) > _POOR * excess(none.rich)
+    needed = is_unexplained(best.rich) if known else excess(best.rich) > _POOR * excess(none.rich)
     if needed:
         for first in _firsts(none, found):
-            rest = _trials(stiff, first.stiff, [c for c in classes if c.name != first.name])
+            rest = _initial_guesses(
+                eta_fixed, first.eta_fixed, [c for c in classes if c.name != first.name]
+            )
             say(f"{first.name} and another")
-            for pair in _both_ways((stiff, refit), first, none, rest, classes):
+            for pair in _both_ways((eta_fixed, refit), first, none, rest, classes):
                 names = {p.name for p in pairs}
                 if pair.name not in names and _worth(pair, [first, *found]):
                     pairs.append(pair)
@@ -134,14 +144,14 @@ def _both_ways(
     cls = next(c for c in classes if c.name == first.name)
     out = _one_more(refits, first, none, grids, _silent)
     for pair in sorted(out, key=lambda c: c.cost)[:_SWAPS]:
-        if not unexplained(pair.rich):
+        if not is_unexplained(pair.rich):
             continue
         (other,) = (e for e in pair.effects if e.name != first.name)
         kept = (*none.plain.effects, other)
         refit = refits[0]
-        alone = refit.descend(refit.at(pair.stiff.values, kept), _ALONE)
-        start = dataclasses.replace(pair, stiff=alone)
-        again = _one_more(refits, start, none, _trials(refit, alone, [cls]), _silent)
+        alone = refit.descend(refit.at(pair.eta_fixed.values, kept), _ALONE)
+        start = dataclasses.replace(pair, eta_fixed=alone)
+        again = _one_more(refits, start, none, _initial_guesses(refit, alone, [cls]), _silent)
         if again and again[0].cost < pair.cost:
             out[out.index(pair)] = again[0]
     return out
@@ -171,7 +181,7 @@ def _worth(pair: Candidate, singles: list[Candidate]) -> bool:
 
 def _wandering(state: State) -> float:
     """Chi-square of what does not repeat, above what noise alone would leave."""
-    return state.loose - state.errors.loose.size
+    return state.nonsynchronous - state.errors.nonsynchronous.size
 
 
 def _one_more(
@@ -183,30 +193,32 @@ def _one_more(
 ) -> list[Candidate]:
     """Every class beside the effects of `start`; the leaders also on the richer base."""
     refit, free = refits
-    state, rich = start.stiff, start.rich
-    plain_basis = basis(refit.base_columns(state))
-    rich_basis = basis(start.rich_refit.base_columns(rich))
-    straight = straightened(refit, state) if _one_rate(refit) else None
+    state, rich = start.eta_fixed, start.rich
+    plain_basis = orthonormal_basis(refit.base_columns(state))
+    rich_basis = orthonormal_basis(start.flexible_refit.base_columns(rich))
+    straight = refit_without_hysteresis(refit, state) if _one_rate(refit) else None
     looks: list[tuple[State, float]] = []
     ends: list[tuple[State, float]] = []
     for name, trials in grids.items():
         say(name)
-        found = screen(refit, state, trials, plain_basis, rich_basis)
+        found = screen_effect(refit, state, trials, plain_basis, rich_basis)
         if not found:
             continue
-        look = looked(refit, state, found)
+        look = short_refit(refit, state, found)
         if look is not None:
             looks.append((look, found[0].survival))
         if straight is not None:
-            bent = basis(straight[0].base_columns(straight[1]))
-            look = refitted_from_straight(refit, straight, screen(*straight, trials, bent, bent))
+            bent = orthonormal_basis(straight[0].base_columns(straight[1]))
+            look = refit_from_no_hysteresis(
+                refit, straight, screen_effect(*straight, trials, bent, bent)
+            )
             if look is not None:
                 looks.append((look, found[0].survival))
     say("the best of them")
     for look, survival in sorted(looks, key=lambda pair: pair[0].cost):
         best = min((end for end, _ in ends), key=_cost, default=None)
         if best is None or _rivals(look, best, state, _FAR) or _steadies(look, state, _FAR):
-            ends.append((finished(refit, look, state.cost), survival))
+            ends.append((full_refit(refit, look, state.cost), survival))
     ends = _one_each(end for end in ends if end[0].cost < state.cost)
     best = ends[0][0] if ends else state
     leaders = [
@@ -217,11 +229,13 @@ def _one_more(
     own = none.plain.effects
     out = []
     for end, survival in leaders:
-        say(f"{name_of(added(end.effects, own))} on the richer base")
-        plain = let_go(free, end)
-        rich_refit, rich = enriched(free, plain, (start.rich_refit, start.rich))
-        effects = added(rich.effects, own)
-        out.append(Candidate(effects, end, plain, rich, rich_refit, survival))
+        say(f"{hypothesis_name(added_effects(end.effects, own))} on the richer base")
+        plain = free_eta(free, end)
+        flexible_refit, rich = refit_on_flexible_base(
+            free, plain, (start.flexible_refit, start.rich)
+        )
+        effects = added_effects(rich.effects, own)
+        out.append(Candidate(effects, end, plain, rich, flexible_refit, survival))
     return out
 
 
@@ -232,7 +246,7 @@ def _cost(state: State) -> float:
 def _rivals(one: State, best: State, none: State, share: float) -> bool:
     """Whether what `one` leaves is near enough to what the best does for more work on it."""
     fall, most = none.cost - one.cost, none.cost - best.cost
-    chance = 4.0 * np.sqrt(2.0 * (best.errors.locked.size + best.errors.loose.size))
+    chance = 4.0 * np.sqrt(2.0 * (best.errors.synchronous.size + best.errors.nonsynchronous.size))
     near = excess(one) < _BEHIND * max(excess(best), float(chance))
     return near and fall > max(share * most, _CHANCE / 4)
 
@@ -250,31 +264,31 @@ def _one_each(ends: Iterable[tuple[State, float]]) -> list[tuple[State, float]]:
     """The best end of each effect, the best of all first."""
     best: dict[str, tuple[State, float]] = {}
     for end, survival in sorted(ends, key=lambda pair: pair[0].cost):
-        best.setdefault(name_of(end.effects), (end, survival))
+        best.setdefault(hypothesis_name(end.effects), (end, survival))
     return list(best.values())
 
 
-def _trials(refit: Refit, state: State, classes: Sequence[type[AbstractEffect]]) -> Trials:
+def _initial_guesses(refit: Refit, state: State, classes: Sequence[type[AbstractEffect]]) -> Trials:
     """Where each class may start, by what `state` leaves."""
     spectrum = refit.whitener.spectrum
-    seen = evidence(refit.engine, state, float(np.sqrt(spectrum.white + spectrum.low)))
-    return {cls.name: list(cls.trials(seen)) for cls in classes}
+    seen = summarise_residual(refit.whitened, state, float(np.sqrt(spectrum.white + spectrum.low)))
+    return {cls.name: list(cls.initial_guesses(seen)) for cls in classes}
 
 
 def _one_rate(refit: Refit) -> bool:
     """Whether all runs have about one rate: a lag and hysteresis then look alike."""
-    rates = refit.engine.recording.rates
+    rates = refit.whitened.recording.rates
     return bool(max(rates) <= 1.2 * min(rates))
 
 
 def _fairer(none: Candidate, found: list[Candidate]) -> Candidate:
     """`none`, from the best of the leaders' richer bases where that leaves less."""
     best = min(found, key=lambda c: c.cost)
-    refit = best.rich_refit
+    refit = best.flexible_refit
     start = refit.at(best.rich.values, none.plain.effects)
     if not np.isfinite(start.cost) or start.cost > 3.0 * none.cost:
         return none
     end = refit.descend(start, 12, 2e-3)
     if end.cost < none.cost:
-        return dataclasses.replace(none, rich=end, rich_refit=refit)
+        return dataclasses.replace(none, rich=end, flexible_refit=refit)
     return none

@@ -10,15 +10,17 @@ import dataclasses
 
 import numpy as np
 
-from fitting.diagnosis.noise._periods import Block
-from fitting.diagnosis.noise._spectrum import Lines
+from fitting.diagnosis.noise._periods import PeriodBlock
+from fitting.diagnosis.noise._spectrum import SpectralLines
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from rapi_jax.effects import AbstractSwitch
 
 _CLEAR = 5.0  # standard deviations of a reading, that a jump must have to show by itself
 
 
-def placed(refit: Refit, state: State, steps: int, share: float = 1e-4) -> State | None:
+def refit_at_segmented_jumps(
+    refit: Refit, state: State, steps: int, share: float = 1e-4
+) -> State | None:
     """A base and its switch, as above; `None` for no switch, or one too small to show.
 
     `steps`, `share`: of a descent, see `Refit.descend`.
@@ -32,20 +34,22 @@ def placed(refit: Refit, state: State, steps: int, share: float = 1e-4) -> State
 def _placed(
     refit: Refit, state: State, at: int, switch: AbstractSwitch, steps: int, share: float
 ) -> State | None:
-    engine, size = refit.engine, float(switch.size)
-    noise = [np.sqrt(refit.whitener.spectrum.mean(Lines.of(block))) for block in engine.blocks]
+    whitened, size = refit.whitened, float(switch.size)
+    noise = [
+        np.sqrt(refit.whitener.spectrum.mean(SpectralLines.of(block))) for block in whitened.blocks
+    ]
     if abs(size) < _CLEAR * max(noise):
         return None
     others = (*state.effects[:at], *state.effects[at + 1 :])
     start = refit.at(state.values, others)
-    on = [_on(-e, size, b) for e, b in zip(start.errors.raw, engine.blocks, strict=True)]
+    on = [_on(-e, size, b) for e, b in zip(start.errors.raw, whitened.blocks, strict=True)]
     if not any(one.any() for one in on):
         return None
     blocks = [
         dataclasses.replace(block, data=block.data - size * one)
-        for block, one in zip(engine.blocks, on, strict=True)
+        for block, one in zip(whitened.blocks, on, strict=True)
     ]
-    quiet = dataclasses.replace(refit, engine=dataclasses.replace(engine, blocks=blocks))
+    quiet = dataclasses.replace(refit, whitened=dataclasses.replace(whitened, blocks=blocks))
     end = quiet.descend(quiet.at(state.values, others), steps, share)
     nu = [e + b.data for e, b in zip(end.errors.raw, blocks, strict=True)]
     run = [np.full(one.shape, k) for k, one in enumerate(on)]
@@ -57,7 +61,7 @@ def _placed(
     return refit.at(end.values, (*end.effects[:at], switch.at_places(*flat), *end.effects[at:]))
 
 
-def _on(rest: np.ndarray, size: float, block: Block) -> np.ndarray:
+def _on(rest: np.ndarray, size: float, block: PeriodBlock) -> np.ndarray:
     """Whether the switch is on at each reading, by the jumps of what a base without it leaves.
 
     The likeliest history that begins off: changes of `rest` from one reading to the next are those

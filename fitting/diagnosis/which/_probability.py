@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ._calibration import Calibration, shipped
+from ._calibration import Calibration, load_calibration
 from ._evidence import Evidence, Left
 
 UNLISTED = "unlisted"
@@ -14,7 +14,7 @@ _SHARE = 1e-3  # of the excess, or of the gap held out: less is nothing
 _AT = (0.3, 0.03, 0.05)  # excess a line, share left, share open, at `named_level`
 
 
-def probabilities(
+def hypothesis_probabilities(
     evidence: Evidence,
     closed: Mapping[str, float] | None = None,
     calibration: Calibration | None = None,
@@ -23,7 +23,7 @@ def probabilities(
 
     `closed`: the closed fraction of the gap on data held out, of hypotheses for which it is known.
     """
-    calibration = shipped() if calibration is None else calibration
+    calibration = load_calibration() if calibration is None else calibration
     weight = _among_listed(evidence, calibration)
     top = evidence.hypotheses[int(np.argmax(weight))]
     unlisted = _remains(evidence, top, (closed or {}).get(top.name), calibration)
@@ -34,7 +34,7 @@ def probabilities(
     return sorted([*out, (UNLISTED, unlisted)], key=lambda pair: -pair[1])
 
 
-def smallest_set(ranked: Ranked, level: float = 0.95) -> list[str]:
+def credible_set(ranked: Ranked, level: float = 0.95) -> list[str]:
     """Names of the smallest set of hypotheses with at least `level` of the probability."""
     total, names = 0.0, []
     for name, probability in ranked:
@@ -49,13 +49,22 @@ def _among_listed(evidence: Evidence, calibration: Calibration) -> np.ndarray:
     """Weights of the hypotheses beside one another, were one of them true."""
     found = evidence.hypotheses
     best = min(found, key=lambda h: h.cost)
-    lines, loose = evidence.lines, max(evidence.loose_lines, 1)
+    lines, nonsynchronous = evidence.lines, max(evidence.nonsynchronous_lines, 1)
     # Where the base misfits, its misfit is noise of that size to every comparison.
-    wide, wide_loose = max(1.0, best.locked / lines), max(1.0, best.loose / loose)
-    each = calibration.parameter * np.log(lines + loose)
+    wide, wide_nonsynchronous = (
+        max(1.0, best.synchronous / lines),
+        max(1.0, best.nonsynchronous / nonsynchronous),
+    )
+    each = calibration.parameter * np.log(lines + nonsynchronous)
     log = np.array(
         [
-            -0.5 * (h.locked / wide + h.loose / wide_loose + h.prior + each * h.parameters)
+            -0.5
+            * (
+                h.synchronous / wide
+                + h.nonsynchronous / wide_nonsynchronous
+                + h.prior
+                + each * h.parameters
+            )
             - calibration.chance * len(h.effects)
             for h in found
         ]
@@ -82,10 +91,10 @@ def _remains(
     evidence: Evidence, top: Left, closed: float | None, calibration: Calibration
 ) -> float:
     """Probability that what the best hypothesis leaves is more than noise and base misfit."""
-    lines, loose = evidence.lines, max(evidence.loose_lines, 1)
-    chance, chance_loose = (3.0 * np.sqrt(2.0 / n) for n in (lines, loose))
+    lines, nonsynchronous = evidence.lines, max(evidence.nonsynchronous_lines, 1)
+    chance, chance_nonsynchronous = (3.0 * np.sqrt(2.0 / n) for n in (lines, nonsynchronous))
     # What the base was bent for counts too: a bend that no device has explains nothing.
-    over = (top.locked + top.prior) / lines - 1.0 - chance
+    over = (top.synchronous + top.prior) / lines - 1.0 - chance
     none = evidence.hypotheses[0]
     before = evidence.excess(none)
     share = evidence.excess(top) / before if before > 0 else 0.0
@@ -93,8 +102,12 @@ def _remains(
         poor = (share - calibration.left_unknown) / calibration.left_unknown_width
         more = (over + chance - calibration.misfit_unknown) / calibration.misfit_unknown_width
         return _logistic(poor) * _logistic(more)
-    if evidence.loose_lines:
-        over = max(over, calibration.loose * (top.loose / loose - 1.0 - chance_loose))
+    if evidence.nonsynchronous_lines:
+        over = max(
+            over,
+            calibration.nonsynchronous
+            * (top.nonsynchronous / nonsynchronous - 1.0 - chance_nonsynchronous),
+        )
     over = max(over, _LEAST)
     if not top.effects:
         return _logistic(calibration.none_slope * np.log10(over / calibration.none_level))

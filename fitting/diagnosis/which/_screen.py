@@ -7,8 +7,8 @@ import numpy as np
 
 from fitting.diagnosis.refit._effect_vector import effect_values, free_parameters
 from fitting.diagnosis.refit._gauss_newton import Reach, Refit, State
-from fitting.diagnosis.refit._whitened_model import Engine
-from rapi_jax.effects import AbstractEffect, Evidence
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from rapi_jax.effects import AbstractEffect, ResidualSummary
 
 _BEYOND = 1.3  # the grid of its trials, that a parameter may go
 _ALIKE = 0.98  # cosine from which two trials are one
@@ -36,9 +36,9 @@ class Screened:
         return abs(float(self.direction @ other.direction)) > _ALIKE
 
 
-def evidence(engine: Engine, state: State, noise: float) -> Evidence:
+def summarise_residual(whitened: WhitenedModel, state: State, noise: float) -> ResidualSummary:
     """What the effects may look at to choose their trials: all samples, one after the other."""
-    blocks = engine.blocks
+    blocks = whitened.blocks
     flat = [
         np.concatenate([part.ravel() for part in parts])
         for parts in (
@@ -49,8 +49,8 @@ def evidence(engine: Engine, state: State, noise: float) -> Evidence:
             [np.full(b.left.shape, k) for k, b in enumerate(blocks)],
         )
     ]
-    drives = engine.recording.drives
-    return Evidence(
+    drives = whitened.recording.drives
+    return ResidualSummary(
         *flat,
         rates=tuple(d.rate for d in drives),
         u_pp=tuple(d.u_pp for d in drives),
@@ -60,7 +60,7 @@ def evidence(engine: Engine, state: State, noise: float) -> Evidence:
     )
 
 
-def reach(trials: Iterable[AbstractEffect]) -> Reach:
+def search_ranges(trials: Iterable[AbstractEffect]) -> Reach:
     """How far the parameters of an effect may go: a little beyond the grid of its trials.
 
     Only for what the trials spread over: positive values that differ by more than a factor of two.
@@ -81,14 +81,14 @@ def reach(trials: Iterable[AbstractEffect]) -> Reach:
     return out
 
 
-def basis(columns: np.ndarray) -> np.ndarray:
+def orthonormal_basis(columns: np.ndarray) -> np.ndarray:
     """Orthonormal columns that span what a base can change."""
     length = np.linalg.norm(columns, axis=0)
     left, size, _ = np.linalg.svd(columns[:, length > 0] / length[length > 0], full_matrices=False)
     return left[:, size > 1e-7 * size.max(initial=0.0)]
 
 
-def screen(
+def screen_effect(
     refit: Refit,
     state: State,
     trials: Iterable[AbstractEffect],
@@ -96,28 +96,30 @@ def screen(
     rich: np.ndarray,
 ) -> list[Screened]:
     """Every trial beside the state, the most promising first; `plain`, `rich`: see `basis`."""
-    engine, base = refit.engine, refit.base
-    locked, loose = state.errors.locked, state.errors.loose
+    whitened, base = refit.whitened, refit.base
+    synchronous, nonsynchronous = state.errors.synchronous, state.errors.nonsynchronous
     found = []
     for trial in trials:
         effects = (*state.effects, trial)
-        ahead = engine.ahead((trial,)) != ()
-        nodes = engine.nodes(base.operator, state.values, effects) if ahead else state.nodes
-        errors = engine.errors(refit.whitener, effects, nodes)
-        s, t = errors.locked - locked, errors.loose - loose
+        ahead = whitened.ahead((trial,)) != ()
+        nodes = whitened.nodes(base.operator, state.values, effects) if ahead else state.nodes
+        errors = whitened.errors(refit.whitener, effects, nodes)
+        s, t = errors.synchronous - synchronous, errors.nonsynchronous - nonsynchronous
         whole = float(s @ s + t @ t)
         if not np.isfinite(whole) or whole == 0:
             continue
         falls, left, beyond = [], 0.0, s
-        with_it = locked + s
+        with_it = synchronous + s
         along = plain.T @ with_it
-        end = float(with_it @ with_it - along @ along + (loose + t) @ (loose + t))
+        end = float(with_it @ with_it - along @ along + (nonsynchronous + t) @ (nonsynchronous + t))
         for q in (plain, rich):
             along = q.T @ s
             if q is plain:
                 beyond = s - q @ along
             left = max(float(s @ s - along @ along), 0.0) + float(t @ t)
-            inner = -float(s @ locked - along @ (q.T @ locked)) - float(t @ loose)
+            inner = -float(s @ synchronous - along @ (q.T @ synchronous)) - float(
+                t @ nonsynchronous
+            )
             falls.append(inner**2 / left if left > 1e-12 * whole and inner > 0 else 0.0)
         way = np.concatenate([beyond, t]).astype(np.float32)
         way /= max(float(np.linalg.norm(way)), 1e-30)

@@ -12,7 +12,7 @@ def facts(diagnosis: dict, scale: Scale) -> list[tuple[str, str]]:
     """The few numbers of the first screen."""
     gap, shrinkage = diagnosis.get("gap") or {}, diagnosis.get("shrinkage") or {}
     among = words.names(diagnosis["verdict"])
-    lines = [("Verdict", words.title(words.said(among[0])))]
+    lines = [("Verdict", words.title(words.describe_hypothesis(among[0])))]
     lines.append(("Probability", percent(words.probability(diagnosis))))
     if len(among) > 1:
         lines.append(("95 % set", words.title(words.either(among))))

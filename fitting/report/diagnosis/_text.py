@@ -25,7 +25,7 @@ SPECIAL = {
 }
 
 
-def said(name: str) -> str:
+def describe_hypothesis(name: str) -> str:
     """A hypothesis in words: `creep+drift` becomes "creep of the piezo and drift of ..."."""
     if name in SPECIAL:
         return SPECIAL[name]
@@ -53,7 +53,7 @@ def title(text: str) -> str:
 
 def either(items: list[str]) -> str:
     """Hypotheses of which one holds, told apart from those that hold together."""
-    return ", or ".join(said(item) for item in items)
+    return ", or ".join(describe_hypothesis(item) for item in items)
 
 
 def names(verdict: dict) -> list[str]:
@@ -83,15 +83,15 @@ def headline(diagnosis: dict) -> str:
     part = f"closes {interval(closed)} of the gap on data left out" if closed else ""
     if len(among) > 1:
         return sentence(
-            f"these data cannot tell {listed([said(n) for n in among], 'from')}; "
-            f"the likeliest is {said(among[0])}{odds}{part and f', which {part}'}"
+            f"these data cannot tell {listed([describe_hypothesis(n) for n in among], 'from')}; "
+            f"the likeliest is {describe_hypothesis(among[0])}{odds}{part and f', which {part}'}"
         )
     if among[0] == "none":
         return f"The base model explains this recording; no effect is missing{odds}."
     if among[0] == "unlisted":
         text = f"The gap is real, but no effect on the list explains it{odds}"
         return sentence(f"{text}; the best of them {part}" if part else text)
-    text = f"the gap comes from {said(among[0])}{odds}"
+    text = f"the gap comes from {describe_hypothesis(among[0])}{odds}"
     return sentence(f"{text}; a model with that {part}" if part else text)
 
 
@@ -110,8 +110,10 @@ def separated(entry: dict) -> str:
     """What a scan separates, from names or from pairs of names."""
     items = entry.get("separates") or []
     if items and all(isinstance(item, str) for item in items):
-        return listed([said(item) for item in items], "from")
-    pairs = [[said(str(n)) for n in item] for item in items if isinstance(item, list)]
+        return listed([describe_hypothesis(item) for item in items], "from")
+    pairs = [
+        [describe_hypothesis(str(n)) for n in item] for item in items if isinstance(item, list)
+    ]
     return listed([listed(pair, "from") for pair in pairs])
 
 

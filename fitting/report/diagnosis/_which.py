@@ -49,7 +49,7 @@ def _hypothesis(h: dict, inside: set[str]) -> dict[str, Any]:
     parameters = h.get("parameters") or {}
     return {
         "name": name,
-        "said": words.title(words.said(name)),
+        "said": words.title(words.describe_hypothesis(name)),
         "inside": name in inside,
         "probability": finite(h.get("probability")),
         "percent": numbers["probability"],

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from fitting.blind.prediction import _predict, _predictions
-from fitting.blind.protocol._folder import Folder
+from fitting.blind.protocol._folder import BankFolder
 from fitting.blind.protocol._make import make
 from rapi_jax import triangle
 from rapi_jax.examples import paper_device
@@ -18,7 +18,7 @@ COUNT = 3
 @pytest.fixture(scope="session")
 def made_once(tmp_path_factory):
     """A bank of nulls."""
-    folder = Folder(tmp_path_factory.mktemp("bank") / "nulls")
+    folder = BankFolder(tmp_path_factory.mktemp("bank") / "nulls")
     make(folder, "nulls", count=COUNT)
     return folder
 
@@ -27,7 +27,7 @@ def made_once(tmp_path_factory):
 def nulls(made_once, tmp_path):
     """A copy of it, to be changed."""
     shutil.copytree(made_once.root, tmp_path / "nulls")
-    return Folder(tmp_path / "nulls")
+    return BankFolder(tmp_path / "nulls")
 
 
 @pytest.fixture

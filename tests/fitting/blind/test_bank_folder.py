@@ -13,7 +13,7 @@ import pytest
 
 from fitting.blind.protocol._answers import read_answer, spec_of
 from fitting.blind.protocol._exchange import recording_of, write_exact
-from fitting.blind.protocol._folder import Folder
+from fitting.blind.protocol._folder import BankFolder
 from fitting.blind.protocol._make import make
 from fitting.blind.protocol._tiers import TIERS, entries
 from fitting.blind.simulator.effects._kinds import LISTED
@@ -61,7 +61,7 @@ def test_a_bank_says_what_it_holds_and_hides_what_it_withholds(made_once):
 
 
 def test_a_recording_tells_nothing_of_its_answer(tmp_path):
-    folder = Folder(tmp_path / "bank")
+    folder = BankFolder(tmp_path / "bank")
     make(folder, "withheld", count=1)
     ((name, withheld),) = folder.entries
     value, _ = read_answer(folder, name)
@@ -93,7 +93,7 @@ def test_tiers_hold_distinct_worlds_and_the_same_ones_each_time(tier):
 
 
 def test_going_on_gives_the_same_bytes(made_once, tmp_path):
-    folder = Folder(tmp_path / "bank")
+    folder = BankFolder(tmp_path / "bank")
     folder.answers.mkdir(parents=True)
     shutil.copy(made_once.secret, folder.secret)
 
@@ -151,7 +151,7 @@ def test_changed_commitments_are_refused(nulls):
     about["commitments"][nulls_name(nulls)] = "0" * 64
     nulls.bank.write_text(json.dumps(about))
     with pytest.raises(DataError, match="commitments"):
-        make(Folder(nulls.root), "nulls", count=3)
+        make(BankFolder(nulls.root), "nulls", count=3)
 
 
 @pytest.mark.parametrize("place", [".", "recordings", "answers"])
@@ -178,7 +178,7 @@ def test_where_no_folder_can_be(tmp_path):
     (tmp_path / "file").write_text("")
     for place in (tmp_path / "file", tmp_path / "file" / "bank"):
         with pytest.raises(OutputError, match="file"):
-            make(Folder(place), "nulls", count=1)
+            make(BankFolder(place), "nulls", count=1)
 
 
 @pytest.mark.parametrize(
@@ -195,7 +195,7 @@ def test_a_damaged_bank_json(tmp_path, text, words):
     if text is not None:
         (tmp_path / "bank.json").write_text(text)
     with pytest.raises(DataError, match=re.escape(words)) as caught:
-        Folder(tmp_path).about  # noqa: B018
+        BankFolder(tmp_path).about  # noqa: B018
     assert str(tmp_path) in str(caught.value) and "\n" not in str(caught.value)
 
 

@@ -5,9 +5,9 @@ import pytest
 from worlds import TRUTHS, recorded
 
 from fitting.blind.prediction._baselines import baselines
-from fitting.diagnosis.refit._whitened_model import Engine
-from fitting.diagnosis.which._base import fitted_base
-from fitting.diagnosis.which._screen import screen
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.which._base import fit_base
+from fitting.diagnosis.which._screen import screen_effect
 from rapi_jax.effects import AmplifierLowpass, CurrentCoupling, Etalon, Pickup, Resonance
 
 FEW = (AmplifierLowpass, CurrentCoupling, Etalon, Pickup, Resonance)
@@ -22,7 +22,7 @@ def strong():
 
 @pytest.fixture(scope="module")
 def fitted(strong):
-    return fitted_base(Engine.of(strong), None)
+    return fit_base(WhitenedModel.of(strong), None)
 
 
 def test_each_answers_and_a_strong_effect_is_named(strong, fitted):
@@ -45,21 +45,21 @@ def test_an_effect_left_out_is_never_named(strong, fitted):
 
 def test_the_fall_along_a_signature_is_its_correlation(fitted):
     refit, state = fitted.refit, fitted.state
-    left = np.concatenate([state.errors.locked, state.errors.loose])
-    nothing = np.zeros((state.errors.locked.size, 0))
+    left = np.concatenate([state.errors.synchronous, state.errors.nonsynchronous])
+    nothing = np.zeros((state.errors.synchronous.size, 0))
     for trial in (TRUTHS["resonance"], TRUTHS["amplifier_lowpass"]):
-        (found,) = screen(refit, state, [trial], nothing, nothing) or [None]
+        (found,) = screen_effect(refit, state, [trial], nothing, nothing) or [None]
         moved = refit.at(state.values, (trial,)).errors
-        signature = np.concatenate([moved.locked, moved.loose]) - left
+        signature = np.concatenate([moved.synchronous, moved.nonsynchronous]) - left
         rho = -(signature @ left) / np.sqrt((signature @ signature) * (left @ left))
-        share = found.fall / (state.locked + state.loose)
+        share = found.fall / (state.synchronous + state.nonsynchronous)
         assert share == pytest.approx(max(rho, 0.0) ** 2, rel=1e-6)
 
 
 def test_the_random_answer_is_any_of_all():
     """Without candidates there is nothing to search, and two answers are left."""
     recording = recorded((), noise=0.02)
-    base = fitted_base(Engine.of(recording), None)
+    base = fit_base(WhitenedModel.of(recording), None)
     drawn = [baselines(recording, (), seed=seed, fitted=base) for seed in range(30)]
     assert {found["random"] for found in drawn} == {"none", "unlisted"}
     assert {(d["correlation"], d["jacobian"], d["aic"]) for d in drawn} == {("none",) * 3}

@@ -13,7 +13,7 @@ from fitting.blind.prediction import _predict, _predictions
 from fitting.blind.prediction import _second_sessions as _follow
 from fitting.blind.protocol import _make, _sealed
 from fitting.blind.protocol._answers import read_answer, spec_of
-from fitting.blind.protocol._folder import Folder
+from fitting.blind.protocol._folder import BankFolder
 from fitting.blind.protocol._frozen import tree_sha256
 from fitting.blind.protocol._tiers import entries
 from fitting.blind.scoring import _examine
@@ -236,7 +236,7 @@ def test_the_answers_are_out_of_reach_meanwhile(rapi, nulls, at_once, scoring, m
 
 def test_sealed(rapi, tmp_path, at_once, scoring, monkeypatch):
     bank = tmp_path / "bank"
-    folder = Folder(bank)
+    folder = BankFolder(bank)
     said = rapi("make", bank, "--tier", "sealed", "--count", 2)
     assert_one_line(said, 3, "rapi blind commit")
     assert not bank.exists()
@@ -256,7 +256,7 @@ def test_sealed(rapi, tmp_path, at_once, scoring, monkeypatch):
     assert rapi("make", bank, "--tier", "sealed", "--count", 2)[0] == 0
     tree = tree_sha256()
     seed = int(hashlib.sha256(bytes.fromhex(tree) + secret).hexdigest(), 16)
-    folder = Folder(bank)
+    folder = BankFolder(bank)
     specs = [spec_of(read_answer(folder, name)[0]) for name, _ in folder.entries]
     assert specs == [entry.spec for entry in entries("sealed", seed, 2)]
     assert folder.about["tree_sha256"] == tree
@@ -286,7 +286,7 @@ def test_a_sealed_bank_of_chosen_worlds_is_not_scored(
     rapi, tmp_path, at_once, scoring, what, monkeypatch
 ):
     bank = tmp_path / "bank"
-    folder = Folder(bank)
+    folder = BankFolder(bank)
     assert rapi("commit", bank)[0] == 0
     if what == "worlds":  # as if another secret had been tried
         monkeypatch.setattr(_make, "sealed_seed", lambda tree, secret: 12345)

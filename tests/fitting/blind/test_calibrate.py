@@ -5,18 +5,19 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fitting.blind.protocol._folder import Folder
+from fitting.blind.protocol._folder import BankFolder
 from fitting.blind.scoring._calibrate import Case, calibrate, fitted, loss
-from fitting.diagnosis.which._calibration import Calibration, shipped
+from fitting.diagnosis.which._calibration import Calibration, load_calibration
 from fitting.diagnosis.which._evidence import Evidence, Left
-from fitting.diagnosis.which._probability import probabilities, smallest_set
+from fitting.diagnosis.which._probability import credible_set, hypothesis_probabilities
 from rapi_jax import DataError
 
 LINES, LOOSE = 2000, 8000
 
 BY_HAND = Calibration(
     temperature=4.0, form=1e-3, parameter=1.0, chance=20.0, none_level=0.5, none_slope=6.0,
-    named_level=0.0, named_excess=1.5, named_left=3.0, named_open=2.0, loose=6.0, left_unknown=0.5,
+    named_level=0.0, named_excess=1.5, named_left=3.0, named_open=2.0, nonsynchronous=6.0,
+    left_unknown=0.5,
     left_unknown_width=0.08, misfit_unknown=1.5, misfit_unknown_width=0.2, provenance="by hand",
 )  # fmt: skip
 
@@ -30,9 +31,11 @@ def evidence(none, **effects):
 
 
 def test_probabilities_add_up_and_name_what_leaves_nothing():
-    found = probabilities(evidence(40.0, creep=1.0, drift=20.0), {"creep": 0.999}, BY_HAND)
+    found = hypothesis_probabilities(
+        evidence(40.0, creep=1.0, drift=20.0), {"creep": 0.999}, BY_HAND
+    )
     assert sum(p for _, p in found) == pytest.approx(1.0)
-    assert found[0][0] == "creep" and found[0][1] > 0.95 and smallest_set(found) == ["creep"]
+    assert found[0][0] == "creep" and found[0][1] > 0.95 and credible_set(found) == ["creep"]
 
 
 @pytest.mark.parametrize(
@@ -46,16 +49,18 @@ def test_probabilities_add_up_and_name_what_leaves_nothing():
     ],
 )
 def test_what_is_said(case, right):
-    found = probabilities(case, {}, BY_HAND)
+    found = hypothesis_probabilities(case, {}, BY_HAND)
     if right is None:
-        assert {"creep", "delay"} <= set(smallest_set(found))
+        assert {"creep", "delay"} <= set(credible_set(found))
     else:
         assert found[0][0] == right
 
 
 def test_more_left_is_more_unlisted_and_so_is_less_on_data_held_out():
     def unlisted(left, closed):
-        return dict(probabilities(evidence(40.0, creep=left), {"creep": closed}))["unlisted"]
+        return dict(hypothesis_probabilities(evidence(40.0, creep=left), {"creep": closed}))[
+            "unlisted"
+        ]
 
     lefts = [unlisted(left, 0.95) for left in (1.0, 1.3, 2.0, 4.0, 9.0)]
     opens = [unlisted(2.0, closed) for closed in (0.999, 0.97, 0.9, 0.5, -3.0)]
@@ -80,8 +85,8 @@ def test_a_calibration_learns_how_often_the_likelier_is_right():
     cases, others = overconfident(rng, 60), overconfident(rng, 60)
     start = dataclasses.replace(BY_HAND, temperature=1.0, form=1e-6)
     found = fitted(cases, start, "test", steps=800)
-    assert dict(probabilities(cases[0].evidence, cases[0].closed, start))["creep"] > 0.99
-    share = dict(probabilities(cases[0].evidence, cases[0].closed, found))["creep"]
+    assert dict(hypothesis_probabilities(cases[0].evidence, cases[0].closed, start))["creep"] > 0.99
+    share = dict(hypothesis_probabilities(cases[0].evidence, cases[0].closed, found))["creep"]
     assert share == pytest.approx(0.7, abs=0.12)
     assert loss(others, found) < loss(others, start) - 0.1
     assert found.provenance == "test"
@@ -103,7 +108,7 @@ def test_no_cases_are_refused():
 def test_evidence_and_calibrations_survive_their_files():
     one = evidence(40.0, creep=1.0)
     assert Evidence.from_dict(one.to_dict()) == one
-    assert Calibration.from_dict(shipped().to_dict()) == shipped()
+    assert Calibration.from_dict(load_calibration().to_dict()) == load_calibration()
     with pytest.raises(ValueError, match="schema"):
         Calibration.from_dict({"schema": "rapi.calibration/0"})
 
@@ -111,7 +116,7 @@ def test_evidence_and_calibrations_survive_their_files():
 def test_a_sealed_bank_calibrates_nothing(tmp_path):
     from fitting.blind.protocol._sealed import commit
 
-    folder = Folder(tmp_path / "bank")
+    folder = BankFolder(tmp_path / "bank")
     commit(folder)
     from fitting.blind.protocol._make import make
 

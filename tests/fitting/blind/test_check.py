@@ -10,7 +10,7 @@ import shutil
 import pytest
 
 from fitting.blind.protocol._answers import holds
-from fitting.blind.protocol._folder import Folder
+from fitting.blind.protocol._folder import BankFolder
 from fitting.cli import app
 from fitting.commands.run import run
 
@@ -28,7 +28,7 @@ def bank(tmp_path_factory):
     assert rapi("make", root, "--count", COUNT, "--seed", SEED) == 0
     assert rapi("predict", root, "--no-baselines") == 0
     assert rapi("score", root, "--follow", 2) == 0
-    return Folder(root)
+    return BankFolder(root)
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +68,7 @@ def test_no_diagnosis_reached_for_an_answer(pairs):
 
 def test_the_answers_say_nothing_to_a_diagnosis(bank, pairs, tmp_path):
     """With no answers there at all a diagnosis says the same."""
-    other = Folder(tmp_path / "bank")
+    other = BankFolder(tmp_path / "bank")
     other.answers.mkdir(parents=True)
     shutil.copy(bank.bank, other.bank)
     shutil.copytree(bank.recordings, other.recordings)

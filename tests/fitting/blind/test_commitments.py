@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 import fitting.diagnosis
 import rapi_jax
 from fitting.blind.prediction._predict import sha256_of
-from fitting.blind.prediction._predictions import checked, close
+from fitting.blind.prediction._predictions import close, read_checked
 from fitting.blind.protocol._answers import answer_bytes, commitment, holds, revealed, salt_of
-from fitting.blind.protocol._folder import Folder
+from fitting.blind.protocol._folder import BankFolder
 from fitting.blind.protocol._frozen import sealed_seed, tree_sha256
 from rapi_jax import DataError
 from rapi_jax.io import OutputError
@@ -55,7 +55,7 @@ def test_bytes_cannot_move_between_answer_and_salt(by):
 def bank(made_once, tmp_path_factory):
     root = tmp_path_factory.mktemp("commitments") / "bank"
     shutil.copytree(made_once.root, root)
-    return Folder(root)
+    return BankFolder(root)
 
 
 @pytest.fixture(scope="module")
@@ -82,9 +82,9 @@ def test_any_changed_byte_on_disk_stops_the_reveal(bank, data, flip):
 @given(st.data(), st.integers(1, 255))
 def test_any_changed_byte_of_a_prediction_or_model_is_seen(closed, data, flip):
     files = {"world-7": closed / "world-7.json"}
-    assert checked(closed / "predictions.json", files)["world-7"]["verdict"] == "creep"
+    assert read_checked(closed / "predictions.json", files)["world-7"]["verdict"] == "creep"
     path = data.draw(st.sampled_from([files["world-7"], closed / "world-7" / "model.rapi"]))
-    refuses_changed(path, lambda: checked(closed / "predictions.json", files), data, flip)
+    refuses_changed(path, lambda: read_checked(closed / "predictions.json", files), data, flip)
 
 
 def refuses_changed(path, read, data, flip):
@@ -110,10 +110,10 @@ def test_a_prediction_that_is_gone_or_was_not_closed_is_seen(closed, tmp_path):
     path = tmp_path / "copy" / "predictions.json"
     first = {"world-7": tmp_path / "copy" / "world-7.json"}
     with pytest.raises(DataError, match="recordings"):
-        checked(path, first | {"world-8": first["world-7"]})
+        read_checked(path, first | {"world-8": first["world-7"]})
     first["world-7"].unlink()
     with pytest.raises(DataError, match=r"world-7\.json"):
-        checked(path, first)
+        read_checked(path, first)
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from fitting.blind.prediction._second_sessions import (
     tied,
 )
 from fitting.blind.protocol._answers import read_answer, spec_of
-from fitting.blind.protocol._folder import Folder, write_json
+from fitting.blind.protocol._folder import BankFolder, write_json
 from fitting.blind.simulator._scan import Scan
 from rapi_jax import Identified, sine, step_and_hold, triangle
 from rapi_jax.io import read_recording, write_drive
@@ -73,7 +73,7 @@ def advice(tmp_path):
     """Write a next scan as a prediction does; give it back as the laboratory plays it."""
 
     def write(drive, **said):
-        folder = Folder(tmp_path)
+        folder = BankFolder(tmp_path)
         (folder.predictions / "world-1").mkdir(parents=True)
         write_drive(drive, folder.predictions / "world-1" / "next_drive.csv")
         scan = {"waveform": drive.waveform, "excitation_hz": drive.excitation_hz, **said}
@@ -141,7 +141,7 @@ def test_which_devices_are_measured_again(tmp_path):
     names = tied(predictions)
     assert len(names) == 56 and names[:2] == ["world-0", "world-5"] and names[-1] == "world-59"
     # Of these, those that were measured again are the ones that were closed.
-    folder = Folder(tmp_path)
+    folder = BankFolder(tmp_path)
     folder.follow.mkdir(parents=True)
     promised = {f"{kind}/{name}": "" for kind in KINDS for name in names[:3]}
     write_json(folder.follow / CLOSED, {"sha256": promised})

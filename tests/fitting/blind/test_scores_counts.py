@@ -11,7 +11,7 @@ from scipy.stats import binomtest
 
 from fitting.blind.scoring._entry import Entry, truth_name
 from fitting.blind.scoring._scores import score
-from fitting.blind.scoring._wilson import counted, wilson
+from fitting.blind.scoring._wilson import count_share, wilson
 
 BANK = [
     # nulls: one alarm, with base misfit
@@ -214,9 +214,9 @@ def test_wilson_refuses_more_than_all():
 
 
 def test_targets():
-    assert counted(98, 100, least=0.98)["met"] is True
-    assert counted(97, 100, least=0.98)["met"] is False
-    assert counted(3, 100, most=0.03)["met"] is True
-    assert counted(4, 100, most=0.03)["met"] is False
-    assert counted(4, 100)["met"] is None
-    assert counted(0, 0, least=0.9)["met"] is None
+    assert count_share(98, 100, least=0.98)["met"] is True
+    assert count_share(97, 100, least=0.98)["met"] is False
+    assert count_share(3, 100, most=0.03)["met"] is True
+    assert count_share(4, 100, most=0.03)["met"] is False
+    assert count_share(4, 100)["met"] is None
+    assert count_share(0, 0, least=0.9)["met"] is None

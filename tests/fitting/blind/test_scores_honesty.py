@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from blind_entries import FAILED, answer, prediction
 
-from fitting.blind.scoring._calibration_error import LEAST, calibration_error, honesty, reliability
+from fitting.blind.scoring._calibration_error import (
+    LEAST,
+    calibration_error,
+    calibration_measures,
+    reliability,
+)
 from fitting.blind.scoring._entry import Entry
 from fitting.blind.scoring._paired import paired
 
@@ -49,14 +54,14 @@ def test_bins_differ():
 def test_the_interval_holds_the_error_and_chance_is_told():
     rng = np.random.default_rng(1)
     entries = [entry(("creep",) if rng.random() < 0.8 else (), "creep", 0.8) for _ in range(60)]
-    found = honesty(entries)["ece_equal_width"]
+    found = calibration_measures(entries)["ece_equal_width"]
     assert found["low"] <= found["value"] <= found["high"]
     assert found["by_chance"] == pytest.approx(np.sqrt(2 / np.pi * 0.16 / 60), rel=0.1)
 
 
 def test_brier_and_log_by_hand():
     entries = [entry(("creep",), "creep", 0.8), entry((), "creep", 0.6), entry((), "none")]
-    found = honesty(entries)
+    found = calibration_measures(entries)
     brier = (2 * 0.2**2 + 2 * 0.6**2 + 0) / 3
     assert found["brier"]["value"] == pytest.approx(brier)
     assert found["log"]["value"] == pytest.approx(-(np.log(0.8) + np.log(0.4)) / 3)
@@ -67,7 +72,7 @@ def test_brier_and_log_by_hand():
 
 
 def test_a_truth_that_was_not_considered_costs_much_but_not_all():
-    found = honesty([entry(("drift",), "creep")])
+    found = calibration_measures([entry(("drift",), "creep")])
     assert found["log"]["value"] == pytest.approx(-np.log(LEAST))
     assert found["log"]["met"] is False
     assert found["brier"]["value"] == 2.0

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from blind_entries import OurLaser, answer, prediction, session
 
-from fitting.blind.realised._linearity_gain import straighter
-from fitting.blind.realised._modelled import answers, drive_of
-from fitting.blind.realised._realised import drawn, realised, tried
-from fitting.blind.realised._realised_gap import shrunk
+from fitting.blind.realised._linearity_gain import linearity_gain
+from fitting.blind.realised._modelled import drive_of, model_response
+from fitting.blind.realised._realised import draw_again, realise, tried
+from fitting.blind.realised._realised_gap import realised_gap
 from fitting.blind.realised._unseen import KINDS, unseen
 from fitting.blind.scoring._entry import Entry
 from fitting.blind.simulator._bank import bank
@@ -49,12 +49,17 @@ def test_unseen_scans_were_not_recorded():
 
 def test_one_scan_gives_the_answer_of_predict():
     (scan, *_) = session()
-    np.testing.assert_allclose(answers(LAG, [scan])[0], predict(LAG, drive_of(scan)), atol=1e-9)
+    np.testing.assert_allclose(
+        model_response(LAG, [scan])[0], predict(LAG, drive_of(scan)), atol=1e-9
+    )
 
 
 def test_answers_are_on_the_clock_of_the_session():
     scans = session()
-    more = [a - b for a, b in zip(answers(PICKUP, scans), answers(BASE, scans), strict=True)]
+    more = [
+        a - b
+        for a, b in zip(model_response(PICKUP, scans), model_response(BASE, scans), strict=True)
+    ]
     for scan, difference in zip(scans, more, strict=True):
         time = scan.start_s + scan.time_s
         np.testing.assert_allclose(difference, 0.1 * np.sin(2 * np.pi * 50 * time), atol=1e-8)
@@ -66,7 +71,7 @@ def test_drives_of_any_table_repeat():
 
 
 def test_where_the_model_is_the_truth_all_is_closed():
-    found = shrunk(OurLaser(LAG), session(), (LAG, BASE), SURE)
+    found = realised_gap(OurLaser(LAG), session(), (LAG, BASE), SURE)
     for which in ("all", *KINDS):
         assert found[which]["closed"] == pytest.approx(1.0, abs=1e-12)
         assert found[which]["rms_base"] > 0.01
@@ -74,7 +79,7 @@ def test_where_the_model_is_the_truth_all_is_closed():
 
 
 def test_where_the_base_is_the_truth_nothing_was_open():
-    found = shrunk(OurLaser(BASE), session(), (LAG, BASE), SURE)
+    found = realised_gap(OurLaser(BASE), session(), (LAG, BASE), SURE)
     assert (found["all"]["closed"], found["all"]["inside"]) == (None, None)
 
 
@@ -82,7 +87,7 @@ def test_where_the_base_is_the_truth_nothing_was_open():
 def test_what_is_closed_is_a_share_of_the_square(amplitude, closed):
     """Half the effect leaves a quarter; three times the effect does harm."""
     model = ECDL(BASE.operator, (Pickup.at(amplitude=amplitude, hertz=50.0, phase=0.0),))
-    found = shrunk(OurLaser(PICKUP), session(), (model, BASE), SURE)["all"]
+    found = realised_gap(OurLaser(PICKUP), session(), (model, BASE), SURE)["all"]
     assert found["closed"] == pytest.approx(closed, abs=1e-6)
     assert (found["inside"], found["no_worse"]) == (False, False)
 
@@ -90,18 +95,18 @@ def test_what_is_closed_is_a_share_of_the_square(amplitude, closed):
 def test_more_than_promised_is_outside_and_no_worse():
     half = ECDL(BASE.operator, (Pickup.at(amplitude=0.05, hertz=50.0, phase=0.0),))
     low = {"foreseen": {"value": 0.6, "low": 0.5, "high": 0.7}}
-    judged = shrunk(OurLaser(PICKUP), session(), (half, BASE), low)["all"]
+    judged = realised_gap(OurLaser(PICKUP), session(), (half, BASE), low)["all"]
     assert (judged["inside"], judged["no_worse"]) == (False, True)
 
 
 def test_a_promise_that_was_not_made_is_not_judged():
-    found = shrunk(OurLaser(LAG), session(), (LAG, BASE), {"foreseen": None})
+    found = realised_gap(OurLaser(LAG), session(), (LAG, BASE), {"foreseen": None})
     assert (found["all"]["inside"], found["all"]["no_worse"]) == (None, None)
 
 
 def test_the_model_that_is_the_truth_scans_straight():
     promised = {"straighter": {"value": 50.0, "low": 10.0, "high": None}}
-    found = straighter(OurLaser(LAG), session(), (LAG, BASE), promised)
+    found = linearity_gain(OurLaser(LAG), session(), (LAG, BASE), promised)
     assert found["refused"] is None
     assert found["after"] < 1e-4 * found["span"] < found["before"]
     assert found["foreseen"] == pytest.approx(found["before"], rel=1e-3)
@@ -110,7 +115,7 @@ def test_the_model_that_is_the_truth_scans_straight():
 
 
 def test_a_refused_compensation_is_said():
-    found = straighter(OurLaser(PICKUP), session(), (PICKUP, BASE), SURE)
+    found = linearity_gain(OurLaser(PICKUP), session(), (PICKUP, BASE), SURE)
     assert "NotInvertible" in found["refused"]
     assert "Pickup" in found["refused"]
 
@@ -129,7 +134,7 @@ def world(ecdl, *truth):
 
 
 def test_realised_counts_and_names(entry):
-    found = realised([entry], draw=lambda a: world(LAG, "amplifier_lowpass"))
+    found = realise([entry], draw=lambda a: world(LAG, "amplifier_lowpass"))
     (record,) = found["worlds"]
     assert record["error"] is None
     assert record["unseen"]["all"]["closed"] == pytest.approx(1.0)
@@ -147,7 +152,7 @@ def test_a_world_is_drawn_anew_from_its_answer(entry):
     written = dataclasses.asdict(spec) | {
         "name": world.name, "truth": list(world.truth), "size": world.size
     }  # fmt: skip
-    again = drawn(json.loads(json.dumps(written)))
+    again = draw_again(json.loads(json.dumps(written)))
     assert again.truth == world.truth
     for a, b in zip(again.runs, world.runs, strict=True):
         np.testing.assert_array_equal(a.response, b.response)
@@ -165,8 +170,8 @@ def test_nothing_ends_the_check(entry, tmp_path):
     other = tried(entry, lambda a: world(LAG, "creep"))["error"]
     assert "not what its answer says" in other
     (tmp_path / "base.rapi").unlink()
-    found = realised([entry], draw=lambda a: world(LAG, "amplifier_lowpass"))
+    found = realise([entry], draw=lambda a: world(LAG, "amplifier_lowpass"))
     assert "base.rapi" in found["worlds"][0]["error"]
     assert found["unseen"]["inside"]["all"]["n"] == 0
     nulls = Entry.of(answer("n", "null"), prediction("none"))
-    assert realised([nulls], draw=broken)["named"] == 0
+    assert realise([nulls], draw=broken)["named"] == 0

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from fitting.identification._covariance import _model_autocovariance, _toeplitz_product, correlated
+from fitting.identification._covariance import (
+    _model_autocovariance,
+    _toeplitz_product,
+    correlated_covariance,
+)
 
 
 def ar1(rng, size, rho):
@@ -41,7 +45,7 @@ def test_intervals_cover(rho):
     for _ in range(300):
         y = ar1(rng, t.size, rho)
         solved = np.linalg.lstsq(columns, y, rcond=None)[0]
-        spread = correlated([y - columns @ solved], [columns], [1.0])
+        spread = correlated_covariance([y - columns @ solved], [columns], [1.0])
         hits.append(np.abs(solved) < 1.96 * spread.stderr)
     assert 0.90 <= np.mean(hits) <= 0.98
 
@@ -54,14 +58,14 @@ def test_weights_enter_as_a_sandwich():
     series = [rng.standard_normal(n), 3.0 * rng.standard_normal(n)]
     weights = [1.0, 1.0]
     mean = float(np.mean(series))
-    spread = correlated([s - mean for s in series], columns, weights)
+    spread = correlated_covariance([s - mean for s in series], columns, weights)
     assert spread.stderr[0] == pytest.approx(np.sqrt(n * (1 + 9)) / (2 * n), rel=0.05)
 
 
 def test_dead_columns_have_infinite_errors():
     rng = np.random.default_rng(2)
     columns = np.stack([np.ones(500), np.zeros(500)], axis=1)
-    spread = correlated([rng.standard_normal(500)], [columns], [1.0])
+    spread = correlated_covariance([rng.standard_normal(500)], [columns], [1.0])
     assert np.isfinite(spread.stderr[0]) and np.isinf(spread.stderr[1])
 
 
@@ -69,6 +73,6 @@ def test_smooth_residuals_count_as_few_samples():
     """A misfit that hardly changes from sample to sample is not white noise."""
     t = np.linspace(0, 1, 4000)
     misfit = np.sin(2 * np.pi * 3 * t) + 1e-4 * np.random.default_rng(0).standard_normal(t.size)
-    spread = correlated([misfit], [np.ones((t.size, 1))], [1.0])
+    spread = correlated_covariance([misfit], [np.ones((t.size, 1))], [1.0])
     assert spread.rho[0] > 0.99
     assert spread.effective < 0.02 * t.size

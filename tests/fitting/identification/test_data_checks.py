@@ -11,7 +11,7 @@ import pytest
 
 from fitting.cli import app
 from fitting.commands.run import run as rapi
-from fitting.identification._data_checks import check_usable, faults, hops
+from fitting.identification._data_checks import check_usable, find_faults, find_hops
 from rapi_jax import DataError, predict
 from rapi_jax._recording import Drive, Recording, Run
 from rapi_jax._waveform import multisine, sine, triangle
@@ -81,7 +81,7 @@ def rolled(drive: Drive, reading: np.ndarray, by: int) -> Recording:
 
 def found(recording: Recording, **options) -> list[str]:
     errors = [residual(run, **options) for run in recording.runs]
-    return [fault.kind for fault in faults(recording) + hops(recording, errors)]
+    return [fault.kind for fault in find_faults(recording) + find_hops(recording, errors)]
 
 
 def healthy(seed: int) -> Recording:
@@ -161,7 +161,7 @@ def test_mode_hops_are_found_where_they_are():
     trials = 500
     for seed in range(trials):
         recording, places = hopped(seed, 0.020)
-        kinds = hops(recording, [residual(run) for run in recording.runs])
+        kinds = find_hops(recording, [residual(run) for run in recording.runs])
         caught += bool(kinds)
         for first, last in kinds[0].samples if kinds else ():
             assert first == last
@@ -173,7 +173,7 @@ def test_mode_hops_are_found_where_they_are():
 def test_mode_hops_are_mostly_found_in_coarse_recordings():
     """Where the frequency moves by more than a hop from one sample to the next, not all can be."""
     coarse = [hopped(seed, 0.020, SIZES)[0] for seed in range(300)]
-    caught = sum(bool(hops(one, [residual(run) for run in one.runs])) for one in coarse)
+    caught = sum(bool(find_hops(one, [residual(run) for run in one.runs])) for one in coarse)
     assert caught >= 0.8 * len(coarse)
 
 
@@ -183,7 +183,7 @@ def test_a_single_wrong_sample_is_no_hop():
     reading = truth + 0.02 * noise
     reading[[700, 1500, 3100]] += 3.0
     recording = Recording((Run(drive, reading),))
-    assert hops(recording, [residual(recording.runs[0])]) == []
+    assert find_hops(recording, [residual(recording.runs[0])]) == []
 
 
 def test_clipped_readings_are_found():
@@ -195,7 +195,7 @@ def test_clipped_readings_are_found():
         reading = np.minimum(reading, limit) if rng.random() < 0.5 else np.maximum(reading, limit)
         if (bits := int(rng.choice([0, 8, 10, 12, 14]))) > 0:
             reading = digitised(reading, bits)
-        found = {fault.kind: fault for fault in faults(rolled(drive, reading, 0))}
+        found = {fault.kind: fault for fault in find_faults(rolled(drive, reading, 0))}
         if "clipped" not in found or not all(
             np.ptp(reading[a : b + 1]) == 0 for a, b in found["clipped"].samples
         ):
@@ -213,7 +213,7 @@ def test_wrong_periods_are_found_and_right_ones_named():
             continue  # no complete period: refused, see below
         value = drive.value + 1e-3 * rng.standard_normal(drive.size)
         wrong = Drive(drive.time, value, 10.0 * factor, drive.waveform)
-        kinds = {fault.kind: fault for fault in faults(Recording((Run(wrong, reading),)))}
+        kinds = {fault.kind: fault for fault in find_faults(Recording((Run(wrong, reading),)))}
         if "wrong period" not in kinds:
             missed.append((seed, drive.waveform, drive.size, drive.periods, factor))
         elif drive.periods > 1 and drive.waveform != "multisine":
@@ -239,8 +239,8 @@ def test_readings_that_rest_for_a_reason_are_not_clipped():
     drive, truth = clean("triangle", 1000, 1)
     held = np.minimum(drive.value, BIAS)
     recording = Recording((Run(Drive(drive.time, held, 10.0, "triangle"), 12.0 * held),))
-    assert faults(recording) == []
+    assert find_faults(recording) == []
     two = np.tile(drive.value, 2)
     time = np.arange(two.size) * drive.step_s
     settled = Run(Drive(time, two, 10.0, "triangle"), 12.0 * play(two, 0.4))
-    assert faults(Recording((settled,))) == []
+    assert find_faults(Recording((settled,))) == []

@@ -238,7 +238,7 @@ class Gain(AbstractDriveEffect):
     factor: float = 1.0
 
     @classmethod
-    def trials(cls, evidence):
+    def initial_guesses(cls, evidence):
         return []
 
     def __call__(self, t, signal):
@@ -250,7 +250,7 @@ class Pickup(AbstractOpticalEffect):
     hertz: float = 50.0
 
     @classmethod
-    def trials(cls, evidence):
+    def initial_guesses(cls, evidence):
         return []
 
     def __call__(self, t, signal):

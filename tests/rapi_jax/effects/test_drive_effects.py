@@ -16,9 +16,9 @@ from rapi_jax.effects import (
     AmplifierLowpass,
     AmplitudeLaw,
     Delay,
-    Evidence,
     Quantisation,
     RateLaw,
+    ResidualSummary,
     Saturation,
     SlewLimit,
 )
@@ -232,7 +232,7 @@ def evidence(**changes):
         "residual": 0.1 * np.sin(np.arange(400.0)), "run": zero.astype(int), "rates": (20.0,),
         "u_pp": (3.0,), "step_s": drive.step_s, "noise": 0.02, "span": 60.0, **changes,
     }  # fmt: skip
-    return Evidence(**fields)
+    return ResidualSummary(**fields)
 
 
 ODD = {
@@ -250,21 +250,23 @@ ODD = {
 def test_trials_are_few_and_within_bounds_whatever_the_evidence(cls, case):
     from rapi_jax._parameter import follow, parameters
 
-    for effect in cls.trials(evidence(**ODD[case])):
+    for effect in cls.initial_guesses(evidence(**ODD[case])):
         moved = False
         for p in parameters(effect):
             value = np.asarray(follow(effect, p.path))
             assert np.isfinite(value).all() and p.bounds[0] < value < p.bounds[1], p.name
             moved |= not p.held and value != np.asarray(follow(cls(), p.path))
         assert moved
-    assert len(cls.trials(evidence(**ODD[case]))) <= 9
+    assert len(cls.initial_guesses(evidence(**ODD[case]))) <= 9
 
 
 def test_trials_leave_out_what_one_run_cannot_show():
-    assert RateLaw.trials(evidence()) == [] and AmplitudeLaw.trials(evidence()) == []
+    assert (
+        RateLaw.initial_guesses(evidence()) == [] and AmplitudeLaw.initial_guesses(evidence()) == []
+    )
     two = evidence(**ODD["two runs"])
-    assert len(RateLaw.trials(two)) == 5
-    shown = AmplitudeLaw.trials(two)
+    assert len(RateLaw.initial_guesses(two)) == 5
+    shown = AmplitudeLaw.initial_guesses(two)
     assert any(float(e.threshold) for e in shown) and any(float(e.gain) for e in shown)
 
 
@@ -286,7 +288,7 @@ class Mine(AbstractOpticalEffect):
     size: jax.Array = parameter(unit="{x}", default=0.0)
 
     @classmethod
-    def trials(cls, evidence):
+    def initial_guesses(cls, evidence):
         return []
 
     def __call__(self, t, nu):

@@ -21,13 +21,13 @@ from rapi_jax.effects import (
     AbstractInvertible,
     AbstractLinearEffect,
     AbstractOpticalEffect,
-    Evidence,
+    ResidualSummary,
 )
 from rapi_jax.effects._base import Past
 from rapi_jax.effects._first_order_lags import History, respond_linear
 from rapi_jax.examples import paper_device
 from rapi_jax.io import read_model, write_model
-from rapi_jax.sampling._batch import batch, on_device, sampled
+from rapi_jax.sampling._batch import batch, on_device, to_batch
 from rapi_jax.sampling._sampling_grid import row_of
 
 EXAMPLES = {**examples_drive.EXAMPLES, **examples_optical.EXAMPLES}
@@ -277,12 +277,12 @@ def forward(effect, t, x, period):
 def evidence(effect=None, *, drives=None, noise=NOISE, scale=1.0, seed=0):
     """What a fit that left `effect` out would hold in its hands, but for the base's own changes."""
     drives = triangles() if drives is None else drives
-    rows = sampled(Recording.of(drives, [np.zeros(d.size) for d in drives]), lead=True)
+    rows = to_batch(Recording.of(drives, [np.zeros(d.size) for d in drives]), lead=True)
     inside = rows.sample >= 0
     base = np.asarray(_respond(ECDL(OPERATOR), rows.device()))
     full = base if effect is None else np.asarray(answer(effect, rows.device()))
     rest = (full - base)[inside] + noise * np.random.default_rng(seed).normal(size=inside.sum())
-    return Evidence(
+    return ResidualSummary(
         time=rows.time[inside],
         drive=rows.u[inside],
         response=scale * base[inside],
@@ -314,7 +314,7 @@ def odd():
         ),
         "um": evidence(scale=1e-4),
         "late": dataclasses.replace(usual, time=usual.time + 1.7e9),
-        "three samples": Evidence(
+        "three samples": ResidualSummary(
             np.arange(3.0), np.arange(3.0), np.arange(3.0), np.zeros(3), np.zeros(3, dtype=int),
             (0.0,), (2.0,), 1.0, 0.0, 2.0,
         ),
@@ -331,8 +331,8 @@ ODD = odd()
 @pytest.mark.parametrize("kind", sorted(ODD))
 def test_trials_are_numbers_within_bounds(name, kind):
     cls = type(EXAMPLES[name])
-    found = cls.trials(ODD[kind])
-    again = cls.trials(ODD[kind])
+    found = cls.initial_guesses(ODD[kind])
+    again = cls.initial_guesses(ODD[kind])
     assert len(found) <= 24 and len(found) == len(again)
     for one, other in zip(found, again, strict=True):
         assert type(one) is cls
@@ -348,11 +348,11 @@ def test_trials_are_numbers_within_bounds(name, kind):
 @ALL
 def test_trials_change_something(name):
     """With evidence of the effect itself there are some, and none is the identity."""
-    found = type(EXAMPLES[name]).trials(evidence(EXAMPLES[name]))
+    found = type(EXAMPLES[name]).initial_guesses(evidence(EXAMPLES[name]))
     drives = triangles()
     if name == "amplitude_law":  # one amplitude cannot show most of it
         drives = (*drives, dataclasses.replace(drives[0], value=2.0 + 0.4 * drives[0].value))
-        found = type(EXAMPLES[name]).trials(evidence(EXAMPLES[name], drives=drives))
+        found = type(EXAMPLES[name]).initial_guesses(evidence(EXAMPLES[name], drives=drives))
     assert found
     rows, _ = on_rows(drives)
     bare = np.asarray(_respond(ECDL(OPERATOR), rows))

@@ -16,15 +16,15 @@ from rapi_jax.effects import (
     CurrentCoupling,
     Drift,
     Etalon,
-    Evidence,
     GainDrift,
     ModeHop,
     Pickup,
+    ResidualSummary,
     Resonance,
 )
 from rapi_jax.examples import paper_device
 from rapi_jax.operators import RAPI
-from rapi_jax.sampling._batch import sampled
+from rapi_jax.sampling._batch import to_batch
 
 _respond = eqx.filter_jit(respond)
 
@@ -87,7 +87,7 @@ def test_creep_remembers_the_run_before():
     scans = triangle(10.0, amplitude=3.0, bias=3.0, samples=2000, periods=4)[0]
     hold = step_and_hold((1.5, 1.5), hold_s=1.0, rise_s=0.01, step_s=5e-4)[0]
     hold = dataclasses.replace(hold, start_s=0.4)
-    rows = sampled(Recording.of([scans, hold], [scans.value, hold.value]), lead=True).device()
+    rows = to_batch(Recording.of([scans, hold], [scans.value, hold.value]), lead=True).device()
     answers = {}
     for history in (0.0, 1.0):
         full = _respond(straight(Creep.at(gain=0.03, history=history)), rows)
@@ -233,14 +233,14 @@ def test_coupling_on_a_triangle_between_samples():
 def seen(effect, *, noise=0.02, rates=(10.0, 20.0, 40.0), periods=4):
     """A device with the effect, and what the same without it leaves."""
     drives = triangle(rates, amplitude=3.0, bias=3.0, samples=1000 * periods, periods=periods)
-    rows = sampled(Recording.of(drives, [d.value for d in drives]), lead=True)
+    rows = to_batch(Recording.of(drives, [d.value for d in drives]), lead=True)
     base, full = (
         np.asarray(_respond(ECDL(paper_device().operator, e), rows.device()))
         for e in ((), (effect,))
     )
     inside = rows.sample >= 0
     rng = np.random.default_rng(5)
-    return Evidence(
+    return ResidualSummary(
         time=rows.time[inside],
         drive=rows.u[inside],
         response=base[inside],
@@ -258,18 +258,20 @@ def test_a_pickup_is_found_among_the_trials():
     for hertz in (50.0, 87.3, 231.0):
         pickup = Pickup.at(amplitude=0.05, hertz=hertz, phase=1.0)
         evidence = seen(pickup)
-        found = [float(p.hertz) for p in Pickup.trials(evidence)]
+        found = [float(p.hertz) for p in Pickup.initial_guesses(evidence)]
         assert min(abs(f - hertz) for f in found) <= 0.25 / evidence.duration_s
-        size = [float(p.amplitude) for p in Pickup.trials(evidence) if abs(p.hertz - hertz) < 1]
+        size = [
+            float(p.amplitude) for p in Pickup.initial_guesses(evidence) if abs(p.hertz - hertz) < 1
+        ]
         assert size[0] == pytest.approx(0.05, rel=0.2)
 
 
 @pytest.mark.parametrize("spacing", [1.7, 6.5, 21.0])
 def test_an_etalon_is_found_among_the_trials(spacing):
     evidence = seen(Etalon.at(amplitude=0.1, phase=2.0, spacing=spacing))
-    cycles = [evidence.span / float(e.spacing) for e in Etalon.trials(evidence)]
+    cycles = [evidence.span / float(e.spacing) for e in Etalon.initial_guesses(evidence)]
     assert min(abs(c - evidence.span / spacing) for c in cycles) <= 1 / 3
-    phases = [float(e.phase) for e in Etalon.trials(evidence)][:4]
+    phases = [float(e.phase) for e in Etalon.initial_guesses(evidence)][:4]
     assert phases == pytest.approx([0, np.pi / 2, np.pi, 3 * np.pi / 2])
 
 
@@ -278,7 +280,7 @@ def test_an_etalon_is_found_among_the_trials(spacing):
 def test_a_hop_is_found_among_the_trials(size, width):
     evidence = seen(ModeHop.at(size=size, threshold=70.0, width=width))
     near = [
-        h for h in ModeHop.trials(evidence)
+        h for h in ModeHop.initial_guesses(evidence)
         if abs(h.threshold - 70.0) < 0.5 and abs(h.width - width) < 0.7
     ]  # fmt: skip
     assert near and float(near[0].size) == pytest.approx(size, rel=0.2)
@@ -287,17 +289,17 @@ def test_a_hop_is_found_among_the_trials(size, width):
 @pytest.mark.parametrize("hertz", [350.0, 900.0])
 def test_a_resonance_is_found_among_the_trials(hertz):
     evidence = seen(Resonance.at(hertz=hertz, damping=0.03, share=1.0))
-    found = [float(r.hertz) for r in Resonance.trials(evidence)]
+    found = [float(r.hertz) for r in Resonance.initial_guesses(evidence)]
     assert min(abs(f / hertz - 1) for f in found) < 0.1
     assert min(abs(f / hertz - 1) for f in found[:4]) < 0.1  # by the data, not by the coarse grid
 
 
 def test_sizes_of_drifts_and_coupling_come_from_the_residual():
-    drift = Drift.trials(seen(Drift.at(amplitude=1.0, tau=0.7)))
+    drift = Drift.initial_guesses(seen(Drift.at(amplitude=1.0, tau=0.7)))
     straightest = max(drift, key=lambda d: float(d.tau))
     assert 0.5 < float(straightest.amplitude / straightest.tau) < 1.4
-    rate = float(GainDrift.trials(seen(GainDrift.at(rate=0.05)))[0].rate)
+    rate = float(GainDrift.initial_guesses(seen(GainDrift.at(rate=0.05)))[0].rate)
     assert rate == pytest.approx(0.05, rel=0.2)
-    found = CurrentCoupling.trials(seen(CurrentCoupling.at(coupling=-3e-4)))
+    found = CurrentCoupling.initial_guesses(seen(CurrentCoupling.at(coupling=-3e-4)))
     assert float(found[0].coupling) == pytest.approx(-3e-4, rel=0.05)
     assert float(found[1].coupling) == pytest.approx(3e-4, rel=0.05)

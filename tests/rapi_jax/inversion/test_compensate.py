@@ -39,7 +39,7 @@ from rapi_jax.effects import (
 )
 from rapi_jax.effects import Etalon as ModelEtalon
 from rapi_jax.examples import paper_device, paper_recording
-from rapi_jax.inversion._anderson import Mixing
+from rapi_jax.inversion._anderson import AndersonMixing
 
 LIMITS = DriveLimits(0.0, 7.5, 2000.0)
 
@@ -283,7 +283,7 @@ def test_sharp_corners_are_followed_late():
 def test_mixing_solves_a_linear_problem_in_as_many_rounds_as_it_has_directions():
     rng = np.random.default_rng(2)
     matrix, wanted = 0.6 * rng.normal(size=(5, 5)), rng.normal(size=5)
-    mixing, place = Mixing(), np.zeros(5)
+    mixing, place = AndersonMixing(), np.zeros(5)
     for _ in range(7):
         place = mixing.next(place, wanted + matrix @ place)
     np.testing.assert_allclose(place, np.linalg.solve(np.eye(5) - matrix, wanted), rtol=1e-7)

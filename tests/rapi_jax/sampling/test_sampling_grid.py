@@ -13,7 +13,7 @@ from rapi_jax import DataError, Drive, Recording, predict
 from rapi_jax._ecdl import ECDL, respond
 from rapi_jax.effects import AbstractOpticalEffect
 from rapi_jax.examples import paper_device
-from rapi_jax.sampling._batch import batch, on_device, sampled
+from rapi_jax.sampling._batch import batch, on_device, to_batch
 from rapi_jax.sampling._corners import corners
 from rapi_jax.sampling._sampling_grid import row_of
 
@@ -287,5 +287,5 @@ def test_a_constant_drive_and_the_shortest_one():
             inside = row.sample >= 0
             assert np.array_equal(row.node_u[row.place][inside], drive.value)
     recording = Recording.of([still, short], [still.value, short.value])
-    rows = sampled(recording, lead=True)
+    rows = to_batch(recording, lead=True)
     assert np.isfinite(rows.u).all() and jnp.isfinite(rows.device().node_u).all()

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from worlds import Base, Engine, Refit, answers, drives, free_base, projected, recorded
+from worlds import Base, Refit, WhitenedModel, answers, drives, flexible_base, projected, recorded
 
 from fitting import diagnose
 from fitting.diagnosis.how_far._predicted_gain import crooked
@@ -21,7 +21,7 @@ SESSION = drives(rates=(10.0, 20.0, 40.0), periods=3, samples=192)
 def block(samples=400):
     """One block of a triangle of 400 samples a period, and the share of each ramp gone by."""
     (one,) = drives(rates=(20.0,), amplitudes=(2.0,), periods=2, samples=samples)
-    found = Engine.of(Recording.of([one], [one.value])).blocks[0]
+    found = WhitenedModel.of(Recording.of([one], [one.value])).blocks[0]
     half = samples // 2
     return found, np.tile(np.arange(samples) % half / half, (found.periods, 1))
 
@@ -49,10 +49,10 @@ def test_what_does_not_repeat_is_no_crookedness():
 
 @float64
 def refit():
-    engine = Engine.of(Recording.of(SESSION, answers(SESSION)))
-    plain = Base.of(engine, paper_device().operator)
-    rich = free_base(engine, plain, plain.centre)
-    return Refit(engine, engine.whitener(Spectrum(1e-4, 0.0, 1.0, True)), rich)
+    whitened = WhitenedModel.of(Recording.of(SESSION, answers(SESSION)))
+    plain = Base.of(whitened, paper_device().operator)
+    rich = flexible_base(whitened, plain, plain.centre)
+    return Refit(whitened, whitened.whitener(Spectrum(1e-4, 0.0, 1.0, True)), rich)
 
 
 @float64
@@ -65,8 +65,10 @@ def test_the_number_of_values_determined_lies_between_none_and_all():
     held = dataclasses.replace(one, base=dataclasses.replace(one.base, prior=one.base.prior * 1e-9))
     finite = np.isfinite(one.base.prior)
     assert determined(held, state) <= int((one.base.free & ~finite).sum()) + 1e-3
-    loose = dataclasses.replace(one, base=dataclasses.replace(one.base, prior=one.base.prior * 1e9))
-    assert determined(loose, state) > count
+    nonsynchronous = dataclasses.replace(
+        one, base=dataclasses.replace(one.base, prior=one.base.prior * 1e9)
+    )
+    assert determined(nonsynchronous, state) > count
 
 
 def test_a_diagnosis_foresees_what_closes_and_how_straight_a_scan_becomes():

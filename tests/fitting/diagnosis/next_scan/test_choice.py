@@ -9,13 +9,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fitting.diagnosis.next_scan._candidates import candidates
-from fitting.diagnosis.next_scan._choice import Hypothesis, next_scan
-from fitting.diagnosis.next_scan._discrimination import Rival, Seen, Trials, linear, ratio
-from fitting.diagnosis.next_scan._rival_refit import refitted
+from fitting.diagnosis.next_scan._candidates import candidate_scans
+from fitting.diagnosis.next_scan._choice import Hypothesis, choose_next_scan
+from fitting.diagnosis.next_scan._discrimination import (
+    Rival,
+    Seen,
+    Trials,
+    linear_discrimination,
+    ratio,
+)
+from fitting.diagnosis.next_scan._rival_refit import refit_rival
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._gauss_newton import Base, Refit
-from fitting.diagnosis.refit._whitened_model import Engine
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import ECDL, RAPI, DriveLimits, Identified, Recording, predict, triangle
 from rapi_jax.effects._amplifier_lowpass import AmplifierLowpass
 from rapi_jax.effects._creep import Creep
@@ -57,10 +63,10 @@ def drives(rates=RATES, amplitudes=AMPLITUDES):
 def recorded(operator, effects, runs):
     """The session without noise; each run with a zero of its own."""
     blank = Recording.of(runs, [np.zeros(d.size) for d in runs], response_origin="run")
-    engine = Engine.of(blank)
-    base = Base.of(engine, operator)
-    rows = engine.rows(effects, engine.nodes(operator, base.centre, effects))
-    model = [block.of(rows[k]) for k, block in enumerate(engine.blocks)]
+    whitened = WhitenedModel.of(blank)
+    base = Base.of(whitened, operator)
+    rows = whitened.rows(effects, whitened.nodes(operator, base.centre, effects))
+    model = [block.of(rows[k]) for k, block in enumerate(whitened.blocks)]
     full = [np.resize(m.ravel(), d.size) for m, d in zip(model, runs, strict=True)]
     return Recording.of(runs, full, response_origin="run")
 
@@ -70,15 +76,15 @@ def world(truth, *rivals):
     """Engine, whitening, base and each hypothesis as fitted to data of `truth`, without noise."""
     operator = paper_device().operator
     runs = drives((20.0,), (3.0,)) if truth == "sines" else drives()
-    engine = Engine.of(recorded(operator, PAIRS[truth][0], runs))
-    base, whitener = Base.of(engine, operator), engine.whitener(WHITE)
-    refit = Refit(engine, whitener, base)
+    whitened = WhitenedModel.of(recorded(operator, PAIRS[truth][0], runs))
+    base, whitener = Base.of(whitened, operator), whitened.whitener(WHITE)
+    refit = Refit(whitened, whitener, base)
     starts = [e for name in (truth, *rivals) for e in PAIRS[name]]
     # The best of several starts, each alone.
     tries = [[refit.descend(refit.at(base.centre, (e,)), 25) for e in some] for some in starts]
     fits = [min(some, key=lambda state: state.cost) for some in tries]
     said = [Hypothesis(f.effects[0].name, f.effects, f.values, 1.0 / len(fits)) for f in fits]
-    return engine, whitener, base, said
+    return whitened, whitener, base, said
 
 
 FEED = ((CurrentCoupling(coupling=-2.5e-3),), (Delay(tau=1.3e-4),))
@@ -88,30 +94,30 @@ PAIRS = {"lags": LAGS, "slow": SLOW, "sines": SINES, "feed": FEED}
 @functools.cache
 def advice(*names):
     """What to scan next in a world."""
-    return next_scan(*world(*names))
+    return choose_next_scan(*world(*names))
 
 
 def already(name, hz, amplitude, bias):
     """The first-order power of one triangle for the worst order of a world's first two."""
-    engine, whitener, base, said = world(name)
-    refit = Refit(engine, whitener, base)
+    whitened, whitener, base, said = world(name)
+    refit = Refit(whitened, whitener, base)
     rivals = [Rival.of(refit, h.name, h.values, h.effects) for h in said[:2]]
     (drive,) = triangle(hz, amplitude=amplitude, bias=bias, samples=N * P, periods=P)
-    start = float(engine.recording.drives[-1].session_time[-1]) + 60.0
+    start = float(whitened.recording.drives[-1].session_time[-1]) + 60.0
     trials = Trials.of([dataclasses.replace(drive, start_s=start)], whitener)
     one, two = (trials.see(rival)[0] for rival in rivals)
-    return min(linear(one, two)[0], linear(two, one)[0])
+    return min(linear_discrimination(one, two)[0], linear_discrimination(two, one)[0])
 
 
 # The power of one pair
 
 
-def seen(rng, parameters, locked, loose, prior):
+def seen(rng, parameters, synchronous, nonsynchronous, prior):
     """A prediction with a derivative, of which the last two columns reach the loose rows."""
     return Seen(
-        rng.standard_normal(locked + loose),
-        rng.standard_normal((locked, parameters)),
-        rng.standard_normal((loose, 2)),
+        rng.standard_normal(synchronous + nonsynchronous),
+        rng.standard_normal((synchronous, parameters)),
+        rng.standard_normal((nonsynchronous, 2)),
         slice(parameters - 2, parameters),
         prior,
     )
@@ -119,9 +125,9 @@ def seen(rng, parameters, locked, loose, prior):
 
 def full(one):
     """All columns over all rows."""
-    rest = np.zeros((one.loose.shape[0], one.locked.shape[1]))
-    rest[:, one.which] = one.loose
-    return np.concatenate([one.locked, rest])
+    rest = np.zeros((one.nonsynchronous.shape[0], one.synchronous.shape[1]))
+    rest[:, one.which] = one.nonsynchronous
+    return np.concatenate([one.synchronous, rest])
 
 
 def information(rng, size):
@@ -137,8 +143,12 @@ def test_the_first_order_power_is_the_difference_against_noise_and_prediction_va
     d = one.value - two.value
     spread = [full(s) @ np.linalg.inv(s.prior) @ full(s).T for s in (one, two)]
     unit = np.eye(d.size)
-    np.testing.assert_allclose(linear(one, two)[0], d @ np.linalg.solve(unit + spread[1], d))
-    np.testing.assert_allclose(linear(two, one)[0], d @ np.linalg.solve(unit + spread[0], d))
+    np.testing.assert_allclose(
+        linear_discrimination(one, two)[0], d @ np.linalg.solve(unit + spread[1], d)
+    )
+    np.testing.assert_allclose(
+        linear_discrimination(two, one)[0], d @ np.linalg.solve(unit + spread[0], d)
+    )
     both = 2.0 * unit + spread[0] + spread[1]
     np.testing.assert_allclose(ratio(one, two), d @ np.linalg.solve(both, d))
 
@@ -146,10 +156,10 @@ def test_the_first_order_power_is_the_difference_against_noise_and_prediction_va
 def test_a_direction_of_which_nothing_is_known_takes_all_it_can():
     rng = np.random.default_rng(1)
     one, two = (seen(rng, 4, 20, 0, np.zeros((4, 4))) for _ in range(2))
-    one, two = (dataclasses.replace(s, loose=np.zeros((0, 2))) for s in (one, two))
+    one, two = (dataclasses.replace(s, nonsynchronous=np.zeros((0, 2))) for s in (one, two))
     d = one.value - two.value
-    rest = d - two.locked @ np.linalg.lstsq(two.locked, d, rcond=None)[0]
-    np.testing.assert_allclose(linear(one, two)[0], rest @ rest, rtol=1e-8)
+    rest = d - two.synchronous @ np.linalg.lstsq(two.synchronous, d, rcond=None)[0]
+    np.testing.assert_allclose(linear_discrimination(one, two)[0], rest @ rest, rtol=1e-8)
 
 
 def test_power_of_a_feed_through_in_closed_form():
@@ -159,11 +169,11 @@ def test_power_of_a_feed_through_in_closed_form():
         alpha=0.2, zeta=0.0, lam=1.0, eta=1.0, a=1e-12, b=0.0, d=(20.0,), d_0=0.0, plays=3
     )
     effect = CurrentCoupling(coupling=k)
-    engine = Engine.of(recorded(operator, (effect,), drives()))
+    whitened = WhitenedModel.of(recorded(operator, (effect,), drives()))
     # Only the straight gain and the constant are in doubt.
     free = np.array([p in ("d", "d_0") for p in _names(operator)])
-    base, whitener = Base.of(engine, operator, free), engine.whitener(WHITE)
-    refit = Refit(engine, whitener, base)
+    base, whitener = Base.of(whitened, operator, free), whitened.whitener(WHITE)
+    refit = Refit(whitened, whitener, base)
     none = Rival.of(refit, "none", base.centre, ())
     coupled = Rival.of(refit, "current_coupling", base.centre, (effect,))
     made = [
@@ -176,20 +186,20 @@ def test_power_of_a_feed_through_in_closed_form():
     def squares(drive):  # of the slope over noise: it is none on the two corners of a period
         return P * (N - 2) * (2.0 * drive.rate * drive.u_pp / NOISE) ** 2
 
-    old = sum(squares(d) for d in engine.recording.drives)
+    old = sum(squares(d) for d in whitened.recording.drives)
     for i, drive in enumerate(made):
         new = squares(drive)
         # No feed-through cannot follow; a feed-through weighs the new scan against the old data.
         expected = {"coupled true": k**2 * new, "none true": k**2 * new * old / (new + old)}
-        first = linear(seen_coupled[i], seen_none[i])
+        first = linear_discrimination(seen_coupled[i], seen_none[i])
         np.testing.assert_allclose(first[0], expected["coupled true"], rtol=1e-6)
         np.testing.assert_allclose(
-            refitted(trials, i, seen_coupled[i], none, first), first[0], rtol=1e-6
+            refit_rival(trials, i, seen_coupled[i], none, first), first[0], rtol=1e-6
         )
-        second = linear(seen_none[i], seen_coupled[i])
+        second = linear_discrimination(seen_none[i], seen_coupled[i])
         np.testing.assert_allclose(second[0], expected["none true"], rtol=1e-6)
         np.testing.assert_allclose(
-            refitted(trials, i, seen_none[i], coupled, second), second[0], rtol=1e-6
+            refit_rival(trials, i, seen_none[i], coupled, second), second[0], rtol=1e-6
         )
 
 
@@ -215,7 +225,7 @@ def test_no_candidate_leaves_the_limits(low, width, slew, step, fastest):
     runs = drives()
     recording = Recording.of(runs, [np.zeros(d.size) for d in runs])
     rounding = 1e-8 * width
-    for found in candidates(recording, limits, samples=64, periods=2, start_s=100.0):
+    for found in candidate_scans(recording, limits, samples=64, periods=2, start_s=100.0):
         drive = found.drive
         assert drive.start_s == 100.0
         assert drive.value.min() >= low - rounding
@@ -231,7 +241,7 @@ def test_the_space_has_every_shape_and_no_scan_twice():
     runs = drives()
     recording = Recording.of(runs, [np.zeros(d.size) for d in runs])
     limits = Identified.of(recording).limits()
-    found = candidates(recording, limits, samples=N, periods=P, start_s=10.0)
+    found = candidate_scans(recording, limits, samples=N, periods=P, start_s=10.0)
     shapes = {(c.waveform, bool(c.smoothing)) for c in found}
     assert shapes == {
         ("triangle", False),
@@ -250,7 +260,7 @@ def test_voltages_never_seen_are_not_proposed_even_where_allowed():
     recording = Recording.of(runs, [np.zeros(d.size) for d in runs])
     near = Identified.of(recording).limits()
     wide = DriveLimits(-50.0, 50.0, 1e6)
-    for found in candidates(recording, wide, samples=64, periods=2, start_s=10.0):
+    for found in candidate_scans(recording, wide, samples=64, periods=2, start_s=10.0):
         assert near.low_v - 1e-9 <= found.drive.value.min()
         assert found.drive.value.max() <= near.high_v + 1e-9
 
@@ -290,7 +300,7 @@ def test_the_worst_pair_rules():
 
 
 def test_the_same_question_has_the_same_answer_and_goes_into_a_file():
-    found, again = advice("lags"), next_scan(*world("lags"))
+    found, again = advice("lags"), choose_next_scan(*world("lags"))
     text = json.dumps(found.to_dict(), allow_nan=False)
     assert text == json.dumps(again.to_dict(), allow_nan=False)
     keys = {"waveform", "excitation_hz", "amplitude", "bias", "separates"}
@@ -299,12 +309,12 @@ def test_the_same_question_has_the_same_answer_and_goes_into_a_file():
 
 
 def test_nothing_to_separate_or_nowhere_to_go_is_no_scan():
-    engine, whitener, base, said = world("lags")
-    assert next_scan(engine, whitener, base, said[:1]) is None
+    whitened, whitener, base, said = world("lags")
+    assert choose_next_scan(whitened, whitener, base, said[:1]) is None
     unlisted = dataclasses.replace(said[1], name="unlisted", effects=())
-    assert next_scan(engine, whitener, base, [said[0], unlisted]) is None
+    assert choose_next_scan(whitened, whitener, base, [said[0], unlisted]) is None
     still = DriveLimits(1.0, 5.0, 1e-6)
-    assert next_scan(engine, whitener, base, said, still) is None
+    assert choose_next_scan(whitened, whitener, base, said, still) is None
 
 
 # Against the truth
@@ -312,17 +322,17 @@ def test_nothing_to_separate_or_nowhere_to_go_is_no_scan():
 
 def joint_power(setup, i, j, drive):
     """By how much chi-square of `j` rises, refitted to the old data and a scan that `i` answers."""
-    engine, _, base, said = setup
+    whitened, _, base, said = setup
     drive = dataclasses.replace(
-        drive, start_s=max(d.session_time[-1] for d in engine.recording.drives) + 60.0
+        drive, start_s=max(d.session_time[-1] for d in whitened.recording.drives) + 60.0
     )
-    truth = ECDL(engine.filled(base.operator, said[i].values), said[i].effects)
-    rival = ECDL(engine.filled(base.operator, said[j].values), said[j].effects)
+    truth = ECDL(whitened.filled(base.operator, said[i].values), said[i].effects)
+    rival = ECDL(whitened.filled(base.operator, said[j].values), said[j].effects)
     # The old data are those of the rival, which it can follow: what it loses is the new scan's.
-    runs = [*engine.recording.drives, drive]
+    runs = [*whitened.recording.drives, drive]
     old = [np.asarray(predict(rival, d)) for d in runs[:-1]]
     new = np.asarray(predict(truth, drive))
-    both = Engine.of(Recording.of(runs, [*old, new], response_origin="run"))
+    both = WhitenedModel.of(Recording.of(runs, [*old, new], response_origin="run"))
     refit = Refit(both, both.whitener(WHITE), base)
     return refit.descend(refit.at(said[j].values, said[j].effects), 25).cost
 

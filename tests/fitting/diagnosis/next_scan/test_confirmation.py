@@ -5,16 +5,16 @@ import json
 import pytest
 from edge_worlds import drives, record
 
-from fitting.diagnosis._text import advice
-from fitting.diagnosis.next_scan._confirmation import is_alone, scan_inside
-from fitting.diagnosis.refit._whitened_model import Engine
+from fitting.diagnosis._text import verdict_advice
+from fitting.diagnosis.next_scan._confirmation import confirmation_scan, needs_confirmation
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.report.diagnosis._how_far import following
 from rapi_jax import DriveLimits, Identified
 
 
 @pytest.fixture(scope="module")
-def engine():
-    return Engine.of(record(drives((10.0, 40.0), amplitudes=(2.0, 3.0))))
+def whitened():
+    return WhitenedModel.of(record(drives((10.0, 40.0), amplitudes=(2.0, 3.0))))
 
 
 @pytest.mark.parametrize(
@@ -26,32 +26,32 @@ def engine():
     ],
 )  # fmt: skip
 def test_one_answer_beside_unlisted(names, alone):
-    assert is_alone(names) is alone
+    assert needs_confirmation(names) is alone
 
 
-def test_the_scan_lies_inside_what_was_recorded(engine):
-    found = scan_inside(engine, ["unlisted", "creep+etalon"])
+def test_the_scan_lies_inside_what_was_recorded(whitened):
+    found = confirmation_scan(whitened, ["unlisted", "creep+etalon"])
     assert found is not None and found.waveform == "sine"
     assert found.excitation_hz == 20.0  # the geometric middle of 10 and 40 Hz
     assert found.amplitude == pytest.approx(0.8 * 3.0) and found.bias == pytest.approx(3.0)
     low, high = found.drive.value.min(), found.drive.value.max()
     assert 1.5 < low < high < 4.5
     assert found.drive.periods == 3 and found.drive.size == 3 * 200
-    assert found.drive.start_s >= engine.recording.drives[-1].session_time[-1] + 60.0
-    Identified.of(engine.recording).limits().check(found.drive)
+    assert found.drive.start_s >= whitened.recording.drives[-1].session_time[-1] + 60.0
+    Identified.of(whitened.recording).limits().check(found.drive)
     assert "creep and etalon is all there is" in found.reason
-    assert "nothing is missing" in scan_inside(engine, ["none", "unlisted"]).reason
+    assert "nothing is missing" in confirmation_scan(whitened, ["none", "unlisted"]).reason
     written = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert {"waveform", "excitation_hz", "amplitude", "bias", "separates"} <= written.keys()
     assert following(written, "V")["table"] is None  # there is nothing to compare it with
 
 
-def test_limits_that_forbid_it_are_kept(engine):
-    assert scan_inside(engine, ["creep", "unlisted"], DriveLimits(1.0, 5.0, 1e-6)) is None
+def test_limits_that_forbid_it_are_kept(whitened):
+    assert confirmation_scan(whitened, ["creep", "unlisted"], DriveLimits(1.0, 5.0, 1e-6)) is None
 
 
 def test_the_scan_comes_before_the_cure():
-    said = advice("creep", ("creep",), ["creep"], {"waveform": "sine"}, unsure=True)
+    said = verdict_advice("creep", ("creep",), ["creep"], {"waveform": "sine"}, unsure=True)
     assert said.startswith("Play the next scan below first") and "run in" in said
-    assert "next scan" not in advice("creep", ("creep",), ["creep"], None, unsure=True)
-    assert "next scan" not in advice("creep", ("creep",), ["creep"], {"waveform": "sine"})
+    assert "next scan" not in verdict_advice("creep", ("creep",), ["creep"], None, unsure=True)
+    assert "next scan" not in verdict_advice("creep", ("creep",), ["creep"], {"waveform": "sine"})

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from edge_worlds import drives, wandering
 
-from fitting.diagnosis.noise._periods import Block, blocks, part, thinned
+from fitting.diagnosis.noise._periods import PeriodBlock, decimate, period_blocks, slice_block
 from rapi_jax import Drive, Recording
-from rapi_jax.sampling._batch import sampled
+from rapi_jax.sampling._batch import to_batch
 
 
-def block_of(drive: Drive, response: np.ndarray) -> Block:
+def block_of(drive: Drive, response: np.ndarray) -> PeriodBlock:
     recording = Recording.of([drive], [response])
-    return blocks(recording, sampled(recording, lead=True))[0]
+    return period_blocks(recording, to_batch(recording, lead=True))[0]
 
 
-def counted(drive: Drive) -> Block:
+def counted(drive: Drive) -> PeriodBlock:
     """The block of a run whose readings are their own indices."""
     return block_of(drive, np.arange(drive.size, dtype=float))
 
@@ -67,8 +67,8 @@ def test_model_rows_are_read_as_readings_are():
         runs := [*drives((10.0,), phase=0.37, periods=3.4), *drives((40.0,), samples=150.7)],
         [np.sin(40 * d.time) for d in runs],
     )
-    data = sampled(recording, lead=True)
-    for k, block in enumerate(blocks(recording, data)):
+    data = to_batch(recording, lead=True)
+    for k, block in enumerate(period_blocks(recording, data)):
         np.testing.assert_allclose(block.of(data.y[k]), block.data, atol=1e-12)
         both = block.of(np.stack([data.y[k], 2 * data.y[k]]))
         np.testing.assert_allclose(both[1], 2 * block.data, atol=1e-12)
@@ -78,7 +78,7 @@ def test_model_rows_are_read_as_readings_are():
 def test_parts_of_a_repeating_run_are_whole_periods_that_make_up_the_run(periods):
     block = counted(drives((10.0,), periods=periods)[0])
     for cut in (1 / 3, 1 / 2, 2 / 3):
-        seen, held = part(block, 0.0, cut), part(block, cut, 1.0)
+        seen, held = slice_block(block, 0.0, cut), slice_block(block, cut, 1.0)
         assert seen.periods == round(cut * block.periods)
         assert seen.periods + held.periods == block.periods
         for name in ("left", "right", "share", "time", "data", "use", "drive"):
@@ -91,7 +91,7 @@ def test_parts_of_a_repeating_run_are_whole_periods_that_make_up_the_run(periods
 @pytest.mark.parametrize("drive", [drives((10.0,), periods=1)[0], wandering(500)])
 def test_parts_of_one_period_are_stretches_of_it(drive):
     block = counted(drive)
-    seen, held = part(block, 0.0, 2 / 3), part(block, 2 / 3, 1.0)
+    seen, held = slice_block(block, 0.0, 2 / 3), slice_block(block, 2 / 3, 1.0)
     assert block.periods == seen.periods == held.periods == 1
     assert seen.size == round(2 / 3 * block.size)
     for name in ("left", "share", "time", "data", "use", "drive"):
@@ -108,7 +108,7 @@ def test_thinning_leaves_whole_periods_of_512_to_1024_samples(samples, left):
     """1025 = 5 x 5 x 41 has no divisor that leaves 512: it stays. 4000 / 5, 40000 / 64."""
     (drive,) = drives((10.0,), samples=samples)
     recording = Recording.of([drive], [np.arange(drive.size, dtype=float)])
-    (run,) = thinned(recording).runs
+    (run,) = decimate(recording).runs
     assert run.drive.size == 3 * left
     every = samples // left
     np.testing.assert_array_equal(run.response, np.arange(0, drive.size, every))
@@ -119,7 +119,7 @@ def test_thinning_leaves_whole_periods_of_512_to_1024_samples(samples, left):
 
 def test_thinning_of_periods_that_are_not_whole():
     (drive,) = drives((10.0,), samples=40_000.37)
-    (run,) = thinned(Recording.of([drive], [drive.value])).runs
+    (run,) = decimate(Recording.of([drive], [drive.value])).runs
     assert 512 <= 1 / (10.0 * run.drive.step_s) <= 1024
     np.testing.assert_array_equal(run.response, run.drive.value)
 
@@ -127,7 +127,7 @@ def test_thinning_of_periods_that_are_not_whole():
 def test_thinning_of_a_run_that_does_not_repeat():
     sizes = (50_000, 1025, 1024)
     recording = Recording.of([wandering(n) for n in sizes], [np.zeros(n) for n in sizes])
-    long, some, short = thinned(recording).runs
+    long, some, short = decimate(recording).runs
     assert 512 <= long.drive.size <= 1024
     assert some.drive.size == 513
     assert short is recording.runs[2]
@@ -138,7 +138,7 @@ def test_thinning_keeps_masks_names_and_times():
     drive = dataclasses.replace(drive, start_s=7.0)
     y = np.arange(drive.size, dtype=float)
     y[5:20] = np.nan
-    (run,) = thinned(Recording.of([drive], [y])).runs
+    (run,) = decimate(Recording.of([drive], [y])).runs
     assert run.name == "run00" and run.drive.start_s == 7.0 and run.drive.rate == 10.0
     np.testing.assert_array_equal(np.flatnonzero(~run.valid), [1, 2, 3])
 
@@ -146,7 +146,7 @@ def test_thinning_keeps_masks_names_and_times():
 def test_turning_points_between_the_samples_left_are_found_again():
     """The corner of a thinned triangle is exact where it falls between samples."""
     (drive,) = drives((10.0,), samples=4000, phase=0.0003)
-    thin = thinned(Recording.of([drive], [drive.value]))
-    data = sampled(thin, lead=True)
+    thin = decimate(Recording.of([drive], [drive.value]))
+    data = to_batch(thin, lead=True)
     assert data.u.min() == pytest.approx(1.5, abs=1e-9)
     assert data.u.max() == pytest.approx(4.5, abs=1e-9)

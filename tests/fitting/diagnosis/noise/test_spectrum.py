@@ -7,10 +7,16 @@ import pytest
 from silent import noise, session, usual_step
 
 from fitting.diagnosis.noise import _spectrum as _noise
-from fitting.diagnosis.noise._periods import blocks
-from fitting.diagnosis.noise._spectrum import Lines, Spectrum, Whitener, measure, transform
+from fitting.diagnosis.noise._periods import period_blocks
+from fitting.diagnosis.noise._spectrum import (
+    SpectralLines,
+    Spectrum,
+    Whitener,
+    measure_spectrum,
+    to_lines,
+)
 from rapi_jax import Drive, Recording
-from rapi_jax.sampling._batch import sampled
+from rapi_jax.sampling._batch import to_batch
 
 
 def test_blocks_hold_the_readings_of_whole_periods():
@@ -21,7 +27,7 @@ def test_blocks_hold_the_readings_of_whole_periods():
     y = np.arange(1000.0)
     y[333] = np.nan
     recording = Recording.of([drive], [y])
-    (block,) = blocks(recording, sampled(recording, lead=True))
+    (block,) = period_blocks(recording, to_batch(recording, lead=True))
     assert block.repeats
     assert block.left.shape == (block.periods, 200)
     assert block.periods >= 4
@@ -41,7 +47,7 @@ def test_periods_that_are_no_whole_numbers_of_samples_are_read_between_them():
     u = 3.0 - np.abs(2.0 * np.mod(t * 37.3, 1.0) - 1.0)
     drive = Drive(t, u, excitation_hz=37.3, waveform="triangle")
     recording = Recording.of([drive], [100.0 * t])
-    (block,) = blocks(recording, sampled(recording, lead=True))
+    (block,) = period_blocks(recording, to_batch(recording, lead=True))
     np.testing.assert_allclose(block.data, 100.0 * block.time, atol=1e-9)
     np.testing.assert_allclose(np.diff(block.time[:, 0]), 1 / 37.3, rtol=1e-9)
 
@@ -49,7 +55,7 @@ def test_periods_that_are_no_whole_numbers_of_samples_are_read_between_them():
 def test_a_run_that_does_not_repeat_is_one_row():
     t = np.arange(500) / 1000.0
     recording = Recording.of([Drive(t, np.sin(9 * t) + t)], [t])
-    (block,) = blocks(recording, sampled(recording, lead=True))
+    (block,) = period_blocks(recording, to_batch(recording, lead=True))
     assert (block.periods, block.repeats, block.size) == (1, False, 500)
 
 
@@ -57,12 +63,12 @@ def test_lines_split_what_repeats_from_what_does_not_exactly():
     """Parseval, and the period means: all of them in every fifth line, nothing of the rest."""
     _, (block,) = session(rates=(20.0,))
     e = np.random.default_rng(0).standard_normal(block.left.shape)
-    lines, power = Lines.of(block), np.abs(transform(e)) ** 2
+    lines, power = SpectralLines.of(block), np.abs(to_lines(e)) ** 2
     assert lines.twice @ power == pytest.approx((e**2).sum(), rel=1e-12)
     mean = e.mean(axis=0)
-    locked = float(lines.twice[lines.locked] @ power[lines.locked])
-    assert locked == pytest.approx(5 * float(mean @ mean), rel=1e-12)
-    assert lines.hertz[lines.locked][1] == pytest.approx(20.0)
+    synchronous = float(lines.twice[lines.synchronous] @ power[lines.synchronous])
+    assert synchronous == pytest.approx(5 * float(mean @ mean), rel=1e-12)
+    assert lines.hertz[lines.synchronous][1] == pytest.approx(20.0)
 
 
 @pytest.mark.parametrize("low", [0.0, 3.0])
@@ -72,7 +78,9 @@ def test_the_spectrum_is_recovered(low: float):
     grid = np.array([40.0, 200.0, 1000.0])
     found = np.mean(
         [
-            measure(noise(np.random.default_rng(s), parts, low), parts).at(grid, usual_step(parts))
+            measure_spectrum(noise(np.random.default_rng(s), parts, low), parts).at(
+                grid, usual_step(parts)
+            )
             for s in range(30)
         ],
         axis=0,
@@ -86,27 +94,29 @@ def test_effects_hardly_move_the_spectrum():
     """What repeats not at all; drift and a tone, each 25 times the noise, by less than 15 %."""
     _, parts = session(phases=780)
     e = noise(np.random.default_rng(0), parts)
-    clean = measure(e, parts)
-    locked = measure(
+    clean = measure_spectrum(e, parts)
+    synchronous = measure_spectrum(
         [x + 99 * np.cos(b.phase)[None, :] for x, b in zip(e, parts, strict=True)], parts
     )
     at, step = np.array([100.0]), usual_step(parts)
-    assert locked.at(at, step) == pytest.approx(clean.at(at, step), rel=1e-6)
+    assert synchronous.at(at, step) == pytest.approx(clean.at(at, step), rel=1e-6)
     moved = [x + 5 * np.sin(300 * b.time) + 50 * b.time for x, b in zip(e, parts, strict=True)]
     high = np.array([2000.0])
-    assert measure(moved, parts).at(high, step) == pytest.approx(clean.at(high, step), rel=0.15)
+    assert measure_spectrum(moved, parts).at(high, step) == pytest.approx(
+        clean.at(high, step), rel=0.15
+    )
 
 
 def test_one_period_makes_the_noise_unknown():
     _, parts = session(periods=1, phases=780)
-    found = measure(noise(np.random.default_rng(0), parts), parts)
+    found = measure_spectrum(noise(np.random.default_rng(0), parts), parts)
     assert not found.known
     assert found.white == pytest.approx(1.0, rel=0.15)
 
 
 def test_no_noise_at_all_is_no_error():
     _, parts = session()
-    found = measure([np.zeros(b.left.shape) for b in parts], parts)
+    found = measure_spectrum([np.zeros(b.left.shape) for b in parts], parts)
     assert 0 < found.white < 1e-200
 
 
@@ -115,11 +125,11 @@ def test_whitened_errors_have_unit_variance():
     spectrum = Spectrum(0.5, 3.0, 200.0, True, usual_step(parts))
     whitener = Whitener(parts, spectrum, False)
     e = [noise(np.random.default_rng(s), parts, 3.0) for s in range(20)]
-    locked, loose = (np.stack(x) for x in zip(*map(whitener.both, e), strict=True))
-    assert locked.shape[1] + loose.shape[1] == sum(b.size for b in parts)
+    synchronous, nonsynchronous = (np.stack(x) for x in zip(*map(whitener.both, e), strict=True))
+    assert synchronous.shape[1] + nonsynchronous.shape[1] == sum(b.size for b in parts)
     # Tapers of the short record leak a little of the slow noise: 5 %.
-    assert np.mean(locked**2) == pytest.approx(1.0, rel=0.05)
-    assert np.mean(loose**2) == pytest.approx(1.0, rel=0.05)
+    assert np.mean(synchronous**2) == pytest.approx(1.0, rel=0.05)
+    assert np.mean(nonsynchronous**2) == pytest.approx(1.0, rel=0.05)
 
 
 def test_whitening_one_period_is_whitening_all():
@@ -129,11 +139,11 @@ def test_whitening_one_period_is_whitening_all():
     one = [np.random.default_rng(1).standard_normal((1, 156)) for _ in parts]
     every = [np.repeat(x, 5, axis=0) for x in one]
     whitener = Whitener(parts, spectrum, True)
-    locked, loose = whitener.both(every)
-    np.testing.assert_allclose(whitener.locked(one), locked, atol=1e-10)
-    np.testing.assert_allclose(loose, 0.0, atol=1e-10)
+    synchronous, nonsynchronous = whitener.both(every)
+    np.testing.assert_allclose(whitener.synchronous(one), synchronous, atol=1e-10)
+    np.testing.assert_allclose(nonsynchronous, 0.0, atol=1e-10)
     shifted = [x + 5.0 for x in every]
-    np.testing.assert_allclose(whitener.both(shifted)[0], locked, atol=1e-10)
+    np.testing.assert_allclose(whitener.both(shifted)[0], synchronous, atol=1e-10)
 
 
 def test_masks_are_kept():

@@ -9,7 +9,7 @@ from edge_worlds import NOISE, drives, off, record
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._effect_vector import effect_values, free_parameters
 from fitting.diagnosis.refit._gauss_newton import Base, Refit
-from fitting.diagnosis.refit._whitened_model import Engine
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import parameters
 from rapi_jax.effects import AmplifierLowpass, Etalon, ModeHop
 from rapi_jax.examples import paper_device
@@ -18,9 +18,9 @@ WHITE = Spectrum(NOISE**2, 0.0, 1.0, True)
 
 
 def refit_of(recording, operator=None, **options) -> Refit:
-    engine = Engine.of(recording)
-    base = Base.of(engine, operator or off(0.03))
-    return Refit(engine, engine.whitener(WHITE), base.without("b"), **options)
+    whitened = WhitenedModel.of(recording)
+    base = Base.of(whitened, operator or off(0.03))
+    return Refit(whitened, whitened.whitener(WHITE), base.without("b"), **options)
 
 
 @pytest.fixture(scope="module")
@@ -37,10 +37,10 @@ def test_three_percent_off_comes_back_to_noise(plain):
     """Chi-square a line within four of its standard errors, sqrt(2 / n), of 1."""
     start = plain.at(plain.base.centre, ())
     end = plain.descend(start, 40)
-    lines = end.errors.locked.size
-    assert start.locked > 100 * lines
-    assert abs(end.locked / lines - 1.0) < 4.0 * np.sqrt(2.0 / lines)
-    base = Base.of(plain.engine, paper_device().operator)
+    lines = end.errors.synchronous.size
+    assert start.synchronous > 100 * lines
+    assert abs(end.synchronous / lines - 1.0) < 4.0 * np.sqrt(2.0 / lines)
+    base = Base.of(plain.whitened, paper_device().operator)
     assert end.cost < dataclasses.replace(plain, base=base).at(base.centre, ()).cost
 
 
@@ -76,7 +76,7 @@ def test_a_narrow_prior_holds_and_a_wide_one_does_not(plain):
     wide = dataclasses.replace(plain, base=dataclasses.replace(base, prior=tight.prior * 1e15))
     free = plain.descend(plain.at(base.centre, ()), 15)
     same = wide.descend(wide.at(base.centre, ()), 15)
-    assert same.locked == pytest.approx(free.locked, rel=1e-6)
+    assert same.synchronous == pytest.approx(free.synchronous, rel=1e-6)
     off_ = wide.at(base.centre + tight.prior * 1e15, ())
     assert off_.prior == pytest.approx(base.centre.size)
 
@@ -85,8 +85,8 @@ def test_an_effect_and_the_operator_are_refitted_together(etalon):
     """From half the amplitude: it to 5 %, the spacing to 1 %."""
     start = etalon.at(etalon.base.centre, (Etalon(amplitude=0.15, spacing=19.5, phase=0.3),))
     end = etalon.descend(start, 40)
-    lines = end.errors.locked.size
-    assert abs(end.locked / lines - 1.0) < 4.0 * np.sqrt(2.0 / lines)
+    lines = end.errors.synchronous.size
+    assert abs(end.synchronous / lines - 1.0) < 4.0 * np.sqrt(2.0 / lines)
     (found,) = end.effects
     assert float(found.amplitude) == pytest.approx(0.3, rel=0.05)
     assert float(found.spacing) == pytest.approx(20.0, rel=0.01)

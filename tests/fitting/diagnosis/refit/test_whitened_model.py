@@ -9,7 +9,7 @@ from edge_worlds import NOISE, drives, off, record, wandering
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._effect_vector import effect_values, free_parameters, with_values
 from fitting.diagnosis.refit._gauss_newton import Base, Refit
-from fitting.diagnosis.refit._whitened_model import Engine
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import ECDL, Recording, predict
 from rapi_jax.effects import (
     AmplifierLowpass,
@@ -39,8 +39,8 @@ def recording():
 
 @pytest.fixture(scope="module")
 def refit(recording):
-    engine = Engine.of(recording)
-    return Refit(engine, engine.whitener(WHITE), Base.of(engine, off(0.01)))
+    whitened = WhitenedModel.of(recording)
+    return Refit(whitened, whitened.whitener(WHITE), Base.of(whitened, off(0.01)))
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -48,7 +48,9 @@ def test_errors_are_those_of_predict(name, refit, recording):
     """What the engine tiles from one period is what the model answers to the whole run."""
     ecdl = ECDL(refit.base.operator, EFFECTS[name])
     state = refit.at(refit.base.centre, ecdl.effects)
-    for run, block, raw in zip(recording.runs, refit.engine.blocks, state.errors.raw, strict=True):
+    for run, block, raw in zip(
+        recording.runs, refit.whitened.blocks, state.errors.raw, strict=True
+    ):
         want = np.asarray(predict(ecdl, run.drive)) - run.response
         first = int(np.flatnonzero(run.drive.period >= 0)[0])
         np.testing.assert_allclose(raw.ravel(), want[first:][: block.size], atol=2e-8)
@@ -57,12 +59,12 @@ def test_errors_are_those_of_predict(name, refit, recording):
 def test_errors_between_samples_are_those_of_predict():
     """With 200.37 samples a period nothing is tiled; both are read by straight lines."""
     recording = record(drives(samples=200.37, periods=3.4))
-    engine = Engine.of(recording)
+    whitened = WhitenedModel.of(recording)
     operator = paper_device().operator
-    state = Refit(engine, engine.whitener(WHITE), Base.of(engine, operator)).at(
-        Base.of(engine, operator).centre, ()
+    state = Refit(whitened, whitened.whitener(WHITE), Base.of(whitened, operator)).at(
+        Base.of(whitened, operator).centre, ()
     )
-    for run, block, raw in zip(recording.runs, engine.blocks, state.errors.raw, strict=True):
+    for run, block, raw in zip(recording.runs, whitened.blocks, state.errors.raw, strict=True):
         error = np.asarray(predict(ECDL(operator), run.drive)) - run.response
         want = np.interp(block.time - run.drive.start_s, run.drive.time, error)
         # The model has the corner that falls between two samples, straight lines do not.
@@ -76,20 +78,22 @@ def test_whitened_errors_hold_all_of_the_errors(refit):
     """Parseval: chi-square, locked and not, is the sum of squares over the noise's variance."""
     state = refit.at(refit.base.centre, ())
     squares = sum(float((e**2).sum()) for e in state.errors.raw)
-    assert state.locked + state.loose == pytest.approx(squares / NOISE**2, rel=1e-10)
+    assert state.synchronous + state.nonsynchronous == pytest.approx(squares / NOISE**2, rel=1e-10)
     mean = sum(e.shape[0] * float((e.mean(axis=0) ** 2).sum()) for e in state.errors.raw)
-    assert state.locked == pytest.approx(mean / NOISE**2, rel=1e-10)
-    assert state.cost == state.locked + state.loose
+    assert state.synchronous == pytest.approx(mean / NOISE**2, rel=1e-10)
+    assert state.cost == state.synchronous + state.nonsynchronous
 
 
 def test_noise_alone_is_white_of_unit_variance(recording):
     """At the truth; four standard errors of a mean of squares, sqrt(2 / n) each."""
-    engine = Engine.of(recording)
-    base = Base.of(engine, paper_device().operator)
-    errors = Refit(engine, engine.whitener(WHITE), base).at(base.centre, ()).errors
-    for part in (errors.locked, errors.loose):
+    whitened = WhitenedModel.of(recording)
+    base = Base.of(whitened, paper_device().operator)
+    errors = Refit(whitened, whitened.whitener(WHITE), base).at(base.centre, ()).errors
+    for part in (errors.synchronous, errors.nonsynchronous):
         assert abs(np.mean(part**2) - 1.0) < 4.0 * np.sqrt(2.0 / part.size)
-    assert errors.locked.size + errors.loose.size == sum(b.size for b in engine.blocks)
+    assert errors.synchronous.size + errors.nonsynchronous.size == sum(
+        b.size for b in whitened.blocks
+    )
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -103,7 +107,7 @@ def test_columns_of_the_operator_are_central_differences(name, refit):
         for sign in (1.0, -1.0):
             moved = state.values.copy()
             moved[i] += sign * step
-            ends.append(refit.at(moved, state.effects).errors.locked)
+            ends.append(refit.at(moved, state.effects).errors.synchronous)
         want = (ends[0] - ends[1]) / (2.0 * step)
         assert np.linalg.norm(columns[:, i] - want) <= 1e-3 * np.linalg.norm(want), i
 
@@ -115,7 +119,10 @@ def test_columns_of_effects_are_central_differences(name, refit):
     columns = refit.effect_columns(state)
     now = effect_values(state.effects)
     sizes = [p.high - p.low for e in state.effects for p in free_parameters(e)]
-    assert columns.shape == (state.errors.locked.size + state.errors.loose.size, now.size)
+    assert columns.shape == (
+        state.errors.synchronous.size + state.errors.nonsynchronous.size,
+        now.size,
+    )
     for i, value in enumerate(now):
         step = 1e-4 * (abs(value) or min(sizes[i], 1.0))
         ends = []
@@ -123,7 +130,7 @@ def test_columns_of_effects_are_central_differences(name, refit):
             moved = now.copy()
             moved[i] += sign * step
             errors = refit.at(state.values, with_values(state.effects, moved)).errors
-            ends.append(np.concatenate([errors.locked, errors.loose]))
+            ends.append(np.concatenate([errors.synchronous, errors.nonsynchronous]))
         want = (ends[0] - ends[1]) / (2.0 * step)
         assert np.linalg.norm(columns[:, i] - want) <= 0.05 * np.linalg.norm(want), i
 
@@ -132,7 +139,7 @@ def test_effects_not_locked_to_the_scan_show_in_what_is_not(refit):
     state = refit.at(refit.base.centre, ())
     for effect in (Drift(amplitude=0.5, tau=1.0), Creep(gain=0.02)):
         moved = refit.at(refit.base.centre, (effect,))
-        assert np.linalg.norm(moved.errors.loose - state.errors.loose) > 1.0
+        assert np.linalg.norm(moved.errors.nonsynchronous - state.errors.nonsynchronous) > 1.0
 
 
 def test_masked_readings_have_no_say(recording):
@@ -141,26 +148,26 @@ def test_masked_readings_have_no_say(recording):
     for y in runs:
         y[300:340] = np.nan
     masked = Recording.of(recording.drives, runs)
-    engine = Engine.of(masked)
-    refit = Refit(engine, engine.whitener(WHITE), Base.of(engine, off(0.01)))
+    whitened = WhitenedModel.of(masked)
+    refit = Refit(whitened, whitened.whitener(WHITE), Base.of(whitened, off(0.01)))
     state = refit.at(refit.base.centre, ())
-    for raw, block in zip(state.errors.raw, engine.blocks, strict=True):
+    for raw, block in zip(state.errors.raw, whitened.blocks, strict=True):
         assert (block.use == 0).sum() == 40
         np.testing.assert_array_equal(raw[block.use == 0], 0.0)
-    full = Engine.of(recording)
+    full = WhitenedModel.of(recording)
     both = Refit(full, full.whitener(WHITE), Base.of(full, off(0.01))).at(refit.base.centre, ())
-    for some, every, block in zip(state.errors.raw, both.errors.raw, engine.blocks, strict=True):
+    for some, every, block in zip(state.errors.raw, both.errors.raw, whitened.blocks, strict=True):
         np.testing.assert_allclose(some, every * block.use, atol=1e-12)
 
 
 def test_a_run_that_does_not_repeat_starts_anywhere():
     """It has a fraction for each play, which moves nothing of the run that repeats."""
     recording = record([drives((10.0,))[0], dataclasses.replace(wandering(), start_s=1.0)])
-    engine = Engine.of(recording)
+    whitened = WhitenedModel.of(recording)
     operator = paper_device().operator
-    base = Base.of(engine, operator)
-    assert engine.fractions(operator.count) == operator.count
-    refit = Refit(engine, engine.whitener(WHITE), base)
+    base = Base.of(whitened, operator)
+    assert whitened.fractions(operator.count) == operator.count
+    refit = Refit(whitened, whitened.whitener(WHITE), base)
     state = refit.at(base.centre, ())
     moved = base.centre.copy()
     moved[-operator.count :] = 1.0
@@ -181,8 +188,12 @@ def test_runs_with_their_own_origin_do_not_see_a_constant(recording):
     )
     states = []
     for one in (dataclasses.replace(recording, response_origin="run"), shifted):
-        engine = Engine.of(one)
-        base = Base.of(engine, off(0.01))
-        states.append(Refit(engine, engine.whitener(WHITE), base).at(base.centre, ()))
-    np.testing.assert_allclose(states[1].errors.locked, states[0].errors.locked, atol=1e-6)
-    np.testing.assert_allclose(states[1].errors.loose, states[0].errors.loose, atol=1e-6)
+        whitened = WhitenedModel.of(one)
+        base = Base.of(whitened, off(0.01))
+        states.append(Refit(whitened, whitened.whitener(WHITE), base).at(base.centre, ()))
+    np.testing.assert_allclose(
+        states[1].errors.synchronous, states[0].errors.synchronous, atol=1e-6
+    )
+    np.testing.assert_allclose(
+        states[1].errors.nonsynchronous, states[0].errors.nonsynchronous, atol=1e-6
+    )

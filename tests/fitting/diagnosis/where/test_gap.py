@@ -8,20 +8,25 @@ from scipy import stats
 from silent import noise, session
 
 from fitting.diagnosis.how_far._bootstrap import closed_fraction
-from fitting.diagnosis.noise._periods import Block
-from fitting.diagnosis.noise._spectrum import Spectrum, measure
-from fitting.diagnosis.where._gap import gap, parametric, session_trend, sums
-from fitting.diagnosis.where._spectral_lines import benjamini_hochberg, harmonics, tones, without
+from fitting.diagnosis.noise._periods import PeriodBlock
+from fitting.diagnosis.noise._spectrum import Spectrum, measure_spectrum
+from fitting.diagnosis.where._gap import measure_gap, session_trend, split_gap, sums
+from fitting.diagnosis.where._spectral_lines import (
+    benjamini_hochberg,
+    find_harmonics,
+    find_tones,
+    remove_tones,
+)
 
 
-def wave(parts: list[Block], rms: float, harmonic: int = 3) -> list[np.ndarray]:
+def wave(parts: list[PeriodBlock], rms: float, harmonic: int = 3) -> list[np.ndarray]:
     return [
         np.tile(rms * np.sqrt(2) * np.cos(2 * np.pi * harmonic * b.phase), (b.periods, 1))
         for b in parts
     ]
 
 
-def tone(parts: list[Block], rms: float, hertz: float) -> list[np.ndarray]:
+def tone(parts: list[PeriodBlock], rms: float, hertz: float) -> list[np.ndarray]:
     return [rms * np.sqrt(2) * np.sin(2 * np.pi * hertz * b.time) for b in parts]
 
 
@@ -40,12 +45,12 @@ def test_estimates_lie_within_their_own_standard_errors(low: float, rms: float):
     z = []
     for seed in range(120):
         e = plus(noise(np.random.default_rng(seed), parts, low), wave(parts, rms))
-        g = gap(e, parts, measure(e, parts))
+        g = measure_gap(e, parts, measure_spectrum(e, parts))
         z.append(
             [
                 (g.structural2 - rms**2) / g.structural2_stderr,
-                (g.locked - rms**2) / g.locked_stderr,
-                g.not_locked / g.not_locked_stderr,
+                (g.synchronous - rms**2) / g.synchronous_stderr,
+                g.nonsynchronous / g.nonsynchronous_stderr,
             ]
         )
     assert (np.abs(np.mean(z, axis=0)) < 0.35).all()
@@ -57,14 +62,16 @@ def test_a_tone_between_the_lines_is_not_locked_and_found_in_whole():
     _, parts = session(phases=780)
     white = Spectrum(1.0, 0.0, 1.0, True)
     pure = tone(parts, 0.4, 47.3)
-    locked = gap(pure, parts, white).locked  # of the tone itself, by its own scatter
-    assert -0.16 / 4 - 0.005 < locked < 0.16 / 4
+    synchronous = measure_gap(
+        pure, parts, white
+    ).synchronous  # of the tone itself, by its own scatter
+    assert -0.16 / 4 - 0.005 < synchronous < 0.16 / 4
     z, whole = [], []
     for seed in range(40):
-        g = gap(plus(noise(np.random.default_rng(seed), parts), pure), parts, white)
-        z.append((g.locked - locked) / g.locked_stderr)
+        g = measure_gap(plus(noise(np.random.default_rng(seed), parts), pure), parts, white)
+        z.append((g.synchronous - synchronous) / g.synchronous_stderr)
         whole.append((g.structural2 - 0.16) / g.structural2_stderr)
-        assert g.not_locked > 0.1
+        assert g.nonsynchronous > 0.1
         assert g.significant
     assert abs(np.mean(z)) < 0.5
     assert abs(np.mean(whole)) < 0.5
@@ -75,7 +82,7 @@ def test_noise_alone_is_seldom_significant():
     _, parts = session(rates=(10.0, 40.0), phases=60)
     white = Spectrum(1.0, 0.0, 1.0, True)
     rng = np.random.default_rng(0)
-    alarms = sum(gap(noise(rng, parts), parts, white).significant for _ in range(600))
+    alarms = sum(measure_gap(noise(rng, parts), parts, white).significant for _ in range(600))
     assert alarms <= 15
 
 
@@ -84,7 +91,7 @@ def test_noise_alone_is_seldom_significant_with_a_measured_spectrum():
     alarms = 0
     for seed in range(150):
         e = noise(np.random.default_rng(1000 + seed), parts, 3.0 * (seed % 2))
-        alarms += gap(e, parts, measure(e, parts)).significant
+        alarms += measure_gap(e, parts, measure_spectrum(e, parts)).significant
     assert alarms <= 6  # 1.5 expected; 0.1 % chance of more
 
 
@@ -92,16 +99,16 @@ def test_the_definition_and_the_identity():
     """G2 by its formula, written out; total^2 is the sum of the three parts, run by run too."""
     _, parts = session(rates=(10.0, 30.0))
     e = plus(noise(np.random.default_rng(1), parts), wave(parts, 0.3))
-    g = gap(e, parts, Spectrum(1.0, 0.0, 1.0, True))
+    g = measure_gap(e, parts, Spectrum(1.0, 0.0, 1.0, True))
     mean = [x.mean(axis=0) for x in e]
     s2 = [x.var(axis=0, ddof=1) for x in e]
-    locked = [np.mean(m**2) - np.mean(s) / 5 for m, s in zip(mean, s2, strict=True)]
-    assert g.locked == pytest.approx(np.mean(locked), rel=1e-12)
-    assert g.not_locked == pytest.approx(np.mean(s2) - 1.0, rel=1e-9)
-    assert [r.locked for r in g.runs] == pytest.approx(locked, rel=1e-12)
+    synchronous = [np.mean(m**2) - np.mean(s) / 5 for m, s in zip(mean, s2, strict=True)]
+    assert g.synchronous == pytest.approx(np.mean(synchronous), rel=1e-12)
+    assert g.nonsynchronous == pytest.approx(np.mean(s2) - 1.0, rel=1e-9)
+    assert [r.synchronous for r in g.runs] == pytest.approx(synchronous, rel=1e-12)
     for part in (g, *g.runs):
         assert part.noise_floor is not None
-        whole = part.locked + part.not_locked + part.noise_floor**2
+        whole = part.synchronous + part.nonsynchronous + part.noise_floor**2
         assert part.total**2 == pytest.approx(whole, rel=1e-12)
 
 
@@ -114,16 +121,16 @@ def test_fitted_parameters_and_origins_are_counted():
     for seed in range(60):
         e = noise(np.random.default_rng(seed), parts)
         e = [x - (basis @ (basis.T @ x.mean(axis=0)))[None, :] for x in e]
-        g = gap(e, parts, white, fitted=30 * len(parts))
-        counted.append(g.locked / g.locked_stderr)
-        naive.append(gap(e, parts, white).locked / g.locked_stderr)
+        g = measure_gap(e, parts, white, fitted=30 * len(parts))
+        counted.append(g.synchronous / g.synchronous_stderr)
+        naive.append(measure_gap(e, parts, white).synchronous / g.synchronous_stderr)
     assert abs(np.mean(counted)) < 0.4
     assert np.mean(naive) < -1.5
     offset = [x + 50.0 * (k + 1) for k, x in enumerate(noise(np.random.default_rng(0), parts))]
-    g = gap(offset, parts, white, own_origin=True)
-    assert abs(g.locked) < 4 * g.locked_stderr
+    g = measure_gap(offset, parts, white, own_origin=True)
+    assert abs(g.synchronous) < 4 * g.synchronous_stderr
     assert not g.significant
-    assert gap(offset, parts, white).significant
+    assert measure_gap(offset, parts, white).significant
 
 
 def test_masked_readings_have_no_weight():
@@ -134,9 +141,9 @@ def test_masked_readings_have_no_weight():
     for seed in range(60):
         e = plus(noise(np.random.default_rng(seed), parts), wave(parts, 0.3))
         e = [x * b.use for x, b in zip(e, masked, strict=True)]
-        g = gap(e, masked, Spectrum(0.8, 0.0, 1.0, True))  # as zeros lower the lines
+        g = measure_gap(e, masked, Spectrum(0.8, 0.0, 1.0, True))  # as zeros lower the lines
         assert g.noise_floor == pytest.approx(1.0, rel=0.03)
-        z.append((g.locked - 0.09) / g.locked_stderr)
+        z.append((g.synchronous - 0.09) / g.synchronous_stderr)
     assert abs(np.mean(z)) < 0.5
     one = sums([e * 0 + 7.0 for e in e], masked, Spectrum(1.0, 0.0, 1.0, True))
     assert one[0].mean == pytest.approx(np.full(156, 7.0))
@@ -145,15 +152,15 @@ def test_masked_readings_have_no_weight():
 def test_one_period_gives_a_lower_edge_and_no_floor():
     _, parts = session(rates=(10.0, 20.0), periods=1, phases=600)
     e = noise(np.random.default_rng(0), parts)
-    spectrum = measure(e, parts)
+    spectrum = measure_spectrum(e, parts)
     assert not spectrum.known
-    quiet = gap(e, parts, spectrum)
+    quiet = measure_gap(e, parts, spectrum)
     assert quiet.noise_floor is None
     assert not quiet.significant
     assert "lower edge" in quiet.note
-    loud = gap(plus(e, wave(parts, 3.0)), parts, spectrum)
+    loud = measure_gap(plus(e, wave(parts, 3.0)), parts, spectrum)
     assert loud.significant
-    assert loud.locked == pytest.approx(9.0, rel=0.15)
+    assert loud.synchronous == pytest.approx(9.0, rel=0.15)
 
 
 @pytest.mark.parametrize(
@@ -161,7 +168,7 @@ def test_one_period_gives_a_lower_edge_and_no_floor():
     [(5.0, 3.0, 1.0), (None, 3.0, 1.0), (2.0, 3.0, 1.0), (0.9, 0.99, 1.0), (4.0, 2.0, None)],
 )
 def test_the_parts_of_the_total_sum_up(given: float | None, refit: float, floor: float | None):
-    found = parametric(given, refit, floor)
+    found = split_gap(given, refit, floor)
     squares = [(found[k] or 0.0) ** 2 for k in ("parametric", "structural", "noise_floor")]
     assert found["total"] ** 2 == pytest.approx(sum(squares), rel=1e-12)
     assert min(squares) >= 0
@@ -196,7 +203,7 @@ def test_p_values_of_harmonics_are_uniform_and_false_ones_rare():
     p, named = [], 0
     for seed in range(100):
         e = noise(np.random.default_rng(seed), parts, 3.0 * (seed % 2))
-        found = harmonics(e, parts, measure(e, parts), [])
+        found = find_harmonics(e, parts, measure_spectrum(e, parts), [])
         p += [h.p_value for h in found if h]
         named += any(h.significant.any() for h in found if h)
     share = np.mean(np.concatenate(p) < 0.03)
@@ -209,20 +216,20 @@ def test_harmonics_and_a_tone_are_told_apart():
     _, parts = session()
     e = plus(noise(np.random.default_rng(2), parts), wave(parts, 0.5, harmonic=7))
     e = plus(e, tone(parts, 0.4, 50.0))
-    spectrum = measure(e, parts)
-    found = tones(e, parts, spectrum)
+    spectrum = measure_spectrum(e, parts)
+    found = find_tones(e, parts, spectrum)
     assert len(found) == 1
     assert found[0].hz == pytest.approx(50.0, abs=0.5)
     assert found[0].amplitude == pytest.approx(0.4 * np.sqrt(2), rel=0.15)
     assert found[0].p_value < 1e-6
-    for h, hz in zip(harmonics(e, parts, spectrum, found), (10, 20, 30, 40), strict=True):
+    for h, hz in zip(find_harmonics(e, parts, spectrum, found), (10, 20, 30, 40), strict=True):
         assert h is not None
         assert h.significant[6]
         assert h.amplitude[6] == pytest.approx(0.5 * np.sqrt(2), rel=0.25)
         assert h.hertz[6] == pytest.approx(7 * hz)
         assert h.significant.sum() <= 3
-    cleaned = without(e, parts, found)
-    assert tones(cleaned, parts, spectrum) == []
+    cleaned = remove_tones(e, parts, found)
+    assert find_tones(cleaned, parts, spectrum) == []
 
 
 @pytest.mark.parametrize("low", [0.0, 3.0])
@@ -232,14 +239,14 @@ def test_tones_in_noise_alone_are_rare(low: float):
     alarms = 0
     for seed in range(150):
         e = noise(np.random.default_rng(seed), parts, low)
-        alarms += bool(tones(e, parts, measure(e, parts)))
+        alarms += bool(find_tones(e, parts, measure_spectrum(e, parts)))
     assert alarms <= 6
 
 
 def test_no_tone_is_claimed_from_one_period():
     _, parts = session(periods=1)
     e = plus(noise(np.random.default_rng(0), parts), tone(parts, 3.0, 50.0))
-    assert tones(e, parts, measure(e, parts)) == []
+    assert find_tones(e, parts, measure_spectrum(e, parts)) == []
 
 
 def test_benjamini_hochberg_against_scipy():
@@ -254,7 +261,7 @@ def test_benjamini_hochberg_against_scipy():
 
 
 def _closing(
-    rng: np.random.Generator, parts: list[Block], left: float, spread: float
+    rng: np.random.Generator, parts: list[PeriodBlock], left: float, spread: float
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Errors before and after; `left` of the mean square, on average over runs."""
     e, error = noise(rng, parts), wave(parts, 0.8)
@@ -270,7 +277,9 @@ def test_intervals_cover_the_truth(left: float, spread: float):
     covered = 0
     for seed in range(160):
         before, after = _closing(np.random.default_rng(seed), parts, left, spread)
-        found = closed_fraction(before, after, parts, measure(before, parts), draws=400, seed=seed)
+        found = closed_fraction(
+            before, after, parts, measure_spectrum(before, parts), draws=400, seed=seed
+        )
         assert found is not None
         covered += found["low"] <= 1.0 - left <= found["high"]
     assert 0.90 <= covered / 160 <= 0.99
@@ -279,7 +288,7 @@ def test_intervals_cover_the_truth(left: float, spread: float):
 def test_there_is_no_closed_fraction_without_a_gap():
     _, parts = session()
     e = noise(np.random.default_rng(0), parts)
-    assert closed_fraction(e, e, parts, measure(e, parts)) is None
+    assert closed_fraction(e, e, parts, measure_spectrum(e, parts)) is None
 
 
 def test_fewer_runs_and_periods_make_intervals_wider():

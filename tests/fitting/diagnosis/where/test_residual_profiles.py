@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from silent import session
 
-from fitting.diagnosis.noise._periods import Block, blocks
-from fitting.diagnosis.noise._spectrum import Spectrum, measure
-from fitting.diagnosis.where._residual_profiles import maps
+from fitting.diagnosis.noise._periods import PeriodBlock, period_blocks
+from fitting.diagnosis.noise._spectrum import Spectrum, measure_spectrum
+from fitting.diagnosis.where._residual_profiles import residual_profiles
 from rapi_jax import Drive, Recording
-from rapi_jax.sampling._batch import sampled
+from rapi_jax.sampling._batch import to_batch
 
 
-def white(parts: list[Block], size: float = 0.1) -> list[np.ndarray]:
+def white(parts: list[PeriodBlock], size: float = 0.1) -> list[np.ndarray]:
     rng = np.random.default_rng(0)
     return [size * rng.standard_normal(b.left.shape) for b in parts]
 
@@ -30,7 +30,7 @@ def test_each_map_shows_the_error_with_the_sign_of_data_less_model():
     for x, b in zip(e, parts, strict=True):
         period = b.step_s * b.phase.size
         x -= (np.exp(-(b.phase - 0.5) * period / 5e-3) * (b.phase >= 0.5))[None, :]
-    found = maps(e, parts, measure(e, parts), recording)
+    found = residual_profiles(e, parts, measure_spectrum(e, parts), recording)
     json.dumps(found, allow_nan=False)
     centre = array(found["phase"]["phase"])
     for row in found["phase"]["rows"]:
@@ -56,7 +56,7 @@ def test_the_stated_errors_are_those_of_the_means():
     """Of 160 bins with noise alone, 2 to 18 lie outside 95 % of Student's t with 8 degrees."""
     recording, parts = session()
     e = white(parts)
-    rows = maps(e, parts, measure(e, parts), recording)["phase"]["rows"]
+    rows = residual_profiles(e, parts, measure_spectrum(e, parts), recording)["phase"]["rows"]
     z = np.concatenate([array(r["mean"]) / array(r["stderr"]) for r in rows])
     assert 2 <= (np.abs(z) > 2.306).sum() <= 18
 
@@ -67,7 +67,7 @@ def test_frequency_is_that_of_the_model():
     model = np.where(up, 2 * parts[0].phase, 2 - 2 * parts[0].phase)[None, :] * np.ones((5, 1))
     e = [model * 1.0]
     held = [dataclasses.replace(parts[0], data=model - e[0])]
-    found = maps(e, held, Spectrum(1e-6, 0.0, 1.0, True), recording)["frequency"]
+    found = residual_profiles(e, held, Spectrum(1e-6, 0.0, 1.0, True), recording)["frequency"]
     for row in found["rows"]:
         off = array(row["mean"]) + array(found["nu"])
         assert np.nanmax(np.abs(off)) < 0.02
@@ -76,7 +76,9 @@ def test_frequency_is_that_of_the_model():
 def test_an_origin_of_its_own_is_left_out():
     recording, parts = session()
     e = [x + 7.0 for x in white(parts)]
-    mean = maps(e, parts, measure(e, parts), recording, own_origin=True)["session"]["mean"]
+    mean = residual_profiles(e, parts, measure_spectrum(e, parts), recording, own_origin=True)[
+        "session"
+    ]["mean"]
     assert np.abs(mean).max() < 0.1
 
 
@@ -87,7 +89,7 @@ def test_missing_readings_become_null(masked: float):
     gone = parts[1].phase < 0.1 if masked else parts[1].phase < 2.0
     parts[1] = dataclasses.replace(parts[1], use=parts[1].use * ~gone[None, :])
     e = [x * b.use for x, b in zip(white(parts), parts, strict=True)]
-    found = maps(e, parts, measure(e, parts), recording)
+    found = residual_profiles(e, parts, measure_spectrum(e, parts), recording)
     json.dumps(found, allow_nan=False)
     row = found["phase"]["rows"][1]
     assert row["mean"][0] is None
@@ -99,8 +101,8 @@ def test_a_run_that_does_not_repeat_has_maps_too():
     t = np.arange(900) / 1000.0
     drive = Drive(t, np.interp(t, [0.0, 0.3, 0.5, 0.899], [1.0, 4.0, 2.0, 3.0]))
     recording = Recording.of([drive], [np.zeros(900)])
-    parts = blocks(recording, sampled(recording, lead=True))
-    found = maps(white(parts), parts, Spectrum(0.01, 0.0, 1.0, False), recording)
+    parts = period_blocks(recording, to_batch(recording, lead=True))
+    found = residual_profiles(white(parts), parts, Spectrum(0.01, 0.0, 1.0, False), recording)
     json.dumps(found, allow_nan=False)
     assert found["harmonics"]["rows"] == []
     assert {row["excitation_hz"] for row in found["since_turn"]["rows"]} == {None}

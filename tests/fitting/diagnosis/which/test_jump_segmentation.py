@@ -9,9 +9,9 @@ from edge_worlds import NOISE, drives, off, record
 
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._gauss_newton import Base, Refit
-from fitting.diagnosis.refit._jump_timing import nearest
-from fitting.diagnosis.refit._whitened_model import Engine
-from fitting.diagnosis.which._jump_segmentation import placed
+from fitting.diagnosis.refit._jump_timing import match_jump_timing
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.which._jump_segmentation import refit_at_segmented_jumps
 from rapi_jax.effects import Delay, ModeHop
 
 WHITE = Spectrum(NOISE**2, 0.0, 1.0, True)
@@ -19,8 +19,8 @@ HOP = ModeHop.at(size=-1.5, threshold=80.0, width=1.4, settle_s=1e-9)
 
 
 def refit_of(recording, share):
-    engine = Engine.of(recording)
-    return Refit(engine, engine.whitener(WHITE), Base.of(engine, off(share)))
+    whitened = WhitenedModel.of(recording)
+    return Refit(whitened, whitened.whitener(WHITE), Base.of(whitened, off(share)))
 
 
 @pytest.fixture(scope="module")
@@ -45,11 +45,11 @@ def step(error, at, by, block, size=1.5):
 
 @pytest.mark.parametrize(("by", "paid"), [(0, 0.0), (1, 4.0), (-1, 4.0), (2, 4.0)])
 def test_one_reading_is_forgiven_at_the_price_of_two_sigma(refit, by, paid):
-    block = refit.engine.blocks[0]
+    block = refit.whitened.blocks[0]
     rng = np.random.default_rng(1)
     noise = NOISE * rng.standard_normal(block.left.shape)
     error, row = step(noise, 217, by, block)
-    found, price = nearest(error, [row], block, NOISE**2)
+    found, price = match_jump_timing(error, [row], block, NOISE**2)
     assert price == paid
     wrong = max(abs(by) - 1, 0)
     left = np.sort(np.abs(found - noise).ravel())
@@ -58,10 +58,10 @@ def test_one_reading_is_forgiven_at_the_price_of_two_sigma(refit, by, paid):
 
 
 def test_what_does_not_jump_is_left_alone(refit):
-    block = refit.engine.blocks[0]
+    block = refit.whitened.blocks[0]
     error = 30 * NOISE * np.random.default_rng(2).standard_normal(block.left.shape)
     flat = np.full(block.left.max() + 1, 0.7)
-    found, price = nearest(error, [flat], block, NOISE**2)
+    found, price = match_jump_timing(error, [flat], block, NOISE**2)
     assert price == 0.0 and found is error
 
 
@@ -70,9 +70,12 @@ def test_what_a_jump_costs_is_counted(refit, recording):
     late = ModeHop.at(size=-1.5, threshold=80.1, width=1.5, settle_s=1e-9)
     truth = refit_of(recording, 0.0)
     exact, moved = (truth.at(truth.base.centre, (hop,)) for hop in (HOP, late))
-    assert exact.errors.early_late == 0.0 < moved.errors.early_late
-    assert moved.cost - exact.cost < 3.0 * moved.errors.early_late
-    assert moved.cost == moved.locked + moved.loose + moved.prior + moved.errors.early_late
+    assert exact.errors.jump_timing_cost == 0.0 < moved.errors.jump_timing_cost
+    assert moved.cost - exact.cost < 3.0 * moved.errors.jump_timing_cost
+    assert (
+        moved.cost
+        == moved.synchronous + moved.nonsynchronous + moved.prior + moved.errors.jump_timing_cost
+    )
 
 
 def test_places_are_those_that_the_states_bound():
@@ -92,11 +95,11 @@ def test_a_base_far_off_comes_back_beside_a_hop(refit):
     """From 3 % off the model crosses the threshold at the wrong readings."""
     wrong = dataclasses.replace(HOP, threshold=HOP.threshold - 2.0)
     start = refit.at(refit.base.centre, (wrong,))
-    end = placed(refit, start, 40)
+    end = refit_at_segmented_jumps(refit, start, 40)
     assert end is not None
-    lines = end.errors.locked.size
-    assert start.locked > 100 * lines
-    assert end.locked < lines + 4.0 * np.sqrt(2.0 * lines)
+    lines = end.errors.synchronous.size
+    assert start.synchronous > 100 * lines
+    assert end.synchronous < lines + 4.0 * np.sqrt(2.0 * lines)
     (hop,) = end.effects
     assert float(hop.threshold) == pytest.approx(80.0, abs=0.25)
     assert float(hop.threshold - hop.width) == pytest.approx(78.6, abs=0.25)
@@ -104,9 +107,9 @@ def test_a_base_far_off_comes_back_beside_a_hop(refit):
 
 def test_there_is_nothing_to_place_without_a_switch_that_shows(refit):
     values = refit.base.centre
-    assert placed(refit, refit.at(values, (Delay(tau=1e-4),)), 4) is None
+    assert refit_at_segmented_jumps(refit, refit.at(values, (Delay(tau=1e-4),)), 4) is None
     small = ModeHop.at(size=2 * NOISE, threshold=80.0, width=1.4, settle_s=1e-9)
-    assert placed(refit, refit.at(values, (small,)), 4) is None
+    assert refit_at_segmented_jumps(refit, refit.at(values, (small,)), 4) is None
 
 
 def test_masked_readings_say_nothing_of_thresholds(recording):
@@ -116,11 +119,11 @@ def test_masked_readings_say_nothing_of_thresholds(recording):
         response = run.response - 200.0
         response[3::200] = np.nan
         shifted.append(dataclasses.replace(run, response=response))
-    engine = Engine.of(dataclasses.replace(recording, runs=tuple(shifted)))
+    whitened = WhitenedModel.of(dataclasses.replace(recording, runs=tuple(shifted)))
     operator = eqx.tree_at(lambda o: o.d_0, off(0.0), replace_fn=lambda d: d - 200.0)
-    masked = Refit(engine, engine.whitener(WHITE), Base.of(engine, operator))
+    masked = Refit(whitened, whitened.whitener(WHITE), Base.of(whitened, operator))
     low = dataclasses.replace(HOP, threshold=HOP.threshold - 200.0)
-    end = placed(masked, masked.at(masked.base.centre, (low,)), 40)
+    end = refit_at_segmented_jumps(masked, masked.at(masked.base.centre, (low,)), 40)
     assert end is not None
     (hop,) = end.effects
     assert float(hop.threshold) == pytest.approx(-120.0, abs=0.25)

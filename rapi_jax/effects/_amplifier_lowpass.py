@@ -34,9 +34,9 @@ class AmplifierLowpass(AbstractDriveEffect, AbstractLinearEffect, AbstractInvert
     session: ClassVar = False
 
     @classmethod
-    def initial_guesses(cls, residual: ResidualSummary) -> list[AbstractEffect]:
+    def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:
         """Four lags, from one that shows at turns alone to one of a tenth of a branch."""
-        return [cls.at(tau=tau) for tau in residual.lags]
+        return [cls.at(tau=tau) for tau in summary.lags]
 
     @float64
     def modes(self) -> Modes:

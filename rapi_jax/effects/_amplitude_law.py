@@ -39,12 +39,12 @@ class AmplitudeLaw(AbstractLawEffect):
     name: ClassVar = "amplitude_law"
 
     @classmethod
-    def initial_guesses(cls, residual: ResidualSummary) -> list[AbstractEffect]:
+    def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:
         """Either sign of what the amplitudes and biases of the recording can show."""
-        swing = np.array([u for u in residual.u_pp if u > 0])
+        swing = np.array([u for u in summary.u_pp if u > 0])
         if not swing.size:
             return []
-        parts = [residual.drive[residual.run == run] for run in np.unique(residual.run)]
+        parts = [summary.drive[summary.run == run] for run in np.unique(summary.run)]
         middle = np.array([(part.min() + part.max()) / 2 for part in parts])
         # In the middle of what is seen, so that an absent part has exactly no effect.
         reference = float(swing.min() + swing.max()) / 2

@@ -42,7 +42,7 @@ class AbstractEffect(eqx.Module):
 
     @classmethod
     @abc.abstractmethod
-    def initial_guesses(cls, residual: ResidualSummary) -> "list[AbstractEffect]":
+    def initial_guesses(cls, summary: ResidualSummary) -> "list[AbstractEffect]":
         """Effects from which a fit may start: a grid over what `evidence` could show.
 
         Every one differs from the identity. Their size is only a first guess: a fit scales it.

@@ -82,10 +82,10 @@ class Creep(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
         return undo_linear(self.modes(), t, signal)
 
     @classmethod
-    def initial_guesses(cls, residual: ResidualSummary) -> "list[Creep]":
+    def initial_guesses(cls, summary: ResidualSummary) -> "list[Creep]":
         # The size is a share of the response, and the time scales are the piezo's.
-        middle = float(residual.response.min() + residual.response.max()) / 2.0
-        rest = (middle - float(residual.response[0])) / max(residual.span, 1e-300)
+        middle = float(summary.response.min() + summary.response.max()) / 2.0
+        rest = (middle - float(summary.response[0])) / max(summary.span, 1e-300)
         rest = min(max(rest, -0.9), 0.9)
         driven = [(g, {"history": h}) for g in (0.01, 0.04) for h in (0.05, 0.95)]
         rested = [

@@ -47,13 +47,13 @@ class CurrentCoupling(AbstractCouplingEffect):
         return nu + self.coupling * (sudden * slopes(t, u) + (1.0 - sudden) * behind)
 
     @classmethod
-    def initial_guesses(cls, residual: ResidualSummary) -> "list[CurrentCoupling]":
-        slope = np.zeros(residual.time.size)
-        for k in np.unique(residual.run):
-            mine = np.flatnonzero(residual.run == k)
+    def initial_guesses(cls, summary: ResidualSummary) -> "list[CurrentCoupling]":
+        slope = np.zeros(summary.time.size)
+        for k in np.unique(summary.run):
+            mine = np.flatnonzero(summary.run == k)
             if mine.size > 1:
-                slope[mine] = _slopes(residual.time[mine], residual.drive[mine])
-        found = size(residual, slope)
+                slope[mine] = _slopes(summary.time[mine], summary.drive[mine])
+        found = size(summary, slope)
         return [cls.at(coupling=k, lag_s=0.1 * _LEAST_S) for k in (found, -found)]
 
 

@@ -31,9 +31,9 @@ class Delay(AbstractOpticalEffect, AbstractInvertible):
     name: ClassVar = "delay"
 
     @classmethod
-    def initial_guesses(cls, residual: ResidualSummary) -> list[AbstractEffect]:
+    def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:
         """Four delays, from one that shows at turns alone to one of a tenth of a branch."""
-        return [cls.at(tau=tau) for tau in residual.lags if tau < 0.2]
+        return [cls.at(tau=tau) for tau in summary.lags if tau < 0.2]
 
     @float64
     def __call__(

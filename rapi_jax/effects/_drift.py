@@ -37,11 +37,11 @@ class Drift(AbstractOpticalEffect):
         return nu - self.amplitude * jnp.expm1(-since / self.tau)
 
     @classmethod
-    def initial_guesses(cls, residual: ResidualSummary) -> "list[Drift]":
-        start = float(residual.time.min())
-        session = max(residual.duration_s, 0.0)
+    def initial_guesses(cls, summary: ResidualSummary) -> "list[Drift]":
+        start = float(summary.time.min())
+        session = max(summary.duration_s, 0.0)
         taus = np.unique(np.clip(session * np.array([0.1, 0.3, 1.0, 10.0]), 0.02, 5e5))
-        sizes = [size(residual, -np.expm1(-(residual.time - start) / tau)) for tau in taus]
+        sizes = [size(summary, -np.expm1(-(summary.time - start) / tau)) for tau in taus]
         return [
             cls.at(amplitude=a, tau=tau, start=start) for a, tau in zip(sizes, taus, strict=True)
         ]

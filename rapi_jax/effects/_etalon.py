@@ -74,17 +74,17 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
         return _undone(self, signal)
 
     @classmethod
-    def initial_guesses(cls, residual: ResidualSummary) -> "list[Etalon]":
+    def initial_guesses(cls, summary: ResidualSummary) -> "list[Etalon]":
         """The best few spacings at four phases each, slow ripples and fast ones."""
-        span = residual.span if np.isfinite(residual.span) and residual.span > 0 else 1.0
+        span = summary.span if np.isfinite(summary.span) and summary.span > 0 else 1.0
         # A third of a cycle apart: each sine still has nine tenths of its power between two. Fewer
         # than two cycles in a scan are a curve that the operator's polynomial draws as well.
         cycles = np.arange(6, 3 * _CYCLES + 1) / (3.0 * span)
-        share = residual.sines(residual.response, cycles)
+        share = summary.sines(summary.response, cycles)
         fast = np.where(cycles * span < 5.0, 0.0, share)
         chosen = dict.fromkeys([*peaks(share, 2, apart=2), *peaks(fast, 2, apart=2)])
         return [
-            cls.at(amplitude=np.sqrt(2.0 * max(share[i], 1e-6) * power(residual)), phase=phase,
+            cls.at(amplitude=np.sqrt(2.0 * max(share[i], 1e-6) * power(summary)), phase=phase,
                 spacing=1.0 / cycles[i])
             for i in chosen
             for phase in np.arange(4) * np.pi / 2

@@ -40,15 +40,15 @@ class GainDrift(AbstractCouplingEffect):
         return nu + gain * (nu - about)
 
     @classmethod
-    def initial_guesses(cls, residual: ResidualSummary) -> "list[GainDrift]":
-        start = float(residual.time.min())
-        about = np.zeros(residual.time.size)
-        for k in np.unique(residual.run):
-            mine = residual.run == k
-            about[mine] = middle(residual.response[mine], residual.drive[mine], np)
-        found = size(residual, (residual.time - start) * (residual.response - about))
+    def initial_guesses(cls, summary: ResidualSummary) -> "list[GainDrift]":
+        start = float(summary.time.min())
+        about = np.zeros(summary.time.size)
+        for k in np.unique(summary.run):
+            mine = summary.run == k
+            about[mine] = middle(summary.response[mine], summary.drive[mine], np)
+        found = size(summary, (summary.time - start) * (summary.response - about))
         rates = np.clip([found, -found], -5.0, 5.0)
-        tau = float(np.clip(5.0 * residual.duration_s, 0.02, 5e6))
+        tau = float(np.clip(5.0 * summary.duration_s, 0.02, 5e6))
         return [cls.at(rate=rate, start=start, tau=tau) for rate in rates]
 
 

@@ -80,19 +80,19 @@ class ModeHop(AbstractSwitch):
         )
 
     @classmethod
-    def initial_guesses(cls, residual: ResidualSummary) -> "list[ModeHop]":
+    def initial_guesses(cls, summary: ResidualSummary) -> "list[ModeHop]":
         """Jumps of the data from one sample to the next; and, where these drown in noise, the
         sharpest steps of the residual over the response, going up, with those going down.
         """
-        span = residual.span
+        span = summary.span
         if not (np.isfinite(span) and span > 0):
             return []
-        return [*_jumps(cls, residual), *cls._from_steps(residual)]
+        return [*_jumps(cls, summary), *cls._from_steps(summary)]
 
     @classmethod
-    def _from_steps(cls, residual: ResidualSummary) -> "list[ModeHop]":
-        span = residual.span
-        up, down = (_steps(residual, sign, 3) for sign in (1, -1))
+    def _from_steps(cls, summary: ResidualSummary) -> "list[ModeHop]":
+        span = summary.span
+        up, down = (_steps(summary, sign, 3) for sign in (1, -1))
         narrow = 1e-3 * span
         found = []
         for at, jump in up:
@@ -103,18 +103,18 @@ class ModeHop(AbstractSwitch):
         return [
             cls.at(size=jump, threshold=at, width=width, settle_s=settle)
             for jump, at, width in [*found, *wider]
-            for settle in (_SUDDEN_S, _SLOW * residual.step_s)
+            for settle in (_SUDDEN_S, _SLOW * summary.step_s)
         ]
 
 
-def _jumps(cls: type[ModeHop], residual: ResidualSummary) -> list[ModeHop]:
+def _jumps(cls: type[ModeHop], summary: ResidualSummary) -> list[ModeHop]:
     """Hops that stand out of the noise of single samples, with where they happen in the data."""
-    data = residual.response + residual.residual
-    inside = np.diff(residual.run) == 0
-    leap = np.where(inside, np.diff(residual.residual), 0.0)
+    data = summary.response + summary.residual
+    inside = np.diff(summary.run) == 0
+    leap = np.where(inside, np.diff(summary.residual), 0.0)
     usual = float(np.median(np.abs(leap[inside]))) / 0.6745 if inside.any() else 0.0
-    far = np.flatnonzero(np.abs(leap) > max(_OUTLIER * usual, least(residual)))
-    rising = np.diff(residual.response) > 0
+    far = np.flatnonzero(np.abs(leap) > max(_OUTLIER * usual, least(summary)))
+    rising = np.diff(summary.response) > 0
     up, down = far[rising[far]], far[~rising[far]]
     if not up.size:
         return []
@@ -125,7 +125,7 @@ def _jumps(cls: type[ModeHop], residual: ResidualSummary) -> list[ModeHop]:
     width = 0.0
     if back.size:
         width = at - _between(data[back + 1], data[back] + leap[back])
-    width = max(width, 1e-3 * residual.span)
+    width = max(width, 1e-3 * summary.span)
     return [cls.at(size=size, threshold=at, width=width, settle_s=_SUDDEN_S)]
 
 
@@ -147,22 +147,22 @@ def _between(below: np.ndarray, above: np.ndarray) -> float:
     return float(root)
 
 
-def _steps(residual: ResidualSummary, direction: int, count: int) -> list[tuple[float, float]]:
+def _steps(summary: ResidualSummary, direction: int, count: int) -> list[tuple[float, float]]:
     """Places in the response and sizes of the residual's sharpest steps, sharpest first."""
-    rising = np.zeros(residual.response.size)
-    for k in np.unique(residual.run):
-        mine = np.flatnonzero(residual.run == k)
+    rising = np.zeros(summary.response.size)
+    for k in np.unique(summary.run):
+        mine = np.flatnonzero(summary.run == k)
         if mine.size > 1:
-            rising[mine] = np.gradient(residual.response[mine])
+            rising[mine] = np.gradient(summary.response[mine])
     mine = rising * direction > 0
     if mine.sum() < 4 * _SIDE:
         return []
-    nu, rest = residual.response[mine], residual.residual[mine]
+    nu, rest = summary.response[mine], summary.residual[mine]
     order = np.argsort(nu, kind="stable")
     parts = np.array_split(order, min(_BINS, order.size // 2))
     place = np.array([nu[p].mean() for p in parts])
     mean = np.array([rest[p].mean() for p in parts])
-    noise = max(float(np.median(np.abs(np.diff(mean)))), 1e-3 * least(residual))
+    noise = max(float(np.median(np.abs(np.diff(mean)))), 1e-3 * least(summary))
     jump, sharp = np.zeros(place.size), np.zeros(place.size)
     for i in range(_SIDE, place.size - _SIDE + 1):
         edge = (place[i - 1] + place[i]) / 2.0
@@ -178,6 +178,6 @@ def _steps(residual: ResidualSummary, direction: int, count: int) -> list[tuple[
         at = float((place[i - 1] + place[i]) / 2.0)
         if jump[i] == 0 or len(found) == count:
             break
-        if all(abs(at - other) > 0.03 * residual.span for other, _ in found):
+        if all(abs(at - other) > 0.03 * summary.span for other, _ in found):
             found.append((at, float(jump[i])))
     return found

@@ -44,21 +44,19 @@ class Pickup(AbstractOpticalEffect):
         return nu + self.amplitude * (jnp.sin(angle) + third)
 
     @classmethod
-    def initial_guesses(cls, residual: ResidualSummary) -> "list[Pickup]":
+    def initial_guesses(cls, summary: ResidualSummary) -> "list[Pickup]":
         """The strongest lines, with and without what repeats with the scan, at four phases each."""
-        whole = _strongest(residual, residual.residual, 2)
-        free = _strongest(residual, _unlocked(residual), 2)
+        whole = _strongest(summary, summary.residual, 2)
+        free = _strongest(summary, _unlocked(summary), 2)
         line = np.array(_LINE)
-        share = residual.sines(residual.time, line)
+        share = summary.sines(summary.time, line)
         best = [*free, *whole, *line[np.argsort(-share, kind="stable")[:2]]]
-        close = 0.5 / max(residual.duration_s, 1e-6)
+        close = 0.5 / max(summary.duration_s, 1e-6)
         hertz: list[float] = []
         for f in best:
             if all(abs(f - other) > close for other in hertz):
                 hertz.append(float(np.clip(f, 2 * _LOW, _HIGH / 2)))
-        sizes = np.sqrt(
-            2.0 * np.maximum(residual.sines(residual.time, hertz), 1e-6) * power(residual)
-        )
+        sizes = np.sqrt(2.0 * np.maximum(summary.sines(summary.time, hertz), 1e-6) * power(summary))
         return [
             cls.at(amplitude=a, hertz=f, phase=phase)
             for f, a in zip(hertz, sizes, strict=True)
@@ -66,17 +64,17 @@ class Pickup(AbstractOpticalEffect):
         ]
 
 
-def _strongest(residual: ResidualSummary, residual: np.ndarray, count: int) -> list[float]:
+def _strongest(summary: ResidualSummary, residual: np.ndarray, count: int) -> list[float]:
     """Frequencies at which a sine over the whole session takes most of `residual`, Hz."""
-    lasts, step = residual.duration_s, residual.step_s
+    lasts, step = summary.duration_s, summary.step_s
     if not (lasts > 0 and step > 0):
         return []
     step = max(step, lasts / _CELLS)
-    cell = np.round((residual.time - residual.time.min()) / step).astype(int)
+    cell = np.round((summary.time - summary.time.min()) / step).astype(int)
     size = int(cell.max()) + 1
     level = np.zeros(size)
-    for k in np.unique(residual.run):
-        mine = residual.run == k
+    for k in np.unique(summary.run):
+        mine = summary.run == k
         np.add.at(level, cell[mine], residual[mine] - residual[mine].mean())
     # Padded to four sessions: phases at a peak are then right to pi / 8 at either end.
     padded: int = next_fast_len(4 * size, real=True)  # pyright: ignore[reportAssignmentType]
@@ -87,14 +85,14 @@ def _strongest(residual: ResidualSummary, residual: np.ndarray, count: int) -> l
     return [float(hertz[i]) for i in peaks(height, count, apart=8) if height[i] > 0]
 
 
-def _unlocked(residual: ResidualSummary) -> np.ndarray:
+def _unlocked(summary: ResidualSummary) -> np.ndarray:
     """The residual less its mean at each phase of the scan, in runs of two periods and more."""
-    rest = residual.residual.copy()
-    for i, k in enumerate(np.unique(residual.run)):
-        mine = np.flatnonzero(residual.run == k)
-        time = residual.time[mine] - residual.time[mine[0]]
-        rate = residual.rates[i] if i < len(residual.rates) else 0.0
-        periods = rate * (time[-1] + residual.step_s)
+    rest = summary.residual.copy()
+    for i, k in enumerate(np.unique(summary.run)):
+        mine = np.flatnonzero(summary.run == k)
+        time = summary.time[mine] - summary.time[mine[0]]
+        rate = summary.rates[i] if i < len(summary.rates) else 0.0
+        periods = rate * (time[-1] + summary.step_s)
         if periods < 1.98:
             rest[mine] = 0.0  # nothing here tells what repeats
             continue

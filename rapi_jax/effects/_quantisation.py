@@ -33,13 +33,13 @@ class Quantisation(AbstractDriveEffect):
     smooth: ClassVar = False
 
     @classmethod
-    def initial_guesses(cls, residual: ResidualSummary) -> "list[Quantisation]":
+    def initial_guesses(cls, summary: ResidualSummary) -> "list[Quantisation]":
         """Where the residual repeats over the drive; and 6, 8 ... 14 bits of the drive's range."""
-        low, high = float(residual.drive.min()), float(residual.drive.max())
+        low, high = float(summary.drive.min()), float(summary.drive.max())
         if not high > low:
             return []
         bits = [((high - low) / 2**n, low) for n in _BITS]
-        return [cls.at(step=q, origin=at) for q, at in _sawteeth(residual, low, high) + bits]
+        return [cls.at(step=q, origin=at) for q, at in _sawteeth(summary, low, high) + bits]
 
     @float64
     def __call__(self, t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
@@ -49,7 +49,7 @@ class Quantisation(AbstractDriveEffect):
         return jnp.where(some, self.origin + step * jnp.round((u - self.origin) / step), u)
 
 
-def _sawteeth(residual: ResidualSummary, low: float, high: float) -> list[tuple[float, float]]:
+def _sawteeth(summary: ResidualSummary, low: float, high: float) -> list[tuple[float, float]]:
     r"""Steps and origins at which a sawtooth over the drive takes most of the residual.
 
     Rounding puts $-(q/\pi) \sin(2\pi (u - u_0)/q)$ and its harmonics into the drive, and the slope
@@ -58,8 +58,8 @@ def _sawteeth(residual: ResidualSummary, low: float, high: float) -> list[tuple[
     span = high - low
     cells = int(min(_CELLS, 2.0 / _FINEST))
     level = np.zeros(cells)
-    cell = ((residual.drive - low) / span * (cells - 1)).astype(int)
-    np.add.at(level, cell, residual.residual - residual.residual.mean())
+    cell = ((summary.drive - low) / span * (cells - 1)).astype(int)
+    np.add.at(level, cell, summary.residual - summary.residual.mean())
     # Padded to four ranges, so that no line falls between two.
     height = np.abs(np.fft.rfft(level, n=4 * cells)) ** 2
     cycles = np.fft.rfftfreq(4 * cells, span / (cells - 1))
@@ -69,8 +69,8 @@ def _sawteeth(residual: ResidualSummary, low: float, high: float) -> list[tuple[
         if not height[i] > 0:
             continue
         near = cycles[i] + np.linspace(-1.0, 1.0, 41) * (cycles[1] - cycles[0])
-        wave = np.exp(-2j * np.pi * near[:, None] * residual.drive[None, :])
-        total = wave @ (residual.residual - residual.residual.mean())
+        wave = np.exp(-2j * np.pi * near[:, None] * summary.drive[None, :])
+        total = wave @ (summary.residual - summary.residual.mean())
         best = int(np.argmax(np.abs(total)))
         step = 1.0 / float(near[best])
         phase = float(np.angle(total[best]))  # of a cosine

@@ -26,9 +26,9 @@ class RateLaw(AbstractLawEffect):
     name: ClassVar = "rate_law"
 
     @classmethod
-    def initial_guesses(cls, residual: ResidualSummary) -> list[AbstractEffect]:
+    def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:
         """Exponents; none where there is one rate, at which `zeta` takes all of it."""
-        rates = {round(rate, 9) for rate in residual.rates if rate > 0}
+        rates = {round(rate, 9) for rate in summary.rates if rate > 0}
         return [cls.at(exponent=m) for m in (0.4, 0.7, 1.3, 1.6, 2.3)] if len(rates) > 1 else []
 
     @float64

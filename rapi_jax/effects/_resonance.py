@@ -64,18 +64,18 @@ class Resonance(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible)
 
     @classmethod
     @float64
-    def initial_guesses(cls, residual: ResidualSummary) -> "list[Resonance]":
+    def initial_guesses(cls, summary: ResidualSummary) -> "list[Resonance]":
         """A coarse grid of frequencies, and the best few of a fine one."""
-        slowest = max(3.0 * max(residual.rates, default=0.0), 3.0 / max(residual.duration_s, 1e-6))
+        slowest = max(3.0 * max(summary.rates, default=0.0), 3.0 / max(summary.duration_s, 1e-6))
         low = float(np.clip(slowest, 1.5 * _LOW, _HIGH / 20))
-        step = residual.step_s if residual.step_s > 0 else 1.0 / _HIGH
+        step = summary.step_s if summary.step_s > 0 else 1.0 / _HIGH
         high = float(np.clip(_FAST / step, 10.0 * low, 0.9 * _HIGH))
         coarse = [(f, z) for f in np.geomspace(low, high, 8) for z in (0.02, 0.3)]
         fine = np.geomspace(low, high, 60)
         found = [
             (fine[i], z, score[i])
             for z in (0.02, 0.1)
-            for score in [_explained(residual, fine, z)]
+            for score in [_explained(summary, fine, z)]
             for i in peaks(score, 3, apart=1)
             if score[i] > 0
         ]
@@ -83,16 +83,16 @@ class Resonance(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible)
         return [cls.at(hertz=f, damping=z, share=1.0) for f, z in [*best, *coarse]]
 
 
-def _explained(residual: ResidualSummary, hertz: np.ndarray, damping: float) -> np.ndarray:
+def _explained(summary: ResidualSummary, hertz: np.ndarray, damping: float) -> np.ndarray:
     """Share of the residual's power that a ringing at each of `hertz` explains.
 
     Beside a delay and a gain, in the fastest runs, which ring most.
     """
     power, explained = 0.0, np.zeros(hertz.size)
-    fastest = np.argsort(-np.asarray(residual.rates), kind="stable")[:_RUNS]
+    fastest = np.argsort(-np.asarray(summary.rates), kind="stable")[:_RUNS]
     for k in fastest:
-        mine = residual.run == k
-        nu, rest, time = residual.response[mine], residual.residual[mine], residual.time[mine]
+        mine = summary.run == k
+        nu, rest, time = summary.response[mine], summary.residual[mine], summary.time[mine]
         if nu.size < 16 or not time[-1] > time[0]:
             continue
         line = np.linspace(0.0, 1.0, nu.size)

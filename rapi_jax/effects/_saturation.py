@@ -32,9 +32,9 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
     name: ClassVar = "saturation"
 
     @classmethod
-    def initial_guesses(cls, residual: ResidualSummary) -> list[AbstractEffect]:
+    def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:
         """Each end cut by 1 and by 4 % of the drive's range, and both by 2 %."""
-        low, high = float(residual.drive.min()), float(residual.drive.max())
+        low, high = float(summary.drive.min()), float(summary.drive.max())
         swing = high - low
         if not swing > 0:
             return []

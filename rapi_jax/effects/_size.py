@@ -6,40 +6,40 @@ from jaxtyping import Float
 from ._residual_summary import ResidualSummary
 
 
-def size(residual: ResidualSummary, signature: Float[np.ndarray, " samples"]) -> float:
+def size(summary: ResidualSummary, signature: Float[np.ndarray, " samples"]) -> float:
     """The factor of `signature` that fits the residual best, beside a constant.
 
     A residual that shows nothing of it gives what would just be seen; never zero, never NaN.
     """
-    good = np.isfinite(signature) & np.isfinite(residual.residual)
+    good = np.isfinite(signature) & np.isfinite(summary.residual)
     if not good.any():
-        return least(residual)
+        return least(summary)
     shape = signature[good] - signature[good].mean()
     power = float(shape @ shape)
     rms = np.sqrt(power / shape.size)
     if not (np.isfinite(power) and rms > 1e-12 * np.abs(signature[good]).max(initial=0.0)):
-        return least(residual)
-    found = float(shape @ residual.residual[good]) / power
-    floor = least(residual) / rms
+        return least(summary)
+    found = float(shape @ summary.residual[good]) / power
+    floor = least(summary) / rms
     return found if abs(found) >= floor else float(np.copysign(floor, found))
 
 
-def least(residual: ResidualSummary) -> float:
+def least(summary: ResidualSummary) -> float:
     """A response that would just be seen: of the noise's size, in the response's unit."""
-    for value in (residual.noise, 1e-4 * residual.span):
+    for value in (summary.noise, 1e-4 * summary.span):
         if np.isfinite(value) and value > 0:
             return float(value)
     return 1e-4
 
 
-def power(residual: ResidualSummary) -> float:
+def power(summary: ResidualSummary) -> float:
     """Mean square of the residual about its mean in each run, or of what would just be seen."""
     total = sum(
         float(np.nansum((part - np.nanmean(part)) ** 2))
-        for part in (residual.residual[residual.run == k] for k in np.unique(residual.run))
+        for part in (summary.residual[summary.run == k] for k in np.unique(summary.run))
         if np.isfinite(part).any()
     )
-    return max(total / max(residual.residual.size, 1), least(residual) ** 2)
+    return max(total / max(summary.residual.size, 1), least(summary) ** 2)
 
 
 def peaks(height: Float[np.ndarray, " grid"], count: int, apart: int = 1) -> list[int]:

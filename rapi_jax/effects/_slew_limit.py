@@ -48,12 +48,12 @@ class SlewLimit(AbstractFollower, AbstractInvertible):
     smooth: ClassVar = False
 
     @classmethod
-    def initial_guesses(cls, residual: ResidualSummary) -> list[AbstractEffect]:
+    def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:
         """Limits just below, and well below, the slope of the fastest run."""
         fastest = 0.0
-        for run in np.unique(residual.run):
-            inside = residual.run == run
-            step, rise = np.diff(residual.time[inside]), np.diff(residual.drive[inside])
+        for run in np.unique(summary.run):
+            inside = summary.run == run
+            step, rise = np.diff(summary.time[inside]), np.diff(summary.drive[inside])
             good = step > 0
             if good.any():
                 fastest = max(fastest, float(np.quantile(np.abs(rise[good] / step[good]), 0.75)))

@@ -88,5 +88,6 @@ def _left(candidate: Candidate) -> Left:
 
 
 def _from_file(value: dict[str, Any]) -> Left:
-    fields = {_FIELDS.get(key, key): content for key, content in value.items()}
-    return Left(**fields | {"effects": tuple(value["effects"])})
+    fields: dict[str, Any] = {_FIELDS.get(key, key): content for key, content in value.items()}
+    fields["effects"] = tuple(value["effects"])
+    return Left(**fields)

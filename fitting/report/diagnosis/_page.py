@@ -89,7 +89,7 @@ def _context(diagnosis: dict) -> dict[str, Any]:
 @functools.cache
 def _template() -> jinja2.Template:
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("fitting.report"),
+        loader=jinja2.PackageLoader("fitting.report.diagnosis"),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,

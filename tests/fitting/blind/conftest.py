@@ -56,7 +56,7 @@ def at_once(monkeypatch):
             yield job.name
 
     monkeypatch.setattr(_predict, "_diagnosed", diagnosed)
-    monkeypatch.setattr(_predictions, "predicted", predicted)
+    monkeypatch.setattr(_predictions, "predict_in_workers", predicted)
     return names
 
 

@@ -147,7 +147,7 @@ def test_a_diagnosis_that_raises_is_a_prediction(rapi, nulls, at_once, monkeypat
 
 
 def test_an_interrupt_leaves_whole_predictions(rapi, nulls, at_once, monkeypatch):
-    ours = _predictions.predicted
+    ours = _predictions.predict_in_workers
 
     def stopped(jobs, answers, workers):
         for done, name in enumerate(ours(jobs, answers, workers)):
@@ -155,9 +155,9 @@ def test_an_interrupt_leaves_whole_predictions(rapi, nulls, at_once, monkeypatch
                 raise KeyboardInterrupt
             yield name
 
-    monkeypatch.setattr(_predictions, "predicted", stopped)
+    monkeypatch.setattr(_predictions, "predict_in_workers", stopped)
     assert_one_line(rapi("predict", nulls.root), 130, "interrupted")
-    monkeypatch.setattr(_predictions, "predicted", ours)
+    monkeypatch.setattr(_predictions, "predict_in_workers", ours)
     code, out, _ = rapi("predict", nulls.root, "--json")
     assert code == 0 and json.loads(out)["kept"] == 2
 

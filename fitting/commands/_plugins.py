@@ -1,0 +1,54 @@
+"""Classes of the user's own: operators, effects and drivers in a Python file named on the line."""
+
+import importlib.util
+import sys
+from collections.abc import Sequence
+from inspect import isabstract
+from pathlib import Path
+from types import ModuleType
+from typing import TypeVar
+
+from rapi_jax import DataError
+from rapi_jax.io import printable
+
+Class = TypeVar("Class")
+
+
+def load_plugins(paths: Sequence[Path]) -> tuple[ModuleType, ...]:
+    """Import each file as a module of its own. The code in it runs: it is the user's.
+
+    Raises `DataError` with the path where a file is missing or cannot be imported.
+    """
+    return tuple(_load(Path(path)) for path in paths)
+
+
+def _load(path: Path) -> ModuleType:
+    label = printable(path)
+    if not path.is_file():
+        raise DataError(f"{label}: no such file, so no plugin to load. Check the path.")
+    name = f"rapi_plugin_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise DataError(f"{label}: not a Python file. A plugin's name ends in .py.")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        del sys.modules[name]
+        reason = f"{type(error).__name__}: {printable(error)}"
+        raise DataError(f"{label}: cannot be imported ({reason}). Mend the file.") from error
+    return module
+
+
+def plugin_classes(modules: Sequence[ModuleType], base: type[Class]) -> tuple[type[Class], ...]:
+    """The concrete subclasses of `base` that the modules define themselves, in their order."""
+    return tuple(
+        value
+        for module in modules
+        for value in vars(module).values()
+        if isinstance(value, type)
+        and issubclass(value, base)
+        and value.__module__ == module.__name__
+        and not isabstract(value)
+    )

@@ -3,6 +3,9 @@
 import dataclasses
 
 import numpy as np
+from jaxtyping import Float
+
+from rapi_jax.readout._levenberg_marquardt import levenberg_marquardt
 
 _WIDE = 0.6  # fringes on each side of a peak that its fit sees
 _APART, _WRONG = 0.006, 0.05  # orders off a whole number that a turn between two peaks must make
@@ -89,47 +92,32 @@ def turn_bracket(
     return float(centre_s[found[0]]), float(centre_s[found[0] + 1])
 
 
-def _lorentzian(phase, value, centre, width, height, base):
-    """Least squares of `base + height / (1 + ((phase - centre)/width)^2)`; four parameters."""
-    p = np.array([centre, width, height, base])
-    damping, cost, jac, error = 1e-3, np.inf, None, None
+def fit_lorentzian(
+    phase: Float[np.ndarray, " samples"],
+    value: Float[np.ndarray, " samples"],
+    start: Float[np.ndarray, " 4"],
+) -> tuple[Float[np.ndarray, " 4"], float]:
+    """Least squares of `base + height / (1 + ((phase - centre) / width)^2)`.
 
-    def model(p):
+    `start`: centre, half width, height, base. Returns these four, and the standard error of the
+    centre, which allows for residuals of unequal size.
+    """
+
+    def model(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         x = (phase - p[0]) / p[1]
         bell = 1.0 / (1.0 + x**2)
         slope = 2.0 * p[2] * bell**2 * x / p[1]
         return p[3] + p[2] * bell, np.column_stack([slope, slope * x, bell, np.ones_like(x)])
 
-    fit, jac = model(p)
-    error = value - fit
-    cost = float(error @ error)
-    for _ in range(30):
-        normal = jac.T @ jac
-        try:
-            step = np.linalg.solve(
-                normal + damping * np.diag(np.diag(normal) + 1e-12), jac.T @ error
-            )
-        except np.linalg.LinAlgError:
-            break
-        trial = p + step
-        trial[1] = np.clip(abs(trial[1]), p[1] / 2, p[1] * 2)
-        fit, trial_jac = model(trial)
-        trial_error = value - fit
-        trial_cost = float(trial_error @ trial_error)
-        if trial_cost < cost:
-            done = cost - trial_cost < 1e-8 * cost
-            p, jac, error, cost = trial, trial_jac, trial_error, trial_cost
-            damping = max(damping / 5, 1e-9)
-            if done:
-                break
-        else:
-            damping *= 6
-            if damping > 1e6:
-                break
-    bread = np.linalg.pinv(jac.T @ jac, rcond=1e-12, hermitian=True)
-    scores = jac * error[:, None]
+    def project(trial: np.ndarray, before: np.ndarray) -> np.ndarray:
+        trial[1] = np.clip(abs(trial[1]), before[1] / 2, before[1] * 2)
+        return trial
+
+    fit = levenberg_marquardt(model, value, start, steps=30, tolerance=1e-8, project=project)
+    bread = np.linalg.pinv(fit.jacobian.T @ fit.jacobian, rcond=1e-12, hermitian=True)
+    scores = fit.jacobian * fit.residual[:, None]
     covariance = bread @ (scores.T @ scores) @ bread
-    return p, float(np.sqrt(covariance[0, 0]))
+    return fit.parameters, float(np.sqrt(covariance[0, 0]))
 
 
 def find_peaks(
@@ -176,7 +164,8 @@ def find_peaks(
             notes.append(f"cavity: peak at {clock[a]:.6g} s has too few samples; ignored")
             continue
         centre = float(excess @ phases / excess.sum())
-        fit, stderr = _lorentzian(phases, values, centre, 0.55, float(values.max() - base), base)
+        start = np.array([centre, 0.55, float(values.max() - base), base])
+        fit, stderr = fit_lorentzian(phases, values, start)
         turned = bool(((turns > limits[0]) & (turns < limits[1])).any())
         inside = phases.min() <= fit[0] <= phases.max()
         complete = min(abs(fit[0] - phases[0]), abs(fit[0] - phases[-1])) > abs(fit[1])

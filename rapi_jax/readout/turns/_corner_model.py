@@ -5,8 +5,12 @@ import math
 
 import numpy as np
 
+from rapi_jax.readout._levenberg_marquardt import levenberg_marquardt
+
 # Columns of the parameter vector.
 _T0, _PHI, _R1, _C1, _R2, _C2, _LOG_T, _A, _B = range(9)
+_COARSE, _FINAL = 1e-4, 1e-9  # relative fall of the cost that ends a fit
+_LOG_ROUNDING = (-8.0, 5.0)  # log of the rounding time over the unit of time
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -149,38 +153,34 @@ def fit_turn(
     With `final` the turn's time gets its standard error; it takes each residual's own size (noise
     of phase is large on a fringe's flank, small on its top).
     """
-    p = start.astype(float).copy()
-    tolerance = 1e-9 if final else 1e-4
     active = np.array([i for i in range(9) if rounded or i != _LOG_T])
-    value, jac = _model(p, t, rounded)
-    error = y - value
-    cost, damping = float(error @ error), 1e-3
-    for _ in range(steps):
-        j = jac[:, active]
-        normal = j.T @ j
-        scale = np.diag(normal) + 1e-12
-        try:
-            step = np.linalg.solve(normal + damping * np.diag(scale), j.T @ error)
-        except np.linalg.LinAlgError:
-            break
-        trial = p.copy()
-        trial[active] += step
-        trial[_LOG_T] = np.clip(trial[_LOG_T], -8.0, 5.0)
-        value, trial_jac = _model(trial, t, rounded)
-        trial_error = y - value
-        trial_cost = float(trial_error @ trial_error)
-        if trial_cost < cost:
-            gain = cost - trial_cost
-            p, jac, error, cost = trial, trial_jac, trial_error, trial_cost
-            damping = max(damping / 5, 1e-9)
-            if gain < tolerance * cost:
-                break
-        else:
-            damping *= 6
-            if damping > 1e8:
-                break
+
+    def filled(values: np.ndarray) -> np.ndarray:
+        p = start.astype(float)
+        p[active] = values
+        return p
+
+    def model(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        value, jacobian = _model(filled(values), t, rounded)
+        return value, jacobian[:, active]
+
+    def project(trial: np.ndarray, before: np.ndarray) -> np.ndarray:
+        del before
+        p = filled(trial)
+        p[_LOG_T] = np.clip(p[_LOG_T], *_LOG_ROUNDING)
+        return p[active]
+
+    found = levenberg_marquardt(
+        model,
+        y,
+        start[active],
+        steps=steps,
+        tolerance=_FINAL if final else _COARSE,
+        project=project,
+    )
+    p, error, cost = filled(found.parameters), found.residual, found.cost
     when = _vertex(p, rounded)
-    stderr = _vertex_stderr(p, jac[:, active], error, active, when, rounded) if final else np.inf
+    stderr = _vertex_stderr(p, found.jacobian, error, active, when, rounded) if final else np.inf
     return TurnFit(p, rounded, centre, unit, centre + when * unit, stderr * unit, cost, int(t.size))
 
 

@@ -5,6 +5,8 @@ import dataclasses
 import numpy as np
 from scipy import interpolate
 
+from rapi_jax.readout._levenberg_marquardt import levenberg_marquardt
+
 _INNER, _OUTER = 2.0, 8.0  # fringes: dense knots inside, wide ones outside
 # How well such a spline takes the shape of a rounded corner, rad a knot: as seen on lags of 20 us
 # to 1 ms, whose turns it places to so much and their own noise.
@@ -124,32 +126,16 @@ class Patch:
 
     def fit_on(self, p: np.ndarray, steps: int) -> tuple[np.ndarray, float]:
         """The same from all parameters."""
-        penalty = np.zeros((p.size, p.size))
+        found = levenberg_marquardt(
+            self._model, self.y, p, steps=steps, tolerance=1e-4, penalty=self._penalty()
+        )
+        return found.parameters, float(found.residual @ found.residual)
+
+    def _penalty(self):
+        """Of rough splines: on third differences of the coefficients, a trace of it."""
+        penalty = np.zeros((self.count + 2, self.count + 2))
         penalty[:-2, :-2] = 1e-5 * self.rough
-        damping, cost = 1e-3, np.inf
-        value, jac = self._model(p)
-        error = self.y - value
-        cost = float(error @ error + p @ penalty @ p)
-        for _ in range(steps):
-            normal = jac.T @ jac + penalty
-            step = np.linalg.solve(
-                normal + damping * np.diag(np.diag(normal) + 1e-9), jac.T @ error - penalty @ p
-            )
-            trial = p + step
-            value, trial_jac = self._model(trial)
-            trial_error = self.y - value
-            trial_cost = float(trial_error @ trial_error + trial @ penalty @ trial)
-            if trial_cost < cost:
-                done = cost - trial_cost < 1e-4 * cost
-                p, jac, error, cost = trial, trial_jac, trial_error, trial_cost
-                damping = max(damping / 5, 1e-9)
-                if done:
-                    break
-            else:
-                damping *= 6
-                if damping > 1e6:
-                    break
-        return p, float(error @ error)
+        return penalty
 
     def _model(self, p):
         phase = self.basis @ p[:-2]
@@ -176,12 +162,9 @@ class Patch:
             a, b = (middle, b) if rate(middle) > 0 else (a, middle)
         when = float((a + b) / 2)
         bend = float(rate.derivative()(when))
-        _, jac = self._model(p)
-        value, _ = self._model(p)
+        value, jac = self._model(p)
         error = self.y - value
-        penalty = np.zeros((p.size, p.size))
-        penalty[:-2, :-2] = 1e-5 * self.rough
-        bread = np.linalg.pinv(jac.T @ jac + penalty, hermitian=True)
+        bread = np.linalg.pinv(jac.T @ jac + self._penalty(), hermitian=True)
         scores = jac * error[:, None]
         covariance = (
             bread @ (scores.T @ scores) @ bread * error.size / max(1, error.size - self.count)

@@ -3,9 +3,10 @@
 from ._ecdl import ECDL as ECDL
 from ._ecdl import predict as predict
 from ._errors import DataError as DataError
+from ._errors import LimitError as LimitError
 from ._errors import ModelError as ModelError
+from ._errors import NotInvertible as NotInvertible
 from ._limits import DriveLimits as DriveLimits
-from ._limits import LimitError as LimitError
 from ._metrics import Linearity as Linearity
 from ._metrics import linearity as linearity
 from ._parameter import Parameter as Parameter
@@ -20,7 +21,6 @@ from ._waveform import sine as sine
 from ._waveform import step_and_hold as step_and_hold
 from ._waveform import triangle as triangle
 from .inversion._certificate import Certificate as Certificate
-from .inversion._certificate import NotInvertible as NotInvertible
 from .inversion._certificate import certify as certify
 from .inversion._compensate import Compensation as Compensation
 from .inversion._compensate import compensate as compensate

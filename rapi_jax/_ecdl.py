@@ -20,9 +20,10 @@ from .effects import (
     Law,
 )
 from .effects._base import AbstractFollower
-from .effects._first_order_lags import History, respond_linear
+from .effects._first_order_lags import respond_linear
 from .operators import AbstractOperator
 from .sampling._batch import DriveBatch, batch, on_device
+from .sampling._history import History
 from .sampling._sampling_grid import row_of
 
 Effects = tuple[AbstractEffect, ...]

@@ -7,3 +7,11 @@ class DataError(ValueError):
 
 class ModelError(ValueError):
     """A model that does not fit the data or the request it is used with."""
+
+
+class NotInvertible(ModelError):
+    """A model without an inverse on the range asked for; says where it is not monotone."""
+
+
+class LimitError(DataError):
+    """A drive beyond its limits: which sample, its value, the limit. Nothing of it may be sent."""

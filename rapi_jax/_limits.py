@@ -4,14 +4,10 @@ import dataclasses
 
 import numpy as np
 
-from ._errors import DataError
+from ._errors import LimitError
 from ._recording import Drive
 
 _ROUNDING = 1e-9  # of the range: two ways to compute one voltage must not differ in the verdict
-
-
-class LimitError(DataError):
-    """A drive beyond its limits: which sample, its value, the limit. Nothing of it may be sent."""
 
 
 @dataclasses.dataclass(frozen=True)

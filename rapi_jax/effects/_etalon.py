@@ -8,11 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from rapi_jax._errors import NotInvertible
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractInvertible, AbstractOpticalEffect
-from ._first_order_lags import not_invertible
 from ._residual_summary import ResidualSummary
 from ._size import peaks, power
 
@@ -64,7 +64,7 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
         del t
         steep = float(jnp.max(jnp.abs(self._ripple(self.spacing * jnp.linspace(0, 1, _FINE))[1])))
         if not steep < 1.0:
-            raise not_invertible(
+            raise NotInvertible(
                 f"an etalon of amplitude {float(self.amplitude):.6g} and spacing "
                 f"{float(self.spacing):.6g} turns the response back within a scan (it has a slope "
                 f"of {steep:.3g}, which must stay below 1). Tilt or coat the surface that "

@@ -10,7 +10,10 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Inexact, Int
+from jaxtyping import Array, Float, Inexact
+
+from rapi_jax._errors import NotInvertible
+from rapi_jax.sampling._history import History
 
 from ._base import ALWAYS_ON_S, Modes, Past, transfer
 
@@ -19,20 +22,6 @@ _DEAD = 1e-15  # s: a lag as short as this is none
 # Of h = step / tau: 1 - (1 - exp(-h)) / h - ... as power series from the first power on.
 _BEFORE = tuple((-1.0) ** n * (1.0 / factorial(n + 1) - 1.0 / factorial(n)) for n in range(1, 9))
 _AFTER = tuple(-((-1.0) ** n) / factorial(n + 1) for n in range(1, 9))
-
-
-class History(NamedTuple):
-    """What the runs of a session know of what came before them; one row a run.
-
-    - `period_s`: s, of the one period of lead-in with which the row begins; 0 where it has none.
-    - `lead`: number of samples of that lead-in.
-    - `gap_s`: from the end of the run before to the start of this one, s; infinite where there is
-      none, or where the two have no common clock.
-    """
-
-    period_s: Float[Array, " runs"]
-    lead: Int[Array, " runs"]
-    gap_s: Float[Array, " runs"]
 
 
 class _Step(NamedTuple):
@@ -204,16 +193,9 @@ def undo_linear(
     through = transfer(modes, hertz)
     worst = int(jnp.argmin(jnp.abs(through)))
     if not float(jnp.abs(through[worst])) > _NOTHING:
-        raise not_invertible(
+        raise NotInvertible(
             f"nothing passes at {float(hertz[worst]):.6g} Hz (gain "
             f"{float(jnp.abs(through[worst])):.2g}), so no drive reaches the target there. Sample "
             "the target less densely, or leave the effect out of what is compensated."
         )
     return jnp.fft.irfft(jnp.fft.rfft(signal) / through, n=signal.size)
-
-
-def not_invertible(message: str) -> Exception:
-    """`NotInvertible`, which a model's certificate raises too and which imports this package."""
-    from rapi_jax.inversion._certificate import NotInvertible
-
-    return NotInvertible(message)

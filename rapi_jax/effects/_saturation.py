@@ -7,11 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from rapi_jax._errors import NotInvertible
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractDriveEffect, AbstractEffect, AbstractInvertible
-from ._first_order_lags import not_invertible
 from ._residual_summary import ResidualSummary
 
 _SOFT = 1e-2  # of the swing: the knee to start from; from a sharp one, descents stick at samples
@@ -69,7 +69,7 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
         value, low, high = np.asarray(signal), float(self.low), float(self.high)
         slack = 1e-9 * float(np.ptp(value))
         if value.min() < low - slack or value.max() > high + slack:
-            raise not_invertible(
+            raise NotInvertible(
                 f"the effect saturation passes {low:.6g} to {high:.6g} V, but the scan needs "
                 f"{value.min():.6g} to {value.max():.6g} V behind it. Scan less, or move the bias."
             )
@@ -79,7 +79,7 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
         for sign, end in ((-1.0, low), (1.0, high)):
             room = sign * (end - value) / knee
             if np.isfinite(end) and not room.min() > _SHUT:
-                raise not_invertible(
+                raise NotInvertible(
                     f"the effect saturation reaches {end:.6g} V only with an endless drive, and "
                     f"the scan needs {value.min():.6g} to {value.max():.6g} V behind it. Scan "
                     "less, or move the bias."

@@ -7,11 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from rapi_jax._errors import NotInvertible
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractEffect, AbstractFollower, AbstractInvertible
-from ._first_order_lags import not_invertible
 from ._residual_summary import ResidualSummary
 
 _NONE = 1e18  # V/s: stands for no limit, where an infinite one would make NaN of zero times itself
@@ -77,7 +77,7 @@ class SlewLimit(AbstractFollower, AbstractInvertible):
         slope = np.abs(np.diff(np.asarray(signal), append=float(signal[0]))) / float(t[1] - t[0])
         if slope.max() > limit * (1 + 1e-9):
             at = int(slope.argmax())
-            raise not_invertible(
+            raise NotInvertible(
                 f"the effect slew_limit passes at most {limit:.6g} V/s, but the drive that would "
                 f"be needed rises by {slope[at]:.6g} V/s after sample {at}. Scan less, more slowly "
                 "or with longer corners."

@@ -20,16 +20,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rapi_jax._errors import ModelError
+from rapi_jax._errors import NotInvertible
 from rapi_jax._precision import as_float64, float64
 from rapi_jax.operators import AbstractOperator
 from rapi_jax.plays._contact_intervals import Band, Pieces
 
 _MARGIN = 1e-9  # of the mean slope: below it a model is singular to rounding
-
-
-class NotInvertible(ModelError):
-    """A model without an inverse on the range asked for; says where it is not monotone."""
 
 
 @dataclasses.dataclass(frozen=True)

@@ -7,15 +7,15 @@ import jax.numpy as jnp
 import numpy as np
 
 from rapi_jax._ecdl import ECDL, predict
-from rapi_jax._errors import ModelError
-from rapi_jax._limits import DriveLimits, LimitError
+from rapi_jax._errors import LimitError, ModelError, NotInvertible
+from rapi_jax._limits import DriveLimits
 from rapi_jax._precision import as_float64, float64
 from rapi_jax._recording import Drive
 from rapi_jax.effects import AbstractCouplingEffect
 from rapi_jax.operators._inverse_rapi import InverseRAPI
 
 from ._anderson import AndersonMixing
-from ._certificate import Certificate, NotInvertible, certify
+from ._certificate import Certificate, certify
 from ._compensation_iteration import Round, Scan, bracketed
 from ._identified import Identified
 from ._inverse_effects import drive_effects, law_of, refuse, steady, undo_effects

@@ -12,14 +12,14 @@ import numpy as np
 from scipy.optimize import root_scalar
 
 from rapi_jax._ecdl import ECDL
-from rapi_jax._errors import ModelError
-from rapi_jax._limits import DriveLimits, LimitError
+from rapi_jax._errors import LimitError, ModelError, NotInvertible
+from rapi_jax._limits import DriveLimits
 from rapi_jax._precision import as_float64
 from rapi_jax.effects import Law
 from rapi_jax.operators import AbstractOperator
 
 from ._anderson import AndersonMixing
-from ._certificate import Certificate, NotInvertible, certify
+from ._certificate import Certificate, certify
 from ._exact_inverse import at_minimum, extremes, placed, scan_inverse
 from ._inverse_effects import from_minimum, loop, response_effects, undo_effects
 from ._target import Target

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from rapi_jax._ecdl import ECDL
+from rapi_jax._errors import NotInvertible
 from rapi_jax._precision import as_float64
 from rapi_jax.effects import (
     AbstractCouplingEffect,
@@ -29,8 +30,6 @@ from rapi_jax.effects import (
 from rapi_jax.effects._base import Past, transfer
 from rapi_jax.effects._delay import Delay
 from rapi_jax.sampling._corners import corners
-
-from ._certificate import NotInvertible
 
 _ROUNDS = 30
 

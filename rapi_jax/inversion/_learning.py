@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from rapi_jax._errors import DataError
-from rapi_jax._limits import DriveLimits, LimitError
+from rapi_jax._errors import DataError, LimitError
+from rapi_jax._limits import DriveLimits
 from rapi_jax._metrics import Linearity, linearity, turning_points
 from rapi_jax._recording import Drive, Run
 

@@ -7,8 +7,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from rapi_jax._parameter import parameter
+from rapi_jax.plays._plays import Plays
 
-from ._base import AbstractOperator, Fields, Plays, check_shapes
+from ._base import AbstractOperator, Fields, check_shapes
 from ._rapi import RAPI, spread
 
 

@@ -9,8 +9,9 @@ from jaxtyping import Array, Float
 from rapi_jax._errors import ModelError
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
+from rapi_jax.plays._plays import Plays
 
-from ._base import AbstractOperator, Fields, Plays, check_polynomial
+from ._base import AbstractOperator, Fields, check_polynomial
 
 
 class PI(AbstractOperator):

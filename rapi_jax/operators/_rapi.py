@@ -11,8 +11,9 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 from rapi_jax._recording import Recording
+from rapi_jax.plays._plays import Plays
 
-from ._base import AbstractOperator, Fields, Plays, check_shapes
+from ._base import AbstractOperator, Fields, check_shapes
 from ._guess import TRIALS, draw, trials
 
 

@@ -10,7 +10,7 @@ import dataclasses
 
 import numpy as np
 
-from rapi_jax.operators import Plays
+from ._plays import Plays
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from rapi_jax._recording import Drive, Recording, Run
-from rapi_jax.effects._first_order_lags import History
 
+from ._history import History
 from ._sampling_grid import Row, row_of
 
 # Rows are padded to a multiple of this, so that similar recordings share compiled code.

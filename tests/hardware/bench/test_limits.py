@@ -7,8 +7,7 @@ import pytest
 
 from hardware import AbstractBench, DriveLimits, SimulatedBench
 from hardware.simulated import Amplifier, Device, Laboratory
-from rapi_jax import DataError, Drive
-from rapi_jax._limits import LimitError
+from rapi_jax import DataError, Drive, LimitError
 from rapi_jax._waveform import triangle
 from rapi_jax.examples import paper_device, paper_drives
 from rapi_jax.io.drives._afg_waveform import AfgWaveform

@@ -11,7 +11,8 @@ from rapi_jax import NotInvertible
 from rapi_jax.effects import Modes
 from rapi_jax.effects import _first_order_lags as _lags
 from rapi_jax.effects._base import Past, transfer
-from rapi_jax.effects._first_order_lags import History, undo_linear
+from rapi_jax.effects._first_order_lags import undo_linear
+from rapi_jax.sampling._history import History
 
 respond_linear = eqx.filter_jit(_lags.respond_linear)
 from_rest = eqx.filter_jit(_lags.from_rest)

@@ -24,10 +24,11 @@ from rapi_jax.effects import (
     ResidualSummary,
 )
 from rapi_jax.effects._base import Past
-from rapi_jax.effects._first_order_lags import History, respond_linear
+from rapi_jax.effects._first_order_lags import respond_linear
 from rapi_jax.examples import paper_device
 from rapi_jax.io import read_model, write_model
 from rapi_jax.sampling._batch import batch, on_device, to_batch
+from rapi_jax.sampling._history import History
 from rapi_jax.sampling._sampling_grid import row_of
 
 EXAMPLES = {**examples_drive.EXAMPLES, **examples_optical.EXAMPLES}

@@ -7,7 +7,6 @@ import pytest
 from rapi_jax import ECDL, PI, RAPI, Drive, predict
 from rapi_jax._waveform import multisine, sine, step_and_hold, triangle
 from rapi_jax.examples import paper_device, paper_drives
-from rapi_jax.operators import tie
 
 # Sums of a few dozen products in another order, beside responses of up to a few hundred.
 EXACT = dict(rtol=1e-12, atol=1e-11)
@@ -273,12 +272,6 @@ def test_there_is_no_coupling_without_a_rate_or_with_an_alpha_a_play():
     assert model(**SHARED, plays=5).operator.couplings([4.0], [0.0]) == {}
     assert model(**CASES["a value a play"]).operator.couplings([4.0], [10.0]) == {}
     assert PI(r=[0.1], p=[1.0], d=[1.0]).couplings([4.0], [10.0]) == {}
-
-
-def test_tie_shares_the_mean():
-    tied = tie(RAPI(**CASES["a value a play"]), "lam")
-    assert tied.lam.shape == () and float(tied.lam) == pytest.approx(1.1)
-    assert tied.eta.shape == (4,)
 
 
 # --- refusals

@@ -7,8 +7,7 @@ import numpy as np
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Drive
 
-_PER_FRINGE = 16.0  # samples kept in the fastest fringe
-_CROOKED = 2.5  # how much steeper than its drive a response may be in places
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -55,7 +54,7 @@ def fringe_rates(x: np.ndarray, sample_hz: float) -> tuple[float, float]:
     return float(max(hz[low], hz[1])), float(max(hz[high], hz[1]))
 
 
-def steepness(drive: Drive) -> float:
+def max_slope_ratio(drive: Drive) -> float:
     """The steepest slope of a drive, short steps left out, over its usual one."""
     slopes = np.abs(np.diff(drive.value))
     moving = slopes[slopes > 1e-3 * slopes.max(initial=0.0)]
@@ -73,8 +72,8 @@ def decimate(
     at most what the steepness of `drive` makes of the usual one.
     """
     typical, highest = fringe_rates(x, sample_hz)
-    highest = min(highest, _CROOKED * steepness(drive) * typical)
-    factor = max(1, int(sample_hz / (_PER_FRINGE * highest)))
+    highest = min(highest, THRESHOLDS.slope_ratio * max_slope_ratio(drive) * typical)
+    factor = max(1, int(sample_hz / (THRESHOLDS.samples_per_fringe * highest)))
     groups = x.size // factor
     kept = x[: groups * factor].reshape(groups, factor)
     value = kept.mean(axis=1, dtype=np.float64)

@@ -4,7 +4,7 @@ import numpy as np
 from scipy import ndimage
 
 
-def extremes(value: np.ndarray, block: int) -> tuple[np.ndarray, np.ndarray]:
+def envelope_from_extremes(value: np.ndarray, block: int) -> tuple[np.ndarray, np.ndarray]:
     """Offset and amplitude of each sample from the extremes of blocks of several fringes.
 
     Blocks whose range is short beside their neighbours' hold less than a fringe (a slow turn) and
@@ -27,7 +27,7 @@ def extremes(value: np.ndarray, block: int) -> tuple[np.ndarray, np.ndarray]:
     return (high + low) / 2, np.maximum((high - low) / 2, 1e-30)
 
 
-def fitted(
+def fit_envelope(
     value: np.ndarray, good: np.ndarray, phase: np.ndarray, travel: np.ndarray, fringes: float = 6.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Offset and amplitude by least squares of `B + A cos(phase)` over blocks of `fringes`.

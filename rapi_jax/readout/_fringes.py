@@ -78,7 +78,7 @@ class Fringes:
         return self.start_s + (self.size - 1) / self.sample_hz
 
 
-def clipped(
+def mask_clipped(
     x: np.ndarray, full_scale: tuple[float, float] | None, *, low: bool = True
 ) -> np.ndarray | None:
     """Which samples lie on the digitizer's edge or on a repeated extreme; `None` where none does.

@@ -7,16 +7,16 @@ import numpy as np
 from rapi_jax._recording import Drive
 
 from ._decimate import Decimated, decimate
-from ._envelope import extremes, fitted
-from ._fringes import Fringes, clipped
+from ._envelope import envelope_from_extremes, fit_envelope
+from ._fringes import Fringes, mask_clipped
 from ._readout import Peaks, Readout, Turn
-from ._refine import path, refine
-from ._track_phase import Found, Signal, join, polish, refold
+from ._refine import fringe_path, refine_phase
+from ._track_phase import FringeSignal, LaserTurn, join_branches, refine_turn, refit_on_fringe
 from .cavity import _scale
 from .cavity._comb import Comb, read_comb
 from .cavity._peaks import PeakFit, find_peaks, find_regions
 from .turns._drive_turns import rising_at
-from .turns._find import Marks, find_turns
+from .turns._find import CavityPeaks, find_turns
 
 _TWO_PI = 2 * np.pi
 
@@ -32,7 +32,7 @@ def read_fringes(fringes: Fringes, drive: Drive) -> Readout:
     there is nothing to read.
     """
     faults: list[str] = []
-    mask = clipped(fringes.interferometer, fringes.full_scale)
+    mask = mask_clipped(fringes.interferometer, fringes.full_scale)
     if mask is not None:
         faults.append(
             f"interferometer: {mask.mean():.2%} of samples clipped, first at "
@@ -40,8 +40,8 @@ def read_fringes(fringes: Fringes, drive: Drive) -> Readout:
         )
     data = decimate(fringes.interferometer, fringes.sample_hz, fringes.start_s, mask, drive)
     block = max(8, int(4.0 / (data.fringe_hz * data.step_s)))
-    offset, amplitude = extremes(data.value, block)
-    signal = Signal.of(
+    offset, amplitude = envelope_from_extremes(data.value, block)
+    signal = FringeSignal.of(
         data.time, (data.value - offset) / amplitude, data.good, data.highest_hz * data.step_s
     )
     regions = None
@@ -49,16 +49,16 @@ def read_fringes(fringes: Fringes, drive: Drive) -> Readout:
         regions = find_regions(
             fringes.cavity, fringes.sample_hz, fringes.start_s, signal.time, signal.travel
         )
-    turns, notes = find_turns(signal, drive, Marks(fringes, regions, signal))
+    turns, notes = find_turns(signal, drive, CavityPeaks(fringes, regions, signal))
     faults += notes
     middle = float(data.time[data.time.size // 2])
     rising = (not turns[0].rising_after) if turns else rising_at(drive, middle)
 
-    solution = _solve(data, signal, turns, rising, rough=True)
+    solution = _solve_phase(data, signal, turns, rising, rough=True)
     signal = dataclasses.replace(signal, y=solution.y)
-    turns = [polish(signal, turn) for turn in turns]
-    solution = _solve(data, signal, turns, rising)
-    scale = _scaled(fringes, data, solution, turns)
+    turns = [refine_turn(signal, turn) for turn in turns]
+    solution = _solve_phase(data, signal, turns, rising)
+    scale = _calibrate_scale(fringes, data, solution, turns)
     for _ in range(
         2
     ):  # a turn on the wrong fringe is fitted again on the one that the comb asks for
@@ -67,9 +67,9 @@ def read_fringes(fringes: Fringes, drive: Drive) -> Readout:
             break
         other = list(turns)
         for slip in wrong:
-            other[slip.turn] = refold(signal, turns[slip.turn], slip.jump)
-        again = _solve(data, signal, other, rising)
-        rescaled = _scaled(fringes, data, again, other)
+            other[slip.turn] = refit_on_fringe(signal, turns[slip.turn], slip.jump)
+        again = _solve_phase(data, signal, other, rising)
+        rescaled = _calibrate_scale(fringes, data, again, other)
         if sum(abs(s.jump) for s in rescaled.slips) >= sum(abs(s.jump) for s in scale.slips):
             break
         turns, solution, scale = other, again, rescaled
@@ -87,23 +87,28 @@ class _Solution:
     notes: list[str]
 
 
-def _solve(
-    data: Decimated, signal: Signal, turns: list[Found], rising: bool, *, rough: bool = False
+def _solve_phase(
+    data: Decimated,
+    signal: FringeSignal,
+    turns: list[LaserTurn],
+    rising: bool,
+    *,
+    rough: bool = False,
 ) -> _Solution:
-    base, notes = join(signal, turns, rising)
+    base, notes = join_branches(signal, turns, rising)
     phase = base
     for _ in range(2):
-        offset, amplitude = fitted(data.value, data.good, phase, path(phase))
+        offset, amplitude = fit_envelope(data.value, data.good, phase, fringe_path(phase))
         y = (data.value - offset) / amplitude
         # A rough phase is still far off: let corrections add up instead of smoothing them.
-        phase, stderr = refine(data.time, y, data.good, phase, phase if rough else base)
+        phase, stderr = refine_phase(data.time, y, data.good, phase, phase if rough else base)
     # A value is a mean over its group of samples: at a corner that is not the value in its middle.
     stderr[1:-1] = np.hypot(stderr[1:-1], np.abs(np.diff(phase, 2)) / 8)
     return _Solution(phase, stderr, y, amplitude, notes)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class _Scaled:
+class _Scale:
     """The cavity's peaks and comb, slips, turns with peaks on both sides; and notes."""
 
     fits: list[PeakFit]
@@ -113,13 +118,15 @@ class _Scaled:
     notes: list[str]
 
 
-def _scaled(fringes: Fringes, data: Decimated, solution: _Solution, turns: list[Found]) -> _Scaled:
+def _calibrate_scale(
+    fringes: Fringes, data: Decimated, solution: _Solution, turns: list[LaserTurn]
+) -> _Scale:
     times = np.array([turn.fit.time_s for turn in turns])
     unchecked = np.zeros(times.size, dtype=bool)
     if fringes.cavity is None:
-        return _Scaled([], None, [], unchecked, [])
+        return _Scale([], None, [], unchecked, [])
     notes: list[str] = []
-    edge = clipped(fringes.cavity, fringes.full_scale, low=False)
+    edge = mask_clipped(fringes.cavity, fringes.full_scale, low=False)
     if edge is not None:
         notes.append(f"cavity: {int(edge.sum())} samples clipped; left out of the fits")
     nominal = _TWO_PI * fringes.delay_s * fringes.fsr_ghz * 1e9
@@ -130,24 +137,24 @@ def _scaled(fringes: Fringes, data: Decimated, solution: _Solution, turns: list[
         fringes.start_s,
         data.time,
         solution.phase,
-        path(solution.phase),
+        fringe_path(solution.phase),
         times,
     )
     notes += more
     comb = read_comb(fits, nominal)
     if comb is None:
         notes.append("cavity: too few peaks for a scale; the nominal delay is used")
-        return _Scaled(fits, None, [], unchecked, notes)
-    found, checked = _scale.slips(comb, fits, times)
-    return _Scaled(fits, comb, found, checked, notes + _scale.off_the_comb(comb, fits, times))
+        return _Scale(fits, None, [], unchecked, notes)
+    found, checked = _scale.find_slips(comb, fits, times)
+    return _Scale(fits, comb, found, checked, notes + _scale.list_off_comb_peaks(comb, fits, times))
 
 
 def _collect(
     fringes: Fringes,
     data: Decimated,
     solution: _Solution,
-    turns: list[Found],
-    scale: _Scaled,
+    turns: list[LaserTurn],
+    scale: _Scale,
     faults: list[str],
 ) -> Readout:
     phase, stderr = solution.phase, solution.stderr
@@ -159,8 +166,8 @@ def _collect(
             f"{data.time[int(np.argmin(visibility))]:.6g} s); followed"
         )
     times = np.array([turn.fit.time_s for turn in turns])
-    phase, stderr, mended = _scale.mend(scale.slips, data.time, phase, stderr, times)
-    faults += solution.notes + scale.notes + mended
+    phase, stderr, corrected = _scale.correct_slips(scale.slips, data.time, phase, stderr, times)
+    faults += solution.notes + scale.notes + corrected
     delay, delay_stderr = fringes.delay_s, float("inf")
     peaks = Peaks(*(np.zeros(0) for _ in range(4)))
     if scale.comb is not None:

@@ -7,7 +7,7 @@ import numpy as np
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Drive, Run
 
-from ._sample import resampled, sampled
+from ._sample import resample_drive, sample_reading
 from .turns._drive_turns import drive_turns
 
 
@@ -81,9 +81,9 @@ class Readout:
         response is NaN.
         """
         if samples is not None:
-            drive = resampled(drive, samples)
+            drive = resample_drive(drive, samples)
         cuts = np.array([turn.time_s for turn in self.turns])
-        value = sampled(self.time, self.frequency, self.stderr, cuts, drive)
+        value = sample_reading(self.time, self.frequency, self.stderr, cuts, drive)
         return Run(drive, value, name)
 
     def latency(self, drive: Drive) -> tuple[float, float]:

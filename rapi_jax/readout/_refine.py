@@ -3,8 +3,7 @@
 import numpy as np
 from scipy import interpolate
 
-_NODES = 6.0  # nodes a fringe
-_SCALE = 2e-3  # how well visibility and background are known, in amplitudes
+from ._thresholds import THRESHOLDS
 
 
 def _windows(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -15,13 +14,13 @@ def _windows(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     return np.arange(size.sum()) - np.repeat(first - low, size), window, first
 
 
-def path(phase: np.ndarray) -> np.ndarray:
+def fringe_path(phase: np.ndarray) -> np.ndarray:
     """Fringes passed since the first value, counting back and forth alike, strictly growing."""
     steps = np.abs(np.diff(phase)) / (2 * np.pi)
     return np.concatenate([[0.0], np.cumsum(steps + 1e-9)])
 
 
-def smooth(
+def smooth_phase(
     time: np.ndarray, phase: np.ndarray, travel: np.ndarray, *, half: float = 2.0
 ) -> np.ndarray:
     """`phase` by local parabolas in time over `half` fringes to both sides: less of its noise.
@@ -48,7 +47,7 @@ def smooth(
     return np.asarray(interpolate.PchipInterpolator(at, value[keep])(time))
 
 
-def noise_of(error: np.ndarray, sine2: np.ndarray, good: np.ndarray) -> tuple[float, float]:
+def estimate_noise(error: np.ndarray, sine2: np.ndarray, good: np.ndarray) -> tuple[float, float]:
     """Variance of the fringes (in amplitudes) and of the phase (rad^2), from residuals."""
     e2, s2 = error[good] ** 2, sine2[good]
     cap = 25.0 * np.median(e2) / 0.455
@@ -63,7 +62,7 @@ def noise_of(error: np.ndarray, sine2: np.ndarray, good: np.ndarray) -> tuple[fl
     return level, slope
 
 
-def refine(
+def refine_phase(
     time: np.ndarray,
     y: np.ndarray,
     good: np.ndarray,
@@ -79,15 +78,17 @@ def refine(
     it, so that repeating the step does not fit ever finer noise. Returns the corrected phase and
     its standard error, rad.
     """
-    travel = path(phase)
-    nodes = np.arange(0.0, travel[-1] + 1.0 / _NODES, 1.0 / _NODES)
+    travel = fringe_path(phase)
+    nodes = np.arange(
+        0.0, travel[-1] + 1.0 / THRESHOLDS.nodes_per_fringe, 1.0 / THRESHOLDS.nodes_per_fringe
+    )
     nodes[-1] = travel[-1]
     low = np.searchsorted(travel, nodes - half)
     high = np.searchsorted(travel, nodes + half, side="right")
     sample, window, first = _windows(low, high)
     sine = np.sin(phase)
     error = y - np.cos(phase)
-    level, slope = noise_of(error, sine**2, good)
+    level, slope = estimate_noise(error, sine**2, good)
     usual = level + slope * sine**2
     robust = np.minimum(1.0, 3.5 * np.sqrt(usual) / np.maximum(np.abs(error), 1e-30))
     weight = good * robust
@@ -117,7 +118,7 @@ def refine(
     # Errors of visibility and background do not average out over part of a fringe.
     lean = k * sine[sample]
     for wrong in (lean * np.cos(phase[sample]), lean):
-        variance = variance + (_SCALE * total(wrong) / m0r) ** 2
+        variance = variance + (THRESHOLDS.envelope_error * total(wrong) / m0r) ** 2
     shift = np.clip(shift, -0.6, 0.6)
     return (
         base + np.interp(travel, nodes, shift),

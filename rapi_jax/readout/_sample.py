@@ -5,7 +5,7 @@ import numpy as np
 from rapi_jax._recording import Drive
 
 
-def resampled(drive: Drive, samples: int) -> Drive:
+def resample_drive(drive: Drive, samples: int) -> Drive:
     """`drive` on `samples` even samples over the same duration (of whole steps)."""
     if samples < 8:
         raise ValueError(f"Argument `samples` must be at least 8, but is {samples}.")
@@ -17,7 +17,7 @@ def resampled(drive: Drive, samples: int) -> Drive:
     return Drive(time, value, drive.excitation_hz, drive.waveform, drive.start_s)
 
 
-def sampled(
+def sample_reading(
     time: np.ndarray,
     value: np.ndarray,
     stderr: np.ndarray,

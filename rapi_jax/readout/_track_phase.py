@@ -5,20 +5,27 @@ import dataclasses
 import numpy as np
 from scipy import fft
 
-from ._refine import smooth
+from ._refine import smooth_phase
+from ._thresholds import THRESHOLDS
 from .turns._corner_model import TurnFit
-from .turns._detect import REACH, candidates, parametric_at, shaped_at, sharp_at, travel_of
+from .turns._detect import (
+    fit_parametric_turns,
+    fit_sharp_turn,
+    fit_spline_turns,
+    fringes_passed,
+    turn_candidates,
+)
 from .turns._spline_model import SplineFit
-
-_INNER, _OUTER = 2.5, 5.0  # fringes from a turn: inside, its fit; outside, the analytic signal
+from .turns._thresholds import THRESHOLDS as TURN_THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Found:
+class LaserTurn:
     """A turn: its fit, the drive's turn (s) it answers, and the direction after it.
 
     `rivals`: other fringes that explain it nearly as well. `evidence`: how many times less it
-    leaves unexplained than going on does. `folds`: the only fringes on which it may fold.
+    leaves unexplained than going on does. `fringe_orders`: where the
+    cavity tells, the only fringes on which the phase may turn.
     """
 
     fit: TurnFit | SplineFit
@@ -26,7 +33,7 @@ class Found:
     rising_after: bool
     rivals: tuple[TurnFit | SplineFit, ...]
     evidence: float
-    folds: tuple[int, ...] | None
+    fringe_orders: tuple[int, ...] | None
 
     @property
     def lag_s(self) -> float:
@@ -49,12 +56,12 @@ def analytic_phase(y: np.ndarray, highest: float) -> np.ndarray:
     clear = np.flatnonzero(np.abs(z) > 0.4)
     if clear.size < 16:
         clear = np.arange(y.size)
-    return _ends(np.interp(np.arange(y.size), clear, np.unwrap(np.angle(z[clear]))))
+    return _extrapolate_ends(np.interp(np.arange(y.size), clear, np.unwrap(np.angle(z[clear]))))
 
 
-def _ends(phase: np.ndarray) -> np.ndarray:
+def _extrapolate_ends(phase: np.ndarray) -> np.ndarray:
     """The record's first and last 0.8 fringe, where the analytic signal fails, by extrapolation."""
-    travel = travel_of(phase)
+    travel = fringes_passed(phase)
     for side in (slice(None), slice(None, None, -1)):
         from_edge = np.abs(travel - travel[side][0])
         outer, inner = from_edge < 0.8, (from_edge >= 0.8) & (from_edge < 4.0)
@@ -68,7 +75,7 @@ def _ends(phase: np.ndarray) -> np.ndarray:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Signal:
+class FringeSignal:
     """Normalised fringes on the decimated clock, with their analytic phase and its travel."""
 
     time: np.ndarray
@@ -79,11 +86,13 @@ class Signal:
     travel: np.ndarray
 
     @classmethod
-    def of(cls, time: np.ndarray, y: np.ndarray, good: np.ndarray, highest: float) -> "Signal":
+    def of(
+        cls, time: np.ndarray, y: np.ndarray, good: np.ndarray, highest: float
+    ) -> "FringeSignal":
         """From normalised fringes; `highest` fringe rate in cycles a sample."""
         phase = analytic_phase(np.clip(y, -1.5, 1.5), highest)
-        travel = travel_of(phase)
-        return cls(time, y, good, phase, smooth(time, phase, travel), travel)
+        travel = fringes_passed(phase)
+        return cls(time, y, good, phase, smooth_phase(time, phase, travel), travel)
 
     def at(self, time_s: float) -> int:
         """The sample at or after a time."""
@@ -91,57 +100,57 @@ class Signal:
 
 
 def find_turn(
-    s: Signal,
+    s: FringeSignal,
     drive_s: float,
     rising_after: bool,
     early_s: float,
     late_s: float,
     ends: tuple[float, float] | None = None,
-) -> Found | None:
+) -> LaserTurn | None:
     """The laser's turn between two times; `None` where the record shows none there.
 
     `ends`: times of two cavity peaks of one order, before and after it. Then the phase is the same
-    at both, which leaves one fringe on which it can fold.
+    at both, which leaves one fringe on which it can fringe_order.
     """
     low, high = s.at(early_s), s.at(late_s)
     if high - low < 16:
         return None
-    folds = None
-    places = candidates(s.time, s.phase, s.travel, low, high)
+    fringe_orders = None
+    places = turn_candidates(s.time, s.phase, s.travel, low, high)
     if ends is not None:
         twice = float(np.sum(np.interp(ends, s.time, s.raw))) / (2 * np.pi)
-        folds = (round(twice),)
+        fringe_orders = (round(twice),)
         if abs(twice - round(twice)) > 0.25:
-            folds = (int(np.floor(twice)), int(np.ceil(twice)))
+            fringe_orders = (int(np.floor(twice)), int(np.ceil(twice)))
         middle = (s.travel[s.at(ends[0])] + s.travel[s.at(ends[1])]) / 2
         places = [i for i in places if abs(s.travel[i] - middle) < 2.5][:3]
         places.insert(0, int(np.searchsorted(s.travel, middle)))
-    found: list[Found] = []
+    found: list[LaserTurn] = []
     for at in places:
         if any(abs(s.travel[at] - s.travel[s.at(f.fit.time_s)]) < 0.3 for f in found):
             continue
-        fits, onward = _all_shapes(s, at, folds, None, 0)
+        fits, onward = _fit_all_shapes(s, at, fringe_orders, None, 0)
         fits = [f for f in fits if early_s <= f.time_s <= late_s]
         if fits:
             gain = onward / fits[0].cost
-            found.append(Found(fits[0], drive_s, rising_after, (), gain, folds))
+            found.append(LaserTurn(fits[0], drive_s, rising_after, (), gain, fringe_orders))
     if not found:
         return None
     least = min(
         f.fit.misfit for f in found if f.evidence >= min(2.0, max(g.evidence for g in found))
     )
 
-    def score(f: Found) -> float:
+    def score(f: LaserTurn) -> float:
         return min(np.log(f.evidence), 2.0) - 4.0 * max(np.log(f.fit.misfit / least), 0.0)
 
     return max(found, key=score)
 
 
-def polish(s: Signal, found: Found) -> Found:
+def refine_turn(s: FringeSignal, found: LaserTurn) -> LaserTurn:
     """Fit again with the window centred on the turn; keep what else explains the fringes."""
     for _ in range(2):
         at = s.at(found.fit.time_s)
-        fits, onward = _all_shapes(s, at, found.folds, found.fit, 2)
+        fits, onward = _fit_all_shapes(s, at, found.fringe_orders, found.fit, 2)
         if not fits:
             return found
         distinct: list[TurnFit | SplineFit] = []
@@ -159,45 +168,49 @@ def polish(s: Signal, found: Found) -> Found:
     return found
 
 
-def _all_shapes(
-    s: Signal,
+def _fit_all_shapes(
+    s: FringeSignal,
     at: int,
-    folds: tuple[int, ...] | None,
+    fringe_orders: tuple[int, ...] | None,
     known: TurnFit | SplineFit | None,
     corners: int,
 ) -> tuple[list[TurnFit | SplineFit], float]:
     """Splines near sample `at`, and corners on the fringes of the best of them; best first."""
-    shaped, onward = shaped_at(s.time, s.y, s.good, s.raw, s.travel, at, folds, known)
+    shaped, onward = fit_spline_turns(
+        s.time, s.y, s.good, s.raw, s.travel, at, fringe_orders, known
+    )
     fits: list[TurnFit | SplineFit] = [*shaped]
     for seed in shaped[:corners]:
-        fits += parametric_at(s.time, s.y, s.good, s.travel, at, seed)
+        fits += fit_parametric_turns(s.time, s.y, s.good, s.travel, at, seed)
     if shaped:
-        fits += sharp_at(s.time, s.y, s.good, s.raw, s.travel, at, folds, known)
+        fits += fit_sharp_turn(s.time, s.y, s.good, s.raw, s.travel, at, fringe_orders, known)
     return sorted(fits, key=_criterion), onward
 
 
-def refold(s: Signal, found: Found, jump: int) -> Found:
-    """The turn fitted again on a fold that takes `jump` fringes out of the phase after it."""
+def refit_on_fringe(s: FringeSignal, found: LaserTurn, jump: int) -> LaserTurn:
+    """The turn refitted on the fringe that takes `jump` fringes out of the phase after it."""
     at = s.at(found.fit.time_s)
-    low = int(np.searchsorted(s.travel, s.travel[at] - _OUTER))
-    high = min(s.time.size - 1, int(np.searchsorted(s.travel, s.travel[at] + _OUTER)))
+    low = int(np.searchsorted(s.travel, s.travel[at] - THRESHOLDS.turn_outer))
+    high = min(
+        s.time.size - 1, int(np.searchsorted(s.travel, s.travel[at] + THRESHOLDS.turn_outer))
+    )
     ends = found.fit.phase(s.time[[low, high]])
     twice = (ends[1] - ends[0] + s.raw[low] + s.raw[high]) / (2 * np.pi)
-    fold = round(float(twice)) + (jump if found.rising_after else -jump)
+    fringe_order = round(float(twice)) + (jump if found.rising_after else -jump)
     place = int(
         np.clip(
-            np.searchsorted(s.travel, s.travel[0] + (np.pi * fold - s.raw[0]) / 2 / np.pi),
+            np.searchsorted(s.travel, s.travel[0] + (np.pi * fringe_order - s.raw[0]) / 2 / np.pi),
             0,
             s.time.size - 1,
         )
     )
-    fits, onward = _all_shapes(s, place, (fold,), None, 3)
+    fits, onward = _fit_all_shapes(s, place, (fringe_order,), None, 3)
     if not fits:
         return found
     again = dataclasses.replace(
-        found, fit=fits[0], folds=(fold,), rivals=(), evidence=onward / fits[0].cost
+        found, fit=fits[0], fringe_orders=(fringe_order,), rivals=(), evidence=onward / fits[0].cost
     )
-    return polish(s, again)
+    return refine_turn(s, again)
 
 
 def _criterion(fit: TurnFit | SplineFit) -> float:
@@ -205,7 +218,9 @@ def _criterion(fit: TurnFit | SplineFit) -> float:
     return fit.count * np.log(fit.cost + 1e-300) + fit.free * np.log(fit.count)
 
 
-def join(s: Signal, turns: list[Found], rising_first: bool) -> tuple[np.ndarray, list[str]]:
+def join_branches(
+    s: FringeSignal, turns: list[LaserTurn], rising_first: bool
+) -> tuple[np.ndarray, list[str]]:
     """Phase of the whole record, rad, rising with the optical frequency; and what did not fit.
 
     Across each turn its own model leads; to both sides it hands over to the analytic signal,
@@ -217,15 +232,17 @@ def join(s: Signal, turns: list[Found], rising_first: bool) -> tuple[np.ndarray,
     for turn in turns:
         fit = turn.fit
         at = s.at(fit.time_s)
-        low, high = np.searchsorted(s.travel, [s.travel[at] - REACH, s.travel[at] + REACH])
+        low, high = np.searchsorted(
+            s.travel, [s.travel[at] - TURN_THRESHOLDS.reach, s.travel[at] + TURN_THRESHOLDS.reach]
+        )
         part = np.arange(low, high)
         if part.size < 8:
             continue
         before = -1.0 if turn.rising_after else 1.0
         local = before * fit.phase(s.time[part])
         distance = s.travel[part] - s.travel[at]
-        left = (distance < -_INNER) & (distance > -_OUTER)
-        right = (distance > _INNER) & (distance < _OUTER)
+        left = (distance < -THRESHOLDS.turn_inner) & (distance > -THRESHOLDS.turn_outer)
+        right = (distance > THRESHOLDS.turn_inner) & (distance < THRESHOLDS.turn_outer)
         if not left.any():
             left = distance <= 0
         if not right.any():
@@ -242,6 +259,11 @@ def join(s: Signal, turns: list[Found], rising_first: bool) -> tuple[np.ndarray,
                 f"{rest / (2 * np.pi):.2f} fringe"
             )
         phase[at:] = onward[at:] + shift
-        share = np.clip((np.abs(distance) - _INNER) / (_OUTER - _INNER), 0.0, 1.0)
+        share = np.clip(
+            (np.abs(distance) - THRESHOLDS.turn_inner)
+            / (THRESHOLDS.turn_outer - THRESHOLDS.turn_inner),
+            0.0,
+            1.0,
+        )
         phase[part] = share * phase[part] + (1 - share) * local
     return phase, notes

@@ -103,7 +103,7 @@ def read_comb(peaks: list[PeakFit], nominal: float) -> Comb | None:
         if len(others) == 2 and slip[others[0]] == slip[others[1]] != slip[i]:
             used[i] = False
     if used.sum() >= 3 and np.unique(order[used]).size >= 2:
-        steady = _most(slip[used])
+        steady = _most_frequent(slip[used])
         target = phase - 2 * np.pi * slip
         w = used / np.maximum(stderr, 0.3 * np.median(stderr)) ** 2
         mean = (w @ order) / w.sum()
@@ -122,6 +122,6 @@ def read_comb(peaks: list[PeakFit], nominal: float) -> Comb | None:
     return Comb(order, residual, slip, used, origin, period, period_stderr)
 
 
-def _most(values: np.ndarray) -> int:
+def _most_frequent(values: np.ndarray) -> int:
     numbers, counts = np.unique(values, return_counts=True)
     return int(numbers[np.argmax(counts)])

@@ -10,7 +10,8 @@ from rapi_jax._recording import Drive
 from rapi_jax.readout._readout import Peaks, Readout, Turn
 from rapi_jax.readout.turns._drive_turns import drive_turns, rising_at
 
-_HARMONICS = 4  # of the fringe's shape
+from ._thresholds import THRESHOLDS
+
 _TWO_PI = 2 * np.pi
 
 
@@ -191,9 +192,9 @@ class _Fit:
 
     def _shape(self, shape: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The fringe at each phase and its slope, from harmonic coefficients."""
-        h = np.arange(1, _HARMONICS + 1)
+        h = np.arange(1, THRESHOLDS.fringe_harmonics + 1)
         angle = phase[:, None] * h
-        c, s = shape[:_HARMONICS], shape[_HARMONICS:]
+        c, s = shape[: THRESHOLDS.fringe_harmonics], shape[THRESHOLDS.fringe_harmonics :]
         return np.cos(angle) @ c + np.sin(angle) @ s, (-np.sin(angle) * h) @ c + (
             np.cos(angle) * h
         ) @ s
@@ -201,7 +202,7 @@ class _Fit:
     def solve(self, steps: int = 40) -> None:
         """Alternate: shape given the levels, levels given the shape, phase given both."""
         frame = self._frame()
-        x, h = self.x, np.arange(1, _HARMONICS + 1)
+        x, h = self.x, np.arange(1, THRESHOLDS.fringe_harmonics + 1)
         visibility = np.full(x.size, np.std(x) * np.sqrt(2))
         third = np.diff(np.eye(self.basis.shape[1]), 2, axis=0)
         for step in range(steps):
@@ -209,8 +210,8 @@ class _Fit:
             angle = phase[:, None] * h
             waves = np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
             both = np.concatenate([waves * visibility[:, None], frame], axis=1)
-            shape = np.linalg.lstsq(both, x, rcond=None)[0][: 2 * _HARMONICS]
-            shape /= np.hypot(shape[0], shape[_HARMONICS])
+            shape = np.linalg.lstsq(both, x, rcond=None)[0][: 2 * THRESHOLDS.fringe_harmonics]
+            shape /= np.hypot(shape[0], shape[THRESHOLDS.fringe_harmonics])
             fringe, slope = self._shape(shape, phase)
             both = np.concatenate([frame * fringe[:, None], frame], axis=1)
             levels = np.linalg.lstsq(both, x, rcond=None)[0]

@@ -7,8 +7,7 @@ from jaxtyping import Float
 
 from rapi_jax.readout._levenberg_marquardt import levenberg_marquardt
 
-_WIDE = 0.6  # fringes on each side of a peak that its fit sees
-_APART, _WRONG = 0.006, 0.05  # orders off a whole number that a turn between two peaks must make
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -85,7 +84,10 @@ def turn_bracket(
     # the other pairs' scatter counts, however small.
     scatter = 1.4826 * float(np.median(np.abs(usual / np.median(usual) - 1.0)))
     between = (centre_s[1:] > early_s) & (centre_s[:-1] < late_s)
-    found = np.flatnonzero((off > np.clip(8.0 * scatter, _APART, _WRONG)) & between)
+    found = np.flatnonzero(
+        (off > np.clip(8.0 * scatter, THRESHOLDS.least_order_error, THRESHOLDS.most_order_error))
+        & between
+    )
     found = found[np.argsort(-off[found])]
     if not found.size or (found.size > 1 and off[found[1]] > 0.25 * off[found[0]]):
         return None
@@ -147,7 +149,9 @@ def find_peaks(
         if b - a < 3:
             notes.append(f"cavity: spike of {b - a + 1} sample(s) at {clock[a]:.6g} s ignored")
             continue
-        limits = np.interp([left - _WIDE, right + _WIDE], travel, time)
+        limits = np.interp(
+            [left - THRESHOLDS.peak_half_window, right + THRESHOLDS.peak_half_window], travel, time
+        )
         if clock[a] < edge[0] or clock[b] > edge[1]:
             continue
         low = int(np.clip((limits[0] - start_s) * sample_hz, 0, cavity.size - 1))
@@ -184,10 +188,10 @@ def find_peaks(
         found.append(
             PeakFit(when, float(fit[0]), stderr, float(fit[1]), float(fit[2]), cut, turned)
         )
-    return _of_a_kind(found, notes)
+    return _reject_unlike_peaks(found, notes)
 
 
-def _of_a_kind(found: list[PeakFit], notes: list[str]) -> tuple[list[PeakFit], list[str]]:
+def _reject_unlike_peaks(found: list[PeakFit], notes: list[str]) -> tuple[list[PeakFit], list[str]]:
     """Drop peaks unlike the others in width or height."""
     if len(found) < 4:
         return found, notes

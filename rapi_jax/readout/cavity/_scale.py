@@ -24,7 +24,7 @@ class Slip:
     end: float
 
 
-def slips(comb: Comb, fits: list[PeakFit], times: np.ndarray) -> tuple[list[Slip], np.ndarray]:
+def find_slips(comb: Comb, fits: list[PeakFit], times: np.ndarray) -> tuple[list[Slip], np.ndarray]:
     """Slips between neighbouring peaks of the comb, and which turns have a peak on both sides."""
     checked = np.zeros(times.size, dtype=bool)
     found = []
@@ -42,7 +42,7 @@ def slips(comb: Comb, fits: list[PeakFit], times: np.ndarray) -> tuple[list[Slip
     return found, checked
 
 
-def off_the_comb(comb: Comb, fits: list[PeakFit], times: np.ndarray) -> list[str]:
+def list_off_comb_peaks(comb: Comb, fits: list[PeakFit], times: np.ndarray) -> list[str]:
     """Peaks that the comb does not expect, and orders that have none."""
     notes = [
         f"cavity: spurious peak at {fits[i].time_s:.6g} s, {comb.residual[i]:+.2f} fringe off the "
@@ -58,7 +58,7 @@ def off_the_comb(comb: Comb, fits: list[PeakFit], times: np.ndarray) -> list[str
     return notes
 
 
-def mend(
+def correct_slips(
     found: list[Slip], time: np.ndarray, phase: np.ndarray, stderr: np.ndarray, times: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Take slipped fringes out of the phase after them; between the two peaks it stays doubtful."""

@@ -7,10 +7,10 @@ import numpy as np
 
 from rapi_jax.readout._levenberg_marquardt import levenberg_marquardt
 
+from ._thresholds import THRESHOLDS
+
 # Columns of the parameter vector.
 _T0, _PHI, _R1, _C1, _R2, _C2, _LOG_T, _A, _B = range(9)
-_COARSE, _FINAL = 1e-4, 1e-9  # relative fall of the cost that ends a fit
-_LOG_ROUNDING = (-8.0, 5.0)  # log of the rounding time over the unit of time
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -167,7 +167,7 @@ def fit_turn(
     def project(trial: np.ndarray, before: np.ndarray) -> np.ndarray:
         del before
         p = filled(trial)
-        p[_LOG_T] = np.clip(p[_LOG_T], *_LOG_ROUNDING)
+        p[_LOG_T] = np.clip(p[_LOG_T], THRESHOLDS.least_log_rounding, THRESHOLDS.most_log_rounding)
         return p[active]
 
     found = levenberg_marquardt(
@@ -175,7 +175,7 @@ def fit_turn(
         y,
         start[active],
         steps=steps,
-        tolerance=_FINAL if final else _COARSE,
+        tolerance=THRESHOLDS.final_tolerance if final else THRESHOLDS.coarse_tolerance,
         project=project,
     )
     p, error, cost = filled(found.parameters), found.residual, found.cost

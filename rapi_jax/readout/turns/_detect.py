@@ -7,11 +7,10 @@ from scipy import ndimage
 
 from ._corner_model import TurnFit, fit_turn, start_cost
 from ._spline_model import Patch, SplineFit
+from ._thresholds import THRESHOLDS
 
-REACH = 8.0  # fringes on each side that a turn is fitted to
 
-
-def travel_of(phase: np.ndarray) -> np.ndarray:
+def fringes_passed(phase: np.ndarray) -> np.ndarray:
     """Fringes passed since the first value, never falling."""
     return np.maximum.accumulate(phase - phase[0]) / (2 * np.pi)
 
@@ -24,7 +23,7 @@ def _window(time, travel, good, at, reach):
     return part[good[low:high]]
 
 
-def _thinned(time, y, part, most=320):
+def _average_groups(time, y, part, most=320):
     m = max(1, part.size // most)
     if m == 1:
         return time[part], y[part]
@@ -32,7 +31,7 @@ def _thinned(time, y, part, most=320):
     return time[part[:n]].reshape(-1, m).mean(axis=1), y[part[:n]].reshape(-1, m).mean(axis=1)
 
 
-def candidates(
+def turn_candidates(
     time: np.ndarray,
     phase: np.ndarray,
     travel: np.ndarray,
@@ -60,50 +59,52 @@ def candidates(
     return found
 
 
-def shaped_at(
+def fit_spline_turns(
     time: np.ndarray,
     y: np.ndarray,
     good: np.ndarray,
     raw: np.ndarray,
     travel: np.ndarray,
     at: int,
-    folds: tuple[int, ...] | None = None,
+    fringe_orders: tuple[int, ...] | None = None,
     known: SplineFit | TurnFit | None = None,
 ) -> tuple[list[SplineFit], float]:
     """Turns of any shape near sample `at`, the best first; each is another fringe.
 
-    And the cost of going on without a turn, if with a change of rate. `folds`: the only fringes to
-    fold at, where the cavity tells. `known`: an earlier fit to start from as well.
+    And the cost without a turn, of two branches in one direction. `fringe_orders`: the only fringes
+    on which the phase may turn, where the cavity tells. `known`: an earlier fit to start from as well.
     """
-    part = _window(time, travel, good, at, REACH)
+    part = _window(time, travel, good, at, THRESHOLDS.reach)
     if part.size < 48:
         return [], 0.0
-    patch = Patch(time, y, raw, travel, at, part, _thinned(time, y, part))
+    patch = Patch(time, y, raw, travel, at, part, _average_groups(time, y, part))
     ends = []
     for shift in (0.0, -0.6, 0.6, -1.2, 1.2):
-        for fold in folds if folds is not None else patch.folds(shift)[:4]:
-            seed = patch.seed(shift, fold)
-            if seed is None:
+        for fringe_order in (
+            fringe_orders if fringe_orders is not None else patch.fringe_orders(shift)[:4]
+        ):
+            initial_coefficients = patch.initial_coefficients(shift, fringe_order)
+            if initial_coefficients is None:
                 continue
-            p, cost = patch.fit(seed, 5)
-            ends.append((cost * (1.0 + min(patch.backtrack(p), 10.0)), fold, p))
+            p, cost = patch.fit(initial_coefficients, 5)
+            ends.append((cost * (1.0 + min(patch.non_monotonicity(p), 10.0)), fringe_order, p))
     if known is not None:
-        p, cost = patch.fit(patch.through(known.phase(patch.t)), 5)
-        ends.append((cost * (1.0 + min(patch.backtrack(p), 10.0)), 0, p))
+        p, cost = patch.fit(patch.fit_phase(known.phase(patch.t)), 5)
+        ends.append((cost * (1.0 + min(patch.non_monotonicity(p), 10.0)), 0, p))
     ends.sort(key=lambda end: end[0])
     fits: list[SplineFit] = []
     tried: list[int] = []
-    for _, fold, p in ends:
-        if tried.count(fold) >= (1 if folds is None else 2) or len(tried) >= 4:
+    for _, fringe_order, p in ends:
+        if tried.count(fringe_order) >= (1 if fringe_orders is None else 2) or len(tried) >= 4:
             continue  # one of each fringe: the likeliest may be a shape that no laser has
-        tried.append(fold)
+        tried.append(fringe_order)
         p, cost = patch.fit_on(p, 25)
-        if patch.backtrack(p) < 0.5:
+        if patch.non_monotonicity(p) < 0.5:
             fits.append(patch.result(p, cost))
-    return sorted(fits, key=lambda fit: fit.cost), _onward(patch)
+    return sorted(fits, key=lambda fit: fit.cost), _cost_without_turn(patch)
 
 
-def _onward(patch: Patch) -> float:
+def _cost_without_turn(patch: Patch) -> float:
     """Least cost of two branches that go on in the same direction."""
     x = (patch.t - patch.t[patch.t.size // 2]) / patch.unit
     best = np.inf
@@ -122,18 +123,23 @@ def _onward(patch: Patch) -> float:
     return best
 
 
-def parametric_at(
-    time: np.ndarray, y: np.ndarray, good: np.ndarray, travel: np.ndarray, at: int, seed: SplineFit
+def fit_parametric_turns(
+    time: np.ndarray,
+    y: np.ndarray,
+    good: np.ndarray,
+    travel: np.ndarray,
+    at: int,
+    spline: SplineFit,
 ) -> list[TurnFit]:
     """Corners, sharp and rounded by a lag, of the same fringe count as a spline, best first.
 
     The branches are the spline's, 1.5 fringes or more from its top.
     """
-    part = _window(time, travel, good, at, REACH)
-    t, values = _thinned(time, y, part)
-    centre, unit = seed.time_s, seed.unit
+    part = _window(time, travel, good, at, THRESHOLDS.reach)
+    t, values = _average_groups(time, y, part)
+    centre, unit = spline.time_s, spline.unit
     x = (t - centre) / unit
-    phase = seed.phase(t)
+    phase = spline.phase(t)
     deep = (phase.max() - phase) / (2 * np.pi)
     left, right = (x < 0) & (deep > 1.5), (x > 0) & (deep > 1.5)
     if left.sum() < 8 or right.sum() < 8:
@@ -141,7 +147,7 @@ def parametric_at(
     one, two = np.polyfit(x[left], phase[left], 2), np.polyfit(x[right], phase[right], 2)
     starts: list[tuple[float, bool, np.ndarray]] = []
     for tau in (0.0, 0.05, 0.15, 0.4, 1.0, 2.5):
-        starts += _corners(one, two, tau, x, values)
+        starts += _corner_starts(one, two, tau, x, values)
     fits: list[TurnFit] = []
     for rounded, many in ((False, 2), (True, 3)):
         some = sorted((s for s in starts if s[1] == rounded), key=lambda s: s[0])[:many]
@@ -156,25 +162,25 @@ def parametric_at(
     return fits
 
 
-def sharp_at(
+def fit_sharp_turn(
     time: np.ndarray,
     y: np.ndarray,
     good: np.ndarray,
     raw: np.ndarray,
     travel: np.ndarray,
     at: int,
-    folds: tuple[int, ...] | None,
+    fringe_orders: tuple[int, ...] | None,
     known: TurnFit | SplineFit | None,
 ) -> list[TurnFit]:
-    """The best sharp corner near sample `at`, of all on which the phase may fold.
+    """The best sharp corner near sample `at`, of all on which the phase may fringe_order.
 
     Where the branches' phases, carried on, add up to whole fringes, they meet. `known`: an earlier
     fit, taken up again if it is a corner.
     """
-    part = _window(time, travel, good, at, REACH)
+    part = _window(time, travel, good, at, THRESHOLDS.reach)
     if part.size < 48:
         return []
-    t, values = _thinned(time, y, part)
+    t, values = _average_groups(time, y, part)
     place, seen = travel[part] - travel[at], raw[part]
     centre = float(time[at])
     unit = float(time[part[-1]] - time[part[0]]) / max(place[-1] - place[0], 1.0)
@@ -192,10 +198,10 @@ def sharp_at(
         whole = range(
             math.ceil(reach.min() / (2 * np.pi)), math.floor(reach.max() / (2 * np.pi)) + 1
         )
-        for fold in whole if folds is None else folds:
+        for fringe_order in whole if fringe_orders is None else fringe_orders:
             mirrored = -two
-            mirrored[-1] += 2 * np.pi * fold
-            starts += _corners(one, mirrored, 0.0, x, values)
+            mirrored[-1] += 2 * np.pi * fringe_order
+            starts += _corner_starts(one, mirrored, 0.0, x, values)
     starts.sort(key=lambda start: start[0])
     options = [(s[2], False, centre, unit) for s in starts[:4]]
     if isinstance(known, TurnFit):
@@ -222,7 +228,7 @@ def sharp_at(
     ]
 
 
-def _corners(one, two, tau, x, values) -> list[tuple[float, bool, np.ndarray]]:
+def _corner_starts(one, two, tau, x, values) -> list[tuple[float, bool, np.ndarray]]:
     """Corners where the branch before meets the one after, less what a lag `tau` takes off."""
     slope_one, slope_two = np.polyder(one), np.polyder(two)
     gap = np.polysub(two, one)

@@ -4,24 +4,20 @@ import numpy as np
 
 from rapi_jax._recording import Drive
 from rapi_jax.readout._fringes import Fringes
-from rapi_jax.readout._track_phase import Found, Signal, find_turn, polish
+from rapi_jax.readout._track_phase import FringeSignal, LaserTurn, find_turn, refine_turn
 from rapi_jax.readout.cavity._peaks import Regions, turn_bracket
 
 from ._drive_turns import drive_turns
-
-_LATE = (0.35, 8e-3)  # a laser turns at most so much of a branch, and so many s, after the drive
-_EARLY = (0.02, 1e-4)
-_WIDE = 1.8  # times the usual width of a cavity peak in which the laser turned
-_CLEAR = 3.0  # times by which a turn at the record's edge must explain more than going on
+from ._thresholds import THRESHOLDS
 
 
-class Marks:
+class CavityPeaks:
     """Cavity peaks by time, on the interferometer's count of fringes, before any of it is fitted.
 
     `ruler`: nominal fringes between orders.
     """
 
-    def __init__(self, fringes: Fringes, regions: Regions | None, signal: Signal) -> None:
+    def __init__(self, fringes: Fringes, regions: Regions | None, signal: FringeSignal) -> None:
         self.ruler = fringes.delay_s * fringes.fsr_ghz * 1e9
         self.time = self.width = np.zeros(0)
         if regions is not None:
@@ -44,7 +40,7 @@ class Marks:
 
     def _on_a_peak(self, early_s: float, late_s: float) -> tuple[float, float] | None:
         """The neighbours of the one peak that is far too wide: the laser turned inside it."""
-        wide = self.width > _WIDE * np.median(self.width)
+        wide = self.width > THRESHOLDS.wide_peak * np.median(self.width)
         wide &= (self.time > early_s) & (self.time < late_s)
         wide[[0, -1]] = False
         if wide.sum() != 1:
@@ -53,7 +49,9 @@ class Marks:
         return float(self.time[at - 1]), float(self.time[at + 1])
 
 
-def find_turns(signal: Signal, drive: Drive, marks: Marks) -> tuple[list[Found], list[str]]:
+def find_turns(
+    signal: FringeSignal, drive: Drive, marks: CavityPeaks
+) -> tuple[list[LaserTurn], list[str]]:
     """All turns of the laser in the record, in order; and what was looked for in vain.
 
     Turns at the record's ends are looked for last, where the others say that they should be.
@@ -61,21 +59,25 @@ def find_turns(signal: Signal, drive: Drive, marks: Marks) -> tuple[list[Found],
     notes: list[str] = []
     start, stop = float(signal.time[0]), float(signal.time[-1])
     branch = (0.5 / drive.rate) if drive.repeats else float(drive.time[-1]) / 2
-    late = min(_LATE[0] * branch, _LATE[1]) if drive.repeats else _LATE[0] * branch
-    early = _EARLY[0] * branch + min(_EARLY[1], 0.05 * branch)
+    late = (
+        min(THRESHOLDS.latest_share * branch, THRESHOLDS.latest_s)
+        if drive.repeats
+        else THRESHOLDS.latest_share * branch
+    )
+    early = THRESHOLDS.earliest_share * branch + min(THRESHOLDS.earliest_s, 0.05 * branch)
     every = drive_turns(drive, start - late, stop + early)
     inside = [(t, up) for t, up in every if t - early > start and t + late < stop]
-    found: list[Found] = []
+    found: list[LaserTurn] = []
     fringe = (stop - start) / max(1.0, float(signal.travel[-1]))
     # Turns that the cavity brackets come first: their lag says where the others are.
     sure = [(t, up) for t, up in inside if marks.around(t - early, t + late) is not None]
     for t, up in sure + [turn for turn in inside if turn not in sure]:
         low, high = t - early, t + late
         if (t, up) not in sure and found:
-            usual = _usual(found, up)
+            usual = _usual_lag(found, up)
             near = 0.5 * abs(usual) + 6.0 * fringe + 0.03 * branch
             low, high = max(low, t + usual - near), min(high, t + usual + near)
-        turn = _look(signal, marks, t, up, low, high)
+        turn = _find_turn_between(signal, marks, t, up, low, high)
         if turn is None:
             notes.append(f"turn of the drive at {t:.6g} s: no turn of the laser found after it")
         else:
@@ -84,16 +86,22 @@ def find_turns(signal: Signal, drive: Drive, marks: Marks) -> tuple[list[Found],
         if (t, up) in inside:
             continue
         low, high = max(start, t - early), min(stop, t + late)
-        expected = t + _usual(found, up) if found else None
+        expected = t + _usual_lag(found, up) if found else None
         if expected is not None and marks.around(low, high) is None:
             near = 0.5 * abs(expected - t) + 6.0 * fringe + 0.03 * branch
             low, high = max(low, expected - near), min(high, expected + near)
         if high <= low:
             continue
-        turn = _look(signal, marks, t, up, low, high)
-        if turn is not None and turn.folds is None and turn.evidence < _CLEAR:
-            turn = polish(signal, turn)  # a sharp corner shows better in its own shape
-        if turn is not None and (turn.folds is not None or turn.evidence > _CLEAR):
+        turn = _find_turn_between(signal, marks, t, up, low, high)
+        if (
+            turn is not None
+            and turn.fringe_orders is None
+            and turn.evidence < THRESHOLDS.edge_evidence
+        ):
+            turn = refine_turn(signal, turn)  # a sharp corner shows better in its own shape
+        if turn is not None and (
+            turn.fringe_orders is not None or turn.evidence > THRESHOLDS.edge_evidence
+        ):
             found.append(turn)
         elif expected is not None and start < expected < stop:
             notes.append(
@@ -103,15 +111,20 @@ def find_turns(signal: Signal, drive: Drive, marks: Marks) -> tuple[list[Found],
     return sorted(found, key=lambda f: f.fit.time_s), notes
 
 
-def _usual(found: list[Found], rising_after: bool) -> float:
+def _usual_lag(found: list[LaserTurn], rising_after: bool) -> float:
     """How late the laser turned elsewhere, s: in the same direction, where there are such turns."""
     same = [turn.lag_s for turn in found if turn.rising_after == rising_after]
     return float(np.median(same or [turn.lag_s for turn in found]))
 
 
-def _look(
-    signal: Signal, marks: Marks, drive_s: float, rising_after: bool, low: float, high: float
-) -> Found | None:
+def _find_turn_between(
+    signal: FringeSignal,
+    marks: CavityPeaks,
+    drive_s: float,
+    rising_after: bool,
+    low: float,
+    high: float,
+) -> LaserTurn | None:
     ends = marks.around(low, high)
     if ends is not None:
         low, high = max(low, ends[0]), min(high, ends[1])

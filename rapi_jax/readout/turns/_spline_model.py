@@ -7,11 +7,7 @@ from scipy import interpolate
 
 from rapi_jax.readout._levenberg_marquardt import levenberg_marquardt
 
-_INNER, _OUTER = 2.0, 8.0  # fringes: dense knots inside, wide ones outside
-# How well such a spline takes the shape of a rounded corner, rad a knot: as seen on lags of 20 us
-# to 1 ms, whose turns it places to so much and their own noise.
-_SHAPE = 0.006
-_DENSE, _WIDE = 0.5, 1.5  # knot spacing there, fringes
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -57,8 +53,16 @@ class Patch:
         self.t, self.y = thinned
         self.low, self.high = float(self.t[0]), float(self.t[-1])
         here = travel[part] - travel[at]
-        fine = np.arange(-_INNER, _INNER + 1e-9, _DENSE)
-        wide = np.arange(_INNER + _WIDE, max(_OUTER, here[-1]), _WIDE)
+        fine = np.arange(
+            -THRESHOLDS.dense_half_width,
+            THRESHOLDS.dense_half_width + 1e-9,
+            THRESHOLDS.dense_spacing,
+        )
+        wide = np.arange(
+            THRESHOLDS.dense_half_width + THRESHOLDS.wide_spacing,
+            max(THRESHOLDS.wide_half_width, here[-1]),
+            THRESHOLDS.wide_spacing,
+        )
         places = np.concatenate([-wide[::-1], fine, wide])
         places = places[(places > here[0] + 0.6) & (places < here[-1] - 0.6)]
         clock = np.interp(places, here + 1e-6 * np.arange(here.size), time[part])
@@ -76,7 +80,7 @@ class Patch:
         inside = np.clip(t, self.low, self.high)
         return interpolate.BSpline.design_matrix(inside, self.knots, 3).toarray()
 
-    def folds(self, shift: float) -> list[int]:
+    def fringe_orders(self, shift: float) -> list[int]:
         """Twice the fringe on which the phase may fold at `shift`, the likeliest first."""
         sides = self._sides(shift)
         if sides is None:
@@ -94,8 +98,8 @@ class Patch:
         before, after = (np.flatnonzero(side) for side in sides)
         return before[-30:], after[:30]
 
-    def seed(self, shift: float, fold: int) -> np.ndarray | None:
-        """Coefficients through the phase before the turn, and `2 pi fold` less it after the turn.
+    def initial_coefficients(self, shift: float, fringe_order: int) -> np.ndarray | None:
+        """Coefficients through the phase before the turn, and through its mirror image after it.
 
         `shift`: where the turn is taken to be, fringes from the centre. What is within 1.1 fringes
         of it is left to smoothness.
@@ -104,17 +108,17 @@ class Patch:
         if sides is None:
             return None
         before, after = sides
-        target = np.where(before, self.seen, 2 * np.pi * fold - self.seen)
+        target = np.where(before, self.seen, 2 * np.pi * fringe_order - self.seen)
         use = before | after
         b = self.basis[use]
         return np.linalg.solve(b.T @ b + 1e-3 * self.rough, b.T @ target[use])
 
-    def through(self, phase: np.ndarray) -> np.ndarray:
+    def fit_phase(self, phase: np.ndarray) -> np.ndarray:
         """Coefficients through a phase given at every sample."""
         b = self.basis
         return np.linalg.solve(b.T @ b + 1e-6 * self.rough, b.T @ phase)
 
-    def backtrack(self, p: np.ndarray) -> float:
+    def non_monotonicity(self, p: np.ndarray) -> float:
         """Phase (rad) by which a solution falls before its top and rises after it."""
         step = np.diff(self.basis @ p[:-2])
         top = int(np.argmax(self.basis @ p[:-2]))
@@ -175,7 +179,7 @@ class Patch:
         ] / (2 * width)
         slope_error = float(np.sqrt(max(lever @ covariance[:-2, :-2] @ lever, 0.0)))
         spacing = float(np.min(np.diff(np.unique(self.knots))[self._span(when)]))
-        slope_error = float(np.hypot(slope_error, _SHAPE / spacing))
+        slope_error = float(np.hypot(slope_error, THRESHOLDS.spline_shape_error / spacing))
         stderr = slope_error / max(abs(bend), 1e-30)
         ends = float(rate(self.low) - rate(self.high))
         rounding = ends / max(abs(bend), 1e-30) if ends > 0 else 0.0

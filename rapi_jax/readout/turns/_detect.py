@@ -72,7 +72,7 @@ def fit_spline_turns(
     """Turns of any shape near sample `at`, the best first; each is another fringe.
 
     And the cost without a turn, of two branches in one direction. `fringe_orders`: the only fringes
-    on which the phase may turn, where the cavity tells. `known`: an earlier fit to start from as well.
+    on which the phase may turn, where the cavity tells. `known`: an earlier fit, as another start.
     """
     part = _window(time, travel, good, at, THRESHOLDS.reach)
     if part.size < 48:

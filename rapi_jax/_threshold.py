@@ -4,7 +4,7 @@ import dataclasses
 from typing import Any
 
 
-def threshold(value: float, *, unit: str, origin: str) -> Any:
+def threshold(value: float | int, *, unit: str, origin: str) -> Any:
     """A field of a room's frozen dataclass of thresholds.
 
     **Arguments:**

@@ -54,7 +54,7 @@ def check_enough(whitened: WhitenedModel, operator: AbstractOperator) -> None:
     """Raise `DataError` where there are fewer readings, by phase of the scan, than parameters."""
     alone = ECDL(operator)
     free = ParameterVector.of(alone).mask(alone, default_free(alone, whitened.recording)).sum()
-    count = int(free) + whitened.fractions(operator.count)
+    count = int(free) + whitened.initial_state_size(operator.count)
     phases = sum(int((block.use.sum(axis=0) > 0).sum()) for block in whitened.blocks)
     if phases < count:
         raise DataError(

@@ -74,7 +74,7 @@ def diagnose(
     fitted = fit_base(whitened, ecdl)
     chosen = effects.ALL if candidates is None else tuple(dict.fromkeys(candidates))
     attribution = select_effects(fitted, chosen, say)
-    evidence = Evidence.of(attribution, noise_known=fitted.spectrum.known)
+    evidence = Evidence.of(attribution, noise_known=fitted.spectrum.measured)
     ranked = _named(attribution, hypothesis_probabilities(evidence))
     rich = _needs_rich(ranked[0][0] or attribution.none)
     say("held-out data")
@@ -95,9 +95,9 @@ def diagnose(
         following = _next_scan(whitened, fitted, ranked, names, limits)
         content["next_scan"] = None if following is None else following.to_dict()
     refit, state = _of(top, fitted.refit, rich)
-    model = state.ecdl(whitened, refit.base)
+    model = state.to_ecdl(whitened, refit.base)
     without, bare = _of(attribution.none, fitted.refit, rich)
-    base = bare.ecdl(whitened, without.base)
+    base = bare.to_ecdl(whitened, without.base)
     tied = [n for n in names if n not in ("none", "unlisted")]
     words = tuple(sorted(effect.name for effect in top.effects))
     verdict = Verdict(
@@ -308,7 +308,7 @@ def _notes(
     whitened: WhitenedModel, fitted: FittedBase, top: Candidate, rich: bool
 ) -> tuple[str, ...]:
     recording, notes = whitened.recording, []
-    if not fitted.spectrum.known:
+    if not fitted.spectrum.measured:
         notes.append(
             "No run repeats, so noise is not measured but read off the fastest lines: the gap is a "
             "lower edge, and probabilities are wide. Record three periods or more."

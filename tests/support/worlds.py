@@ -7,7 +7,8 @@ from examples_drive import EXAMPLES as ON_DRIVE
 from examples_optical import EXAMPLES as ON_RESPONSE
 
 from fitting.diagnosis.noise._spectrum import Spectrum
-from fitting.diagnosis.refit._gauss_newton import Base, Refit
+from fitting.diagnosis.refit._base_model import BaseModel
+from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._flexible_base import flexible_base
 from fitting.diagnosis.which._screen import orthonormal_basis
@@ -64,14 +65,14 @@ def projected(effects, session=None) -> float:
     session = drives() if session is None else session
     whitened = WhitenedModel.of(Recording.of(session, answers(session)))
     operator = paper_device().operator
-    whitener = whitened.whitener(Spectrum(1.0, 0.0, 1.0, True))
-    plain = Base.of(whitened, operator)
-    rich = flexible_base(whitened, plain, plain.centre)
+    whitener = whitened.make_whitener(Spectrum(1.0, 0.0, 1.0, True))
+    plain = BaseModel.of(whitened, operator)
+    rich = flexible_base(whitened, plain, plain.prior_mean)
     refit = Refit(whitened, whitener, rich)
-    bare = refit.at(rich.centre, ())
-    full = refit.at(rich.centre, ordered(effects))
+    bare = refit.evaluate(rich.prior_mean, ())
+    full = refit.evaluate(rich.prior_mean, ordered(effects))
     s = full.errors.synchronous - bare.errors.synchronous
     t = full.errors.nonsynchronous - bare.errors.nonsynchronous
-    q = orthonormal_basis(refit.base_columns(bare))
+    q = orthonormal_basis(refit.jacobian_base(bare))
     s = s - q @ (q.T @ s)
     return float(np.sqrt((s @ s + t @ t) / sum(block.size for block in whitened.blocks)))

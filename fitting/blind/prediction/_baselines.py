@@ -53,11 +53,11 @@ def baselines(
         fitted = fit_base(WhitenedModel.of(decimate(recording)), None)
     trials = _initial_guesses(fitted.refit, fitted.state, candidates)
     edges = {k: v for grid in trials.values() for k, v in search_ranges(grid).items()}
-    refit = dataclasses.replace(fitted.refit, reach=edges)
+    refit = dataclasses.replace(fitted.refit, search_ranges=edges)
     state = fitted.state
     # The fall of `screen` is with nothing projected out, `fall_rich` with the base's Jacobian.
     nothing = np.zeros((state.errors.synchronous.size, 0))
-    inside = orthonormal_basis(refit.base_columns(state))
+    inside = orthonormal_basis(refit.jacobian_base(state))
     best = {
         name: screen_effect(refit, state, grid, nothing, inside) for name, grid in trials.items()
     }
@@ -106,7 +106,7 @@ def selected(
         state, effects_found = found, found.effects
         left = [cls for cls in candidates if cls.name not in {e.name for e in effects_found}]
         if len(effects_found) < MOST:
-            inside = orthonormal_basis(refit.base_columns(state))
+            inside = orthonormal_basis(refit.jacobian_base(state))
             grids = _initial_guesses(refit, state, left)
             screened = {
                 n: screen_effect(refit, state, grid, inside, inside) for n, grid in grids.items()

@@ -10,8 +10,9 @@ import dataclasses
 import numpy as np
 from scipy import stats
 
+from fitting.diagnosis.noise._lines import SpectralLines, to_lines
 from fitting.diagnosis.noise._periods import PeriodBlock
-from fitting.diagnosis.noise._spectrum import SpectralLines, Spectrum, to_lines
+from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.where._gap import measure_gap, sums
 
 _LEVEL = 0.95
@@ -53,7 +54,7 @@ def closed_fraction(
             [_centred(e, b) for e, b in zip(x, held, strict=True)] for x in (before, after)
         )
     first = measure_gap(before, held, spectrum, own_origin=own_origin)
-    if not spectrum.known or not first.significant or first.structural2 <= 0:
+    if not spectrum.measured or not first.significant or first.structural2 <= 0:
         return None
     table = _Table.of(before, after, held, spectrum, own_origin)
     ratio = table.after.sum() / table.before.sum()
@@ -83,7 +84,7 @@ def closed_fraction(
 def _last(block: PeriodBlock, periods: int) -> PeriodBlock:
     if periods == block.periods:
         return block
-    names = ("left", "right", "share", "time", "data", "use", "drive")
+    names = ("left", "right", "fraction", "time", "data", "use", "drive")
     return dataclasses.replace(block, **{n: getattr(block, n)[-periods:] for n in names})
 
 
@@ -181,10 +182,10 @@ def _from_noise(
     before: np.ndarray, after: np.ndarray, block: PeriodBlock, spectrum: Spectrum, ratio: float
 ) -> float:
     lines = SpectralLines.of(block)
-    s = spectrum.at(lines.hertz, lines.step_s)
+    s = spectrum.variance(lines.hertz, lines.step_s)
     left = np.abs(to_lines(after - ratio * before)) ** 2
     own = (1.0 - ratio) ** 2
-    cross = max(float((lines.twice * s) @ (left - own * s)), 0.0)
-    variance = 4.0 * cross + 2.0 * own * float(lines.twice @ s**2)
-    before_sum = float((before**2).sum() - (lines.twice @ s))
+    cross = max(float((lines.multiplicity * s) @ (left - own * s)), 0.0)
+    variance = 4.0 * cross + 2.0 * own * float(lines.multiplicity @ s**2)
+    before_sum = float((before**2).sum() - (lines.multiplicity @ s))
     return float(np.sqrt(variance)) / max(before_sum, 1e-300)

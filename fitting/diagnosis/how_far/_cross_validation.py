@@ -10,7 +10,8 @@ from functools import cache
 import numpy as np
 
 from fitting.diagnosis.noise._periods import PeriodBlock, slice_block
-from fitting.diagnosis.noise._spectrum import Spectrum, Whitener
+from fitting.diagnosis.noise._spectrum import Spectrum
+from fitting.diagnosis.noise._whitening import Whitener
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import Recording
@@ -73,9 +74,9 @@ def refit_without(refit: Refit, fold: Fold, state: State) -> list[np.ndarray]:
     whitened = dataclasses.replace(refit.whitened, blocks=fold.seen)
     whitener = Whitener(fold.seen, refit.whitener.spectrum, whitened.own_origin, use=fold.use)
     own = dataclasses.replace(refit, whitened=whitened, whitener=whitener)
-    end = own.descend(own.at(state.values, state.effects), _STEPS, 2e-3)
+    end = own.minimise(own.evaluate(state.values, state.effects), _STEPS, 2e-3)
     held = list(zip(fold.runs, fold.held, strict=True))
-    return refit.whitened.apart(whitener, end.effects, end.nodes, held)[0]
+    return refit.whitened.block_errors(whitener, end.effects, end.operator_response, held)[0]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -153,7 +154,7 @@ def _closed(
     spectrum: Spectrum,
     own: bool,
 ) -> dict[str, float] | None:
-    if spectrum.known:
+    if spectrum.measured:
         return closed_fraction(before, after, held, spectrum, own_origin=own)
     return _closed_at_least(before, after, own)
 

@@ -12,7 +12,7 @@ from scipy.stats import chi2
 
 from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.noise._spectrum import Spectrum
-from fitting.diagnosis.refit._estimates import determined
+from fitting.diagnosis.refit._estimates import effective_parameter_count
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.where._gap import Gap, measure_gap
@@ -65,10 +65,10 @@ def predict_gain(
     """
     refit, state = top
     at = _usual(whitened)
-    if at is None or held is None or held.closed is None or not spectrum.known:
+    if at is None or held is None or held.closed is None or not spectrum.measured:
         return None
     blocks, own = whitened.blocks, whitened.own_origin
-    count = determined(refit, state)
+    count = effective_parameter_count(refit, state)
     left = measure_gap(state.errors.raw, blocks, spectrum, own_origin=own, fitted=round(count))
     off = [a - b for a, b in zip(none.errors.raw, state.errors.raw, strict=True)]
     before, bent = _power(off, blocks), crooked(off[at], blocks[at]) ** 2

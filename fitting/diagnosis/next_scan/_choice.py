@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from fitting.diagnosis.noise._spectrum import Whitener
-from fitting.diagnosis.refit._gauss_newton import Base, Refit
+from fitting.diagnosis.noise._whitening import Whitener
+from fitting.diagnosis.refit._base_model import BaseModel
+from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import Drive, DriveLimits, Identified, Recording
 from rapi_jax._precision import float64
@@ -41,7 +42,7 @@ Pair = tuple[int, int]  # which is true, and which is refitted
 class Hypothesis:
     """Effects that may be at work, with all parameters as fitted to the data.
 
-    `values`: the operator's, as in `Engine.nodes`, with first fractions of the old runs' plays.
+    `values`: see `WhitenedModel.operator_response`; with initial states of the old runs.
     """
 
     name: str
@@ -115,7 +116,7 @@ class _Rated:
 def choose_next_scan(
     whitened: WhitenedModel,
     whitener: Whitener,
-    base: Base,
+    base: BaseModel,
     hypotheses: Sequence[Hypothesis],
     limits: DriveLimits | None = None,
     *,
@@ -161,7 +162,7 @@ def scan_start(recording: Recording) -> float:
 
 
 def _rivals(
-    whitened: WhitenedModel, whitener: Whitener, base: Base, hypotheses: Sequence[Hypothesis]
+    whitened: WhitenedModel, whitener: Whitener, base: BaseModel, hypotheses: Sequence[Hypothesis]
 ) -> tuple[list[Rival], list[float]]:
     refit = Refit(whitened, whitener, base)
     said = [h for h in hypotheses if h.name not in _SAYS_NOTHING]

@@ -16,8 +16,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fitting.diagnosis.noise._spectrum import Whitener
-from fitting.diagnosis.refit._gauss_newton import Base, Refit, State
+from fitting.diagnosis.noise._whitening import Whitener
+from fitting.diagnosis.refit._base_model import BaseModel
+from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import Drive, Recording
@@ -48,8 +49,8 @@ class Rival:
         effects: Sequence[AbstractEffect],
     ) -> "Rival":
         """The hypothesis at its own fit."""
-        state = refit.at(np.asarray(values, dtype=float), tuple(effects))
-        information, _, _ = refit.gram(state)
+        state = refit.evaluate(np.asarray(values, dtype=float), tuple(effects))
+        information, _, _ = refit.normal_equations(state)
         own = ParameterVector(tuple(parameters(refit.base.operator))).size
         return cls(name, refit, state, information, own)
 
@@ -112,11 +113,11 @@ class Trials:
         """The scans `drives`, with the noise that `whitener` knows."""
         nothing = [np.zeros(drive.size) for drive in drives]
         whitened = WhitenedModel.of(Recording.of(drives, nothing, response_origin="run"))
-        whitened.data.drives["gap_s"][:] = _PAUSE_S
-        own = whitened.whitener(whitener.spectrum)
+        whitened.grids.drives["gap_s"][:] = _PAUSE_S
+        own = whitened.make_whitener(whitener.spectrum)
         synchronous, nonsynchronous = [], []
         for block, lines in zip(whitened.blocks, own.lines, strict=True):
-            twice = lines.twice == 2
+            twice = lines.multiplicity == 2
             synchronous.append(lines.synchronous.sum() + (lines.synchronous & twice).sum())
             rest = ~lines.synchronous
             nonsynchronous.append(rest.sum() + (rest & twice).sum() if block.periods > 1 else 0)
@@ -129,7 +130,7 @@ class Trials:
         return cls(whitened, own, parts)
 
     def _unknown(self, rival: Rival) -> int:
-        return int(self.whitened.unknown.sum()) * rival.refit.base.operator.count
+        return int(self.whitened.unknown_start.sum()) * rival.refit.base.operator.count
 
     def refit(self, rival: Rival) -> Refit:
         """The rival's operator on these scans."""
@@ -138,12 +139,12 @@ class Trials:
         def behind(old: np.ndarray, new: float | bool) -> np.ndarray:
             return np.concatenate([old[: rival.own], np.full(extra, new)])
 
-        own = Base(
+        own = BaseModel(
             base.operator,
-            behind(base.centre, 0.5),
-            behind(base.prior, FRACTION),
-            behind(base.low, 0.0),
-            behind(base.high, 1.0),
+            behind(base.prior_mean, 0.5),
+            behind(base.prior_std, FRACTION),
+            behind(base.lower, 0.0),
+            behind(base.upper, 1.0),
             behind(base.free, True),
         )
         return Refit(self.whitened, self.whitener, own)
@@ -156,12 +157,12 @@ class Trials:
     def see(self, rival: Rival) -> list[Seen]:
         """What `rival` predicts for every scan."""
         refit = self.refit(rival)
-        return self.seen(rival, refit, refit.at(self.start(rival), rival.state.effects))
+        return self.seen(rival, refit, refit.evaluate(self.start(rival), rival.state.effects))
 
     def seen(self, rival: Rival, refit: Refit, state: State, only: int | None = None) -> list[Seen]:
         """The same at any state of `refit`; `only`: for one scan."""
         value = np.concatenate([state.errors.synchronous, state.errors.nonsynchronous])
-        base, effect = refit.base_columns(state), refit.effect_columns(state)
+        base, effect = refit.jacobian_base(state), refit.jacobian_effects(state)
         out = []
         for k in range(len(self.parts)) if only is None else [only]:
             part, fractions = self.parts[k], self.fractions(rival, k)
@@ -182,8 +183,8 @@ class Trials:
     def fractions(self, rival: Rival, k: int) -> slice:
         """Where the first fractions of scan `k` stand in the rival's values on these scans."""
         plays = rival.refit.base.operator.count
-        first = rival.own + int(self.whitened.unknown[:k].sum()) * plays
-        return slice(first, first + (plays if self.whitened.unknown[k] else 0))
+        first = rival.own + int(self.whitened.unknown_start[:k].sum()) * plays
+        return slice(first, first + (plays if self.whitened.unknown_start[k] else 0))
 
 
 def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:

@@ -20,12 +20,12 @@ class _Joint:
         self.new = trials.refit(rival)
         self.n, self.m = rival.state.values.size, rival.information.shape[0]
         self.fractions = trials.fractions(rival, k)
-        prior, free = rival.refit.base.prior, rival.refit.base.free
+        prior, free = rival.refit.base.prior_std, rival.refit.base.free
         self.weight = np.where(free & np.isfinite(prior), prior, np.inf) ** -2.0
 
     def begin(self) -> tuple[State, State]:
         start = self.trials.start(self.rival)
-        return self.rival.state, self.new.at(start, self.rival.state.effects)
+        return self.rival.state, self.new.evaluate(start, self.rival.state.effects)
 
     def cost(self, at: tuple[State, State]) -> float:
         old, new = at
@@ -51,9 +51,9 @@ class _Joint:
         old, new = at
         refit, fit, n = self.rival.refit, self.rival.state, self.n
         split = fit.errors.synchronous.size
-        s = refit.effect_columns(old)
+        s = refit.jacobian_effects(old)
         top, nonsynchronous = (
-            np.concatenate([refit.base_columns(old), s[:split]], axis=1),
+            np.concatenate([refit.jacobian_base(old), s[:split]], axis=1),
             s[split:],
         )
         seen = self.trials.seen(self.rival, self.new, new, self.k)[0]
@@ -73,10 +73,10 @@ class _Joint:
         return matrix, gradient
 
     def moved(self, at: tuple[State, State], move: np.ndarray) -> tuple[State, State]:
-        old = self.rival.refit._moved(at[0], move[: self.m])
+        old = self.rival.refit.take_step(at[0], move[: self.m])
         values = np.concatenate([old.values[: self.rival.own], at[1].values[self.rival.own :]])
         values[self.fractions] = np.clip(values[self.fractions] + move[self.m :], 0.0, 1.0)
-        return old, self.new.at(values, old.effects)
+        return old, self.new.evaluate(values, old.effects)
 
 
 def refit_rival(

@@ -1,37 +1,39 @@
-"""Whole periods of each run as an array, and the same of a model: what the diagnosis looks at.
+"""Whole periods of each run as an array, of readings and of a model alike.
 
 A run that repeats becomes `periods` rows of equal phases, from the drive's minimum on. Where
-periods are not whole numbers of samples, model and data alike are read between samples. A run that
-does not repeat is one row, with nothing to tell noise from error by.
+periods are not whole numbers of samples, model and data alike are interpolated between samples. A
+run that does not repeat is one row, with nothing to distinguish noise from error by.
 """
 
 import dataclasses
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from rapi_jax import Recording, Run
 from rapi_jax.sampling._batch import Batch
 
-_MOST, _LEAST = 1024, 512  # samples a period; of a run that does not repeat, all its samples
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class PeriodBlock:
-    """One run: where its values stand in the padded rows of `Sampled`.
+    """One run as whole periods, with the place of its values in the padded rows of `Batch`.
 
-    - `left`, `share`: "periods phases"; value = (1 - share) row[left] + share row[right].
-    - `phase`: of each column, 0 to 1 since the drive's minimum; `time`: s in the session.
-    - `data`: the readings; `use`: 0 where one is masked. `step_s`: between columns.
+    - `left`, `right`, `fraction`: a value is (1 - fraction) row[left] + fraction row[right].
+    - `phase`: 0 to 1 since the drive's minimum. `time`: s in the session. `step_s`: between phases.
+    - `data`: the readings. `use`: 0 where one is masked, else 1. `drive`: in the drive's unit.
+    - `repeats`: whether the run is periodic.
     """
 
-    left: np.ndarray
-    right: np.ndarray
-    share: np.ndarray
-    phase: np.ndarray
-    time: np.ndarray
-    data: np.ndarray
-    use: np.ndarray
-    drive: np.ndarray
+    left: Int[np.ndarray, "periods phases"]
+    right: Int[np.ndarray, "periods phases"]
+    fraction: Float[np.ndarray, "periods phases"]
+    phase: Float[np.ndarray, " phases"]
+    time: Float[np.ndarray, "periods phases"]
+    data: Float[np.ndarray, "periods phases"]
+    use: Float[np.ndarray, "periods phases"]
+    drive: Float[np.ndarray, "periods phases"]
     step_s: float
     repeats: bool
 
@@ -41,38 +43,45 @@ class PeriodBlock:
         return self.left.shape[0]
 
     @property
+    def phases(self) -> int:
+        """Number of values a period."""
+        return self.left.shape[1]
+
+    @property
     def size(self) -> int:
         """Number of values."""
         return self.left.size
 
-    def of(self, row: np.ndarray) -> np.ndarray:
-        """A row of `Sampled` (or several, last axis time) read at this run's periods and phases."""
-        return (1.0 - self.share) * row[..., self.left] + self.share * row[..., self.right]
+    def interpolate(
+        self, row: Float[np.ndarray, "*more time"]
+    ) -> Float[np.ndarray, "*more periods phases"]:
+        """A row of `Batch` read at this run's periods and phases."""
+        return (1.0 - self.fraction) * row[..., self.left] + self.fraction * row[..., self.right]
 
 
 def decimate(recording: Recording) -> Recording:
-    """Every so many samples of runs that are sampled far finer than a diagnosis can use.
+    """The recording with every n-th sample of runs that are sampled finer than a diagnosis can use.
 
     Periods stay whole numbers of samples where they were. Turning points between samples are found
     again from the straight branches beside them.
     """
-    return dataclasses.replace(recording, runs=tuple(_thinned(run) for run in recording.runs))
+    return dataclasses.replace(recording, runs=tuple(_decimate_run(r) for r in recording.runs))
 
 
-def _thinned(run: Run) -> Run:
+def _decimate_run(run: Run) -> Run:
     drive = run.drive
     if drive.repeats and drive.periods:
         exact = 1.0 / (drive.rate * drive.step_s)
-        whole = abs(exact - round(exact)) * drive.periods < 0.02
-        most = int(exact // _LEAST)
+        whole = abs(exact - round(exact)) * drive.periods < THRESHOLDS.whole_period_tolerance
+        most = int(exact // THRESHOLDS.least_samples)
         steps = [k for k in range(2, most + 1) if not whole or round(exact) % k == 0]
-        every = max(steps, default=1) if exact > _MOST else 1
+        every = max(steps, default=1) if exact > THRESHOLDS.most_samples else 1
     else:
-        every = -(-drive.size // (2 * _LEAST))
+        every = -(-drive.size // (2 * THRESHOLDS.least_samples))
     if every == 1:
         return run
-    thin = dataclasses.replace(drive, time=drive.time[::every], value=drive.value[::every])
-    return dataclasses.replace(run, drive=thin, response=run.response[::every])
+    fewer = dataclasses.replace(drive, time=drive.time[::every], value=drive.value[::every])
+    return dataclasses.replace(run, drive=fewer, response=run.response[::every])
 
 
 def period_blocks(recording: Recording, data: Batch) -> list[PeriodBlock]:
@@ -91,7 +100,7 @@ def _block(recording: Recording, data: Batch, k: int) -> PeriodBlock:
         available = drive.size - first
         periods = int((available - 1 + 1e-6 + (exact == count)) // exact)
         periods = max(1, min(drive.periods, periods))
-        if abs(exact - count) * periods <= 0.02:
+        if abs(exact - count) * periods <= THRESHOLDS.whole_period_tolerance:
             exact = float(count)
         place = first + exact * (np.arange(periods)[:, None] + np.arange(count)[None, :] / count)
         phase = np.arange(count) / count
@@ -103,18 +112,18 @@ def _block(recording: Recording, data: Batch, k: int) -> PeriodBlock:
         periods = 1
     place = np.minimum(place, drive.size - 1)
     low = np.floor(place + 1e-9).astype(int)
-    share = np.where(place - low < 1e-6, 0.0, place - low)
+    fraction = np.where(place - low < 1e-6, 0.0, place - low)
     high = np.minimum(low + 1, drive.size - 1)
     left, right = row_of[low], row_of[high]
     valid = recording.runs[k].valid
-    use = (valid[low] & (valid[high] | (share == 0))).astype(float)
+    use = (valid[low] & (valid[high] | (fraction == 0))).astype(float)
     raw = data.y[k]
-    value = (1.0 - share) * raw[left] + share * raw[right]
-    u = (1.0 - share) * data.u[k][left] + share * data.u[k][right]
+    value = (1.0 - fraction) * raw[left] + fraction * raw[right]
+    u = (1.0 - fraction) * data.u[k][left] + fraction * data.u[k][right]
     return PeriodBlock(
         left,
         right,
-        share,
+        fraction,
         phase,
         drive.start_s + place * drive.step_s,
         value,
@@ -126,18 +135,18 @@ def _block(recording: Recording, data: Batch, k: int) -> PeriodBlock:
 
 
 def slice_block(block: PeriodBlock, begin: float, end: float) -> PeriodBlock:
-    """The periods of a block from one share of them to another; of one period, the phases."""
+    """The periods of a block between two fractions of them; of a single period, the phases."""
     first, last = round(begin * block.periods), round(end * block.periods)
     if block.periods > 1:
         rows, columns = slice(first, last), slice(None)
     else:
-        size = block.left.shape[1]
+        size = block.phases
         rows, columns = slice(None), slice(round(begin * size), round(end * size))
     return dataclasses.replace(
         block,
         **{
             name: getattr(block, name)[rows, columns]
-            for name in ("left", "right", "share", "time", "data", "use", "drive")
+            for name in ("left", "right", "fraction", "time", "data", "use", "drive")
         },
         phase=block.phase[columns],
     )

@@ -1,4 +1,4 @@
-"""The parameters of effects that a diagnosis moves, as one vector."""
+"""The free scalar parameters of effects as one vector, and back."""
 
 import functools
 from collections.abc import Sequence
@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
+from jaxtyping import Float
 
 from rapi_jax._parameter import follow, parameters
 from rapi_jax.effects import AbstractEffect
@@ -13,8 +14,8 @@ from rapi_jax.effects import AbstractEffect
 Effects = tuple[AbstractEffect, ...]
 
 
-class Moved(NamedTuple):
-    """A scalar parameter that a diagnosis moves: path, bounds, unit, and which leaf it is."""
+class ScalarParameter(NamedTuple):
+    """A free scalar parameter of an effect: path, bounds, unit, and index of its leaf."""
 
     path: tuple[str | int, ...]
     low: float
@@ -24,24 +25,26 @@ class Moved(NamedTuple):
 
 
 @functools.cache
-def _moved_of(kind: Any, shapes: tuple[tuple[int, ...], ...]) -> tuple[Moved, ...]:
-    numbered = jax.tree_util.tree_unflatten(kind, list(range(kind.num_leaves)))
-    found = parameters(jax.tree_util.tree_unflatten(kind, [np.zeros(s) for s in shapes]))
+def _scalar_parameters(
+    structure: Any, shapes: tuple[tuple[int, ...], ...]
+) -> tuple[ScalarParameter, ...]:
+    numbered = jax.tree_util.tree_unflatten(structure, list(range(structure.num_leaves)))
+    found = parameters(jax.tree_util.tree_unflatten(structure, [np.zeros(s) for s in shapes]))
     return tuple(
-        Moved(p.path, *p.bounds, p.unit, follow(numbered, p.path))
+        ScalarParameter(p.path, *p.bounds, p.unit, follow(numbered, p.path))
         for p in found
         if not p.held and p.size == 1
     )
 
 
-def free_parameters(effect: AbstractEffect) -> tuple[Moved, ...]:
-    """The scalar parameters of an effect that a diagnosis moves."""
-    leaves, kind = jax.tree_util.tree_flatten(effect)
-    return _moved_of(kind, tuple(np.shape(leaf) for leaf in leaves))
+def free_parameters(effect: AbstractEffect) -> tuple[ScalarParameter, ...]:
+    """The scalar parameters of an effect that a refit adjusts."""
+    leaves, structure = jax.tree_util.tree_flatten(effect)
+    return _scalar_parameters(structure, tuple(np.shape(leaf) for leaf in leaves))
 
 
-def effect_values(effects: Sequence[AbstractEffect]) -> np.ndarray:
-    """The moved parameters of all effects as one vector."""
+def effect_values(effects: Sequence[AbstractEffect]) -> Float[np.ndarray, " parameters"]:
+    """The free parameters of all effects as one vector."""
     out = []
     for effect in effects:
         leaves = jax.tree_util.tree_leaves(effect)
@@ -49,13 +52,13 @@ def effect_values(effects: Sequence[AbstractEffect]) -> np.ndarray:
     return np.array(out)
 
 
-def with_values(effects: Effects, values: np.ndarray) -> Effects:
-    """The effects with the elements of `values` put in."""
+def with_values(effects: Effects, values: Float[np.ndarray, " parameters"]) -> Effects:
+    """The effects with the elements of `values` as their free parameters."""
     out, at = [], 0
     for effect in effects:
-        leaves, kind = jax.tree_util.tree_flatten(effect)
+        leaves, structure = jax.tree_util.tree_flatten(effect)
         for p in free_parameters(effect):
             leaves[p.leaf] = np.asarray(values[at], dtype=np.float64)
             at += 1
-        out.append(jax.tree_util.tree_unflatten(kind, leaves))
+        out.append(jax.tree_util.tree_unflatten(structure, leaves))
     return tuple(out)

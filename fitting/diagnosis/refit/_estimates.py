@@ -3,88 +3,96 @@
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from ._effect_vector import effect_values, free_parameters, with_values
 from ._gauss_newton import Refit, State
+from ._thresholds import THRESHOLDS
 
 
-def standard_errors(refit: Refit, state: State) -> np.ndarray:
-    """One standard error of each moved parameter of the effects, the operator free.
+def standard_errors(refit: Refit, state: State) -> Float[np.ndarray, " parameters"]:
+    """One standard error of each free parameter of the effects, the operator free.
 
     Errors are white here. What the base leaves above the noise counts as noise of that size.
     """
-    full, _, _ = refit.gram(state)
-    inverse, unit = _inverse(full)
-    wide = max(1.0, state.synchronous / max(state.errors.synchronous.size, 1))
-    variance = np.where(unit > 0, np.diag(inverse) * wide, np.inf)
+    matrix, _, _ = refit.normal_equations(state)
+    inverse, unit = _scaled_inverse(matrix)
+    dispersion = max(1.0, state.synchronous / max(state.errors.synchronous.size, 1))
+    variance = np.where(unit > 0, np.diag(inverse) * dispersion, np.inf)
     out = (
         np.sqrt(variance)[state.values.size :] / np.where(unit > 0, unit, 1.0)[state.values.size :]
     )
     smooth = [type(e).smooth for e in state.effects for _ in free_parameters(e)]
     for i in np.flatnonzero(~np.array(smooth, dtype=bool)):
-        out[i] = max(out[i] if np.isfinite(out[i]) else 0.0, _reach(refit, state, int(i), wide))
+        width = _chi_square_half_width(refit, state, int(i), dispersion)
+        out[i] = max(out[i] if np.isfinite(out[i]) else 0.0, width)
     return out
 
 
-def determined(refit: Refit, state: State) -> float:
-    """How many of the operator's values and the effects' parameters the data determine.
+def effective_parameter_count(refit: Refit, state: State) -> float:
+    """Effective number of parameters, base model and effects: as many as the data determine.
 
-    What priors hold counts in part.
+    A parameter that its prior holds counts in part.
     """
-    full, _, _ = refit.gram(state)
-    inverse, unit = _inverse(full)
-    prior = np.where(refit.base.free & np.isfinite(refit.base.prior), refit.base.prior, np.inf)
-    weight = np.append(prior**-2.0, np.zeros(len(unit) - prior.size))
+    matrix, _, _ = refit.normal_equations(state)
+    inverse, unit = _scaled_inverse(matrix)
+    base = refit.base
+    std = np.where(base.free & np.isfinite(base.prior_std), base.prior_std, np.inf)
+    weight = np.append(std**-2.0, np.zeros(len(unit) - std.size))
     share = np.where(unit > 0, np.diag(inverse) * weight / np.where(unit > 0, unit, 1.0) ** 2, 1.0)
     return float(np.clip(1.0 - share, 0.0, 1.0).sum())
 
 
-def _inverse(full: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The inverse of a normal matrix scaled to a unit diagonal, and the units; 0 where it says
-    nothing.
+def _scaled_inverse(
+    matrix: Float[np.ndarray, "unknowns unknowns"],
+) -> tuple[Float[np.ndarray, "unknowns unknowns"], Float[np.ndarray, " unknowns"]]:
+    """Pseudo-inverse of a normal matrix scaled to a unit diagonal, and the lengths of its columns.
+
+    A length is 0 where the data do not depend on an unknown.
     """
-    unit = np.sqrt(np.diag(full))
+    unit = np.sqrt(np.diag(matrix))
     alive = unit > 0
     length = np.where(alive, unit, 1.0)
-    scaled = full / length[:, None] / length[None, :] + np.diag(np.where(alive, 0.0, 1.0))
+    scaled = matrix / length[:, None] / length[None, :] + np.diag(np.where(alive, 0.0, 1.0))
     size, vectors = np.linalg.eigh(scaled)
-    kept = size > 1e-12 * size.max()
+    kept = size > THRESHOLDS.covariance_rcond * size.max()
     return (vectors[:, kept] / size[kept]) @ vectors[:, kept].T, unit
 
 
-def _reach(refit: Refit, state: State, index: int, wide: float) -> float:
+def _chi_square_half_width(refit: Refit, state: State, index: int, dispersion: float) -> float:
     """How far a parameter goes either way before chi-square rises by one; infinite if never.
 
-    Of an effect that jumps: between two samples the data say nothing, and a slope means nothing.
-    The others are held, or one in the same unit goes along: what is known well of a hop may be the
-    edge on the way down, `threshold - width`, and not the one on the way up.
+    Of an effect that jumps, since between two samples the data say nothing and a slope means
+    nothing. The others are held, or one in the same unit goes along: what is known well of a hop
+    may be the edge on the way down, `threshold - width`, and not the one on the way up.
     """
     now = effect_values(state.effects)
     units = [p.unit for e in state.effects for p in free_parameters(e)]
     smooth = [type(e).smooth for e in state.effects for _ in free_parameters(e)]
-    low, high = refit.edges(state.effects)
-    steps = (abs(now[index]) or 1.0) * 2.0 ** np.arange(-24.0, 0.0)
+    low, high = refit.bounds(state.effects)
+    finest = -float(THRESHOLDS.finest_search_exponent)
+    steps = (abs(now[index]) or 1.0) * 2.0 ** np.arange(finest, 0.0)
 
-    def rise(way: np.ndarray) -> float:
-        """The first step along `way` that costs one or leaves the bounds; 0 if none does."""
+    def first_costly_step(direction: np.ndarray) -> float:
+        """The first step along `direction` that costs one or leaves the bounds; 0 if none does."""
         for step in steps:
-            other = now + step * way
+            other = now + step * direction
             if (other < low).any() or (other > high).any():
                 return float(step)
-            new = refit.at(state.values, with_values(state.effects, other))
-            if not new.cost < state.cost + wide:
+            new = refit.evaluate(state.values, with_values(state.effects, other))
+            if not new.cost < state.cost + dispersion:
                 return float(step)
         return 0.0
 
     axes = np.eye(now.size)
     alone = axes[index]
-    out = max(rise(alone), rise(-alone))
+    out = max(first_costly_step(alone), first_costly_step(-alone))
     if out == 0.0:
         return np.inf
     for j in range(now.size):
         if j != index and units[j] == units[index] and not smooth[j]:
-            ways = (alone + axes[j], alone - axes[j], axes[j] - alone, -alone - axes[j])
-            out = max(out, *(rise(way) for way in ways))
+            directions = (alone + axes[j], alone - axes[j], axes[j] - alone, -alone - axes[j])
+            out = max(out, *(first_costly_step(direction) for direction in directions))
     return out
 
 

@@ -10,13 +10,15 @@ import dataclasses
 import numpy as np
 from scipy import stats
 
+from fitting.diagnosis.noise._lines import SpectralLines, to_lines
 from fitting.diagnosis.noise._periods import PeriodBlock
-from fitting.diagnosis.noise._spectrum import _MEDIAN, _SLOWEST, SpectralLines, Spectrum, to_lines
+from fitting.diagnosis.noise._spectrum import Spectrum, noise_lines
+from fitting.diagnosis.noise._spectrum_fit import EXPONENTIAL_MEDIAN
 
 LEVEL = 0.01  # of a false alarm
 _BEYOND_DOUBT = (4.0, 1e-6)  # mean square over white noise, and level, where nothing repeats
 # Variance of the median of exponential numbers, over that of their mean, both as estimates of it.
-_MEDIAN_COST = 1.0 / _MEDIAN**2
+_MEDIAN_COST = 1.0 / EXPONENTIAL_MEDIAN**2
 _FIRST = (4, 16)  # harmonics in which model error is looked for by itself
 _TINY = 1e-300
 _NOTHING_REPEATS = (
@@ -131,9 +133,11 @@ def sums(
         alive = lines.hertz > 0 if own_origin else lines.hertz >= 0
         colour = 1.0
         if block.periods > 1:
-            nonsynchronous = spectrum.mean(lines, ~lines.synchronous)
-            colour = spectrum.mean(lines, lines.synchronous & alive) / max(nonsynchronous, _TINY)
-        noise = spectrum.mean(lines, alive) / used
+            nonsynchronous = spectrum.mean_variance(lines, ~lines.synchronous)
+            colour = spectrum.mean_variance(lines, lines.synchronous & alive) / max(
+                nonsynchronous, _TINY
+            )
+        noise = spectrum.mean_variance(lines, alive) / used
         taken = float(own_origin) + fitted * own / max(sum(phases), 1.0)
         out.append(Sums(count, mean, spread, noise, colour, taken))
     return out
@@ -155,7 +159,7 @@ class _Errors:
 def _error(error: np.ndarray, block: PeriodBlock, spectrum: Spectrum, own_origin: bool) -> _Errors:
     lines = SpectralLines.of(block)
     alive = lines.hertz > 0 if own_origin else lines.hertz >= 0
-    twice, s = lines.twice * alive, spectrum.at(lines.hertz, lines.step_s)
+    twice, s = lines.multiplicity * alive, spectrum.variance(lines.hertz, lines.step_s)
     power = np.abs(to_lines(filled(error, block))) ** 2
     variance, freedom = [], []
     for at in (lines.synchronous, ~lines.synchronous):
@@ -165,10 +169,10 @@ def _error(error: np.ndarray, block: PeriodBlock, spectrum: Spectrum, own_origin
         cross = 4.0 * float((weight * level) @ (power[at] - level))
         variance.append(alone + max(cross, 0.0))
         freedom.append(max(2.0 * float(weight @ level) ** 2 / max(alone, _TINY), 1.0))
-    ratio = (lines.hertz / spectrum.corner) ** 2
-    low = spectrum.slow(lines.hertz, lines.step_s)
+    ratio = (lines.hertz / spectrum.corner_hz) ** 2
+    low = spectrum.red_variance(lines.hertz, lines.step_s)
     moves = np.stack([np.full(s.shape, spectrum.white), low, 2.0 * low * ratio / (1.0 + ratio)])
-    pick = ~lines.synchronous & (np.arange(s.size) >= _SLOWEST) & (lines.twice == 2)
+    pick = noise_lines(lines)
     relative = np.where(pick[None, :], moves / np.maximum(s, _TINY)[None, :], 0.0)
     picked = moves @ (twice * pick)
     return _Errors(
@@ -290,7 +294,7 @@ def measure_gap(
     elsewhere = all(b.periods == 1 for b in blocks) * sum(b.size for b in blocks) / 2.0
     prior = np.diag([elsewhere + 1e-6, 0.1, 0.25])
     information = np.sum([v.information for v in variances], axis=0) + prior
-    known = spectrum.known
+    known = spectrum.measured
     runs = [_part([p], [v], information, known) for p, v in zip(parts, variances, strict=True)]
     whole = _part(parts, variances, information, known)
     return dataclasses.replace(whole, runs=tuple(runs))

@@ -10,8 +10,11 @@ import dataclasses
 import numpy as np
 from scipy import special
 
+from fitting.diagnosis.noise._lines import SpectralLines, to_lines
 from fitting.diagnosis.noise._periods import PeriodBlock
-from fitting.diagnosis.noise._spectrum import _MEDIAN, _SLOWEST, SpectralLines, Spectrum, to_lines
+from fitting.diagnosis.noise._spectrum import Spectrum
+from fitting.diagnosis.noise._spectrum_fit import EXPONENTIAL_MEDIAN
+from fitting.diagnosis.noise._thresholds import THRESHOLDS as NOISE
 
 from ._gap import LEVEL, filled
 
@@ -83,11 +86,11 @@ def _harmonics(
     error: np.ndarray, block: PeriodBlock, spectrum: Spectrum, tones: list[Tone]
 ) -> Harmonics:
     lines = SpectralLines.of(block)
-    power, level = np.abs(to_lines(error)) ** 2, spectrum.at(lines.hertz, lines.step_s)
+    power, level = np.abs(to_lines(error)) ** 2, spectrum.variance(lines.hertz, lines.step_s)
     periods, size = block.periods, block.size
     at = np.arange(periods, (size - 1) // 2 + 1, periods)  # neither the mean nor Nyquist's
     if periods > 1:
-        judge = ~lines.synchronous & (lines.twice == 2)
+        judge = ~lines.synchronous & (lines.multiplicity == 2)
         for tone in tones:
             judge &= np.abs(lines.hertz - tone.hz) > 1.5 * lines.hertz[1]
         reach = _BESIDE * periods
@@ -128,9 +131,9 @@ def _search(error: np.ndarray, block: PeriodBlock, spectrum: Spectrum, grid: np.
     with np.errstate(invalid="ignore", divide="ignore"):
         comb = np.sin(np.pi * cycles * periods) / (periods * np.sin(np.pi * cycles))
     left = 1.0 - np.where(np.isfinite(comb), comb, 1.0) ** 2
-    slow, fast = _SLOWEST / seconds, 0.5 / block.step_s - 2.0 / seconds
+    slow, fast = NOISE.slowest_line / seconds, 0.5 / block.step_s - 2.0 / seconds
     left = np.where((grid >= slow) & (grid <= fast) & (left > _LEAST), left, 0.0)
-    level = np.maximum(spectrum.at(grid, block.step_s), _TINY)
+    level = np.maximum(spectrum.variance(grid, block.step_s), _TINY)
     place = np.minimum(place, length // 2)
     empty = _Search(seconds, length, place, left, level, left, left)
     return _seen(empty, error, block, spectrum, grid)
@@ -144,7 +147,7 @@ def _seen(
     power = np.abs(np.fft.rfft(rest, search.length)[search.place]) ** 2 / size
     # Where the spectrum's form falls short of the noise, the level all around counts.
     hertz = np.fft.rfftfreq(size, block.step_s)
-    level = np.maximum(spectrum.at(hertz, block.step_s), _TINY)
+    level = np.maximum(spectrum.variance(hertz, block.step_s), _TINY)
     own = np.abs(np.fft.rfft(rest)) ** 2 / size / level
     here = _around(own[np.arange(own.size) % block.periods != 0])
     excess = np.maximum(np.interp(grid, np.linspace(0.0, hertz[-1], here.size), here), 1.0)
@@ -157,7 +160,10 @@ def _around(power: np.ndarray) -> np.ndarray:
     """The level about each line, from the median of blocks of lines."""
     blocks = max(power.size // (2 * _AROUND), 1)
     edges = np.linspace(0, power.size, blocks + 1).astype(int)
-    level = [np.median(power[a:b]) / _MEDIAN for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    level = [
+        np.median(power[a:b]) / EXPONENTIAL_MEDIAN
+        for a, b in zip(edges[:-1], edges[1:], strict=True)
+    ]
     middle = (edges[:-1] + edges[1:] - 1) / 2.0
     return np.interp(np.arange(power.size), middle, np.array(level))
 
@@ -175,7 +181,7 @@ def find_tones(
     """
     chosen = [(filled(e, b), b) for e, b in zip(errors, blocks, strict=True) if b.periods > 1]
     found: list[Tone] = []
-    if not chosen or not spectrum.known:
+    if not chosen or not spectrum.measured:
         return found
     rests = [e for e, _ in chosen]
     used = [b for _, b in chosen]

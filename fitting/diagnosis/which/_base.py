@@ -7,9 +7,11 @@ import numpy as np
 from fitting.diagnosis._data_checks import check_enough
 from fitting.diagnosis.noise._detrend import detrend
 from fitting.diagnosis.noise._periods import PeriodBlock
-from fitting.diagnosis.noise._spectrum import Spectrum, Whitener, measure_spectrum
+from fitting.diagnosis.noise._spectrum import Spectrum, measure_spectrum
+from fitting.diagnosis.noise._whitening import Whitener
+from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._effect_vector import Effects
-from fitting.diagnosis.refit._gauss_newton import Base, Refit, State
+from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.where._spectral_lines import find_tones, remove_tones
 from fitting.identification._fit import default_free
@@ -54,25 +56,25 @@ def fit_base(whitened: WhitenedModel, ecdl: ECDL | None) -> FittedBase:
     starts = _starts(recording, ecdl)
     first = starts[0]
     check_enough(whitened, first)
-    values = Base.of(whitened, first).centre
-    nodes = whitened.nodes(first, values, effects)
-    raw = whitened.errors(whitened.whitener(_ONE), effects, nodes).raw
+    values = BaseModel.of(whitened, first).prior_mean
+    nodes = whitened.operator_response(first, values, effects)
+    raw = whitened.evaluate_errors(whitened.make_whitener(_ONE), effects, nodes).raw
     spectrum = _quiet(raw, whitened.blocks)
     while True:
         found: list[tuple[Refit, State]] = []
         for operator in starts:
-            base = Base.of(whitened, operator, _free(whitened, operator))
-            refit = Refit(whitened, whitened.whitener(spectrum), base.without("eta"))
-            found.append((refit, refit.descend(refit.at(base.centre, effects), _STEPS)))
+            base = BaseModel.of(whitened, operator, _free(whitened, operator))
+            refit = Refit(whitened, whitened.make_whitener(spectrum), base.with_fixed("eta"))
+            found.append((refit, refit.minimise(refit.evaluate(base.prior_mean, effects), _STEPS)))
         refit, state = _simplest(found)
         better = _quiet(state.errors.raw, whitened.blocks)
-        if spectrum.known or better.white > 0.5 * spectrum.white:
+        if spectrum.measured or better.white > 0.5 * spectrum.white:
             break
         spectrum = better  # without repeats the noise is read off what the fit leaves
-        starts = [whitened.filled(refit.base.operator, state.values)]
-    base = Base.of(whitened, refit.base.operator, _free(whitened, refit.base.operator))
+        starts = [whitened.set_values(refit.base.operator, state.values)]
+    base = BaseModel.of(whitened, refit.base.operator, _free(whitened, refit.base.operator))
     nonsynchronous = dataclasses.replace(refit, base=base)
-    end = nonsynchronous.descend(state, _STEPS)
+    end = nonsynchronous.minimise(state, _STEPS)
     return FittedBase(nonsynchronous, end, (refit, state), spectrum, None if ecdl is None else raw)
 
 
@@ -107,7 +109,7 @@ _ONE = Spectrum(1.0, 0.0, 1.0, True)
 def _quiet(errors: list[np.ndarray], blocks: list[PeriodBlock]) -> Spectrum:
     """The noise spectrum, less slow changes and tones that do not follow the scan: they leak."""
     spectrum = measure_spectrum(errors, blocks)
-    if not spectrum.known:
+    if not spectrum.measured:
         return spectrum
     steady = detrend(errors, blocks, spectrum)
     if steady is not errors:

@@ -105,7 +105,7 @@ def full_refit(refit: Refit, look: State, without: float) -> State:
 
 def free_eta(refit: Refit, eta_fixed: State) -> State:
     """What a refit with all of the operator free makes of one with `eta` held."""
-    return refit.descend(eta_fixed, _FREE)
+    return refit.minimise(eta_fixed, _FREE)
 
 
 def refit_from_no_hysteresis(
@@ -119,18 +119,18 @@ def refit_from_no_hysteresis(
     look = _looked(bent, state, screened, 3 * _FIRST)
     if look is None:
         return None
-    return refit.descend(_finished(bent, refit, look, state.cost), _REST)
+    return refit.minimise(_finished(bent, refit, look, state.cost), _REST)
 
 
 def _looked(refit: Refit, state: State, screened: list[Screened], steps: int) -> State | None:
     ends = []
     for one in _different(screened):
-        start = refit.at(state.values, insert_effect(state.effects, one.effect))
+        start = refit.evaluate(state.values, insert_effect(state.effects, one.effect))
         if not np.isfinite(start.cost):
             continue
         if not type(one.effect).smooth:  # what was found on a grid is good, the base beside it not
             start = _beside(refit, start, 3 * _FIRST)
-        ends.append(refit.descend(start, steps))
+        ends.append(refit.minimise(start, steps))
     if not ends:
         return None
     # Beside a base that is far off, its misfit is noise of that size: what does not repeat counts.
@@ -157,16 +157,16 @@ def _settled(refit: Refit, state: State, steps: int, share: float = 1e-4) -> Sta
     """
     if not all(type(effect).smooth for effect in state.effects):
         state = _beside(refit, state, steps, share)
-    return refit.descend(state, steps, share)
+    return refit.minimise(state, steps, share)
 
 
 def _beside(refit: Refit, state: State, steps: int, share: float = 1e-4) -> State:
     """The base beside what jumps, from where it stands and from where the data have the jumps."""
-    still = dataclasses.replace(refit, still=True)
-    ends = [still.descend(state, steps, share)]
+    still = dataclasses.replace(refit, freeze_jumps=True)
+    ends = [still.minimise(state, steps, share)]
     other = refit_at_segmented_jumps(still, state, steps, share)
     if other is not None and np.isfinite(other.cost):
-        ends.append(still.descend(other, steps, share))
+        ends.append(still.minimise(other, steps, share))
     return min(ends, key=lambda end: end.cost)
 
 
@@ -184,7 +184,7 @@ def refit_without_hysteresis(refit: Refit, state: State) -> tuple[Refit, State] 
         free[part] = p.linear
         at += p.size
     bent = dataclasses.replace(refit, base=dataclasses.replace(base, free=free & base.free))
-    return bent, bent.descend(bent.at(values, state.effects), 4)
+    return bent, bent.minimise(bent.evaluate(values, state.effects), 4)
 
 
 def _different(screened: list[Screened]) -> list[Screened]:
@@ -220,7 +220,7 @@ def _searched(refit: Refit, state: State, without: float) -> State:
     `without`: chi-square without the effect.
     """
     jumps = [not type(effect).smooth for effect in state.effects for _ in free_parameters(effect)]
-    low, high = refit.edges(state.effects)
+    low, high = refit.bounds(state.effects)
     for share in (3.0, 1.0, 0.5, 0.2, 0.06, 0.02, 0.006, 0.002, 0.0006, 0.0002, 6e-5, 2e-5):
         for i in np.flatnonzero(jumps):
             now = effect_values(state.effects)
@@ -230,7 +230,7 @@ def _searched(refit: Refit, state: State, without: float) -> State:
                 other[i] += sign * share * size
                 if not low[i] <= other[i] <= high[i]:
                     continue
-                new = refit.at(state.values, with_values(state.effects, other))
+                new = refit.evaluate(state.values, with_values(state.effects, other))
                 if np.isfinite(new.cost) and new.cost < state.cost:
                     state = new
                     break
@@ -248,7 +248,7 @@ def _together(refit: Refit, state: State, moved: np.ndarray) -> State:
     if moved.size < 2:
         return state
     found, now = [state], effect_values(state.effects)
-    low, high = refit.edges(state.effects)
+    low, high = refit.bounds(state.effects)
     size = np.where(now[moved] != 0.0, np.abs(now[moved]), 0.5)
 
     def cost(x: np.ndarray) -> float:
@@ -256,7 +256,7 @@ def _together(refit: Refit, state: State, moved: np.ndarray) -> State:
         other[moved] += x * size
         if (other < low).any() or (other > high).any():
             return 1e300
-        new = refit.at(state.values, with_values(state.effects, other))
+        new = refit.evaluate(state.values, with_values(state.effects, other))
         if np.isfinite(new.cost) and new.cost < found[0].cost:
             found[0] = new
         return new.cost if np.isfinite(new.cost) else 1e300
@@ -274,8 +274,8 @@ def refit_flexible_base(refit: Refit, state: State) -> tuple[Refit, State]:
     """The richer base without any effect but the base's own."""
     base = flexible_base(refit.whitened, refit.base, state.values) or refit.base
     rich = dataclasses.replace(refit, base=base)
-    values = base.centre if base is not refit.base else state.values
-    return rich, rich.descend(rich.at(values, state.effects), _RICH_STEPS, _RICH_SHARE)
+    values = base.prior_mean if base is not refit.base else state.values
+    return rich, rich.minimise(rich.evaluate(values, state.effects), _RICH_STEPS, _RICH_SHARE)
 
 
 def refit_on_flexible_base(
@@ -287,11 +287,11 @@ def refit_on_flexible_base(
     """
     base = flexible_base(refit.whitened, refit.base, plain.values) or refit.base
     own = dataclasses.replace(refit, base=base)
-    values = base.centre if base is not refit.base else plain.values
+    values = base.prior_mean if base is not refit.base else plain.values
     other, before = none
     starts = [
-        (own, own.at(values, plain.effects)),
-        (other, other.at(before.values, plain.effects)),
+        (own, own.evaluate(values, plain.effects)),
+        (other, other.evaluate(before.values, plain.effects)),
     ]
     starts = sorted((s for s in starts if np.isfinite(s[1].cost)), key=lambda s: s[1].cost)
     first, state = starts[0]

@@ -83,7 +83,7 @@ def _left(candidate: Candidate) -> Left:
     rich, plain = candidate.rich, candidate.plain
     names = tuple(sorted(effect.name for effect in candidate.effects))
     left = plain.synchronous + plain.nonsynchronous
-    prior = rich.prior + rich.errors.jump_timing_cost
+    prior = rich.prior_cost + rich.errors.jump_timing_cost
     return Left(names, candidate.count, rich.synchronous, rich.nonsynchronous, prior, left)
 
 

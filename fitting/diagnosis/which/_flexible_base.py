@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.diagnosis.refit._gauss_newton import Base
+from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import RAPI
 from rapi_jax._parameter import parameters
@@ -25,14 +25,14 @@ _BEND = 0.07  # of the slope of the falling bound, half a swing from the middle
 _START = 0.3  # initial fractions
 
 
-def flexible_base(whitened: WhitenedModel, base: Base, values: np.ndarray) -> Base | None:
+def flexible_base(whitened: WhitenedModel, base: BaseModel, values: np.ndarray) -> BaseModel | None:
     """The operator at `values` with 24 plays, each with a threshold, shape and weight of its own.
 
     Falling bounds may bend, thresholds grow apart, weights decay in another way (`GeneralRAPI`).
     It begins as the same function of the drive: the plays added have no weight yet. `None` for an
     operator that is no `RAPI`.
     """
-    operator = whitened.filled(base.operator, values)
+    operator = whitened.set_values(base.operator, values)
     if not isinstance(operator, RAPI):
         return None
     old, plays = operator.count, max(operator.count, PLAYS)
@@ -82,14 +82,14 @@ class Scales(NamedTuple):
     u_pp: float  # the largest
 
 
-def with_priors(whitened: WhitenedModel, rich: GeneralRAPI, scales: Scales) -> Base:
+def with_priors(whitened: WhitenedModel, rich: GeneralRAPI, scales: Scales) -> BaseModel:
     """Priors of the plays' own values about those of `rich`; weights may be negative."""
-    base = Base.of(whitened, rich)
-    prior, at = base.prior.copy(), 0
+    base = BaseModel.of(whitened, rich)
+    prior, at = base.prior_std.copy(), 0
     decay = np.array(_DECAY) / scales.threshold ** np.array([1.0, 2.0])
     for p in parameters(rich):
         part = slice(at, at + p.size)
-        here = base.centre[part]
+        here = base.prior_mean[part]
         if p.name == "alpha":
             prior[part] = np.maximum(_THRESHOLD * np.abs(here), 1e-3)
         elif p.name == "lam":
@@ -107,4 +107,4 @@ def with_priors(whitened: WhitenedModel, rich: GeneralRAPI, scales: Scales) -> B
             prior[part] = _BEND / (scales.u_pp / 2.0)
         at += p.size
     prior[at:] = _START
-    return dataclasses.replace(base, prior=prior).without("u_0")
+    return dataclasses.replace(base, prior_std=prior).with_fixed("u_0")

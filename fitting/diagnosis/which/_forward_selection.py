@@ -86,8 +86,8 @@ def select_effects(
     classes = [cls for cls in candidates if cls.name not in own]
     trials = _initial_guesses(fitted.eta_fixed[0], fitted.eta_fixed[1], classes)
     edges = {k: v for grid in trials.values() for k, v in search_ranges(grid).items()}
-    refit = dataclasses.replace(fitted.refit, reach=edges)
-    eta_fixed = dataclasses.replace(fitted.eta_fixed[0], reach=edges)
+    refit = dataclasses.replace(fitted.refit, search_ranges=edges)
+    eta_fixed = dataclasses.replace(fitted.eta_fixed[0], search_ranges=edges)
     say("richer base")
     flexible_refit, rich = refit_flexible_base(refit, state)
     none = Candidate((), fitted.eta_fixed[1], state, rich, flexible_refit, 1.0)
@@ -99,7 +99,7 @@ def select_effects(
     none = _fairer(none, found)
     pairs: list[Candidate] = []
     best = min([none, *found], key=lambda c: c.cost)
-    known = refit.whitener.spectrum.known
+    known = refit.whitener.spectrum.measured
     needed = is_unexplained(best.rich) if known else excess(best.rich) > _POOR * excess(none.rich)
     if needed:
         for first in _firsts(none, found):
@@ -149,7 +149,7 @@ def _both_ways(
         (other,) = (e for e in pair.effects if e.name != first.name)
         kept = (*none.plain.effects, other)
         refit = refits[0]
-        alone = refit.descend(refit.at(pair.eta_fixed.values, kept), _ALONE)
+        alone = refit.minimise(refit.evaluate(pair.eta_fixed.values, kept), _ALONE)
         start = dataclasses.replace(pair, eta_fixed=alone)
         again = _one_more(refits, start, none, _initial_guesses(refit, alone, [cls]), _silent)
         if again and again[0].cost < pair.cost:
@@ -194,8 +194,8 @@ def _one_more(
     """Every class beside the effects of `start`; the leaders also on the richer base."""
     refit, free = refits
     state, rich = start.eta_fixed, start.rich
-    plain_basis = orthonormal_basis(refit.base_columns(state))
-    rich_basis = orthonormal_basis(start.flexible_refit.base_columns(rich))
+    plain_basis = orthonormal_basis(refit.jacobian_base(state))
+    rich_basis = orthonormal_basis(start.flexible_refit.jacobian_base(rich))
     straight = refit_without_hysteresis(refit, state) if _one_rate(refit) else None
     looks: list[tuple[State, float]] = []
     ends: list[tuple[State, float]] = []
@@ -208,7 +208,7 @@ def _one_more(
         if look is not None:
             looks.append((look, found[0].survival))
         if straight is not None:
-            bent = orthonormal_basis(straight[0].base_columns(straight[1]))
+            bent = orthonormal_basis(straight[0].jacobian_base(straight[1]))
             look = refit_from_no_hysteresis(
                 refit, straight, screen_effect(*straight, trials, bent, bent)
             )
@@ -271,7 +271,7 @@ def _one_each(ends: Iterable[tuple[State, float]]) -> list[tuple[State, float]]:
 def _initial_guesses(refit: Refit, state: State, classes: Sequence[type[AbstractEffect]]) -> Trials:
     """Where each class may start, by what `state` leaves."""
     spectrum = refit.whitener.spectrum
-    seen = summarise_residual(refit.whitened, state, float(np.sqrt(spectrum.white + spectrum.low)))
+    seen = summarise_residual(refit.whitened, state, float(np.sqrt(spectrum.white + spectrum.red)))
     return {cls.name: list(cls.initial_guesses(seen)) for cls in classes}
 
 
@@ -285,10 +285,10 @@ def _fairer(none: Candidate, found: list[Candidate]) -> Candidate:
     """`none`, from the best of the leaders' richer bases where that leaves less."""
     best = min(found, key=lambda c: c.cost)
     refit = best.flexible_refit
-    start = refit.at(best.rich.values, none.plain.effects)
+    start = refit.evaluate(best.rich.values, none.plain.effects)
     if not np.isfinite(start.cost) or start.cost > 3.0 * none.cost:
         return none
-    end = refit.descend(start, 12, 2e-3)
+    end = refit.minimise(start, 12, 2e-3)
     if end.cost < none.cost:
         return dataclasses.replace(none, rich=end, flexible_refit=refit)
     return none

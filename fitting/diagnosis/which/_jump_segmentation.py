@@ -10,8 +10,8 @@ import dataclasses
 
 import numpy as np
 
+from fitting.diagnosis.noise._lines import SpectralLines
 from fitting.diagnosis.noise._periods import PeriodBlock
-from fitting.diagnosis.noise._spectrum import SpectralLines
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from rapi_jax.effects import AbstractSwitch
 
@@ -36,12 +36,13 @@ def _placed(
 ) -> State | None:
     whitened, size = refit.whitened, float(switch.size)
     noise = [
-        np.sqrt(refit.whitener.spectrum.mean(SpectralLines.of(block))) for block in whitened.blocks
+        np.sqrt(refit.whitener.spectrum.mean_variance(SpectralLines.of(block)))
+        for block in whitened.blocks
     ]
     if abs(size) < _CLEAR * max(noise):
         return None
     others = (*state.effects[:at], *state.effects[at + 1 :])
-    start = refit.at(state.values, others)
+    start = refit.evaluate(state.values, others)
     on = [_on(-e, size, b) for e, b in zip(start.errors.raw, whitened.blocks, strict=True)]
     if not any(one.any() for one in on):
         return None
@@ -50,7 +51,7 @@ def _placed(
         for block, one in zip(whitened.blocks, on, strict=True)
     ]
     quiet = dataclasses.replace(refit, whitened=dataclasses.replace(whitened, blocks=blocks))
-    end = quiet.descend(quiet.at(state.values, others), steps, share)
+    end = quiet.minimise(quiet.evaluate(state.values, others), steps, share)
     nu = [e + b.data for e, b in zip(end.errors.raw, blocks, strict=True)]
     run = [np.full(one.shape, k) for k, one in enumerate(on)]
     use = [block.use > 0 for block in blocks]
@@ -58,7 +59,9 @@ def _placed(
         np.concatenate([part[used] for part, used in zip(parts, use, strict=True)])
         for parts in (nu, on, run)
     )
-    return refit.at(end.values, (*end.effects[:at], switch.at_places(*flat), *end.effects[at:]))
+    return refit.evaluate(
+        end.values, (*end.effects[:at], switch.at_places(*flat), *end.effects[at:])
+    )
 
 
 def _on(rest: np.ndarray, size: float, block: PeriodBlock) -> np.ndarray:

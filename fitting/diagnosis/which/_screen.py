@@ -6,8 +6,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from fitting.diagnosis.refit._effect_vector import effect_values, free_parameters
-from fitting.diagnosis.refit._gauss_newton import Reach, Refit, State
-from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.refit._gauss_newton import Refit, SearchRanges, State
+from fitting.diagnosis.refit._whitened_model import WhitenedModel, acts_before_operator
 from rapi_jax.effects import AbstractEffect, ResidualSummary
 
 _BEYOND = 1.3  # the grid of its trials, that a parameter may go
@@ -60,7 +60,7 @@ def summarise_residual(whitened: WhitenedModel, state: State, noise: float) -> R
     )
 
 
-def search_ranges(trials: Iterable[AbstractEffect]) -> Reach:
+def search_ranges(trials: Iterable[AbstractEffect]) -> SearchRanges:
     """How far the parameters of an effect may go: a little beyond the grid of its trials.
 
     Only for what the trials spread over: positive values that differ by more than a factor of two.
@@ -72,7 +72,7 @@ def search_ranges(trials: Iterable[AbstractEffect]) -> Reach:
         for p, value in zip(free_parameters(trial), effect_values((trial,)), strict=True):
             seen.setdefault((trial.name, p.path), []).append(float(value))
             edges[trial.name, p.path] = (p.low, p.high)
-    out: Reach = {}
+    out: SearchRanges = {}
     for key, values in seen.items():
         least, most = min(values), max(values)
         low, high = edges[key]
@@ -101,9 +101,13 @@ def screen_effect(
     found = []
     for trial in trials:
         effects = (*state.effects, trial)
-        ahead = whitened.ahead((trial,)) != ()
-        nodes = whitened.nodes(base.operator, state.values, effects) if ahead else state.nodes
-        errors = whitened.errors(refit.whitener, effects, nodes)
+        ahead = acts_before_operator(trial)
+        nodes = (
+            whitened.operator_response(base.operator, state.values, effects)
+            if ahead
+            else state.operator_response
+        )
+        errors = whitened.evaluate_errors(refit.whitener, effects, nodes)
         s, t = errors.synchronous - synchronous, errors.nonsynchronous - nonsynchronous
         whole = float(s @ s + t @ t)
         if not np.isfinite(whole) or whole == 0:

@@ -49,7 +49,7 @@ def test_the_fall_along_a_signature_is_its_correlation(fitted):
     nothing = np.zeros((state.errors.synchronous.size, 0))
     for trial in (TRUTHS["resonance"], TRUTHS["amplifier_lowpass"]):
         (found,) = screen_effect(refit, state, [trial], nothing, nothing) or [None]
-        moved = refit.at(state.values, (trial,)).errors
+        moved = refit.evaluate(state.values, (trial,)).errors
         signature = np.concatenate([moved.synchronous, moved.nonsynchronous]) - left
         rho = -(signature @ left) / np.sqrt((signature @ signature) * (left @ left))
         share = found.fall / (state.synchronous + state.nonsynchronous)

@@ -4,12 +4,21 @@ import dataclasses
 
 import numpy as np
 import pytest
-from worlds import Base, Refit, WhitenedModel, answers, drives, flexible_base, projected, recorded
+from worlds import (
+    BaseModel,
+    Refit,
+    WhitenedModel,
+    answers,
+    drives,
+    flexible_base,
+    projected,
+    recorded,
+)
 
 from fitting import diagnose
 from fitting.diagnosis.how_far._predicted_gain import crooked
 from fitting.diagnosis.noise._spectrum import Spectrum
-from fitting.diagnosis.refit._estimates import determined
+from fitting.diagnosis.refit._estimates import effective_parameter_count
 from rapi_jax import Recording
 from rapi_jax._precision import float64
 from rapi_jax.effects import Delay, Pickup
@@ -50,25 +59,27 @@ def test_what_does_not_repeat_is_no_crookedness():
 @float64
 def refit():
     whitened = WhitenedModel.of(Recording.of(SESSION, answers(SESSION)))
-    plain = Base.of(whitened, paper_device().operator)
-    rich = flexible_base(whitened, plain, plain.centre)
-    return Refit(whitened, whitened.whitener(Spectrum(1e-4, 0.0, 1.0, True)), rich)
+    plain = BaseModel.of(whitened, paper_device().operator)
+    rich = flexible_base(whitened, plain, plain.prior_mean)
+    return Refit(whitened, whitened.make_whitener(Spectrum(1e-4, 0.0, 1.0, True)), rich)
 
 
 @float64
 def test_the_number_of_values_determined_lies_between_none_and_all():
     one = refit()
-    state = one.at(one.base.centre, ())
+    state = one.evaluate(one.base.prior_mean, ())
     free = int(one.base.free.sum())
-    count = determined(one, state)
+    count = effective_parameter_count(one, state)
     assert 5 < count < free
-    held = dataclasses.replace(one, base=dataclasses.replace(one.base, prior=one.base.prior * 1e-9))
-    finite = np.isfinite(one.base.prior)
-    assert determined(held, state) <= int((one.base.free & ~finite).sum()) + 1e-3
-    nonsynchronous = dataclasses.replace(
-        one, base=dataclasses.replace(one.base, prior=one.base.prior * 1e9)
+    held = dataclasses.replace(
+        one, base=dataclasses.replace(one.base, prior_std=one.base.prior_std * 1e-9)
     )
-    assert determined(nonsynchronous, state) > count
+    finite = np.isfinite(one.base.prior_std)
+    assert effective_parameter_count(held, state) <= int((one.base.free & ~finite).sum()) + 1e-3
+    nonsynchronous = dataclasses.replace(
+        one, base=dataclasses.replace(one.base, prior_std=one.base.prior_std * 1e9)
+    )
+    assert effective_parameter_count(nonsynchronous, state) > count
 
 
 def test_a_diagnosis_foresees_what_closes_and_how_straight_a_scan_becomes():

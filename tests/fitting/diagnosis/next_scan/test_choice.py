@@ -20,7 +20,8 @@ from fitting.diagnosis.next_scan._discrimination import (
 )
 from fitting.diagnosis.next_scan._rival_refit import refit_rival
 from fitting.diagnosis.noise._spectrum import Spectrum
-from fitting.diagnosis.refit._gauss_newton import Base, Refit
+from fitting.diagnosis.refit._base_model import BaseModel
+from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import ECDL, RAPI, DriveLimits, Identified, Recording, predict, triangle
 from rapi_jax.effects._amplifier_lowpass import AmplifierLowpass
@@ -64,24 +65,28 @@ def recorded(operator, effects, runs):
     """The session without noise; each run with a zero of its own."""
     blank = Recording.of(runs, [np.zeros(d.size) for d in runs], response_origin="run")
     whitened = WhitenedModel.of(blank)
-    base = Base.of(whitened, operator)
-    rows = whitened.rows(effects, whitened.nodes(operator, base.centre, effects))
-    model = [block.of(rows[k]) for k, block in enumerate(whitened.blocks)]
+    base = BaseModel.of(whitened, operator)
+    rows = whitened.response_rows(
+        effects, whitened.operator_response(operator, base.prior_mean, effects)
+    )
+    model = [block.interpolate(rows[k]) for k, block in enumerate(whitened.blocks)]
     full = [np.resize(m.ravel(), d.size) for m, d in zip(model, runs, strict=True)]
     return Recording.of(runs, full, response_origin="run")
 
 
 @functools.cache
 def world(truth, *rivals):
-    """Engine, whitening, base and each hypothesis as fitted to data of `truth`, without noise."""
+    """Model, whitening, base and each hypothesis as fitted to data of `truth`, without noise."""
     operator = paper_device().operator
     runs = drives((20.0,), (3.0,)) if truth == "sines" else drives()
     whitened = WhitenedModel.of(recorded(operator, PAIRS[truth][0], runs))
-    base, whitener = Base.of(whitened, operator), whitened.whitener(WHITE)
+    base, whitener = BaseModel.of(whitened, operator), whitened.make_whitener(WHITE)
     refit = Refit(whitened, whitener, base)
     starts = [e for name in (truth, *rivals) for e in PAIRS[name]]
     # The best of several starts, each alone.
-    tries = [[refit.descend(refit.at(base.centre, (e,)), 25) for e in some] for some in starts]
+    tries = [
+        [refit.minimise(refit.evaluate(base.prior_mean, (e,)), 25) for e in some] for some in starts
+    ]
     fits = [min(some, key=lambda state: state.cost) for some in tries]
     said = [Hypothesis(f.effects[0].name, f.effects, f.values, 1.0 / len(fits)) for f in fits]
     return whitened, whitener, base, said
@@ -172,10 +177,10 @@ def test_power_of_a_feed_through_in_closed_form():
     whitened = WhitenedModel.of(recorded(operator, (effect,), drives()))
     # Only the straight gain and the constant are in doubt.
     free = np.array([p in ("d", "d_0") for p in _names(operator)])
-    base, whitener = Base.of(whitened, operator, free), whitened.whitener(WHITE)
+    base, whitener = BaseModel.of(whitened, operator, free), whitened.make_whitener(WHITE)
     refit = Refit(whitened, whitener, base)
-    none = Rival.of(refit, "none", base.centre, ())
-    coupled = Rival.of(refit, "current_coupling", base.centre, (effect,))
+    none = Rival.of(refit, "none", base.prior_mean, ())
+    coupled = Rival.of(refit, "current_coupling", base.prior_mean, (effect,))
     made = [
         triangle(hz, amplitude=a, bias=b, samples=N * P, periods=P)[0]
         for hz, a, b in ((40.0, 3.0, 3.0), (100.0, 1.0, 2.0), (10.0, 2.0, 3.5), (400.0, 0.5, 3.0))
@@ -326,15 +331,15 @@ def joint_power(setup, i, j, drive):
     drive = dataclasses.replace(
         drive, start_s=max(d.session_time[-1] for d in whitened.recording.drives) + 60.0
     )
-    truth = ECDL(whitened.filled(base.operator, said[i].values), said[i].effects)
-    rival = ECDL(whitened.filled(base.operator, said[j].values), said[j].effects)
+    truth = ECDL(whitened.set_values(base.operator, said[i].values), said[i].effects)
+    rival = ECDL(whitened.set_values(base.operator, said[j].values), said[j].effects)
     # The old data are those of the rival, which it can follow: what it loses is the new scan's.
     runs = [*whitened.recording.drives, drive]
     old = [np.asarray(predict(rival, d)) for d in runs[:-1]]
     new = np.asarray(predict(truth, drive))
     both = WhitenedModel.of(Recording.of(runs, [*old, new], response_origin="run"))
-    refit = Refit(both, both.whitener(WHITE), base)
-    return refit.descend(refit.at(said[j].values, said[j].effects), 25).cost
+    refit = Refit(both, both.make_whitener(WHITE), base)
+    return refit.minimise(refit.evaluate(said[j].values, said[j].effects), 25).cost
 
 
 def test_the_power_is_what_a_joint_refit_of_the_simulated_recording_shows():

@@ -69,8 +69,8 @@ def test_model_rows_are_read_as_readings_are():
     )
     data = to_batch(recording, lead=True)
     for k, block in enumerate(period_blocks(recording, data)):
-        np.testing.assert_allclose(block.of(data.y[k]), block.data, atol=1e-12)
-        both = block.of(np.stack([data.y[k], 2 * data.y[k]]))
+        np.testing.assert_allclose(block.interpolate(data.y[k]), block.data, atol=1e-12)
+        both = block.interpolate(np.stack([data.y[k], 2 * data.y[k]]))
         np.testing.assert_allclose(both[1], 2 * block.data, atol=1e-12)
 
 
@@ -81,7 +81,7 @@ def test_parts_of_a_repeating_run_are_whole_periods_that_make_up_the_run(periods
         seen, held = slice_block(block, 0.0, cut), slice_block(block, cut, 1.0)
         assert seen.periods == round(cut * block.periods)
         assert seen.periods + held.periods == block.periods
-        for name in ("left", "right", "share", "time", "data", "use", "drive"):
+        for name in ("left", "right", "fraction", "time", "data", "use", "drive"):
             both = np.concatenate([getattr(seen, name), getattr(held, name)])
             np.testing.assert_array_equal(both, getattr(block, name))
         np.testing.assert_array_equal(seen.phase, block.phase)
@@ -94,7 +94,7 @@ def test_parts_of_one_period_are_stretches_of_it(drive):
     seen, held = slice_block(block, 0.0, 2 / 3), slice_block(block, 2 / 3, 1.0)
     assert block.periods == seen.periods == held.periods == 1
     assert seen.size == round(2 / 3 * block.size)
-    for name in ("left", "share", "time", "data", "use", "drive"):
+    for name in ("left", "fraction", "time", "data", "use", "drive"):
         both = np.concatenate([getattr(seen, name), getattr(held, name)], axis=1)
         np.testing.assert_array_equal(both, getattr(block, name))
     np.testing.assert_array_equal(np.concatenate([seen.phase, held.phase]), block.phase)

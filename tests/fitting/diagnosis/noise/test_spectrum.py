@@ -6,15 +6,11 @@ import numpy as np
 import pytest
 from silent import noise, session, usual_step
 
-from fitting.diagnosis.noise import _spectrum as _noise
+from fitting.diagnosis.noise._lines import SpectralLines, to_lines
 from fitting.diagnosis.noise._periods import period_blocks
-from fitting.diagnosis.noise._spectrum import (
-    SpectralLines,
-    Spectrum,
-    Whitener,
-    measure_spectrum,
-    to_lines,
-)
+from fitting.diagnosis.noise._spectrum import Spectrum, measure_spectrum
+from fitting.diagnosis.noise._spectrum_fit import evaluate_law, log_jacobian
+from fitting.diagnosis.noise._whitening import Whitener
 from rapi_jax import Drive, Recording
 from rapi_jax.sampling._batch import to_batch
 
@@ -64,9 +60,9 @@ def test_lines_split_what_repeats_from_what_does_not_exactly():
     _, (block,) = session(rates=(20.0,))
     e = np.random.default_rng(0).standard_normal(block.left.shape)
     lines, power = SpectralLines.of(block), np.abs(to_lines(e)) ** 2
-    assert lines.twice @ power == pytest.approx((e**2).sum(), rel=1e-12)
+    assert lines.multiplicity @ power == pytest.approx((e**2).sum(), rel=1e-12)
     mean = e.mean(axis=0)
-    synchronous = float(lines.twice[lines.synchronous] @ power[lines.synchronous])
+    synchronous = float(lines.multiplicity[lines.synchronous] @ power[lines.synchronous])
     assert synchronous == pytest.approx(5 * float(mean @ mean), rel=1e-12)
     assert lines.hertz[lines.synchronous][1] == pytest.approx(20.0)
 
@@ -78,7 +74,7 @@ def test_the_spectrum_is_recovered(low: float):
     grid = np.array([40.0, 200.0, 1000.0])
     found = np.mean(
         [
-            measure_spectrum(noise(np.random.default_rng(s), parts, low), parts).at(
+            measure_spectrum(noise(np.random.default_rng(s), parts, low), parts).variance(
                 grid, usual_step(parts)
             )
             for s in range(30)
@@ -99,18 +95,18 @@ def test_effects_hardly_move_the_spectrum():
         [x + 99 * np.cos(b.phase)[None, :] for x, b in zip(e, parts, strict=True)], parts
     )
     at, step = np.array([100.0]), usual_step(parts)
-    assert synchronous.at(at, step) == pytest.approx(clean.at(at, step), rel=1e-6)
+    assert synchronous.variance(at, step) == pytest.approx(clean.variance(at, step), rel=1e-6)
     moved = [x + 5 * np.sin(300 * b.time) + 50 * b.time for x, b in zip(e, parts, strict=True)]
     high = np.array([2000.0])
-    assert measure_spectrum(moved, parts).at(high, step) == pytest.approx(
-        clean.at(high, step), rel=0.15
+    assert measure_spectrum(moved, parts).variance(high, step) == pytest.approx(
+        clean.variance(high, step), rel=0.15
     )
 
 
 def test_one_period_makes_the_noise_unknown():
     _, parts = session(periods=1, phases=780)
     found = measure_spectrum(noise(np.random.default_rng(0), parts), parts)
-    assert not found.known
+    assert not found.measured
     assert found.white == pytest.approx(1.0, rel=0.15)
 
 
@@ -125,7 +121,7 @@ def test_whitened_errors_have_unit_variance():
     spectrum = Spectrum(0.5, 3.0, 200.0, True, usual_step(parts))
     whitener = Whitener(parts, spectrum, False)
     e = [noise(np.random.default_rng(s), parts, 3.0) for s in range(20)]
-    synchronous, nonsynchronous = (np.stack(x) for x in zip(*map(whitener.both, e), strict=True))
+    synchronous, nonsynchronous = (np.stack(x) for x in zip(*map(whitener.whiten, e), strict=True))
     assert synchronous.shape[1] + nonsynchronous.shape[1] == sum(b.size for b in parts)
     # Tapers of the short record leak a little of the slow noise: 5 %.
     assert np.mean(synchronous**2) == pytest.approx(1.0, rel=0.05)
@@ -139,11 +135,11 @@ def test_whitening_one_period_is_whitening_all():
     one = [np.random.default_rng(1).standard_normal((1, 156)) for _ in parts]
     every = [np.repeat(x, 5, axis=0) for x in one]
     whitener = Whitener(parts, spectrum, True)
-    synchronous, nonsynchronous = whitener.both(every)
-    np.testing.assert_allclose(whitener.synchronous(one), synchronous, atol=1e-10)
+    synchronous, nonsynchronous = whitener.whiten(every)
+    np.testing.assert_allclose(whitener.whiten_mean_period(one), synchronous, atol=1e-10)
     np.testing.assert_allclose(nonsynchronous, 0.0, atol=1e-10)
     shifted = [x + 5.0 for x in every]
-    np.testing.assert_allclose(whitener.both(shifted)[0], synchronous, atol=1e-10)
+    np.testing.assert_allclose(whitener.whiten(shifted)[0], synchronous, atol=1e-10)
 
 
 def test_masks_are_kept():
@@ -155,7 +151,7 @@ def test_masks_are_kept():
 def test_slopes_of_the_law_are_its_central_differences():
     q, hertz, share = np.array([-3.0, 1.0, 2.0, 1.3]), np.geomspace(1, 1e3, 9), np.full(9, 1.5)
     step = 1e-6 * np.eye(4)
-    there = [np.log(_noise._law(q + d, hertz, share)) for d in step]
-    back = [np.log(_noise._law(q - d, hertz, share)) for d in step]
+    there = [np.log(evaluate_law(q + d, hertz, share)) for d in step]
+    back = [np.log(evaluate_law(q - d, hertz, share)) for d in step]
     expected = (np.array(there) - np.array(back)).T / 2e-6
-    np.testing.assert_allclose(_noise._slopes(q, hertz, share), expected, atol=1e-8)
+    np.testing.assert_allclose(log_jacobian(q, hertz, share), expected, atol=1e-8)

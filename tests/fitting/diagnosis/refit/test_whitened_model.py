@@ -7,8 +7,9 @@ import pytest
 from edge_worlds import NOISE, drives, off, record, wandering
 
 from fitting.diagnosis.noise._spectrum import Spectrum
+from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._effect_vector import effect_values, free_parameters, with_values
-from fitting.diagnosis.refit._gauss_newton import Base, Refit
+from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import ECDL, Recording, predict
 from rapi_jax.effects import (
@@ -40,14 +41,14 @@ def recording():
 @pytest.fixture(scope="module")
 def refit(recording):
     whitened = WhitenedModel.of(recording)
-    return Refit(whitened, whitened.whitener(WHITE), Base.of(whitened, off(0.01)))
+    return Refit(whitened, whitened.make_whitener(WHITE), BaseModel.of(whitened, off(0.01)))
 
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_errors_are_those_of_predict(name, refit, recording):
     """What the engine tiles from one period is what the model answers to the whole run."""
     ecdl = ECDL(refit.base.operator, EFFECTS[name])
-    state = refit.at(refit.base.centre, ecdl.effects)
+    state = refit.evaluate(refit.base.prior_mean, ecdl.effects)
     for run, block, raw in zip(
         recording.runs, refit.whitened.blocks, state.errors.raw, strict=True
     ):
@@ -61,9 +62,9 @@ def test_errors_between_samples_are_those_of_predict():
     recording = record(drives(samples=200.37, periods=3.4))
     whitened = WhitenedModel.of(recording)
     operator = paper_device().operator
-    state = Refit(whitened, whitened.whitener(WHITE), Base.of(whitened, operator)).at(
-        Base.of(whitened, operator).centre, ()
-    )
+    state = Refit(
+        whitened, whitened.make_whitener(WHITE), BaseModel.of(whitened, operator)
+    ).evaluate(BaseModel.of(whitened, operator).prior_mean, ())
     for run, block, raw in zip(recording.runs, whitened.blocks, state.errors.raw, strict=True):
         error = np.asarray(predict(ECDL(operator), run.drive)) - run.response
         want = np.interp(block.time - run.drive.start_s, run.drive.time, error)
@@ -76,7 +77,7 @@ def test_errors_between_samples_are_those_of_predict():
 
 def test_whitened_errors_hold_all_of_the_errors(refit):
     """Parseval: chi-square, locked and not, is the sum of squares over the noise's variance."""
-    state = refit.at(refit.base.centre, ())
+    state = refit.evaluate(refit.base.prior_mean, ())
     squares = sum(float((e**2).sum()) for e in state.errors.raw)
     assert state.synchronous + state.nonsynchronous == pytest.approx(squares / NOISE**2, rel=1e-10)
     mean = sum(e.shape[0] * float((e.mean(axis=0) ** 2).sum()) for e in state.errors.raw)
@@ -87,8 +88,10 @@ def test_whitened_errors_hold_all_of_the_errors(refit):
 def test_noise_alone_is_white_of_unit_variance(recording):
     """At the truth; four standard errors of a mean of squares, sqrt(2 / n) each."""
     whitened = WhitenedModel.of(recording)
-    base = Base.of(whitened, paper_device().operator)
-    errors = Refit(whitened, whitened.whitener(WHITE), base).at(base.centre, ()).errors
+    base = BaseModel.of(whitened, paper_device().operator)
+    errors = (
+        Refit(whitened, whitened.make_whitener(WHITE), base).evaluate(base.prior_mean, ()).errors
+    )
     for part in (errors.synchronous, errors.nonsynchronous):
         assert abs(np.mean(part**2) - 1.0) < 4.0 * np.sqrt(2.0 / part.size)
     assert errors.synchronous.size + errors.nonsynchronous.size == sum(
@@ -99,15 +102,15 @@ def test_noise_alone_is_white_of_unit_variance(recording):
 @pytest.mark.parametrize("name", EFFECTS)
 def test_columns_of_the_operator_are_central_differences(name, refit):
     """Steps of 1e-5; play outputs have kinks, each of which errs by a step in one sample."""
-    state = refit.at(refit.base.centre, EFFECTS[name])
-    columns = refit.base_columns(state)
+    state = refit.evaluate(refit.base.prior_mean, EFFECTS[name])
+    columns = refit.jacobian_base(state)
     for i, value in enumerate(state.values):
         step = 1e-5 * max(abs(value), 1e-2)
         ends = []
         for sign in (1.0, -1.0):
             moved = state.values.copy()
             moved[i] += sign * step
-            ends.append(refit.at(moved, state.effects).errors.synchronous)
+            ends.append(refit.evaluate(moved, state.effects).errors.synchronous)
         want = (ends[0] - ends[1]) / (2.0 * step)
         assert np.linalg.norm(columns[:, i] - want) <= 1e-3 * np.linalg.norm(want), i
 
@@ -115,8 +118,8 @@ def test_columns_of_the_operator_are_central_differences(name, refit):
 @pytest.mark.parametrize("name", [n for n in EFFECTS if n != "none"])
 def test_columns_of_effects_are_central_differences(name, refit):
     """They are taken by one step of 0.3 % of a parameter: right to a few percent."""
-    state = refit.at(refit.base.centre, EFFECTS[name])
-    columns = refit.effect_columns(state)
+    state = refit.evaluate(refit.base.prior_mean, EFFECTS[name])
+    columns = refit.jacobian_effects(state)
     now = effect_values(state.effects)
     sizes = [p.high - p.low for e in state.effects for p in free_parameters(e)]
     assert columns.shape == (
@@ -129,16 +132,16 @@ def test_columns_of_effects_are_central_differences(name, refit):
         for sign in (1.0, -1.0):
             moved = now.copy()
             moved[i] += sign * step
-            errors = refit.at(state.values, with_values(state.effects, moved)).errors
+            errors = refit.evaluate(state.values, with_values(state.effects, moved)).errors
             ends.append(np.concatenate([errors.synchronous, errors.nonsynchronous]))
         want = (ends[0] - ends[1]) / (2.0 * step)
         assert np.linalg.norm(columns[:, i] - want) <= 0.05 * np.linalg.norm(want), i
 
 
 def test_effects_not_locked_to_the_scan_show_in_what_is_not(refit):
-    state = refit.at(refit.base.centre, ())
+    state = refit.evaluate(refit.base.prior_mean, ())
     for effect in (Drift(amplitude=0.5, tau=1.0), Creep(gain=0.02)):
-        moved = refit.at(refit.base.centre, (effect,))
+        moved = refit.evaluate(refit.base.prior_mean, (effect,))
         assert np.linalg.norm(moved.errors.nonsynchronous - state.errors.nonsynchronous) > 1.0
 
 
@@ -149,13 +152,15 @@ def test_masked_readings_have_no_say(recording):
         y[300:340] = np.nan
     masked = Recording.of(recording.drives, runs)
     whitened = WhitenedModel.of(masked)
-    refit = Refit(whitened, whitened.whitener(WHITE), Base.of(whitened, off(0.01)))
-    state = refit.at(refit.base.centre, ())
+    refit = Refit(whitened, whitened.make_whitener(WHITE), BaseModel.of(whitened, off(0.01)))
+    state = refit.evaluate(refit.base.prior_mean, ())
     for raw, block in zip(state.errors.raw, whitened.blocks, strict=True):
         assert (block.use == 0).sum() == 40
         np.testing.assert_array_equal(raw[block.use == 0], 0.0)
     full = WhitenedModel.of(recording)
-    both = Refit(full, full.whitener(WHITE), Base.of(full, off(0.01))).at(refit.base.centre, ())
+    both = Refit(full, full.make_whitener(WHITE), BaseModel.of(full, off(0.01))).evaluate(
+        refit.base.prior_mean, ()
+    )
     for some, every, block in zip(state.errors.raw, both.errors.raw, whitened.blocks, strict=True):
         np.testing.assert_allclose(some, every * block.use, atol=1e-12)
 
@@ -165,13 +170,13 @@ def test_a_run_that_does_not_repeat_starts_anywhere():
     recording = record([drives((10.0,))[0], dataclasses.replace(wandering(), start_s=1.0)])
     whitened = WhitenedModel.of(recording)
     operator = paper_device().operator
-    base = Base.of(whitened, operator)
-    assert whitened.fractions(operator.count) == operator.count
-    refit = Refit(whitened, whitened.whitener(WHITE), base)
-    state = refit.at(base.centre, ())
-    moved = base.centre.copy()
+    base = BaseModel.of(whitened, operator)
+    assert whitened.initial_state_size(operator.count) == operator.count
+    refit = Refit(whitened, whitened.make_whitener(WHITE), base)
+    state = refit.evaluate(base.prior_mean, ())
+    moved = base.prior_mean.copy()
     moved[-operator.count :] = 1.0
-    other = refit.at(moved, ())
+    other = refit.evaluate(moved, ())
     np.testing.assert_array_equal(other.errors.raw[0], state.errors.raw[0])
     shift = np.abs(other.errors.raw[1] - state.errors.raw[1])[0]
     assert shift[0] > 0.1 and shift[-1] < 1e-9  # forgotten once all plays have moved
@@ -189,8 +194,10 @@ def test_runs_with_their_own_origin_do_not_see_a_constant(recording):
     states = []
     for one in (dataclasses.replace(recording, response_origin="run"), shifted):
         whitened = WhitenedModel.of(one)
-        base = Base.of(whitened, off(0.01))
-        states.append(Refit(whitened, whitened.whitener(WHITE), base).at(base.centre, ()))
+        base = BaseModel.of(whitened, off(0.01))
+        states.append(
+            Refit(whitened, whitened.make_whitener(WHITE), base).evaluate(base.prior_mean, ())
+        )
     np.testing.assert_allclose(
         states[1].errors.synchronous, states[0].errors.synchronous, atol=1e-6
     )

@@ -153,7 +153,7 @@ def test_one_period_gives_a_lower_edge_and_no_floor():
     _, parts = session(rates=(10.0, 20.0), periods=1, phases=600)
     e = noise(np.random.default_rng(0), parts)
     spectrum = measure_spectrum(e, parts)
-    assert not spectrum.known
+    assert not spectrum.measured
     quiet = measure_gap(e, parts, spectrum)
     assert quiet.noise_floor is None
     assert not quiet.significant

@@ -8,7 +8,8 @@ import pytest
 from edge_worlds import NOISE, drives, off, record
 
 from fitting.diagnosis.noise._spectrum import Spectrum
-from fitting.diagnosis.refit._gauss_newton import Base, Refit
+from fitting.diagnosis.refit._base_model import BaseModel
+from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._jump_timing import match_jump_timing
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._jump_segmentation import refit_at_segmented_jumps
@@ -20,7 +21,7 @@ HOP = ModeHop.at(size=-1.5, threshold=80.0, width=1.4, settle_s=1e-9)
 
 def refit_of(recording, share):
     whitened = WhitenedModel.of(recording)
-    return Refit(whitened, whitened.whitener(WHITE), Base.of(whitened, off(share)))
+    return Refit(whitened, whitened.make_whitener(WHITE), BaseModel.of(whitened, off(share)))
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +41,7 @@ def step(error, at, by, block, size=1.5):
     row[at + by :] = size
     true = np.zeros(row.size)
     true[at:] = size
-    return error + block.of(row) - block.of(true), row
+    return error + block.interpolate(row) - block.interpolate(true), row
 
 
 @pytest.mark.parametrize(("by", "paid"), [(0, 0.0), (1, 4.0), (-1, 4.0), (2, 4.0)])
@@ -69,12 +70,15 @@ def test_what_a_jump_costs_is_counted(refit, recording):
     """A threshold half a reading off is worth a few sigmas, not one jump a period."""
     late = ModeHop.at(size=-1.5, threshold=80.1, width=1.5, settle_s=1e-9)
     truth = refit_of(recording, 0.0)
-    exact, moved = (truth.at(truth.base.centre, (hop,)) for hop in (HOP, late))
+    exact, moved = (truth.evaluate(truth.base.prior_mean, (hop,)) for hop in (HOP, late))
     assert exact.errors.jump_timing_cost == 0.0 < moved.errors.jump_timing_cost
     assert moved.cost - exact.cost < 3.0 * moved.errors.jump_timing_cost
     assert (
         moved.cost
-        == moved.synchronous + moved.nonsynchronous + moved.prior + moved.errors.jump_timing_cost
+        == moved.synchronous
+        + moved.nonsynchronous
+        + moved.prior_cost
+        + moved.errors.jump_timing_cost
     )
 
 
@@ -94,7 +98,7 @@ def test_places_are_those_that_the_states_bound():
 def test_a_base_far_off_comes_back_beside_a_hop(refit):
     """From 3 % off the model crosses the threshold at the wrong readings."""
     wrong = dataclasses.replace(HOP, threshold=HOP.threshold - 2.0)
-    start = refit.at(refit.base.centre, (wrong,))
+    start = refit.evaluate(refit.base.prior_mean, (wrong,))
     end = refit_at_segmented_jumps(refit, start, 40)
     assert end is not None
     lines = end.errors.synchronous.size
@@ -106,10 +110,10 @@ def test_a_base_far_off_comes_back_beside_a_hop(refit):
 
 
 def test_there_is_nothing_to_place_without_a_switch_that_shows(refit):
-    values = refit.base.centre
-    assert refit_at_segmented_jumps(refit, refit.at(values, (Delay(tau=1e-4),)), 4) is None
+    values = refit.base.prior_mean
+    assert refit_at_segmented_jumps(refit, refit.evaluate(values, (Delay(tau=1e-4),)), 4) is None
     small = ModeHop.at(size=2 * NOISE, threshold=80.0, width=1.4, settle_s=1e-9)
-    assert refit_at_segmented_jumps(refit, refit.at(values, (small,)), 4) is None
+    assert refit_at_segmented_jumps(refit, refit.evaluate(values, (small,)), 4) is None
 
 
 def test_masked_readings_say_nothing_of_thresholds(recording):
@@ -121,9 +125,9 @@ def test_masked_readings_say_nothing_of_thresholds(recording):
         shifted.append(dataclasses.replace(run, response=response))
     whitened = WhitenedModel.of(dataclasses.replace(recording, runs=tuple(shifted)))
     operator = eqx.tree_at(lambda o: o.d_0, off(0.0), replace_fn=lambda d: d - 200.0)
-    masked = Refit(whitened, whitened.whitener(WHITE), Base.of(whitened, operator))
+    masked = Refit(whitened, whitened.make_whitener(WHITE), BaseModel.of(whitened, operator))
     low = dataclasses.replace(HOP, threshold=HOP.threshold - 200.0)
-    end = refit_at_segmented_jumps(masked, masked.at(masked.base.centre, (low,)), 40)
+    end = refit_at_segmented_jumps(masked, masked.evaluate(masked.base.prior_mean, (low,)), 40)
     assert end is not None
     (hop,) = end.effects
     assert float(hop.threshold) == pytest.approx(-120.0, abs=0.25)

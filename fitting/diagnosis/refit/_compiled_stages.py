@@ -1,0 +1,123 @@
+"""Stages of a laser model, each compiled by itself, so that a pair of effects needs nothing new."""
+
+import dataclasses
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Int
+
+from fitting.identification._parameter_vector import ParameterVector
+from rapi_jax import AbstractOperator
+from rapi_jax._ecdl import drive_side, laws, operator_response, optical_side
+from rapi_jax._parameter import parameters
+from rapi_jax.effects import AbstractDriveEffect, AbstractEffect, AbstractLawEffect, Law
+from rapi_jax.sampling._batch import DriveBatch
+
+from ._effect_vector import Effects
+
+
+class OperatorInput(NamedTuple):
+    """What reaches the operator: the laws of each run, the drive, and its minimum in each run."""
+
+    law: Law
+    u: Float[Array, "runs grid"]
+    u_min: Float[Array, " runs"]
+
+
+def acts_before_operator(effect: AbstractEffect) -> bool:
+    """Whether an effect changes what reaches the operator, and not only its response."""
+    return isinstance(effect, AbstractDriveEffect | AbstractLawEffect)
+
+
+@jax.jit
+def apply_drive_effect(
+    effect: AbstractEffect, drives: DriveBatch, u: Float[Array, "runs grid"]
+) -> tuple[Float[Array, "runs grid"], Float[Array, " runs"]]:
+    """The drive behind an effect, and its minimum in each run."""
+    u = drive_side((effect,), dataclasses.replace(drives, node_u=u))
+    return u, jnp.min(u, axis=1)
+
+
+@jax.jit
+def combine_laws(effects: Effects, drives: DriveBatch) -> Law:
+    """The laws of each run with these effects."""
+    return laws(effects, drives)
+
+
+@jax.jit
+def respond(
+    operator: AbstractOperator,
+    values: Float[Array, " values"],
+    given: OperatorInput,
+    initial_state: Float[Array, "runs plays"] | None,
+) -> Float[Array, "runs grid"]:
+    """The response of the operator with parameters `values`; `initial_state`: NaN for Eq. 13."""
+    return operator_response(set_values(operator, values), *given, initial_state)
+
+
+def set_values(operator: AbstractOperator, values: Float[Array, " values"]) -> AbstractOperator:
+    """The operator with the first elements of `values` as its parameters."""
+    vector = ParameterVector(tuple(parameters(operator)))
+    return vector.put(operator, values[: vector.size])
+
+
+@jax.jit
+def linearise_response(
+    operator: AbstractOperator,
+    values: Float[Array, " values"],
+    given: OperatorInput,
+    initial_state: Float[Array, "runs plays"] | None,
+) -> tuple[Float[Array, "runs grid"], Float[Array, "values runs grid"]]:
+    """The same, and its derivative by each value; those behind the parameters are initial states.
+
+    In `values` stand the states of the runs that have one in `initial_state`, run after run.
+    """
+    vector = ParameterVector(tuple(parameters(operator)))
+
+    def response(values: Array) -> Array:
+        start = initial_state
+        if start is not None:
+            given_states = values[vector.size :].reshape(-1, start.shape[1])
+            row = jnp.cumsum(~jnp.isnan(start[:, 0])) - 1
+            start = jnp.where(jnp.isnan(start), start, given_states[jnp.maximum(row, 0)])
+        return operator_response(set_values(operator, values), *given, start)
+
+    value, push = jax.linearize(response, values)
+    return value, jax.vmap(push)(jnp.eye(values.size))
+
+
+@jax.jit
+def gather_samples(
+    response: Float[Array, "runs grid"], sample_index: Int[Array, "runs time"]
+) -> Float[Array, "runs time"]:
+    """The response on the sampling grid, read at the samples of each run."""
+    return jnp.take_along_axis(response, sample_index, axis=1)
+
+
+@jax.jit
+def gather_columns(
+    columns: Float[Array, "values runs grid"], sample_index: Int[Array, "runs time"]
+) -> Float[Array, "values runs time"]:
+    """The same of several responses."""
+    return jax.vmap(gather_samples, in_axes=(0, None))(columns, sample_index)
+
+
+@jax.jit
+def apply_optical_effect(
+    effect: AbstractEffect, drives: DriveBatch, nu: Float[Array, "runs time"]
+) -> Float[Array, "runs time"]:
+    """The response behind an effect."""
+    return optical_side((effect,), drives, nu)
+
+
+@jax.jit
+def linearise_optical_effect(
+    effect: AbstractEffect,
+    drives: DriveBatch,
+    nu: Float[Array, "runs time"],
+    columns: Float[Array, "values runs time"],
+) -> tuple[Float[Array, "runs time"], Float[Array, "values runs time"]]:
+    """The response behind an effect, and the derivatives `columns` of the response there."""
+    nu, push = jax.linearize(lambda nu: optical_side((effect,), drives, nu), nu)
+    return nu, jax.vmap(push)(columns)

@@ -1,0 +1,73 @@
+"""Grids on which the operator is evaluated: of the whole session, and of one period of each run."""
+
+import dataclasses
+from functools import cached_property
+
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.diagnosis.noise._periods import PeriodBlock
+from rapi_jax.sampling._batch import DriveBatch, on_device
+
+from ._shape_bucketing import pad_drives, repeat_rows, round_up
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class SamplingGrids:
+    """The drives of a recording with two grids for the operator; `drives`: see `Batch.drives`.
+
+    Shapes are rounded, see `_shape_bucketing`; rows added repeat the last run.
+    """
+
+    drives: dict[str, np.ndarray]
+
+    @cached_property
+    def session(self) -> DriveBatch:
+        """With the grid of all samples and the lead-in."""
+        return on_device(pad_drives(self.drives))
+
+    @cached_property
+    def period(self) -> DriveBatch:
+        """With the grid of one period: enough where effects leave the drive as it is."""
+        session, u = self.session, np.asarray(self.session.node_u)
+        lead, last = np.asarray(session.node_history.lead), u.shape[1] - 1
+        # Eq. 13 is the periodic state at the minimum, so there alone may an operator begin.
+        whole = np.asarray(session.node_history.period_s) > 0
+        whole &= u[np.arange(len(u)), lead] == u.min(axis=1)
+        lead = np.where(whole, lead, 0)
+        longest = round_up(int(np.max(np.asarray(session.place).max(axis=1) - lead)) + 1)
+        index = np.minimum(lead[:, None] + np.arange(longest)[None, :], last)
+        time = np.take_along_axis(np.asarray(session.node_time), index, axis=1)
+        return dataclasses.replace(
+            session,
+            node_time=jnp.asarray(time),
+            node_u=jnp.asarray(np.take_along_axis(u, index, axis=1)),
+            place=session.place - jnp.asarray(lead)[:, None],
+        )
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class FirstPeriod:
+    """The samples of the first period of each run, or of all of a run that does not repeat.
+
+    - `index`: "runs time", into the rows of samples. `first`: first sample of each run.
+    """
+
+    index: np.ndarray
+    first: list[int]
+
+    @classmethod
+    def of(cls, blocks: list[PeriodBlock], rows: int) -> "FirstPeriod":
+        """Of these runs, padded to so many rows."""
+        ends = [(int(b.left[0, 0]), int(b.right[0, -1]) + 1) for b in blocks]
+        longest = round_up(max(end - begin for begin, end in ends))
+        index = np.stack([np.minimum(np.arange(a, a + longest), b - 1) for a, b in ends])
+        return cls(repeat_rows(index, rows), [begin for begin, _ in ends])
+
+    def select(self, drives: DriveBatch) -> DriveBatch:
+        """The drives with the samples of the first periods alone."""
+        time, place = (
+            jnp.asarray(np.take_along_axis(np.asarray(a), self.index, axis=1))
+            for a in (drives.time, drives.place)
+        )
+        return dataclasses.replace(drives, time=time, place=place)

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import chi2
 
-from fitting.blind.scoring._entry import NONE, UNLISTED
+from fitting.blind.protocol._verdict_names import NONE, UNLISTED
 from fitting.diagnosis.noise._periods import decimate
 from fitting.diagnosis.refit._effect_vector import Effects, free_parameters
 from fitting.diagnosis.refit._gauss_newton import Refit, State

@@ -19,7 +19,7 @@ from rapi_jax import DataError
 from rapi_jax.io import OutputError, printable, read_recording
 
 from ._predict import check_files, sha256_of, whole
-from ._workers import Job, predict_in_workers, usual_workers
+from ._workers import Job, default_workers, predict_in_workers
 
 SCHEMA = "rapi.blind-predictions/1"
 Progress = Callable[[int, int, str], None]  # done, total, last name
@@ -67,8 +67,10 @@ def carry_out(
     say(kept, len(jobs), "")
     if missing:
         make_folder(folder.answers, private=True)  # a run that was killed may have left it closed
-        count = usual_workers() if workers is None else workers
-        with contextlib.closing(predict_in_workers(missing, folder.answers, count)) as names:
+        count = default_workers() if workers is None else workers
+        with contextlib.closing(
+            predict_in_workers(missing, folder.answers, count, compiled=folder.compiled)
+        ) as names:
             for more, name in enumerate(names, 1):
                 say(kept + more, len(jobs), name)
     return kept

@@ -1,24 +1,23 @@
-"""Diagnoses in processes of their own, each under the blindfold from its first task on.
+"""Diagnoses in separate processes, each restricted by the blindfold from its first job on.
 
-Processes are spawned, not forked: none holds what its parent has read. This module loads before the
-blindfold is on, so it imports nothing heavy and nothing of the worlds.
+Processes are spawned, not forked: none holds what its parent has read. This module is imported
+before the blindfold is installed, so it imports nothing heavy and nothing of the simulator.
 """
 
 import contextlib
 import multiprocessing
 import os
 import signal
-import sys
-from collections.abc import Generator, Iterator, Sequence
+import threading
+from collections import deque
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from multiprocessing.connection import wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any, cast
 
 _ONE_THREAD = ("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-COMPILED = "compiled"  # folder of a bank
-_PATIENCE_S = 10.0  # compiling cannot be interrupted
 
 
 @dataclass(frozen=True)
@@ -38,54 +37,60 @@ class Job:
         return Path(self.recording).name
 
 
-def usual_workers() -> int:
+@dataclass(frozen=True)
+class _Worker:
+    """An executor of one process, so that a process that dies is known by its job."""
+
+    executor: ProcessPoolExecutor
+    process: BaseProcess
+
+
+def default_workers() -> int:
     """Two, or one where there is one processor."""
     return min(2, os.cpu_count() or 1)
 
 
 def predict_in_workers(
-    jobs: Sequence[Job], answers: Path, workers: int
+    jobs: Sequence[Job], answers: Path, workers: int, *, compiled: Path
 ) -> Generator[str, None, None]:
-    """Do the jobs, and give each one's name once its prediction is written.
+    """Run the jobs, and yield each one's name once its prediction is written.
+
+    **Arguments:**
+
+    - `answers`: the folder that is closed meanwhile, and that no process can read.
+    - `workers`: how many processes.
+    - `compiled`: folder of the compilation cache that the processes share, in later runs too:
+      recordings of a bank have many shapes, and compiling for one takes as long as a diagnosis.
 
     Raises `DataError` where a recording cannot be read or a prediction not be written, and
-    `RuntimeError` where a process ends before its work does; what is written stays.
+    `RuntimeError` where a process ends before its job does; what is written stays.
     """
-    from rapi_jax import DataError
-
-    left = list(reversed(jobs))
-    busy: dict[Any, tuple[BaseProcess, Job]] = {}  # by the line to each process
-
-    def give(process: BaseProcess, line: Any) -> None:
-        busy[line] = process, left.pop()
-        line.send(busy[line][1])
-
-    with hidden(answers), _stopped() as started:
+    waiting = deque(jobs)
+    settings = dict.fromkeys(_ONE_THREAD, "1") | {
+        "JAX_COMPILATION_CACHE_DIR": str(compiled),
+        "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
+    }
+    running: dict[Future[None], tuple[_Worker, Job]] = {}
+    with hide_folder(answers), _ended() as started:
         for _ in range(min(workers, len(jobs))):
-            process, line = _begun(answers)
-            started.append((process, line))
-            give(process, line)
-        while busy:
-            for line in cast(list[Any], wait(list(busy))):
-                process, job = busy.pop(line)
-                try:
-                    trouble = line.recv()
-                except (EOFError, ConnectionResetError):
-                    process.join(_PATIENCE_S)
-                    raise RuntimeError(
-                        f"the process that diagnosed {job.name} ended with code "
-                        f"{process.exitcode}. Run again with fewer --workers if memory was short."
-                    ) from None
-                if trouble:
-                    raise DataError(f"{job.name}: {trouble}")
-                if left:
-                    give(process, line)
+            job = waiting.popleft()
+            with _environment(settings):  # read when the process loads NumPy and JAX
+                worker, future = _start(answers, job)
+            started.append(worker)
+            running[future] = worker, job
+        while running:
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                worker, job = running.pop(future)
+                _raise_failure(future, worker, job)
+                if waiting:
+                    following = waiting.popleft()
+                    running[worker.executor.submit(_run_job, following)] = worker, following
                 yield job.name
 
 
 @contextlib.contextmanager
-def hidden(answers: Path) -> Iterator[None]:
-    """Nobody but root can open the folder meanwhile; the blindfold holds for root too."""
+def hide_folder(answers: Path) -> Iterator[None]:
+    """Nobody but root can open the folder meanwhile; the blindfold restricts root too."""
     answers.chmod(0o000)
     try:
         yield
@@ -93,74 +98,85 @@ def hidden(answers: Path) -> Iterator[None]:
         answers.chmod(0o700)
 
 
-def _begun(answers: Path) -> tuple[BaseProcess, Any]:
-    """A process and the line to it.
+def _start(answers: Path, job: Job) -> tuple[_Worker, Future[None]]:
+    executor = ProcessPoolExecutor(
+        1, multiprocessing.get_context("spawn"), _initialise, (str(answers),)
+    )
+    before = set(multiprocessing.active_children())
+    future = executor.submit(_run_job, job)  # starts the process
+    (process,) = set(multiprocessing.active_children()) - before
+    return _Worker(executor, process), future
 
-    What one compiles, others take from the bank's folder, in later runs too: recordings of a bank
-    have many shapes, and compiling for one takes as long as a diagnosis.
-    """
-    context = multiprocessing.get_context("spawn")
-    ours, theirs = context.Pipe()
-    settings = dict.fromkeys(_ONE_THREAD, "1") | {
-        "JAX_COMPILATION_CACHE_DIR": str(answers.parent / COMPILED),
-        "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
-    }
-    process = context.Process(target=serve, args=(theirs, str(answers)), daemon=True)
-    before = {name: os.environ.get(name) for name in settings}
+
+def _raise_failure(future: Future[None], worker: _Worker, job: Job) -> None:
+    from rapi_jax import DataError
+
     try:
-        os.environ.update(settings)  # read when the child loads NumPy and JAX
-        process.start()
+        future.result()
+    except (BrokenProcessPool, MemoryError) as error:
+        worker.process.join()
+        code = worker.process.exitcode
+        end = "ran out of memory" if isinstance(error, MemoryError) else f"ended with code {code}"
+        raise RuntimeError(
+            f"the process that diagnosed {job.name} {end}. Run again with fewer --workers if "
+            "memory was short."
+        ) from None
+    except (DataError, OSError) as error:
+        raise DataError(f"{job.name}: {str(error) or type(error).__name__}") from None
+
+
+@contextlib.contextmanager
+def _environment(settings: Mapping[str, str]) -> Iterator[None]:
+    """Environment variables, for the block alone."""
+    before = {name: os.environ.get(name) for name in settings}
+    os.environ.update(settings)
+    try:
+        yield
     finally:
         for name, value in before.items():
             if value is None:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
-    theirs.close()
-    return process, ours
 
 
 @contextlib.contextmanager
-def _stopped() -> Iterator[list[tuple[BaseProcess, Any]]]:
-    """End all that was started, however the block ends."""
-    started: list[tuple[BaseProcess, Any]] = []
+def _ended() -> Iterator[list[_Worker]]:
+    """End all processes that the block appends, at once where it is left by an exception."""
+    started: list[_Worker] = []
     try:
         yield started
+    except BaseException:
+        for worker in started:
+            worker.process.terminate()
+        raise
     finally:
-        for process, line in started:
-            line.close()  # an idle one ends by itself
-            process.terminate()
-        for process, _ in started:
-            process.join(_PATIENCE_S)
-            if process.is_alive():
-                process.kill()
-                process.join()
+        for worker in started:
+            worker.executor.shutdown(cancel_futures=True)
 
 
-def serve(line: Any, answers: str) -> None:
-    """Work off jobs until nobody is at the other end."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent says when to stop
-    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
-    from ._blindfold import put_on
-
-    refused = put_on(Path(answers))
-    while True:
-        try:
-            job = line.recv()
-            line.send(_done(job, refused))
-        except (EOFError, OSError):  # nobody listens any more
-            signal.signal(signal.SIGTERM, signal.SIG_IGN)  # ending is under way
-            return
+_refused: list[str] = []  # of a worker process: what its blindfold has refused so far
 
 
-def _done(job: Job, refused: Sequence[str]) -> str:
-    """Do a job; what went wrong, or nothing."""
-    from rapi_jax import DataError
+def _initialise(answers: str) -> None:
+    """Prepare a worker process: the parent alone interrupts it, and the blindfold is installed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    from . import _blindfold
 
+    global _refused
+    _refused = _blindfold.put_on(Path(answers))
+
+
+def _end_with_parent() -> None:
+    """End this process where its parent was killed: nobody else would tell it."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _run_job(job: Job) -> None:
     from ._predict import predict_one
 
-    try:
-        predict_one(job, refused)
-    except (DataError, OSError) as error:
-        return str(error) or type(error).__name__
-    return ""
+    predict_one(job, _refused)

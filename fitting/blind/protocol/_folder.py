@@ -17,11 +17,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from fitting.blind.prediction._workers import COMPILED
 from rapi_jax import DataError
 from rapi_jax.io import OutputError, printable, write_atomic
 
 SCHEMA = "rapi.blind/1"
+_COMPILED = "compiled"
 _PARTS = {
     "bank.json",
     "commitment.json",
@@ -33,7 +33,7 @@ _PARTS = {
     "scores.json",
     "scores.md",
     "failures.csv",
-    COMPILED,
+    _COMPILED,
 }
 _TEMPORARY = ".tmp-"  # what a killed process leaves of a file it was writing
 
@@ -88,6 +88,11 @@ class BankFolder:
     def scores(self) -> Path:
         """The scores, with the secret."""
         return self.root / "scores.json"
+
+    @property
+    def compiled(self) -> Path:
+        """The compilation cache that all diagnoses of the bank share."""
+        return self.root / _COMPILED
 
     @cached_property
     def about(self) -> dict[str, Any]:

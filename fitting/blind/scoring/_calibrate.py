@@ -17,13 +17,12 @@ from fitting.blind.prediction._predictions import Progress, close, files, predic
 from fitting.blind.protocol._answers import revealed
 from fitting.blind.protocol._folder import BankFolder
 from fitting.blind.protocol._frozen import tree_sha256
+from fitting.blind.protocol._verdict_names import correct_verdict
 from fitting.diagnosis.which._calibration import Calibration, load_calibration
 from fitting.diagnosis.which._evidence import Evidence
 from fitting.diagnosis.which._probability import hypothesis_probabilities
 from rapi_jax import DataError
 from rapi_jax.io import printable
-
-from ._entry import truth_name
 
 # How far a number may go (one standard deviation): of its logarithm, or as it is.
 _LOGARITHMS = {
@@ -58,7 +57,7 @@ class Case:
             return None
         found = {h["name"]: h.get("closed_fraction") for h in report["hypotheses"]}
         closed = {name: value["value"] for name, value in found.items() if value}
-        right = "unlisted" if prediction.get("withheld") else truth_name(answer["truth"])
+        right = "unlisted" if prediction.get("withheld") else correct_verdict(answer["truth"])
         return cls(Evidence.from_dict(report["evidence"]), closed, right)
 
 

@@ -6,7 +6,9 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ._entry import FAILED, NONE, UNLISTED, Entry
+from fitting.blind.protocol._verdict_names import FAILED, NONE, UNLISTED
+
+from ._entry import Entry
 from ._wilson import count_share, judged
 
 SEEN, LARGE = 2.0, 4.0  # multiples of the noise: to be detected, to be named

@@ -1,11 +1,12 @@
 """One world of the check: its answer beside what was predicted before the answer was seen."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-NONE, UNLISTED, FAILED = "none", "unlisted", "error"
+from fitting.blind.protocol._verdict_names import FAILED, UNLISTED, correct_verdict
+
 Given = tuple[Mapping[str, Any], Mapping[str, Any] | None, Path | None]
 
 
@@ -56,7 +57,7 @@ class Entry:
             kind=str(answer["kind"]),
             size=float(answer["size"]),
             base_misfit=bool(answer["base_misfit"]),
-            right=UNLISTED if withheld else truth_name(answer["truth"]),
+            right=UNLISTED if withheld else correct_verdict(answer["truth"]),
             said=FAILED if error is not None else str(verdict["name"]),
             names=tuple(verdict.get("set", ())),
             probability=probability or {FAILED: 1.0},
@@ -100,11 +101,3 @@ class Entry:
 
 
 SEPARABLE = 0.05  # of an effect's signature
-
-
-def truth_name(truth: Iterable[str]) -> str:
-    """The verdict that names what an answer holds."""
-    names = sorted(truth)
-    if any(name.startswith("unlisted:") for name in names):
-        return UNLISTED
-    return "+".join(names) or NONE

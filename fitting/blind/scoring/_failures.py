@@ -3,8 +3,10 @@
 from collections.abc import Sequence
 from typing import Any
 
+from fitting.blind.protocol._verdict_names import FAILED, NONE, UNLISTED
+
 from ._counts import LARGE, LISTED, SEEN
-from ._entry import FAILED, NONE, UNLISTED, Entry
+from ._entry import Entry
 
 FIELDS = (
     "name", "kind", "truth", "size", "base_misfit", "withheld", "verdict", "probability", "set",

@@ -21,7 +21,6 @@ A count is `{n, k, share, low, high, target, met}` (`low`, `high`: Wilson's 95 %
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from fitting.blind.realised._realised import Draw, Progress, draw_again, realise
 from fitting.identification._result import _finite
 
 from . import _counts
@@ -31,6 +30,7 @@ from ._confusion import confusion
 from ._entry import Entry, Given
 from ._failures import failures
 from ._paired import paired
+from ._realised import Draw, Progress, draw_again, realise
 
 SCHEMA = "rapi.blind-scores/1"
 Prediction = Mapping[str, Any] | None

@@ -1,26 +1,24 @@
-"""Shares of small counts, with the interval in which the true share lies."""
+"""Proportions with Wilson's score interval, and figures beside their targets."""
 
-import math
 from typing import Any
 
-LEVEL_95 = 1.959963984540054  # standard deviations of a normal, both sides
+from scipy.stats import binomtest
+
+CONFIDENCE = 0.95
 
 
-def wilson(k: int, n: int, *, z: float = LEVEL_95) -> tuple[float, float]:
-    """Wilson's score interval for the share of which `k` of `n` is a sample; (0, 1) for `n` = 0.
+def wilson(k: int, n: int, *, confidence: float = CONFIDENCE) -> tuple[float, float]:
+    """Wilson's score interval for the proportion of which `k` of `n` is a sample; (0, 1) for n = 0.
 
-    All shares p with `|k/n - p| <= z sqrt(p (1 - p)/n)`: it stays within 0 and 1, and has a width
-    also where all or none were counted.
+    All proportions p with `|k/n - p| <= z sqrt(p (1 - p)/n)`, z the normal quantile of the
+    confidence: it stays within 0 and 1, and has a width also where all or none were counted.
     """
     if not 0 <= k <= n:
         raise ValueError(f"Argument `k` must lie between 0 and `n`, but they are {k} and {n}.")
     if n == 0:
         return 0.0, 1.0
-    part, more = k / n, z * z / n
-    centre = (part + more / 2) / (1 + more)
-    half = z * math.sqrt(part * (1 - part) / n + more / (4 * n)) / (1 + more)
-    low = 0.0 if k == 0 else centre - half
-    return low, 1.0 if k == n else centre + half
+    interval = binomtest(k, n).proportion_ci(confidence, method="wilson")
+    return float(interval.low), float(interval.high)
 
 
 def count_share(

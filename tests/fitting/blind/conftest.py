@@ -49,7 +49,7 @@ def at_once(monkeypatch):
             verdict=SimpleNamespace(name="creep"), next_drive=drive if scan else None,
         )  # fmt: skip
 
-    def predicted(jobs, answers, workers):
+    def predicted(jobs, answers, workers, *, compiled):
         for job in jobs:
             _predict.predict_one(dataclasses.replace(job, baselines=False))
             names.append(job.name)

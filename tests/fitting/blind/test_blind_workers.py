@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.blind.prediction._workers import Job, hidden, predict_in_workers
+from fitting.blind.prediction._workers import Job, hide_folder, predict_in_workers
 from rapi_jax import DataError, Recording, triangle
 from rapi_jax.io import write_recording
 
@@ -46,7 +46,9 @@ def test_what_a_diagnosis_refuses_is_a_prediction_and_what_hides_is_restored(pla
     names = ["world-0", "world-1", "world-2"]
     before = {name: os.environ.get(name) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
     seen = []
-    for name in predict_in_workers(jobs(place, *names), place / "answers", 2):
+    for name in predict_in_workers(
+        jobs(place, *names), place / "answers", 2, compiled=place / "compiled"
+    ):
         seen.append(name)
         assert mode(place / "answers") == 0o000
     assert sorted(seen) == names and mode(place / "answers") == 0o700
@@ -61,13 +63,13 @@ def test_a_recording_among_the_answers_is_out_of_reach(place):
     """The blindfold is on before a recording is read; the work stops with one line."""
     job = Job(str(place / "answers"), None, str(place / "predictions"), "tree", False)
     with pytest.raises(DataError, match="blindfold|refused"):
-        list(predict_in_workers([job], place / "answers", 1))
+        list(predict_in_workers([job], place / "answers", 1, compiled=place / "compiled"))
     assert mode(place / "answers") == 0o700
     assert not (place / "predictions").exists()
 
 
 def test_the_folder_opens_again_after_an_error(place):
-    with pytest.raises(KeyError), hidden(place / "answers"):
+    with pytest.raises(KeyError), hide_folder(place / "answers"):
         assert mode(place / "answers") == 0o000
         raise KeyError
     assert mode(place / "answers") == 0o700

@@ -70,7 +70,7 @@ ATTEMPTS = {
     "world": "from fitting.blind.simulator._world import draw",
     "bank": "import fitting.blind.simulator._bank",
     "kinds": "__import__('importlib').import_module('fitting.blind.simulator.effects._kinds')",
-    "source": "open(__import__('fitting.blind').blind.__path__[0] + '/_world.py').read()",
+    "source": "open(__import__('fitting.blind').blind.__path__[0] + '/simulator/_world.py').read()",
 }
 
 

@@ -11,10 +11,10 @@ from blind_entries import OurLaser, answer, prediction, session
 
 from fitting.blind.realised._linearity_gain import linearity_gain
 from fitting.blind.realised._modelled import drive_of, model_response
-from fitting.blind.realised._realised import draw_again, realise, tried
 from fitting.blind.realised._realised_gap import realised_gap
 from fitting.blind.realised._unseen import KINDS, unseen
 from fitting.blind.scoring._entry import Entry
+from fitting.blind.scoring._realised import draw_again, realise, tried
 from fitting.blind.simulator._bank import bank
 from fitting.blind.simulator._scan import sampled
 from fitting.blind.simulator._world import draw

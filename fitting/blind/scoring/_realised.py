@@ -5,15 +5,15 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from fitting.blind.scoring._entry import Entry
-from fitting.blind.scoring._wilson import count_share
+from fitting.blind.realised._linearity_gain import linearity_gain
+from fitting.blind.realised._realised_gap import WHICH, realised_gap
 from fitting.blind.simulator._bank import Spec
 from fitting.blind.simulator._world import World
 from rapi_jax import ECDL
 from rapi_jax.io import read_model
 
-from ._linearity_gain import linearity_gain
-from ._realised_gap import WHICH, realised_gap
+from ._entry import Entry
+from ._wilson import count_share
 
 Draw = Callable[[Mapping[str, Any]], World]
 Progress = Callable[[str], None]

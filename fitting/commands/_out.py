@@ -31,7 +31,7 @@ def output_folder(path: Path) -> Path:
 
 def say_json(value: Any) -> None:
     """One object on standard output."""
-    from fitting.report import json_text
+    from fitting._json import json_text
 
     sys.stdout.write(json_text(value))
 

@@ -146,7 +146,7 @@ def _report(
 ) -> dict[str, Any]:
     import dataclasses
 
-    from fitting.identification._result import versions
+    from fitting._versions import package_versions
 
     notes = []
     if not about.get("trusted", False):
@@ -162,7 +162,7 @@ def _report(
         "identified": identified.to_dict(),
         "drives": [one.to_dict() | {"file": f"{_stem(one)}.csv"} for one in made],
         "notes": list(dict.fromkeys(notes)),
-        "versions": versions(),
+        "versions": package_versions(),
         "data_sha256": about["data_sha256"],
     }
     if fitted is not None:
@@ -186,7 +186,8 @@ def _write(
     inverse: Any,
     plots: bool,
 ) -> list[Path]:
-    from fitting.report import json_text, save_figure
+    from fitting._json import json_text
+    from fitting.report import save_figure
     from rapi_jax import AfgWaveform, Recording, Run
     from rapi_jax.io import write_afg, write_atomic, write_drive, write_model, write_recording
 

@@ -5,7 +5,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-from fitting.identification._result import _finite, versions
+from fitting._json import replace_nonfinite
+from fitting._versions import package_versions
 from rapi_jax import ECDL, Drive, Recording
 
 SCHEMA = "rapi.diagnosis/1"
@@ -48,7 +49,7 @@ class Diagnosis:
         """The diagnosis as in `diagnosis.json` (schema `rapi.diagnosis/1`)."""
         verdict = dataclasses.asdict(self.verdict)
         verdict |= {"effects": list(self.verdict.effects), "set": list(self.verdict.set)}
-        return _finite(
+        return replace_nonfinite(
             {
                 "schema": SCHEMA,
                 "unit": self.recording.response_unit,
@@ -56,7 +57,7 @@ class Diagnosis:
                 "verdict": verdict,
                 "notes": list(self.notes),
                 "seconds": self.seconds,
-                "versions": versions(),
+                "versions": package_versions(),
                 "data_sha256": self.recording.sha256(),
             }
         )

@@ -1,14 +1,14 @@
 """What a fit gives back."""
 
 import dataclasses
-import importlib.metadata
 import os
-import platform
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fitting._json import replace_nonfinite
+from fitting._versions import package_versions
 from rapi_jax import ECDL, Recording
 
 from ._cross_validation import HeldOut
@@ -135,7 +135,7 @@ class FitResult:
     def to_dict(self) -> dict[str, Any]:
         """The result as in `model.json` (schema `rapi.model/1`); not finite becomes `None`."""
         unit = self.recording.response_unit
-        return _finite(
+        return replace_nonfinite(
             {
                 "schema": SCHEMA,
                 "operator": type(self.ecdl.operator).__name__,
@@ -180,7 +180,7 @@ class FitResult:
                 },
                 "faults": [dataclasses.asdict(fault) for fault in self.faults],
                 "seconds": self.seconds,
-                "versions": versions(),
+                "versions": package_versions(),
                 "data_sha256": self.recording.sha256(),
             }
         )
@@ -195,20 +195,3 @@ class UntrustedFit(RuntimeError):
             f"the fit is not to be trusted: {reasons} (pass `throw=False` to look at it)"
         )
         self.result = result
-
-
-def versions() -> dict[str, str]:
-    """Versions of what computed a result."""
-    packages = ("rapi-jax", "jax", "equinox", "optimistix", "numpy")
-    found = {name: importlib.metadata.version(name) for name in packages}
-    return found | {"python": platform.python_version()}
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if np.isfinite(value) else None
-    return value

@@ -2,7 +2,6 @@
 
 from .fit._files import MODEL as MODEL
 from .fit._files import TABLE as TABLE
-from .fit._files import json_text as json_text
 from .fit._files import save_figure as save_figure
 from .fit._files import write_fit as write_fit
 from .fit._table import html as html

@@ -65,9 +65,9 @@ def make(
                 "was changed. Make the bank again in another folder."
             )
         return folder.about
-    from fitting.identification._result import versions
+    from fitting._versions import package_versions
 
-    write_json(folder.bank, about | {"commitments": commitments, "versions": versions()})
+    write_json(folder.bank, about | {"commitments": commitments, "versions": package_versions()})
     return folder.about
 
 

@@ -21,7 +21,7 @@ A count is `{n, k, share, low, high, target, met}` (`low`, `high`: Wilson's 95 %
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from fitting.identification._result import _finite
+from fitting._json import replace_nonfinite
 
 from . import _counts
 from . import _top_one as _named
@@ -87,7 +87,7 @@ def score(
         "confusion": confusion(own),
         "failures": failures(every),
     }
-    return _finite(scores)
+    return replace_nonfinite(scores)
 
 
 def _three(

@@ -3,7 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fitting.report.fit._files import MODEL, json_text
+from fitting._json import json_text
+from fitting._versions import package_versions
+from fitting.report.fit._files import MODEL
 from rapi_jax import Identified
 from rapi_jax.io import write_atomic, write_model
 
@@ -18,8 +20,6 @@ def write_diagnosis(diagnosis: "Diagnosis", folder: Path, *, name: str = "") -> 
 
     `name`: of the recording, as the page shows it.
     """
-    from fitting.identification._result import versions
-
     from ._page import page
 
     recording = diagnosis.recording
@@ -36,7 +36,7 @@ def write_diagnosis(diagnosis: "Diagnosis", folder: Path, *, name: str = "") -> 
         trusted=diagnosis.verdict.name != "unlisted" and not content["faults"],
         identified=Identified.of(recording).to_dict(),
         rmse=content["shrinkage"]["after"],
-        versions=versions(),
+        versions=package_versions(),
         data_sha256=recording.sha256(),
     )
     write_atomic(folder / DIAGNOSIS, json_text(content))

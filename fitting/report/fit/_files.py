@@ -1,9 +1,10 @@
 """The files of a fit."""
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fitting._json import json_text
+from fitting._versions import package_versions
 from rapi_jax import Identified
 from rapi_jax.io import write_atomic, write_model
 
@@ -11,11 +12,6 @@ if TYPE_CHECKING:
     from fitting.identification._result import FitResult
 
 MODEL, TABLE = "model.rapi", "model.json"
-
-
-def json_text(value: Any) -> str:
-    """JSON as people and machines both read it: strict, indented, one object."""
-    return json.dumps(value, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def save_figure(figure: Any, path: Path) -> Path:
@@ -28,8 +24,6 @@ def save_figure(figure: Any, path: Path) -> Path:
 
 def write_fit(result: "FitResult", folder: Path, *, plots: bool) -> list[Path]:
     """Write `model.json`, the loadable model and the pictures; return their paths."""
-    from fitting.identification._result import versions
-
     recording = result.recording
     write_model(
         folder / MODEL,
@@ -41,7 +35,7 @@ def write_fit(result: "FitResult", folder: Path, *, plots: bool) -> list[Path]:
         trusted=result.verdict.trusted,
         identified=Identified.of(recording).to_dict(),
         rmse=result.rmse,
-        versions=versions(),
+        versions=package_versions(),
         data_sha256=recording.sha256(),
     )
     write_atomic(folder / TABLE, json_text(result.to_dict()))

@@ -14,8 +14,8 @@ from .effects import (
     AbstractCouplingEffect,
     AbstractDriveEffect,
     AbstractEffect,
+    AbstractLagEffect,
     AbstractLawEffect,
-    AbstractLinearEffect,
     AbstractOpticalEffect,
     Law,
 )
@@ -67,7 +67,7 @@ class ECDL(eqx.Module):
         return respond(self, one, None if initial is None else initial[None, :])[0]
 
 
-def _linear(effect: AbstractLinearEffect, t: Array, x: Array, history: History) -> Array:
+def _linear(effect: AbstractLagEffect, t: Array, x: Array, history: History) -> Array:
     return respond_linear(effect.modes(), t, x, history, session=effect.session, past=effect.past())
 
 
@@ -76,7 +76,7 @@ def drive_side(effects: Effects, drives: DriveBatch) -> Float[Array, "runs nodes
     t, u = drives.node_time, drives.node_u
     for effect in effects:
         if isinstance(effect, AbstractDriveEffect):
-            if isinstance(effect, AbstractLinearEffect):
+            if isinstance(effect, AbstractLagEffect):
                 u = _linear(effect, t, u, drives.node_history)
             elif isinstance(effect, AbstractFollower):
                 u = _followed(effect, t, u, drives.node_history)
@@ -141,7 +141,7 @@ def optical_side(
     for effect in effects:
         if isinstance(effect, AbstractDriveEffect | AbstractLawEffect):
             continue
-        if isinstance(effect, AbstractLinearEffect):
+        if isinstance(effect, AbstractLagEffect):
             nu = _linear(effect, t, nu, drives.history)
         elif isinstance(effect, AbstractCouplingEffect):
             sent = jnp.take_along_axis(drives.node_u, drives.place, axis=1)

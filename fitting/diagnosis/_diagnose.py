@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from fitting.report.diagnosis._text import describe_hypothesis
 from rapi_jax import ECDL, DriveLimits, ModelError, Recording, effects
 from rapi_jax._precision import float64
 from rapi_jax.effects import AbstractEffect
 
 from ._data_checks import check_arguments, check_data, shown_faults
 from ._diagnosis import Diagnosis, Verdict
-from ._text import verdict_advice, verdict_sentence
+from ._text import describe_effects, verdict_advice, verdict_sentence
 from .how_far._cross_validation import CrossValidation, cross_validate
 from .how_far._explainable_fraction import explainable_fraction
 from .how_far._predicted_gain import predict_gain
@@ -106,9 +105,11 @@ def diagnose(
         probability,
         tuple(names),
         _reason(attribution, top, content),
-        verdict_sentence(name, words, probability, content["shrinkage"], recording.response_unit),
+        verdict_sentence(
+            name, top.effects, probability, content["shrinkage"], recording.response_unit
+        ),
         verdict_advice(
-            name, words, tied, content.get("next_scan"), unsure=needs_confirmation(names)
+            name, top.effects, tied, content.get("next_scan"), unsure=needs_confirmation(names)
         ),
     )
     content["model"] = {
@@ -122,8 +123,9 @@ def diagnose(
     notes = tuple(f"{fault.kind}: {fault.message}" for fault in wrong)
     notes += _notes(whitened, fitted, top, rich)
     seconds = time.perf_counter() - began
+    labels = {cls.name: cls.label for cls in chosen}
     drive = None if following is None else following.drive
-    return Diagnosis(recording, model, base, verdict, content, notes, seconds, drive)
+    return Diagnosis(recording, model, base, verdict, content, notes, seconds, drive, labels)
 
 
 def _named(attribution: Attribution, ranked: Ranked) -> list[tuple[Candidate | None, float]]:
@@ -265,7 +267,7 @@ def _hypotheses(
                 ),
                 "closed_fraction": credit_.closed if credit_ else None,
                 "delta_chi2": attribution.none.cost - candidate.cost,
-                "sentence": describe_hypothesis(candidate.name),
+                "sentence": describe_effects(candidate.effects),
             }
         out.append(entry)
     return out

@@ -1,7 +1,8 @@
-"""What a diagnosis gives back."""
+"""The result of a diagnosis: verdict, refitted model, and all figures."""
 
 import dataclasses
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,8 @@ class Diagnosis:
 
     `model`: the base refitted together with the effects named, for prediction, fitting and
     compensation; `base`: refitted without them, which is what a gap is closed from. `content`: all
-    figures, as in `diagnosis.json`. `next_drive`: the next scan, ready to play.
+    figures, as in `diagnosis.json`. `next_drive`: the next scan, ready to play. `labels`: what the
+    candidate effects are called in text, by name.
     """
 
     recording: Recording
@@ -44,6 +46,7 @@ class Diagnosis:
     notes: tuple[str, ...]
     seconds: float
     next_drive: Drive | None = None
+    labels: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """The diagnosis as in `diagnosis.json` (schema `rapi.diagnosis/1`)."""
@@ -66,7 +69,7 @@ class Diagnosis:
         """The report as one self-contained HTML page."""
         from fitting.report.diagnosis._page import page
 
-        return page(self.to_dict())
+        return page(self.to_dict(), self.labels)
 
     def save(self, folder: str | os.PathLike[str], *, name: str = "") -> list[Path]:
         """Write `diagnosis.json`, `report.html` and the loadable model to `folder`."""

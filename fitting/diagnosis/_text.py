@@ -1,30 +1,27 @@
-"""The verdict in words: what it is, how sure, how far it closes, what to do next."""
+"""Sentences of the verdict: which effects, how probable, how much of the gap they close, advice."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from fitting.report.diagnosis._text import describe_hypothesis
+from rapi_jax.effects import AbstractEffect
 
-_CURE = {
-    "creep": "Compensate with the corrected model; let the device run in before a scan.",
-    "resonance": "Compensate with the corrected model; round the corners of the scan.",
-    "amplifier_lowpass": "Compensate with the corrected model, or use a faster amplifier.",
-    "slew_limit": "Scan slower or less, or use an amplifier with more current.",
-    "delay": "Set the latency of the reading (`response_lag_s`), or compensate with the model.",
-    "saturation": "Scan less, or move the bias away from the amplifier's end.",
-    "quantisation": "Use a source with more bits, or more of its range.",
-    "rate_law": "Compensate with the corrected model.",
-    "amplitude_law": "Compensate with the corrected model, at amplitudes that it has seen.",
-    "drift": "Stabilise temperature and current; repeat the zero before each scan.",
-    "gain_drift": "Stabilise temperature; identify again before a long session.",
-    "mode_hop": "Scan less or move the bias, so that the hop lies outside.",
-    "etalon": "Tilt or coat what reflects; the corrected model compensates what is left.",
-    "pickup": "Find the source by its frequency: mains, pump, fan; shield or decouple.",
-    "current_coupling": "Compensate with the corrected model; look at the current driver's ground.",
-}
+Effects = Sequence[AbstractEffect | type[AbstractEffect]]
+
+
+def sort_effects(effects: Effects) -> tuple[AbstractEffect | type[AbstractEffect], ...]:
+    """Effects in the alphabetical order of their names, as hypotheses have them."""
+    return tuple(sorted(effects, key=lambda effect: effect.name))
+
+
+def describe_effects(effects: Effects) -> str:
+    """Effects by their labels: "creep of the piezo and drift of the optical frequency"."""
+    labels = {effect.name: effect.label for effect in effects}
+    return describe_hypothesis("+".join(effect.name for effect in sort_effects(effects)), labels)
 
 
 def verdict_sentence(
-    name: str, effects: tuple[str, ...], probability: float, shrinkage: dict[str, Any], unit: str
+    name: str, effects: Effects, probability: float, shrinkage: dict[str, Any], unit: str
 ) -> str:
     """The verdict in one sentence."""
     sure = f"probability {min(probability, 0.99):.0%}".replace("%", " %")
@@ -33,7 +30,7 @@ def verdict_sentence(
         return f"No effect is missing: what the model leaves is noise ({sure})."
     if name == "unlisted":
         return f"Something is missing that is none of the effects known ({sure})."
-    what = describe_hypothesis("+".join(effects))
+    what = describe_effects(effects)
     closed = shrinkage.get("closed_fraction")
     if closed is None:
         return f"The gap is {what} ({sure})."
@@ -57,7 +54,7 @@ def _percent(share: float) -> str:
 
 def verdict_advice(
     name: str,
-    effects: tuple[str, ...],
+    effects: Effects,
     tied: list[str],
     scan: dict[str, Any] | None,
     *,
@@ -65,7 +62,8 @@ def verdict_advice(
 ) -> str:
     """What to do next, in one or two sentences.
 
-    `unsure`: whether `unlisted` is in the set beside one answer alone.
+    `tied`: names in the credible set. `unsure`: whether it holds `unlisted` beside one named
+    hypothesis.
     """
     if len(tied) > 1 and scan is not None:
         return f"{' and '.join(tied)} cannot be told apart yet: play the next scan below."
@@ -79,6 +77,4 @@ def verdict_advice(
     first = ""
     if unsure and scan is not None:
         first = "Play the next scan below first: more may be missing. Then: "
-    return first + " ".join(
-        _CURE.get(effect, "Compensate with the corrected model.") for effect in effects
-    )
+    return first + " ".join(effect.remedy for effect in sort_effects(effects))

@@ -10,6 +10,7 @@ from ._base import AbstractDriveEffect as AbstractDriveEffect
 from ._base import AbstractEffect as AbstractEffect
 from ._base import AbstractFollower as AbstractFollower
 from ._base import AbstractInvertible as AbstractInvertible
+from ._base import AbstractLagEffect as AbstractLagEffect
 from ._base import AbstractLawEffect as AbstractLawEffect
 from ._base import AbstractLinearEffect as AbstractLinearEffect
 from ._base import AbstractOpticalEffect as AbstractOpticalEffect

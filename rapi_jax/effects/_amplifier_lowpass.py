@@ -12,7 +12,7 @@ from ._base import (
     AbstractDriveEffect,
     AbstractEffect,
     AbstractInvertible,
-    AbstractLinearEffect,
+    AbstractLagEffect,
     Modes,
     Past,
 )
@@ -20,7 +20,7 @@ from ._first_order_lags import from_rest, undo_linear
 from ._residual_summary import ResidualSummary
 
 
-class AmplifierLowpass(AbstractDriveEffect, AbstractLinearEffect, AbstractInvertible):
+class AmplifierLowpass(AbstractDriveEffect, AbstractLagEffect, AbstractInvertible):
     r"""A first-order lag of the drive: $\tau \dot v = u - v$, transfer $1 / (1 + \tau s)$.
 
     An amplifier that charges a piezo of capacitance $C$ through a resistance $R$ has
@@ -30,7 +30,9 @@ class AmplifierLowpass(AbstractDriveEffect, AbstractLinearEffect, AbstractInvert
 
     tau: Float[Array, ""] = parameter(unit="s", default=0.0, bounds=(0.0, 0.5))
 
-    name: ClassVar = "amplifier_lowpass"
+    name: ClassVar[str] = "amplifier_lowpass"
+    label: ClassVar[str] = "a low-pass in the drive amplifier"
+    remedy: ClassVar[str] = "Compensate with the corrected model, or use a faster amplifier."
     session: ClassVar = False
 
     @classmethod

@@ -36,7 +36,9 @@ class AmplitudeLaw(AbstractLawEffect):
     )
     centre: Float[Array, ""] = parameter(unit="{u}", default=0.0, held=True)  # C
 
-    name: ClassVar = "amplitude_law"
+    name: ClassVar[str] = "amplitude_law"
+    label: ClassVar[str] = "a dependence on amplitude or bias"
+    remedy: ClassVar[str] = "Compensate with the corrected model, at amplitudes that it has seen."
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:

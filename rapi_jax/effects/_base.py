@@ -1,4 +1,4 @@
-"""What an effect is. Where it acts, and what it remembers, is its type.
+"""The types of effect: where one acts, and what else is known of it, is its type.
 
 | type | acts on |
 |---|---|
@@ -7,18 +7,20 @@
 | `AbstractOpticalEffect` | the response, after the operator |
 | `AbstractCouplingEffect` | the response, with the drive that was sent at hand |
 
-An optical effect that goes on and off where the response crosses thresholds is an `AbstractSwitch`.
-A drive or optical effect that is linear with a memory of its own is an `AbstractLinearEffect` too:
-it names its modes, and the recursion is shared.
+An optical effect that switches where the response crosses thresholds is an `AbstractSwitch`. A
+drive or optical effect that is linear and time-invariant is an `AbstractLinearEffect` too: it gives
+its transfer function. One that is a sum of first-order lags is an `AbstractLagEffect`: it gives its
+modes, and the recursion is shared. One that can be inverted is an `AbstractInvertible`.
 """
 
 import abc
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Inexact, Int
+from jaxtyping import Array, Bool, Complex, Float, Inexact, Int
 
 from ._residual_summary import ResidualSummary
 
@@ -28,12 +30,22 @@ T = TypeVar("T")
 class AbstractEffect(eqx.Module):
     """A change of what the operator predicts, the identity at its default parameters.
 
-    `name` is the effect's name in reports. `smooth` is false where the response jumps as a
-    parameter moves, so that a fit searches before it descends.
+    - `name`: in files and hypotheses, lower case with underscores.
+    - `label`: what it is, in running text ("creep of the piezo"); by default the name with spaces.
+    - `remedy`: what a user can do about it, in a sentence.
+    - `smooth`: false where the response jumps as a parameter changes, so that a fit needs a search
+      without derivatives before Gauss-Newton steps.
     """
 
     name: eqx.AbstractClassVar[str]
+    label: ClassVar[str]
+    remedy: ClassVar[str] = "Compensate with the corrected model."
     smooth: ClassVar[bool] = True
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if "name" in vars(cls) and "label" not in vars(cls):
+            cls.label = cls.name.replace("_", " ")
 
     @classmethod
     def at(cls: type[T], **values: Any) -> T:
@@ -43,10 +55,10 @@ class AbstractEffect(eqx.Module):
     @classmethod
     @abc.abstractmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[AbstractEffect]":
-        """Effects from which a fit may start: a grid over what `evidence` could show.
+        """Effects from which a fit may start: a grid over what the residual could show.
 
-        Every one differs from the identity. Their size is only a first guess: a fit scales it.
-        Parameters declared `held` keep the values given here.
+        Each differs from the identity. Amplitudes are first guesses, which a fit scales. Parameters
+        declared `held` keep the values given here.
         """
 
 
@@ -59,7 +71,7 @@ class AbstractDriveEffect(AbstractEffect):
 
 
 class AbstractFollower(AbstractDriveEffect):
-    """A drive effect whose memory is the value that it puts out, so that it can go on from any."""
+    """A drive effect whose state is its output, so that it can continue from any value."""
 
     @abc.abstractmethod
     def follow(
@@ -83,9 +95,9 @@ class AbstractOpticalEffect(AbstractEffect):
 
 
 class AbstractSwitch(AbstractOpticalEffect):
-    """Adds `size` (GHz) while it is on, and goes on and off where the response crosses thresholds.
+    """Adds `size` (GHz) while on; switches where the response crosses thresholds.
 
-    No model of the response knows to a fraction of a sample when that is.
+    No model of the response predicts the instant of a switch to a fraction of a sample.
     """
 
     smooth: ClassVar[bool] = False
@@ -98,16 +110,16 @@ class AbstractSwitch(AbstractOpticalEffect):
         on: Bool[np.ndarray, " samples"],
         run: Int[np.ndarray, " samples"],
     ) -> "AbstractSwitch":
-        """The same, with the thresholds at which it would be on where `on` says so.
+        """The same effect with the thresholds that best reproduce the given states `on`.
 
-        `nu`: the response before it, GHz, run after run; `run`: the number of each sample's run.
+        `nu`: the response before the effect, GHz, run after run; `run`: run number of each sample.
         """
 
 
 class AbstractCouplingEffect(AbstractEffect):
-    """Acts on the response (GHz), and looks at the drive that was sent.
+    """Acts on the response (GHz), as a function of the drive that was sent.
 
-    `steady`: whether a drive that repeats has an answer that does.
+    `steady`: whether the response to a periodic drive is periodic.
     """
 
     steady: eqx.AbstractClassVar[bool]
@@ -120,9 +132,10 @@ class AbstractCouplingEffect(AbstractEffect):
 
 
 class Law(NamedTuple):
-    """What an operator's laws see of a run: rate (Hz), peak-to-peak drive (V), and a gain of all.
+    """The quantities of a run that Eq. 11 and the gain depend on.
 
-    The gain multiplies the operator's response less its constant; `offset` is added to that.
+    `freq`: scan rate, Hz. `u_pp`: peak-to-peak drive, V. `gain` multiplies the operator's response
+    less its constant; `offset` (response unit) is added.
     """
 
     freq: Float[Array, ""]
@@ -132,19 +145,19 @@ class Law(NamedTuple):
 
     @classmethod
     def of(cls, freq: Float[Array, "*runs"], u_pp: Float[Array, "*runs"]) -> "Law":
-        """The operator's own."""
+        """Those of the operator alone: gain 1, offset 0."""
         return cls(freq, u_pp, jnp.ones_like(freq), jnp.zeros_like(freq))
 
     def after(
         self, answer: Float[Array, "*time"], constant: Float[Array, ""]
     ) -> Float[Array, "*time"]:
-        """What becomes of an operator's response with that constant."""
+        """The response with gain and offset applied; `constant` is the operator's own."""
         return constant + self.gain * (answer - constant) + self.offset
 
     def before(
         self, response: Float[Array, "*time"], constant: Float[Array, ""]
     ) -> Float[Array, "*time"]:
-        """What the operator must answer for a response."""
+        """The operator's response that `after` maps to `response`."""
         return constant + (response - constant - self.offset) / self.gain
 
 
@@ -171,7 +184,7 @@ class Modes(NamedTuple):
 
 
 class Past(NamedTuple):
-    """What lies before the runs of a session, for a linear effect whose memory outlasts a run.
+    """The state before the runs of a session, of a linear effect whose memory outlasts a run.
 
     - `settled`: from rest (0) to a drive that has long been that of the first run (1), before it.
     - `rest`: the signal while nothing is driven, counted from the first run's first value, as a
@@ -195,24 +208,41 @@ ALWAYS_ON_S = 1e4
 
 
 class AbstractLinearEffect(AbstractEffect):
-    """A linear effect with a memory; second base beside the type that says where it acts.
+    """A linear time-invariant effect; second base beside the type that says where it acts."""
 
-    `session` says whether its memory outlasts a run: then the runs of a session are one history.
+    @abc.abstractmethod
+    def transfer(self, hertz: Float[np.ndarray, " freq"]) -> Complex[np.ndarray, " freq"]:
+        """The transfer function at frequencies in Hz, of concrete parameters."""
+
+
+class AbstractLagEffect(AbstractLinearEffect):
+    """A linear effect that is a sum of first-order lags, which share one recursion.
+
+    `session`: whether its memory outlasts a run, so that the runs of a session are one history.
     """
 
     session: eqx.AbstractClassVar[bool]
 
     @abc.abstractmethod
     def modes(self) -> Modes:
-        """Its lags."""
+        """Time constants and weights of the lags."""
 
     @abc.abstractmethod
     def past(self) -> Past:
-        """What lies before the runs, where its memory outlasts them."""
+        """The state before the runs, where the memory outlasts them."""
+
+    def transfer(self, hertz: Float[np.ndarray, " freq"]) -> Complex[np.ndarray, " freq"]:
+        modes = jax.tree_util.tree_map(np.asarray, _compiled_modes(self))
+        return np.asarray(transfer(modes, hertz))
+
+
+@jax.jit
+def _compiled_modes(effect: AbstractLagEffect) -> Modes:
+    return effect.modes()
 
 
 class AbstractInvertible(eqx.Module):
-    """What an effect also is where it can be undone, so that a drive can allow for it."""
+    """An effect with an inverse, so that a drive can compensate for it."""
 
     @abc.abstractmethod
     def inverse(

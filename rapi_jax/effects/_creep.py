@@ -11,7 +11,7 @@ from rapi_jax._precision import float64
 from ._base import (
     ALWAYS_ON_S,
     AbstractInvertible,
-    AbstractLinearEffect,
+    AbstractLagEffect,
     AbstractOpticalEffect,
     Modes,
     Past,
@@ -25,7 +25,7 @@ _LAGS = 8
 _NO_RESTS_S = 2.0 * ALWAYS_ON_S
 
 
-class Creep(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
+class Creep(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
     r"""Slow relaxation: $\nu + \frac{g}{K} \sum_k (L_k[\nu] - \nu)$, $L_k$ a lag by $\tau_k$.
 
     The lags stand $K$ a decade from `fastest_s` to 20 s. With 5 ms, after a step of 1 the answer
@@ -49,6 +49,10 @@ class Creep(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
     """
 
     name: ClassVar[str] = "creep"
+    label: ClassVar[str] = "creep of the piezo"
+    remedy: ClassVar[str] = (
+        "Compensate with the corrected model; let the device run in before a scan."
+    )
     session: ClassVar[bool] = True
     gain: Float[Array, ""] = parameter(unit="1/decade", default=0.0, bounds=(-0.02, 0.2))  # g
     history: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(0.0, 1.0))

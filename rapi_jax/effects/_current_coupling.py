@@ -32,6 +32,10 @@ class CurrentCoupling(AbstractCouplingEffect):
     """
 
     name: ClassVar[str] = "current_coupling"
+    label: ClassVar[str] = "coupling of the drive into the diode current"
+    remedy: ClassVar[str] = (
+        "Compensate with the corrected model; look at the current driver's ground."
+    )
     steady: ClassVar[bool] = True
     coupling: Float[Array, ""] = parameter(unit="{x} s/{u}", default=0.0)  # k
     lag_s: Float[Array, ""] = parameter(unit="s", default=0.0, bounds=(0.0, 0.02))

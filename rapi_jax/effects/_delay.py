@@ -4,17 +4,22 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Complex, Float
 
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 from rapi_jax.sampling._corners import corners
 
-from ._base import AbstractEffect, AbstractInvertible, AbstractOpticalEffect
+from ._base import (
+    AbstractEffect,
+    AbstractInvertible,
+    AbstractLinearEffect,
+    AbstractOpticalEffect,
+)
 from ._residual_summary import ResidualSummary
 
 
-class Delay(AbstractOpticalEffect, AbstractInvertible):
+class Delay(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
     r"""A pure delay between the drive and the reading: $\nu(t - \tau)$.
 
     Buffers, filters of high order and triggers delay by 1 us to 1 ms. To delay the drive is to
@@ -28,7 +33,11 @@ class Delay(AbstractOpticalEffect, AbstractInvertible):
 
     tau: Float[Array, ""] = parameter(unit="s", default=0.0, bounds=(0.0, 0.2))
 
-    name: ClassVar = "delay"
+    name: ClassVar[str] = "delay"
+    label: ClassVar[str] = "a delay between drive and reading"
+    remedy: ClassVar[str] = (
+        "Set the latency of the reading (`response_lag_s`), or compensate with the model."
+    )
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:
@@ -46,6 +55,10 @@ class Delay(AbstractOpticalEffect, AbstractInvertible):
         step = t[after] - t[before]
         share = (t[after] - asked) / jnp.where(step > 0, step, 1.0)
         return nu[after] - share * (nu[after] - nu[before])
+
+    def transfer(self, hertz: Float[np.ndarray, " freq"]) -> Complex[np.ndarray, " freq"]:
+        tau = float(self.tau)
+        return np.exp(-2j * np.pi * hertz * tau)
 
     @float64
     def inverse(

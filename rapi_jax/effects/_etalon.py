@@ -36,6 +36,10 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
     """
 
     name: ClassVar[str] = "etalon"
+    label: ClassVar[str] = "an etalon in the light path"
+    remedy: ClassVar[str] = (
+        "Tilt or coat what reflects; the corrected model compensates what is left."
+    )
     amplitude: Float[Array, ""] = parameter(unit="{x}", default=0.0)  # A
     phase: Float[Array, ""] = parameter(unit="rad", default=0.0)  # phi
     spacing: Float[Array, ""] = parameter(unit="{x}", default=5.0, positive=True)  # F

@@ -36,6 +36,8 @@ class ModeHop(AbstractSwitch):
     """
 
     name: ClassVar[str] = "mode_hop"
+    label: ClassVar[str] = "mode hops"
+    remedy: ClassVar[str] = "Scan less or move the bias, so that the hop lies outside."
     size: Float[Array, ""] = parameter(unit="{x}", default=0.0)
     threshold: Float[Array, ""] = parameter(unit="{x}", default=0.0)
     width: Float[Array, ""] = parameter(unit="{x}", default=0.0, bounds=(0.0, np.inf))

@@ -29,6 +29,10 @@ class Pickup(AbstractOpticalEffect):
     """
 
     name: ClassVar[str] = "pickup"
+    label: ClassVar[str] = "pickup at a fixed frequency in time"
+    remedy: ClassVar[str] = (
+        "Find the source by its frequency: mains, pump, fan; shield or decouple."
+    )
     amplitude: Float[Array, ""] = parameter(unit="{x}", default=0.0)  # A
     hertz: Float[Array, ""] = parameter(unit="Hz", default=50.0, bounds=(_LOW, _HIGH))  # f
     phase: Float[Array, ""] = parameter(unit="rad", default=0.0)  # phi

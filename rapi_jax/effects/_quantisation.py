@@ -29,7 +29,9 @@ class Quantisation(AbstractDriveEffect):
     step: Float[Array, ""] = parameter(unit="{u}", default=0.0, bounds=(0.0, jnp.inf))  # q
     origin: Float[Array, ""] = parameter(unit="{u}", default=0.0)  # u_0
 
-    name: ClassVar = "quantisation"
+    name: ClassVar[str] = "quantisation"
+    label: ClassVar[str] = "quantisation of the drive"
+    remedy: ClassVar[str] = "Use a source with more bits, or more of its range."
     smooth: ClassVar = False
 
     @classmethod

@@ -23,7 +23,8 @@ class RateLaw(AbstractLawEffect):
 
     exponent: Float[Array, ""] = parameter(unit="1", default=1.0, bounds=(0.0, 3.0))  # m
 
-    name: ClassVar = "rate_law"
+    name: ClassVar[str] = "rate_law"
+    label: ClassVar[str] = "another law of thresholds with scan rate"
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._base import AbstractInvertible, AbstractLinearEffect, AbstractOpticalEffect, Modes, Past
+from ._base import AbstractInvertible, AbstractLagEffect, AbstractOpticalEffect, Modes, Past
 from ._first_order_lags import from_rest, undo_linear
 from ._residual_summary import ResidualSummary
 from ._size import peaks
@@ -20,7 +20,7 @@ _LOW, _HIGH = 20.0, 1e5  # Hz
 _FAST = 2.0  # times the sampling rate: a ringing too fast to be seen still delays
 
 
-class Resonance(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
+class Resonance(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
     r"""Damped oscillator, by a share: $\omega_0^2 / (s^2 + 2 z \omega_0 s + \omega_0^2)$.
 
     $\omega_0 = 2\pi$ `hertz`, $z$ = `damping` (below critical), and `share` is the part of the
@@ -32,6 +32,8 @@ class Resonance(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible)
     """
 
     name: ClassVar[str] = "resonance"
+    label: ClassVar[str] = "a mechanical resonance"
+    remedy: ClassVar[str] = "Compensate with the corrected model; round the corners of the scan."
     session: ClassVar[bool] = False
     hertz: Float[Array, ""] = parameter(unit="Hz", default=1000.0, bounds=(_LOW, _HIGH))
     damping: Float[Array, ""] = parameter(unit="1", default=0.05, bounds=(0.002, 0.95))  # z

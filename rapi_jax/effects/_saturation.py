@@ -29,7 +29,9 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
     high: Float[Array, ""] = parameter(unit="{u}", default=jnp.inf)
     knee: Float[Array, ""] = parameter(unit="{u}", default=0.0, bounds=(0.0, np.inf))
 
-    name: ClassVar = "saturation"
+    name: ClassVar[str] = "saturation"
+    label: ClassVar[str] = "saturation of the drive"
+    remedy: ClassVar[str] = "Scan less, or move the bias away from the amplifier's end."
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:

@@ -44,7 +44,9 @@ class SlewLimit(AbstractFollower, AbstractInvertible):
 
     limit: Float[Array, ""] = parameter(unit="{u}/s", default=jnp.inf, positive=True)
 
-    name: ClassVar = "slew_limit"
+    name: ClassVar[str] = "slew_limit"
+    label: ClassVar[str] = "a slew limit of the drive"
+    remedy: ClassVar[str] = "Scan slower or less, or use an amplifier with more current."
     smooth: ClassVar = False
 
     @classmethod

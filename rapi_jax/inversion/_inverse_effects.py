@@ -21,14 +21,14 @@ from rapi_jax.effects import (
     AbstractDriveEffect,
     AbstractEffect,
     AbstractInvertible,
+    AbstractLagEffect,
     AbstractLawEffect,
     AbstractLinearEffect,
     AbstractOpticalEffect,
     Law,
     Modes,
 )
-from rapi_jax.effects._base import Past, transfer
-from rapi_jax.effects._delay import Delay
+from rapi_jax.effects._base import Past
 from rapi_jax.sampling._corners import corners
 
 _ROUNDS = 30
@@ -110,16 +110,14 @@ def loop(ecdl: ECDL, time: Array, sent: np.ndarray, slope: float) -> Complex[np.
     `slope`: mean slope of the operator, response unit per drive unit.
     """
     step = float(time[1] - time[0])
-    hertz = jnp.fft.rfftfreq(sent.size, step)
-    turn = 2 * np.pi * np.asarray(hertz)
+    hertz = np.asarray(jnp.fft.rfftfreq(sent.size, step))
+    turn = 2 * np.pi * hertz
     rise = (np.roll(sent, -1) - np.roll(sent, 1)) / (2 * step)
     inverse = np.ones(hertz.size, dtype=complex)
     total = np.zeros(hertz.size, dtype=complex)
     for effect in [*drive_effects(ecdl), *response_effects(ecdl)]:
         if isinstance(effect, AbstractLinearEffect):
-            inverse = inverse / np.asarray(transfer(effect.modes(), hertz))
-        elif isinstance(effect, Delay):
-            inverse = inverse * np.exp(1j * turn * float(effect.tau))
+            inverse = inverse / effect.transfer(hertz)
         elif isinstance(effect, AbstractCouplingEffect):
             none = as_float64(np.zeros(sent.size))
             added = -np.asarray(_uncoupled(effect, time, none, sent))
@@ -146,10 +144,10 @@ def from_minimum(value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return levels[order], place[:size]
 
 
-class Steady(AbstractOpticalEffect, AbstractLinearEffect):
+class Steady(AbstractOpticalEffect, AbstractLagEffect):
     """A linear effect of the response that has long been driven, whatever its history says."""
 
-    effect: AbstractLinearEffect
+    effect: AbstractLagEffect
 
     name: ClassVar = "steady"
     session: ClassVar = False
@@ -175,7 +173,7 @@ class Steady(AbstractOpticalEffect, AbstractLinearEffect):
 def steady(ecdl: ECDL) -> ECDL:
     """The device long after its drive began."""
     effects = [
-        Steady.at(effect=e) if isinstance(e, AbstractLinearEffect) and e.session else e
+        Steady.at(effect=e) if isinstance(e, AbstractLagEffect) and e.session else e
         for e in ecdl.effects
     ]
     return ECDL(ecdl.operator, tuple(effects))

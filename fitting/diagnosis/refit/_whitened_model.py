@@ -37,7 +37,7 @@ from ._compiled_stages import (
 )
 from ._effect_vector import Effects
 from ._jump_timing import match_jump_timing
-from ._linear_effects import apply_transfer_functions, is_linear, transfer_function
+from ._linear_effects import apply_transfer_functions, is_linear
 from ._sampling_grids import FirstPeriod, SamplingGrids
 from ._thresholds import THRESHOLDS
 
@@ -228,13 +228,13 @@ class WhitenedModel:
             if not acts_before_operator(effect) and not is_linear(effect):
                 nu, columns = linearise_optical_effect(effect, drives, nu, columns)
         rows = np.asarray(columns)
-        transfers = [transfer_function(effect) for effect in effects if is_linear(effect)]
+        linear = [effect for effect in effects if is_linear(effect)]
         parts = []
         for k, (block, begin) in enumerate(zip(self.blocks, self._first_period.first, strict=True)):
             row, share = rows[:, k, :], block.fraction[0]
             left, right = block.left[0] - begin, block.right[0] - begin
             value = (1.0 - share) * row[:, left] + share * row[:, right]
-            if transfers:
-                value = apply_transfer_functions(transfers, value, block)
+            if linear:
+                value = apply_transfer_functions(linear, value, block)
             parts.append((value * block.use.mean(axis=0))[:, None, :])
         return whitener.whiten_mean_period(parts).T

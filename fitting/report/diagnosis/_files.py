@@ -40,5 +40,5 @@ def write_diagnosis(diagnosis: "Diagnosis", folder: Path, *, name: str = "") -> 
         data_sha256=recording.sha256(),
     )
     write_atomic(folder / DIAGNOSIS, json_text(content))
-    write_atomic(folder / PAGE, page(content))
+    write_atomic(folder / PAGE, page(content, diagnosis.labels))
     return [folder / DIAGNOSIS, folder / PAGE, folder / MODEL]

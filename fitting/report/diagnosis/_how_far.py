@@ -93,7 +93,7 @@ def _whisker(fraction: Any, start: float) -> dict[str, float] | None:
     return {k: min(1.0, max(0.0, (v - start) / (1.0 - start))) for k, v in ends.items()}
 
 
-def following(found: dict | None, drive_unit: str) -> dict[str, Any] | None:
+def following(found: dict | None, drive_unit: str, labels: words.Labels) -> dict[str, Any] | None:
     """The scan to record next, why, and what else was considered."""
     if not found:
         return None
@@ -102,7 +102,7 @@ def following(found: dict | None, drive_unit: str) -> dict[str, Any] | None:
     rows = [[words.scan(c, drive_unit), number(c.get("power"))] for c in entries]
     return {
         "scan": words.title(words.scan(found, drive_unit)),
-        "separates": words.separated(found),
+        "separates": words.separated(found, labels),
         "reason": words.sentence(str(found.get("reason") or "")),
         "table": Table("Scans considered", ["scan", "power to separate"], rows)
         if rows[1:]

@@ -25,13 +25,14 @@ from .figures._maps import figures
 _SCHEMA = "rapi.diagnosis/1"
 
 
-def page(diagnosis: dict) -> str:
+def page(diagnosis: dict, labels: words.Labels | None = None) -> str:
     """The diagnosis of `diagnosis.json` as one HTML page for people.
 
     **Arguments:**
 
     - `diagnosis`: the object of `diagnosis.json`. A key that is missing or null leaves its part of
       the page out. Text in it is shown as text, never taken as markup.
+    - `labels`: of effects that are not the package's own, by name.
 
     **Returns:** the page. It asks for nothing: style, script and data are inside. Residuals are in
     the unit of the recording's family that reads best (0.041 GHz as 41 MHz).
@@ -45,10 +46,10 @@ def page(diagnosis: dict) -> str:
             f"verdict, but its schema is {schema!r} and its keys are {sorted(diagnosis)}. Make one "
             "with `rapi diagnose`."
         )
-    return _template().render(**_context(diagnosis))
+    return _template().render(**_context(diagnosis, words.packaged_labels() | dict(labels or {})))
 
 
-def _context(diagnosis: dict) -> dict[str, Any]:
+def _context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
     gap = diagnosis.get("gap") or {}
     refit = diagnosis.get("shrinkage") or {}
     where = [e for e in diagnosis.get("where") or [] if isinstance(e, dict)]
@@ -62,18 +63,18 @@ def _context(diagnosis: dict) -> dict[str, Any]:
     return {
         "title": " · ".join(filter(None, ["Diagnosis", name])),
         "subtitle": subtitle(diagnosis, drive_unit),
-        "headline": words.headline(diagnosis),
-        "advice": words.advice(diagnosis, drive_unit),
+        "headline": words.headline(diagnosis, labels),
+        "advice": words.advice(diagnosis, drive_unit, labels),
         "cautions": cautions(diagnosis),
-        "facts": facts(diagnosis, scale),
+        "facts": facts(diagnosis, scale, labels),
         "budget": budget(gap, scale),
         "phase": next((f for f in drawn if f.panels[0].key == "phase"), None),
         "figures": [f for f in drawn if f.panels[0].key != "phase"],
         "grid": grid(where, scale, drive_unit),
         "lines": lines(maps.get("lines"), scale),
-        "which": hypotheses(diagnosis),
+        "which": hypotheses(diagnosis, labels),
         "far": shrinkage(refit, scale, words.names(diagnosis["verdict"])[0] not in words.SPECIAL),
-        "following": following(diagnosis.get("next_scan"), drive_unit),
+        "following": following(diagnosis.get("next_scan"), drive_unit, labels),
         "no_scan": words.no_scan(diagnosis["verdict"]),
         "reason": words.sentence(str(diagnosis["verdict"].get("reason") or "")),
         "notes": [words.sentence(str(note)) for note in diagnosis.get("notes") or []],

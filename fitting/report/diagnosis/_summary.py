@@ -8,14 +8,14 @@ from ._numbers import SPACE, Scale, finite, interval, percent, setting, unit_tex
 _THIN = "\N{NARROW NO-BREAK SPACE}"
 
 
-def facts(diagnosis: dict, scale: Scale) -> list[tuple[str, str]]:
+def facts(diagnosis: dict, scale: Scale, labels: words.Labels) -> list[tuple[str, str]]:
     """The few numbers of the first screen."""
     gap, shrinkage = diagnosis.get("gap") or {}, diagnosis.get("shrinkage") or {}
     among = words.names(diagnosis["verdict"])
-    lines = [("Verdict", words.title(words.describe_hypothesis(among[0])))]
+    lines = [("Verdict", words.title(words.describe_hypothesis(among[0], labels)))]
     lines.append(("Probability", percent(words.probability(diagnosis))))
     if len(among) > 1:
-        lines.append(("95 % set", words.title(words.either(among))))
+        lines.append(("95 % set", words.title(words.either(among, labels))))
     before, after = finite(shrinkage.get("before")), finite(shrinkage.get("after"))
     if before is not None and after is not None:
         lines.append(("Residual", f"{scale.bare(before)} → {scale(after)} rms, on data left out"))

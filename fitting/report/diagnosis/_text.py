@@ -1,35 +1,30 @@
-"""The words of a diagnosis: effects by what they are, the verdict and the advice in a sentence."""
+"""The sentences of a diagnosis: hypotheses by their labels, the verdict, the advice."""
+
+from collections.abc import Mapping
+
+from rapi_jax import effects
 
 from ._numbers import finite, interval, percent, setting
 
-_EFFECTS = {
-    "creep": "creep of the piezo",
-    "resonance": "a mechanical resonance",
-    "amplifier_lowpass": "a low-pass in the drive amplifier",
-    "slew_limit": "a slew limit of the drive",
-    "delay": "a delay between drive and reading",
-    "saturation": "saturation of the drive",
-    "quantisation": "quantisation of the drive",
-    "rate_law": "another law of thresholds with scan rate",
-    "amplitude_law": "a dependence on amplitude or bias",
-    "drift": "drift of the optical frequency",
-    "gain_drift": "drift of the gain",
-    "mode_hop": "mode hops",
-    "etalon": "an etalon in the light path",
-    "pickup": "pickup at a fixed frequency in time",
-    "current_coupling": "coupling of the drive into the diode current",
-}
 SPECIAL = {
     "none": "no effect beyond the model",
     "unlisted": "something not on the list of effects",
 }
 
 
-def describe_hypothesis(name: str) -> str:
+Labels = Mapping[str, str]  # of effects, by name
+
+
+def packaged_labels() -> dict[str, str]:
+    """Labels of the package's own effects, by name."""
+    return {cls.name: cls.label for cls in effects.ALL}
+
+
+def describe_hypothesis(name: str, labels: Labels) -> str:
     """A hypothesis in words: `creep+drift` becomes "creep of the piezo and drift of ..."."""
     if name in SPECIAL:
         return SPECIAL[name]
-    return listed([_EFFECTS.get(part, part.replace("_", " ")) for part in name.split("+")])
+    return listed([labels.get(part, part.replace("_", " ")) for part in name.split("+")])
 
 
 def listed(items: list[str], last: str = "and") -> str:
@@ -51,9 +46,9 @@ def title(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def either(items: list[str]) -> str:
+def either(items: list[str], labels: Labels) -> str:
     """Hypotheses of which one holds, told apart from those that hold together."""
-    return ", or ".join(describe_hypothesis(item) for item in items)
+    return ", or ".join(describe_hypothesis(item, labels) for item in items)
 
 
 def names(verdict: dict) -> list[str]:
@@ -71,7 +66,7 @@ def probability(diagnosis: dict) -> float | None:
     return own if own is not None else finite(next(found, {}).get("probability"))
 
 
-def headline(diagnosis: dict) -> str:
+def headline(diagnosis: dict, labels: Labels) -> str:
     """The verdict in one sentence: the file's own, or one made from its numbers."""
     verdict = diagnosis.get("verdict") or {}
     if verdict.get("sentence"):
@@ -82,16 +77,15 @@ def headline(diagnosis: dict) -> str:
     closed = (diagnosis.get("shrinkage") or {}).get("closed_fraction")
     part = f"closes {interval(closed)} of the gap on data left out" if closed else ""
     if len(among) > 1:
-        return sentence(
-            f"these data cannot tell {listed([describe_hypothesis(n) for n in among], 'from')}; "
-            f"the likeliest is {describe_hypothesis(among[0])}{odds}{part and f', which {part}'}"
-        )
+        rivals = listed([describe_hypothesis(n, labels) for n in among], "from")
+        likeliest = f"{describe_hypothesis(among[0], labels)}{odds}{part and f', which {part}'}"
+        return sentence(f"these data cannot tell {rivals}; the likeliest is {likeliest}")
     if among[0] == "none":
         return f"The base model explains this recording; no effect is missing{odds}."
     if among[0] == "unlisted":
         text = f"The gap is real, but no effect on the list explains it{odds}"
         return sentence(f"{text}; the best of them {part}" if part else text)
-    text = f"the gap comes from {describe_hypothesis(among[0])}{odds}"
+    text = f"the gap comes from {describe_hypothesis(among[0], labels)}{odds}"
     return sentence(f"{text}; a model with that {part}" if part else text)
 
 
@@ -106,25 +100,27 @@ def scan(entry: dict, drive_unit: str) -> str:
     return ", ".join(parts)
 
 
-def separated(entry: dict) -> str:
+def separated(entry: dict, labels: Labels) -> str:
     """What a scan separates, from names or from pairs of names."""
     items = entry.get("separates") or []
     if items and all(isinstance(item, str) for item in items):
-        return listed([describe_hypothesis(item) for item in items], "from")
+        return listed([describe_hypothesis(item, labels) for item in items], "from")
     pairs = [
-        [describe_hypothesis(str(n)) for n in item] for item in items if isinstance(item, list)
+        [describe_hypothesis(str(n), labels) for n in item]
+        for item in items
+        if isinstance(item, list)
     ]
     return listed([listed(pair, "from") for pair in pairs])
 
 
-def advice(diagnosis: dict, drive_unit: str) -> str:
+def advice(diagnosis: dict, drive_unit: str, labels: Labels) -> str:
     """What to do next, in one sentence: the file's own, or what the verdict calls for."""
     verdict = diagnosis.get("verdict") or {}
     if verdict.get("advice"):
         return sentence(str(verdict["advice"]))
     following = diagnosis.get("next_scan")
     if following:
-        apart = separated(following)
+        apart = separated(following, labels)
         return f"Record one more scan ({scan(following, drive_unit)})" + (
             f" to tell {apart}." if apart else "."
         )

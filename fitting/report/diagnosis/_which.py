@@ -9,19 +9,19 @@ from .figures._figure import Table
 _SHOWN = 0.01  # Less likely ones go to a table, unless the 95 % set holds them.
 
 
-def hypotheses(diagnosis: dict) -> dict[str, Any] | None:
+def hypotheses(diagnosis: dict, labels: words.Labels) -> dict[str, Any] | None:
     """The likely ones at length, the others as a table, and what the 95 % set is."""
     inside = words.names(diagnosis["verdict"])
     found = [h for h in diagnosis.get("hypotheses") or [] if isinstance(h, dict)]
     if not found:
         return None
-    entries = [_hypothesis(h, set(inside)) for h in found]
+    entries = [_hypothesis(h, set(inside), labels) for h in found]
     entries.sort(key=lambda h: -(h["probability"] or 0.0))
     shown = [h for h in entries if h["inside"] or (h["probability"] or 0.0) >= _SHOWN]
     rest = [h for h in entries if h not in shown]
     weight = [h["probability"] for h in entries if h["inside"] and h["probability"] is not None]
     together = f", {percent(sum(weight))} together" if len(weight) > 1 else ""
-    members = words.either(inside)
+    members = words.either(inside, labels)
     return {
         "shown": shown,
         "others": _others(rest) if rest else None,
@@ -38,7 +38,7 @@ def _others(rest: list[dict[str, Any]]) -> Table:
     return Table(f"{len(rest)} other {plural}, {odds} in all", head, rows)
 
 
-def _hypothesis(h: dict, inside: set[str]) -> dict[str, Any]:
+def _hypothesis(h: dict, inside: set[str], labels: words.Labels) -> dict[str, Any]:
     name = str(h.get("name") or "?")
     numbers = {
         "probability": percent(h.get("probability")),
@@ -49,7 +49,7 @@ def _hypothesis(h: dict, inside: set[str]) -> dict[str, Any]:
     parameters = h.get("parameters") or {}
     return {
         "name": name,
-        "said": words.title(words.describe_hypothesis(name)),
+        "said": words.title(words.describe_hypothesis(name, labels)),
         "inside": name in inside,
         "probability": finite(h.get("probability")),
         "percent": numbers["probability"],

@@ -10,6 +10,7 @@ from fitting.diagnosis.next_scan._confirmation import confirmation_scan, needs_c
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.report.diagnosis._how_far import following
 from rapi_jax import DriveLimits, Identified
+from rapi_jax.effects import Creep
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +44,7 @@ def test_the_scan_lies_inside_what_was_recorded(whitened):
     assert "nothing is missing" in confirmation_scan(whitened, ["none", "unlisted"]).reason
     written = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert {"waveform", "excitation_hz", "amplitude", "bias", "separates"} <= written.keys()
-    assert following(written, "V")["table"] is None  # there is nothing to compare it with
+    assert following(written, "V", {})["table"] is None  # there is nothing to compare it with
 
 
 def test_limits_that_forbid_it_are_kept(whitened):
@@ -51,7 +52,7 @@ def test_limits_that_forbid_it_are_kept(whitened):
 
 
 def test_the_scan_comes_before_the_cure():
-    said = verdict_advice("creep", ("creep",), ["creep"], {"waveform": "sine"}, unsure=True)
+    said = verdict_advice("creep", (Creep,), ["creep"], {"waveform": "sine"}, unsure=True)
     assert said.startswith("Play the next scan below first") and "run in" in said
-    assert "next scan" not in verdict_advice("creep", ("creep",), ["creep"], None, unsure=True)
-    assert "next scan" not in verdict_advice("creep", ("creep",), ["creep"], {"waveform": "sine"})
+    assert "next scan" not in verdict_advice("creep", (Creep,), ["creep"], None, unsure=True)
+    assert "next scan" not in verdict_advice("creep", (Creep,), ["creep"], {"waveform": "sine"})

@@ -1,11 +1,16 @@
 """A model from the command line: the folder a command wrote, or a file in it."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 
-def load_model(model: Path) -> tuple[Any, dict[str, Any]]:
-    """The model that `model` names, and what was written about it; `ModelError` where none is."""
+def load_model(model: Path, effects: Sequence[type[Any]] = ()) -> tuple[Any, dict[str, Any]]:
+    """The model that `model` names, and the header written with it.
+
+    `effects`: classes that the model names and that are not the package's own.
+    Raises `ModelError` where there is no such file.
+    """
     from fitting.report import MODEL, TABLE
     from rapi_jax import ModelError
     from rapi_jax.io import read_model
@@ -14,4 +19,4 @@ def load_model(model: Path) -> tuple[Any, dict[str, Any]]:
     path = path.with_name(MODEL) if path.name == TABLE else path  # the readable one, beside it
     if not path.exists():
         raise ModelError(f"{path}: no such model. Give a folder that `rapi fit` wrote.")
-    return read_model(path)
+    return read_model(path, effects=effects)

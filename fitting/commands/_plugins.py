@@ -6,12 +6,15 @@ from collections.abc import Sequence
 from inspect import isabstract
 from pathlib import Path
 from types import ModuleType
-from typing import TypeVar
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
-from rapi_jax import DataError
-from rapi_jax.io import printable
+from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from rapi_jax.effects import AbstractEffect
 
 Class = TypeVar("Class")
+Plugins = Annotated[tuple[Path, ...], Parameter(name="--plugin", negative="", show_default=False)]
 
 
 def load_plugins(paths: Sequence[Path]) -> tuple[ModuleType, ...]:
@@ -23,6 +26,9 @@ def load_plugins(paths: Sequence[Path]) -> tuple[ModuleType, ...]:
 
 
 def _load(path: Path) -> ModuleType:
+    from rapi_jax import DataError
+    from rapi_jax.io import printable
+
     label = printable(path)
     if not path.is_file():
         raise DataError(f"{label}: no such file, so no plugin to load. Check the path.")
@@ -52,3 +58,10 @@ def plugin_classes(modules: Sequence[ModuleType], base: type[Class]) -> tuple[ty
         and value.__module__ == module.__name__
         and not isabstract(value)
     )
+
+
+def plugin_effects(paths: Sequence[Path]) -> "tuple[type[AbstractEffect], ...]":
+    """The effects that the files define."""
+    from rapi_jax.effects import AbstractEffect
+
+    return plugin_classes(load_plugins(paths), AbstractEffect)

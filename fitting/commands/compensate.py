@@ -5,6 +5,8 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from ._plugins import Plugins
+
 Positive = Annotated[float, Parameter(validator=lambda _, value: _positive(value))]
 
 
@@ -22,6 +24,7 @@ def compensate(
     corner: float = 0.02,
     samples: int = 8192,
     recording: Path | None = None,
+    plugin: Plugins = (),
     plots: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
@@ -59,6 +62,9 @@ def compensate(
         Samples in a period.
     recording
         For `--inverse paper`: what to identify the inverse on, instead of the model's own response.
+    plugin
+        A Python file with effects of your own, which MODEL names; its code is run. May be given
+        several times.
     plots
         Write a picture.
     json
@@ -72,8 +78,9 @@ def compensate(
 
     from ._model import load_model
     from ._out import console, output_folder, progress, say_json
+    from ._plugins import plugin_effects
 
-    ecdl, about = load_model(model)
+    ecdl, about = load_model(model, plugin_effects(plugin))
     identified = Identified.from_dict(about["identified"])
     allowed = None if limits is None else read_limits(limits)
     if not frequency or not all(np.isfinite(f) and f > 0 for f in frequency):

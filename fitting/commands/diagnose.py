@@ -5,6 +5,8 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from ._plugins import Plugins
+
 
 def diagnose(
     recording: Path,
@@ -12,6 +14,7 @@ def diagnose(
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
     model: Path | None = None,
     limits: Path | None = None,
+    plugin: Plugins = (),
     scan: bool = True,
     nan: Literal["raise", "mask"] = "raise",
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -34,21 +37,28 @@ def diagnose(
         model is identified first, and nothing of the gap is a wrong parameter's.
     limits
         A file with the drive's limits, for the next scan; by default the range and slew recorded.
+    plugin
+        A Python file with effects of your own: further candidates, and those that the model may
+        name. Its code is run. May be given several times.
     scan
-        Look for the scan that would best separate what is still tied.
+        Look for the scan that would best separate the hypotheses still tied.
     nan
         What to do with readings that are not finite: refuse, or leave those samples out.
     json
         Print `diagnosis.json` on standard output (a list with several recordings).
     """
+    from rapi_jax import effects
     from rapi_jax.io import read_limits, read_recording
 
     from ._model import load_model
     from ._out import console, output_folder, progress, say_json
+    from ._plugins import plugin_effects
 
     several = [recording, *recordings]
     bounds = None if limits is None else read_limits(limits)
-    ecdl, about = (None, None) if model is None else load_model(model)
+    own = plugin_effects(plugin)
+    ecdl, about = (None, None) if model is None else load_model(model, own)
+    candidates = (*effects.ALL, *own)
     names = _names(several)
     read = [read_recording(path, nan=nan) for path in several]  # all, before the first is judged
     if about is not None:
@@ -63,9 +73,9 @@ def diagnose(
         from fitting.diagnosis import diagnose as run
 
         with progress(f"diagnosing {name}" if recordings else "diagnosing", json) as say:
-            report = run(ecdl, data, limits=bounds, scan=scan, progress=say)
-        own = output_folder(folder / name) if recordings else folder
-        written = report.save(own, name=name)
+            report = run(ecdl, data, candidates=candidates, limits=bounds, scan=scan, progress=say)
+        place = output_folder(folder / name) if recordings else folder
+        written = report.save(place, name=name)
         reports.append(report.to_dict())
         if not json:
             from fitting.report.diagnosis._terminal import lines
@@ -73,7 +83,7 @@ def diagnose(
             if recordings:
                 out.rule(name)
             out.print(lines(reports[-1]))
-            out.print(f"written to {own}: {', '.join(p.name for p in written)}", markup=False)
+            out.print(f"written to {place}: {', '.join(p.name for p in written)}", markup=False)
     if json:
         say_json(reports if recordings else reports[0])
     return 0

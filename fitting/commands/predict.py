@@ -5,6 +5,8 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from ._plugins import Plugins
+
 
 def predict(
     model: Path,
@@ -12,6 +14,7 @@ def predict(
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
     nan: Literal["raise", "mask"] = "raise",
+    plugin: Plugins = (),
     plots: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
@@ -31,6 +34,9 @@ def predict(
         Folder for the results; made if missing.
     nan
         What to do with readings that are not finite: refuse, or leave those samples out.
+    plugin
+        A Python file with effects of your own, which MODEL names; its code is run. May be given
+        several times.
     plots
         Write a picture.
     json
@@ -40,8 +46,9 @@ def predict(
 
     from ._model import load_model
     from ._out import console, output_folder, progress, say_json
+    from ._plugins import plugin_effects
 
-    ecdl, about = load_model(model)
+    ecdl, about = load_model(model, plugin_effects(plugin))
     data = read_recording(recording, nan=nan)
     with progress("predicting", json):
         rows, series = _predicted(ecdl, about, data)

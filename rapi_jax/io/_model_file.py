@@ -1,7 +1,7 @@
 """A model in one file: a JSON header line, the leaves, and a SHA-256 over both.
 
 No pickle: leaves are NumPy arrays without objects, and the header only names classes: those of
-this package, and those that whoever reads the file hands over.
+this package, and those that the caller passes.
 """
 
 import hashlib
@@ -155,8 +155,8 @@ def _effect(spec: dict[str, Any], own: dict[str, type[AbstractEffect]]) -> Abstr
         cls = own.get(name)
         if cls is None or not issubclass(cls, AbstractEffect):
             raise DataError(
-                f"effect {printable(name)} is a class of whoever wrote the file: give it as "
-                f"`read_model(path, effects=({printable(name)},))`."
+                f"effect {printable(name)} is not one of this package: give its class as "
+                f"`read_model(path, effects=({printable(name)},))`, or its file as `--plugin FILE`."
             )
         return cls.at(**_filled(spec["shapes"]))
     cls = _packaged().get(name)

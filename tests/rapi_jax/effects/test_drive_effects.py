@@ -312,7 +312,7 @@ def test_a_model_file_holds_every_effect(tmp_path, name):
 def test_a_model_file_holds_an_effect_of_ones_own(tmp_path):
     model = ECDL(paper_device().operator, (Mine(size=2.0), Saturation(high=4.0)))
     write_model(tmp_path / "m.rapi", model)
-    with pytest.raises(DataError, match=r"Mine is a class of whoever wrote.*effects=\(Mine,\)"):
+    with pytest.raises(DataError, match=r"Mine is not one of this package.*effects=\(Mine,\)"):
         read_model(tmp_path / "m.rapi")
     assert eqx.tree_equal(read_model(tmp_path / "m.rapi", effects=(Mine,))[0], model)
     with pytest.raises(ValueError, match="Loose cannot be made again from its parameters"):

@@ -1,6 +1,7 @@
 """A model's declared parameters as one vector, and back."""
 
 import dataclasses
+import itertools
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -23,14 +24,24 @@ class ParameterVector:
     parts: tuple[Parameter, ...]
 
     @classmethod
-    def of(cls, ecdl: ECDL) -> "ParameterVector":
-        """The vector of all declared parameters of `ecdl`, in order of declaration."""
-        return cls(tuple(parameters(ecdl)))
+    def of(cls, module: eqx.Module) -> "ParameterVector":
+        """All declared parameters of a model, or of a part of one, in order of declaration."""
+        return cls(tuple(parameters(module)))
 
     @property
     def size(self) -> int:
         """Number of elements."""
         return sum(part.size for part in self.parts)
+
+    @property
+    def slices(self) -> tuple[slice, ...]:
+        """Where each parameter's elements stand, one slice a part."""
+        ends = [0, *itertools.accumulate(part.size for part in self.parts)]
+        return tuple(slice(low, high) for low, high in itertools.pairwise(ends))
+
+    def slice(self, name: str) -> slice:
+        """Where the elements of the parameter `name` stand; `KeyError` where there is none."""
+        return {p.name: at for p, at in zip(self.parts, self.slices, strict=True)}[name]
 
     @property
     def names(self) -> list[str]:
@@ -41,9 +52,9 @@ class ParameterVector:
         """`of(part)` for each element."""
         return [of(part) for part in self.parts for _ in range(part.size)]
 
-    def values(self, ecdl: ECDL) -> np.ndarray:
-        """The elements' values in `ecdl`, which may be another model of the same shape."""
-        return np.concatenate([np.asarray(follow(ecdl, p.path)).ravel() for p in self.parts])
+    def values(self, module: eqx.Module) -> np.ndarray:
+        """The elements' values in `module`, which may be another one of the same shape."""
+        return np.concatenate([np.asarray(follow(module, p.path)).ravel() for p in self.parts])
 
     def units(self, response: str, drive: str) -> list[str]:
         """Units of the elements, with the recording's units put in."""
@@ -57,10 +68,8 @@ class ParameterVector:
 
     def put(self, module: Module, values: Array) -> Module:
         """`module` with the elements of `values`; works on traced values."""
-        leaves, at = [], 0
-        for part in self.parts:
-            leaves.append(values[at : at + part.size].reshape(part.shape))
-            at += part.size
+        pairs = zip(self.parts, self.slices, strict=True)
+        leaves = [values[at].reshape(part.shape) for part, at in pairs]
         return eqx.tree_at(lambda e: [follow(e, part.path) for part in self.parts], module, leaves)
 
     def mask(self, ecdl: ECDL, free: Callable[[ECDL], Any]) -> np.ndarray:

@@ -108,12 +108,11 @@ def _leapt(problem: Problem, vector: np.ndarray, groups: np.ndarray, seed: int) 
 
 def shared(operator: AbstractOperator, problem: Problem) -> np.ndarray | None:
     """Groups that tie each vector of play parameters to one value; `None` where there is none."""
-    groups = np.arange(problem.vector.size)
-    at = 0
-    for part in problem.vector.parts:
+    vector = problem.vector
+    groups = np.arange(vector.size)
+    for part, at in zip(vector.parts, vector.slices, strict=True):
         if part.name in _EACH and part.shape and isinstance(operator, RAPI | GeneralRAPI):
-            groups[at : at + part.size] = at
-        at += part.size
+            groups[at] = at.start
     return None if (groups == np.arange(groups.size)).all() else groups
 
 

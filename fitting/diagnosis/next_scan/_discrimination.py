@@ -22,7 +22,6 @@ from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import Drive, Recording
-from rapi_jax._parameter import parameters
 from rapi_jax.effects import AbstractEffect
 
 _PAUSE_S = 1e6  # before a scan, for slow effects: none of what came before is left
@@ -51,7 +50,7 @@ class Rival:
         """The hypothesis at its own fit."""
         state = refit.evaluate(np.asarray(values, dtype=float), tuple(effects))
         information, _, _ = refit.normal_equations(state)
-        own = ParameterVector(tuple(parameters(refit.base.operator))).size
+        own = ParameterVector.of(refit.base.operator).size
         return cls(name, refit, state, information, own)
 
 

@@ -3,10 +3,19 @@
 import numpy as np
 
 from fitting.diagnosis.refit._gauss_newton import State
+from fitting.solver._damped_gauss_newton import (
+    Damping,
+    Linearisation,
+    StoppingRule,
+    minimise_damped,
+)
 
 from ._discrimination import FRACTION, Rival, Seen, Trials, solve
 
 _STEPS = 10
+_DAMPING = Damping(
+    initial=1e-6, decrease=10.0, increase=30.0, smallest=1e-9, largest=1e6, attempts=5
+)
 _ENOUGH = 1e-2  # of the cost: a smaller fall ends a refit
 _AGREES = 1e-2  # of the first-order power: how near the cost of its solution must be to it
 _FINE = 1e-3  # the same, while the cost is above that of first order
@@ -72,6 +81,13 @@ class _Joint:
         gradient[self.m :] += (new.values[self.fractions] - 0.5) / FRACTION**2
         return matrix, gradient
 
+    def linearise(self, at: tuple[State, State], width: float) -> Linearisation:
+        """The damped normal equations at a state; secants have one width here."""
+        del width
+        matrix, gradient = self.normal(at)
+        diagonal = np.diag(np.diag(matrix))
+        return Linearisation(lambda damping: -solve(matrix + damping * diagonal, gradient))
+
     def moved(self, at: tuple[State, State], move: np.ndarray) -> tuple[State, State]:
         old = self.rival.refit.take_step(at[0], move[: self.m])
         values = np.concatenate([old.values[: self.rival.own], at[1].values[self.rival.own :]])
@@ -94,21 +110,19 @@ def refit_rival(
         at, best = there, joint.cost(there)
     if abs(best - first[0]) <= _AGREES * first[0]:
         return best  # the first-order solution costs what it should: it is the minimum
-    damping = 1e-6
-    for _ in range(_STEPS):
-        matrix, gradient = joint.normal(at)
-        for _ in range(5):
-            heavy = matrix + damping * np.diag(np.diag(matrix))
-            there = joint.moved(at, -solve(heavy, gradient))
-            cost = joint.cost(there)
-            if np.isfinite(cost) and cost < best:
-                break
-            damping = min(damping * 30.0, 1e6)
-        else:
-            return best
-        fall, best, at = best - cost, cost, there
-        damping = max(damping / 10.0, 1e-9)
-        enough = _FINE if best > 1.02 * first[0] else _ENOUGH
-        if fall < max(enough * best, 0.01):
-            return best
-    return best
+    reached = minimise_damped(
+        at,
+        cost=joint.cost,
+        linearise=joint.linearise,
+        move=joint.moved,
+        damping=_DAMPING,
+        stop=StoppingRule(lambda decrease, cost: decrease < _negligible(cost, first[0])),
+        max_steps=_STEPS,
+    )
+    return joint.cost(reached)
+
+
+def _negligible(cost: float, first_order: float) -> float:
+    """The decrease below which a refit ends."""
+    share = _FINE if cost > 1.02 * first_order else _ENOUGH
+    return max(share * cost, 0.01)

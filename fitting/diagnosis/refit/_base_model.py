@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 from jaxtyping import Bool, Float
 
+from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import AbstractOperator
-from rapi_jax._parameter import parameters
 
 from ._thresholds import THRESHOLDS
 from ._whitened_model import WhitenedModel
@@ -38,10 +38,10 @@ class BaseModel:
         free: Bool[np.ndarray, " parameters"] | None = None,
     ) -> "BaseModel":
         """Bounds as declared, no prior; `free`: which of the operator's parameters may move."""
-        found = parameters(operator)
-        values = np.concatenate([np.asarray(getattr(operator, p.name)).ravel() for p in found])
-        lower = np.concatenate([np.full(p.size, p.bounds[0]) for p in found])
-        upper = np.concatenate([np.full(p.size, p.bounds[1]) for p in found])
+        vector = ParameterVector.of(operator)
+        values = vector.values(operator)
+        lower = np.array(vector.spread(lambda p: p.bounds[0]), dtype=float)
+        upper = np.array(vector.spread(lambda p: p.bounds[1]), dtype=float)
         # Thresholds of all runs stay positive with a growth that is a little negative.
         lower = np.where(values < lower, THRESHOLDS.lower_bound_factor * values, lower)
         extra = whitened.initial_state_size(operator.count)
@@ -54,8 +54,6 @@ class BaseModel:
 
     def with_fixed(self, *names: str) -> "BaseModel":
         """The same with the parameters of these names held fixed."""
-        free, at = self.free.copy(), 0
-        for p in parameters(self.operator):
-            free[at : at + p.size] &= p.name not in names
-            at += p.size
+        free, vector = self.free.copy(), ParameterVector.of(self.operator)
+        free[: vector.size] &= vector.spread(lambda p: p.name not in names)
         return dataclasses.replace(self, free=free)

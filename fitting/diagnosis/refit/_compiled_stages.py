@@ -10,7 +10,6 @@ from jaxtyping import Array, Float, Int
 from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import AbstractOperator
 from rapi_jax._ecdl import drive_side, laws, operator_response, optical_side
-from rapi_jax._parameter import parameters
 from rapi_jax.effects import AbstractDriveEffect, AbstractEffect, AbstractLawEffect, Law
 from rapi_jax.sampling._batch import DriveBatch
 
@@ -58,7 +57,7 @@ def respond(
 
 def set_values(operator: AbstractOperator, values: Float[Array, " values"]) -> AbstractOperator:
     """The operator with the first elements of `values` as its parameters."""
-    vector = ParameterVector(tuple(parameters(operator)))
+    vector = ParameterVector.of(operator)
     return vector.put(operator, values[: vector.size])
 
 
@@ -73,7 +72,7 @@ def linearise_response(
 
     In `values` stand the states of the runs that have one in `initial_state`, run after run.
     """
-    vector = ParameterVector(tuple(parameters(operator)))
+    vector = ParameterVector.of(operator)
 
     def response(values: Array) -> Array:
         start = initial_state

@@ -1,8 +1,4 @@
-"""Joint refit of an operator and effects to whitened errors with priors, by damped Gauss-Newton.
-
-Candidates are compared by many short refits of models of different make: a general solver would be
-compiled for each, and compiling takes longer than the refit.
-"""
+"""Joint refit of an operator and effects to whitened errors with priors, by damped Gauss-Newton."""
 
 import dataclasses
 
@@ -12,6 +8,12 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.diagnosis.noise._whitening import Whitener
+from fitting.solver._damped_gauss_newton import (
+    Damping,
+    Linearisation,
+    StoppingRule,
+    minimise_damped,
+)
 from rapi_jax import ECDL
 
 from ._base_model import BaseModel
@@ -159,37 +161,44 @@ class Refit:
         slow; `THRESHOLDS.relative_gain` by default.
         """
         limits = THRESHOLDS
-        tolerance = limits.relative_gain if tolerance is None else tolerance
-        damping, slow, scale = limits.initial_damping, 0, 1.0
+        share = limits.relative_gain if tolerance is None else tolerance
         noise = float(state.errors.synchronous.size + state.errors.nonsynchronous.size)
-        for _ in range(steps):
-            full, gradient, columns = self.normal_equations(state, scale)
-            length = np.sqrt(np.diag(full))
-            alive = length > 0
-            unit = np.where(alive, length, 1.0)
-            scaled = full / unit[:, None] / unit[None, :]
-            best = None
-            for _ in range(limits.damping_trials):
-                matrix = scaled + damping * np.eye(unit.size) + np.diag(np.where(alive, 0.0, 1.0))
-                move = -np.linalg.solve(matrix, np.where(alive, gradient / unit, 0.0)) / unit
-                new = self.take_step(state, np.where(alive, move, 0.0))
-                if np.isfinite(new.cost) and new.cost < state.cost:
-                    best = new
-                    damping = max(damping / limits.damping_decay, limits.least_damping)
-                    break
-                damping = min(damping * limits.damping_growth, limits.greatest_damping)
-            if best is None:
-                if scale < 1.0 or not columns.any():
-                    return state
-                # A kink may be nearer than a secant is wide.
-                damping, scale = limits.initial_damping, limits.narrow_step_scale
-                continue
-            gain = state.cost - best.cost
-            state = best
-            slow = slow + 1 if gain < tolerance * max(state.cost - noise, 0.0) else 0
-            if gain < limits.least_gain or slow == limits.slow_steps:
-                return state
-        return state
+        return minimise_damped(
+            state,
+            cost=lambda state: state.cost,
+            linearise=self._linearise,
+            move=self.take_step,
+            damping=Damping(
+                initial=limits.initial_damping,
+                decrease=limits.damping_decay,
+                increase=limits.damping_growth,
+                smallest=limits.least_damping,
+                largest=limits.greatest_damping,
+                attempts=limits.damping_trials,
+            ),
+            stop=StoppingRule(
+                negligible=lambda gain, cost: gain < limits.least_gain,
+                slow=lambda gain, cost: gain < share * max(cost - noise, 0.0),
+                slow_steps=limits.slow_steps,
+            ),
+            max_steps=steps,
+            narrow_secant=limits.narrow_step_scale,
+        )
+
+    def _linearise(self, state: State, step_scale: float) -> Linearisation:
+        """The damped normal equations at `state`, with columns of unit length."""
+        matrix, gradient, effects = self.normal_equations(state, step_scale)
+        length = np.sqrt(np.diag(matrix))
+        alive = length > 0
+        unit = np.where(alive, length, 1.0)
+        scaled = matrix / unit[:, None] / unit[None, :]
+
+        def step(damping: float) -> np.ndarray:
+            damped = scaled + damping * np.eye(unit.size) + np.diag(np.where(alive, 0.0, 1.0))
+            move = -np.linalg.solve(damped, np.where(alive, gradient / unit, 0.0)) / unit
+            return np.where(alive, move, 0.0)
+
+        return Linearisation(step, uses_secants=bool(effects.any()))
 
     def bounds(
         self, effects: Effects

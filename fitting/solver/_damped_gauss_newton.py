@@ -1,0 +1,93 @@
+"""Damped Gauss-Newton minimisation on the host, for models whose structure changes between fits.
+
+`_least_squares` compiles its whole iteration for each structure of residual. Where many short fits
+of differently built models are compared, compiling would take longer than fitting; and columns of
+effects that jump are secants whose width has to shrink on the way, which no compiled derivative
+offers. So the caller evaluates cost and linearisation, and only the iteration stands here.
+"""
+
+import dataclasses
+from collections.abc import Callable
+from typing import TypeVar
+
+import numpy as np
+
+State = TypeVar("State")
+
+
+@dataclasses.dataclass(frozen=True)
+class Damping:
+    """How the damping of a step changes: relative to the normal matrix's diagonal."""
+
+    initial: float
+    decrease: float  # divisor after a step that lowers the cost
+    increase: float  # factor after one that does not
+    smallest: float
+    largest: float
+    attempts: int  # steps tried from one linearisation
+
+
+@dataclasses.dataclass(frozen=True)
+class Linearisation:
+    """The normal equations at one state.
+
+    `step(damping)` solves them. `uses_secants`: whether a narrower secant would give others.
+    """
+
+    step: Callable[[float], np.ndarray]
+    uses_secants: bool = False
+
+
+@dataclasses.dataclass(frozen=True)
+class StoppingRule:
+    """When a decrease of the cost ends the iteration; both are called with (decrease, cost).
+
+    `negligible` ends it at once, `slow` when true of `slow_steps` in a row.
+    """
+
+    negligible: Callable[[float, float], bool]
+    slow: Callable[[float, float], bool] = lambda decrease, cost: False
+    slow_steps: int = 2
+
+
+def minimise_damped(
+    start: State,
+    *,
+    cost: Callable[[State], float],
+    linearise: Callable[[State, float], Linearisation],
+    move: Callable[[State, np.ndarray], State],
+    damping: Damping,
+    stop: StoppingRule,
+    max_steps: int,
+    narrow_secant: float = 1.0,
+) -> State:
+    """The state after at most `max_steps` damped Gauss-Newton steps; its cost never rises.
+
+    **Arguments:**
+
+    - `linearise`: the normal equations at a state, by secants so many times their usual width.
+    - `move`: the state moved by a step, inside its bounds.
+    - `narrow_secant`: the width to go on with, once, where no step along secants of the usual width
+      lowers the cost: a kink may be nearer than a secant is wide.
+    """
+    state, lowest = start, cost(start)
+    level, width, slow_steps = damping.initial, 1.0, 0
+    for _ in range(max_steps):
+        equations = linearise(state, width)
+        for _ in range(damping.attempts):
+            trial = move(state, equations.step(level))
+            reached = cost(trial)
+            if np.isfinite(reached) and reached < lowest:
+                break
+            level = min(level * damping.increase, damping.largest)
+        else:
+            if width <= narrow_secant or not equations.uses_secants:
+                return state
+            level, width = damping.initial, narrow_secant
+            continue
+        level = max(level / damping.decrease, damping.smallest)
+        decrease, lowest, state = lowest - reached, reached, trial
+        slow_steps = slow_steps + 1 if stop.slow(decrease, lowest) else 0
+        if stop.negligible(decrease, lowest) or slow_steps == stop.slow_steps:
+            return state
+    return state

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from .identification.inverse._identify_inverse import identify_inverse as identify_inverse
     from .identification.inverse._swap import swap as swap
     from .solver._least_squares import LeastSquares as LeastSquares
+    from .solver._least_squares import SolverOptions as SolverOptions
     from .solver._least_squares import least_squares as least_squares
 
 _HOME = {
@@ -29,6 +30,7 @@ _HOME = {
     "Estimate": "identification._result",
     "FitResult": "identification._result",
     "LeastSquares": "solver._least_squares",
+    "SolverOptions": "solver._least_squares",
     "UntrustedFit": "identification._result",
     "Verdict": "identification._verdict",
     "choose_order": "identification._model_order",

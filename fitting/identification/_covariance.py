@@ -12,18 +12,18 @@ import dataclasses
 import numpy as np
 from scipy import linalg
 
-from fitting.solver._least_squares import pseudo_gram
+from fitting.solver._identifiability import pseudo_gram
 
-_LAGS = 12  # highest autoregressive order tried
-_PASSES = 4
+from ._problem import Problem, Solution
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """Covariance of the fitted vector, and what the residuals look like.
+    """Covariance of the fitted vector, and the correlation of the residuals.
 
     `rho` is each run's residual correlation from one sample to the next; `effective` the number of
-    independent samples that all residuals are worth.
+    independent samples that carry as much information as all residuals.
     """
 
     covariance: np.ndarray
@@ -45,6 +45,42 @@ class Uncertainty:
         out[pick] = self.covariance[pick] / np.outer(s[good], s[good])
         return out
 
+    @property
+    def fitted(self) -> np.ndarray:
+        """Places in the vector of the elements that were fitted."""
+        return np.flatnonzero(self.stderr > 0)
+
+    @property
+    def fitted_correlation(self) -> np.ndarray:
+        """Correlation matrix of the elements that were fitted."""
+        return self.correlation[np.ix_(self.fitted, self.fitted)]
+
+
+def estimate_uncertainty(
+    problem: Problem, solution: Solution, run_weights: np.ndarray
+) -> Uncertainty:
+    """Covariance of the problem's vector, its constant and run offsets shared as in the values."""
+    use = problem.data.use
+    shaped = solution.jacobian.reshape(*use.shape, -1)
+    free = np.linalg.norm(solution.jacobian, axis=0) > 0
+    root = np.sqrt(run_weights)
+    jacobians = [shaped[row, use[row]][:, free] / root[row] for row in range(use.shape[0])]
+    residuals = [solution.error[row, use[row]] for row in range(use.shape[0])]
+    part = correlated_covariance(residuals, jacobians, list(run_weights))
+    size = solution.values.size
+    covariance = np.zeros((size, size))
+    covariance[np.ix_(free, free)] = part.covariance
+    if problem.own_origin:
+        n, k = problem.vector.size, problem.offsets
+        share = np.eye(size)
+        share[n : n + k, n : n + k] -= 1.0 / k
+        share[problem.vector.names.index(problem.constant), n : n + k] = 1.0 / k
+        undetermined = ~np.isfinite(np.diag(covariance))
+        known = np.where(np.isfinite(covariance), covariance, 0.0)
+        covariance = share @ known @ share.T
+        covariance[undetermined, undetermined] = np.inf
+    return Uncertainty(covariance, part.rho, part.effective)
+
 
 def autocovariance(series: np.ndarray, lags: int) -> np.ndarray:
     """Sums of lagged products over the number of pairs, for lags 0 to `lags`."""
@@ -53,12 +89,12 @@ def autocovariance(series: np.ndarray, lags: int) -> np.ndarray:
     return np.fft.irfft(power, 2 * n)[: lags + 1] / (n - np.arange(lags + 1))
 
 
-def _ar(gamma: np.ndarray, n: int) -> tuple[np.ndarray, float]:
+def _fit_autoregression(gamma: np.ndarray, n: int) -> tuple[np.ndarray, float]:
     """Coefficients and innovation variance by Yule-Walker, the order by BIC; always stationary."""
     if gamma[0] <= 0:
         return np.zeros(0), 0.0
     best = (n * np.log(gamma[0]), np.zeros(0), gamma[0])
-    for order in range(1, min(gamma.size - 1, _LAGS) + 1):
+    for order in range(1, min(gamma.size - 1, THRESHOLDS.noise_order) + 1):
         if order == 1:  # a residual that hardly changes in one sample: as slow as the run can show
             phi = np.clip(gamma[1:2] / gamma[0], -1.0 + 2.0 / n, 1.0 - 2.0 / n)
             variance = float(gamma[0] * (1.0 - phi[0] ** 2))
@@ -69,7 +105,7 @@ def _ar(gamma: np.ndarray, n: int) -> tuple[np.ndarray, float]:
                 continue
             variance = float(gamma[0] - phi @ gamma[1 : order + 1])
             stationary = (np.abs(np.roots(np.r_[1.0, -phi])) < 1.0 - 1.0 / n).all()
-            if not (stationary and variance > 1e-12 * gamma[0]):
+            if not (stationary and variance > THRESHOLDS.innovation * gamma[0]):
                 continue
         score = n * np.log(variance) + order * np.log(n)
         if score < best[0]:
@@ -106,21 +142,23 @@ def correlated_covariance(
     Lists hold one entry a run: residuals of shape `time`, Jacobians of shape `time parameters`.
     """
     rows = zip(jacobians, weights, strict=True)
-    gram, loose = pseudo_gram(np.concatenate([np.sqrt(w) * j for j, w in rows]))
-    lags = [max(1, min(_LAGS, r.size // 8)) for r in residuals]
+    gram, undetermined = pseudo_gram(np.concatenate([np.sqrt(w) * j for j, w in rows]))
+    lags = [
+        max(1, min(THRESHOLDS.noise_order, r.size // THRESHOLDS.samples_per_lag)) for r in residuals
+    ]
     raw = [autocovariance(r, k) for r, k in zip(residuals, lags, strict=True)]
     target = list(raw)
     middle = np.zeros_like(gram)
     rho, effective = [], 0.0
-    for step in range(_PASSES):
+    for step in range(THRESHOLDS.noise_passes):
         products, models, middle = [], [], np.zeros_like(gram)
         for gamma, j, w in zip(target, jacobians, weights, strict=True):
-            model = _model_autocovariance(*_ar(gamma, j.shape[0]), j.shape[0])
+            model = _model_autocovariance(*_fit_autoregression(gamma, j.shape[0]), j.shape[0])
             product = w * _toeplitz_product(model, j)
             middle += w * j.T @ product
             models.append(model)
             products.append(product)
-        if step == _PASSES - 1:
+        if step == THRESHOLDS.noise_passes - 1:
             break
         spread = gram @ middle @ gram
         for i, (j, product) in enumerate(zip(jacobians, products, strict=True)):
@@ -133,7 +171,7 @@ def correlated_covariance(
         total = model[0] + 2.0 * model[1:].sum()
         effective += model.size * min(1.0, model[0] / total) if total > 0 else model.size
     covariance = gram @ middle @ gram
-    covariance[loose, loose] = np.inf
+    covariance[undetermined, undetermined] = np.inf
     return Uncertainty(
         covariance, tuple(rho), min(effective, float(sum(r.size for r in residuals)))
     )

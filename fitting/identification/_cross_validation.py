@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Recording
 
 from ._problem import Problem, Solution
@@ -71,7 +72,8 @@ def cross_validate(
     run_weights: np.ndarray,
     full: Solution,
     kinds: tuple[str, ...] = KINDS,
-    **options,
+    *,
+    options: SolverOptions,
 ) -> list[HeldOut]:
     """Refit without each part, from the full fit's parameters, and predict it."""
     results = []
@@ -81,7 +83,7 @@ def cross_validate(
         seen = problem.data.use & ~left
         if not left.any() or seen.sum() <= problem.free_count:
             continue
-        solution = problem.solve(full.values, problem.weights(run_weights, seen), **options)
+        solution = problem.solve(full.values, problem.weights(run_weights, seen), options)
         results.append(score(problem, solution, name, left, seen, whole and problem.own_origin))
     return results
 

@@ -1,4 +1,4 @@
-"""Faults of a recording that a fit cannot see: clipping, a wrong period, dead channels, hops."""
+"""Faults of a recording: clipping, a wrong period, dead channels, mode hops."""
 
 import dataclasses
 
@@ -8,13 +8,7 @@ from rapi_jax import DataError, Drive, Recording, Run
 from rapi_jax.sampling._batch import usable
 
 from ._step_detection import detect_steps
-
-_MISS = 0.05  # of the drive's span, by which a period may differ from the next (rms)
-_MISS_SHORT = 0.03  # the same where little more than one period was recorded
-_WHOLE = 0.999  # of a period, from which on it is complete
-_SAME = 0.02  # within which a shorter stretch repeats too
-_PARTS = 8  # a stated period is tried for being up to so many real ones
-_FEWEST = 4  # samples a period
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True)
@@ -52,19 +46,19 @@ def find_faults(recording: Recording) -> list[Fault]:
     """Clipped or dead readings, dead drives and wrong periods, which show before any fit."""
     found = []
     for run in recording.runs:
-        for check in (_still, _clipped, _period):
+        for check in (_check_motion, _check_clipping, _check_period):
             fault = check(run)
             if fault is not None:
                 found.append(fault)
     return found
 
 
-def _stretches(mask: np.ndarray) -> list[tuple[int, int]]:
+def _intervals(mask: np.ndarray) -> list[tuple[int, int]]:
     edges = np.flatnonzero(np.diff(np.r_[0, mask.astype(int), 0]))
     return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _listed(stretches: list[tuple[int, int]]) -> str:
+def _format_intervals(stretches: list[tuple[int, int]]) -> str:
     shown = ", ".join(f"{a}-{b}" if b > a else f"{a}" for a, b in stretches[:3])
     return shown + (f" and {len(stretches) - 3} more" if len(stretches) > 3 else "")
 
@@ -72,10 +66,12 @@ def _listed(stretches: list[tuple[int, int]]) -> str:
 def _resolution(reading: np.ndarray) -> float:
     """The usual step between the values of a digitised reading; 0 where values hardly repeat."""
     values = np.unique(reading)
-    return float(np.median(np.diff(values))) if 1 < values.size < 0.7 * reading.size else 0.0
+    if not 1 < values.size < THRESHOLDS.distinct_values * reading.size:
+        return 0.0
+    return float(np.median(np.diff(values)))
 
 
-def _still(run: Run) -> Fault | None:
+def _check_motion(run: Run) -> Fault | None:
     """A reading that rests while the drive moves, or a drive that should repeat and rests."""
     whole = ((0, run.drive.size - 1),)
     if run.drive.u_pp == 0:
@@ -94,7 +90,7 @@ def _still(run: Run) -> Fault | None:
     return None
 
 
-def _clipped(run: Run) -> Fault | None:
+def _check_clipping(run: Run) -> Fault | None:
     """Stretches at the largest or smallest reading that begin while the drive still moves on.
 
     A reading may rest where the drive rests, and a hysteretic one after the drive has turned.
@@ -102,13 +98,15 @@ def _clipped(run: Run) -> Fault | None:
     y, u = run.response, run.drive.value
     if not run.valid.any() or run.span == 0 or run.drive.u_pp == 0:
         return None
-    fine = _resolution(y[run.valid])
-    shortest = 6 if fine > 0 else 4
-    least = max(6.0 * fine, 0.004 * run.span)  # that the reading should have moved meanwhile
+    limits = THRESHOLDS
+    resolution = _resolution(y[run.valid])
+    shortest = limits.clipped_samples_digitised if resolution > 0 else limits.clipped_samples
+    # that the reading should have moved meanwhile
+    least = max(limits.clipped_steps * resolution, limits.clipped_move * run.span)
     levels, kept = [], []
     for level in (float(np.nanmax(y)), float(np.nanmin(y))):
         there = []
-        for a, b in _stretches(y == level):
+        for a, b in _intervals(y == level):
             way = np.sign(u[a] - u[max(a - 3, 0)])  # 0 where the record begins so: not known
             onward = float((way * (u[a : b + 1] - u[a])).max()) / run.drive.u_pp * run.span
             if b - a + 1 >= shortest and onward > least:
@@ -123,53 +121,55 @@ def _clipped(run: Run) -> Fault | None:
         "clipped",
         run.name,
         f"run {run.name!r}: the reading stays at {' and at '.join(levels)} for up to {longest} "
-        f"samples (samples {_listed(sorted(kept))}) while the drive moves on, as a clipped reading "
-        "does. Widen the input range and record again.",
+        f"samples (samples {_format_intervals(sorted(kept))}) while the drive moves on, as a "
+        "clipped reading does. Widen the input range and record again.",
         tuple(sorted(kept)),
     )
 
 
-def _period(run: Run) -> Fault | None:
+def _check_period(run: Run) -> Fault | None:
     """A drive said to repeat that does not, at the rate given."""
     drive = run.drive
     if not drive.repeats or drive.u_pp == 0:
         return None
+    limits = THRESHOLDS
     period, step = 1.0 / drive.rate, drive.step_s
-    if period < _FEWEST * step:
-        return _wrong(run)
+    if period < limits.period_samples * step:
+        return _wrong_period(run)
     noise = 1.4826 * float(np.median(np.abs(np.diff(drive.value, 3)))) / np.sqrt(20.0)
     noise /= drive.u_pp
     count = (drive.time[-1] + step) / period
     whole = np.unique(np.geomspace(1, max(count - 0.2, 1), 8).astype(int))
-    if count >= 1.2:
-        worst = max(_miss(drive, k * period) for k in whole)
-        if worst > _MISS + 2.0 * noise:
-            return _wrong(run)
+    if count >= limits.several_periods:
+        worst = max(_period_mismatch(drive, k * period) for k in whole)
+        if worst > limits.period_miss + 2.0 * noise:
+            return _wrong_period(run)
     elif drive.time[-1] > period + 2.0 * step:
-        if _miss(drive, period) > _MISS_SHORT + 2.0 * noise:
-            return _wrong(run)
-    elif count >= _WHOLE:
+        if _period_mismatch(drive, period) > limits.period_miss_short + 2.0 * noise:
+            return _wrong_period(run)
+    elif count >= limits.whole_period:
         slope = (drive.value[-1] - drive.value[-3]) / (2.0 * step)
         end = drive.value[-1] + slope * (period - drive.time[-1])
         apart = abs(end - drive.value[0]) / drive.u_pp
-        if 0.08 + 4.0 * noise < apart < 0.9:  # more is a flyback of one sample
-            return _wrong(run)
-    for parts in range(2, _PARTS + 1):
-        if period / parts < _FEWEST * step or count < _WHOLE:
+        least = limits.period_end_least + limits.period_end_noise * noise
+        if least < apart < limits.period_end_most:
+            return _wrong_period(run)
+    for parts in range(2, limits.period_divisions + 1):
+        if period / parts < limits.period_samples * step or count < limits.whole_period:
             break
-        if _miss(drive, period / parts) < _SAME + 2.0 * noise:
-            return _wrong(run)
+        if _period_mismatch(drive, period / parts) < limits.shorter_period_miss + 2.0 * noise:
+            return _wrong_period(run)
     return None
 
 
-def _miss(drive: Drive, lag: float) -> float:
-    """Rms of what the drive and itself `lag` later (s) differ by, over its span."""
+def _period_mismatch(drive: Drive, lag: float) -> float:
+    """Rms difference of the drive and itself `lag` later (s), over its span."""
     inside = drive.time <= drive.time[-1] - lag
     later = np.interp(drive.time[inside] + lag, drive.time, drive.value)
     return float(np.sqrt(np.mean((later - drive.value[inside]) ** 2))) / drive.u_pp
 
 
-def _swings(value: np.ndarray) -> int:
+def _count_crossings(value: np.ndarray) -> int:
     """Number of crossings of the middle, with a tenth of the span as dead band."""
     place = (value - value.min()) / np.ptp(value)
     state = np.where(place > 0.6, 1, np.where(place < 0.4, -1, 0))
@@ -177,19 +177,19 @@ def _swings(value: np.ndarray) -> int:
     return int(np.count_nonzero(np.diff(state)))
 
 
-def _seen(drive: Drive) -> tuple[float, str]:
-    """What the drive does instead: the rate in Hz, and whether it repeats or only swings so."""
-    about = max(_swings(drive.value), 1) / 2 / drive.time[-1]
+def _actual_rate(drive: Drive) -> tuple[float, str]:
+    """The rate that the drive has instead, in Hz, and whether it repeats or only swings so."""
+    about = max(_count_crossings(drive.value), 1) / 2 / drive.time[-1]
     near = about * np.geomspace(0.6, 1.6, 400)
     near = near[1.0 / near < 0.8 * drive.time[-1]]
-    misses = [_miss(drive, 1.0 / rate) for rate in near]
-    if misses and min(misses) < _SAME:
+    misses = [_period_mismatch(drive, 1.0 / rate) for rate in near]
+    if misses and min(misses) < THRESHOLDS.shorter_period_miss:
         return float(near[int(np.argmin(misses))]), "repeats"
     return about, "swings"
 
 
-def _wrong(run: Run) -> Fault:
-    rate, does = _seen(run.drive)
+def _wrong_period(run: Run) -> Fault:
+    rate, does = _actual_rate(run.drive)
     thousand = abs(abs(np.log10(rate / run.drive.rate)) - 3.0) < 0.1
     cure = (
         "That is a factor of 1000: `time_s` must be in s and `excitation_hz` in Hz."
@@ -205,10 +205,8 @@ def _wrong(run: Run) -> Fault:
     )
 
 
-def find_hops(
-    recording: Recording, errors: list[np.ndarray], smallest: float = 0.002
-) -> list[Fault]:
-    """Steps in a run's residual, clear of noise and misfit, over `smallest` of the span: mode hops.
+def find_mode_hops(recording: Recording, errors: list[np.ndarray]) -> list[Fault]:
+    """Steps in a run's residual that stand clear of noise and misfit: mode hops.
 
     `errors` are model less data, one array a run.
     """
@@ -219,7 +217,9 @@ def find_hops(
             continue
         reading = run.response[index]
         predicted = reading + error[index]
-        least = max(smallest * run.span, 3.0 * _resolution(reading))
+        least = max(
+            THRESHOLDS.step_share * run.span, THRESHOLDS.step_resolution * _resolution(reading)
+        )
         drive = run.drive.delayed(recording.response_lag_s).value[index]
         steps = detect_steps(error[index], predicted, drive, index, least)
         if steps:
@@ -231,8 +231,8 @@ def find_hops(
                     run.name,
                     f"run {run.name!r}: the response jumps by about {size:.3g} "
                     f"{recording.response_unit} at sample{'s' * (len(places) > 1)} "
-                    f"{_listed(places)}, which no hysteresis does: a mode hop, or fringes "
-                    "miscounted. Leave that part out, or shift bias or current.",
+                    f"{_format_intervals(places)}, which no hysteresis does: a mode hop, or "
+                    "fringes miscounted. Leave that part out, or shift bias or current.",
                     tuple(places),
                 )
             )

@@ -1,4 +1,4 @@
-"""`fit`: identify a model on all runs of a recording at once (Eqs. 25 to 27)."""
+"""`fit`: identify the free parameters of a model on all runs of a recording (Eqs. 25 to 27)."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -7,21 +7,23 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.solver._refinement import refine
+from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, RAPI, DataError, GeneralRAPI, InverseRAPI, Recording, parameters
 from rapi_jax._precision import float64
 
-from ._covariance import Uncertainty, correlated_covariance
+from ._convergence import refine
+from ._covariance import estimate_uncertainty
 from ._cross_validation import KINDS, cross_validate
-from ._data_checks import check_usable, find_faults, find_hops
-from ._problem import Problem, Solution
-from ._result import Estimate, FitResult, RunFit, UntrustedFit
+from ._data_checks import check_usable, find_faults, find_mode_hops
+from ._estimates import cut_to_runs, estimate_parameters, summarise_runs
+from ._problem import Problem
+from ._result import FitResult, UntrustedFit
 from ._starts import search_starts
-from ._verdict import bounded_parameters, judge
-from ._weights import hysteresis_fraction, run_weights
+from ._thresholds import THRESHOLDS
+from ._verdict import judge
+from ._weights import run_weights
 
 Progress = Callable[[str], None]
-_OPTIONS = {"tolerance": 1e-6, "slope": 1e-5}
 
 
 def default_free(ecdl: ECDL, recording: Recording) -> Callable[[ECDL], Any]:
@@ -120,27 +122,44 @@ def fit(
     than there are parameters.
     """
     began = time.perf_counter()
-    say = progress or (lambda line: None)
-    chosen = default_free(ecdl, recording) if free is None else free
+    report = progress or (lambda line: None)
+    options = SolverOptions(THRESHOLDS.solver_tolerance, THRESHOLDS.solver_slope, max_steps)
     check_usable(recording)
+    chosen = default_free(ecdl, recording) if free is None else free
     problem = Problem.of(ecdl, recording, chosen, history=history, drift=drift)
     _check_size(problem)
-    per_run_weight = run_weights(recording, weights)
-    weight = problem.weights(per_run_weight)
-    say("starts")
-    options: dict[str, Any] = _OPTIONS | {"max_steps": max_steps}
-    solution, ends = search_starts(problem, weight, starts, guess=guess, **options)
-    solution = refine(problem, weight, solution, **options)
-    say("standard errors")
-    spread = _uncertainty(problem, solution, per_run_weight)
-    held = []
+    per_run = run_weights(recording, weights)
+    weight = problem.weights(per_run)
+    report("starts")
+    solution, ends = search_starts(problem, weight, starts, options, guess=guess)
+    solution = refine(problem, weight, solution, options)
+    report("standard errors")
+    uncertainty = estimate_uncertainty(problem, solution, per_run)
+    held_out = []
     if hold_out:
-        say("held-out data")
+        report("held-out data")
         kinds = KINDS if hold_out is True else hold_out
-        held = cross_validate(problem, per_run_weight, solution, kinds, **options)
-    found = find_faults(recording) + find_hops(recording, per_run(problem, solution.error))
-    verdict = judge(problem, weight, solution, ends, held, found, spread.stderr)
-    result = _collect(problem, solution, spread, per_run_weight, verdict, held, ends, found, began)
+        held_out = cross_validate(problem, per_run, solution, kinds, options=options)
+    errors = cut_to_runs(problem, solution.error)
+    faults = find_faults(recording) + find_mode_hops(recording, errors)
+    verdict = judge(problem, weight, solution, ends, held_out, faults, uncertainty.stderr)
+    result = FitResult(
+        ecdl=problem.model(solution.values),
+        recording=recording,
+        verdict=verdict,
+        parameters=estimate_parameters(problem, solution, uncertainty, verdict),
+        runs=summarise_runs(problem, solution, uncertainty, per_run),
+        rmse=float(np.sqrt(np.mean(solution.error[problem.data.use] ** 2))),
+        held_out=tuple(held_out),
+        starts=tuple(ends),
+        faults=tuple(faults),
+        names=tuple(problem.names[i] for i in uncertainty.fitted),
+        correlation=uncertainty.fitted_correlation,
+        effective=uncertainty.effective,
+        predicted=tuple(cut_to_runs(problem, solution.error + problem.data.y)),
+        used=tuple(cut_to_runs(problem, problem.data.use)),
+        seconds=time.perf_counter() - began,
+    )
     if throw and not verdict.trusted:
         raise UntrustedFit(result)
     return result
@@ -153,99 +172,3 @@ def _check_size(problem: Problem) -> None:
             f"{samples} usable samples cannot fix {problem.free_count} parameters. Record more, or "
             "fit fewer plays or a lower order."
         )
-
-
-def per_run(problem: Problem, rows: np.ndarray) -> list[np.ndarray]:
-    """Rows of "runs time" cut to the samples of each run."""
-    return [
-        rows[i, problem.data.sample[i] >= 0][: r.drive.size]
-        for i, r in enumerate(problem.recording.runs)
-    ]
-
-
-def _uncertainty(problem: Problem, solution: Solution, run_weights: np.ndarray) -> Uncertainty:
-    """Covariance of the problem's vector, its constant and run offsets shared as in the values."""
-    use = problem.data.use
-    shaped = solution.jacobian.reshape(*use.shape, -1)
-    free = np.linalg.norm(solution.jacobian, axis=0) > 0
-    root = np.sqrt(run_weights)
-    jacobians = [shaped[row, use[row]][:, free] / root[row] for row in range(use.shape[0])]
-    residuals = [solution.error[row, use[row]] for row in range(use.shape[0])]
-    part = correlated_covariance(residuals, jacobians, list(run_weights))
-    size = solution.values.size
-    covariance = np.zeros((size, size))
-    covariance[np.ix_(free, free)] = part.covariance
-    if problem.own_origin:
-        n, k = problem.vector.size, problem.offsets
-        share = np.eye(size)
-        share[n : n + k, n : n + k] -= 1.0 / k
-        share[problem.vector.names.index(problem.constant), n : n + k] = 1.0 / k
-        loose = ~np.isfinite(np.diag(covariance))
-        known = np.where(np.isfinite(covariance), covariance, 0.0)
-        covariance = share @ known @ share.T
-        covariance[loose, loose] = np.inf
-    return Uncertainty(covariance, part.rho, part.effective)
-
-
-def _collect(
-    problem, solution, spread, run_weights, verdict, held, ends, found, began
-) -> FitResult:
-    recording, data = problem.recording, problem.data
-    n = problem.vector.size
-    stderr = spread.stderr
-    units = problem.vector.units(recording.response_unit, recording.drive_unit)
-    low = problem.vector.spread(lambda p: p.bounds[0])
-    high = problem.vector.spread(lambda p: p.bounds[1])
-    at = bounded_parameters(problem, solution)
-    loose = set(verdict.unidentifiable)
-    estimates = tuple(
-        Estimate(
-            name,
-            float(solution.values[i]),
-            np.inf if name in loose else float(stderr[i]),
-            units[i],
-            float(low[i]),
-            float(high[i]),
-            bool(at[i]),
-            not bool(problem.free[i]),
-        )
-        for i, name in enumerate(problem.vector.names)
-    )
-    moving = [i for i in range(solution.values.size) if stderr[i] > 0]
-    runs = []
-    for row, run in enumerate(recording.runs):
-        error = solution.error[row, data.use[row]]
-        rmse = float(np.sqrt(np.mean(error**2)))  # Eq. (27)
-        span = float(np.ptp(data.y[row, data.use[row]]))
-        runs.append(
-            RunFit(
-                name=run.name,
-                excitation_hz=run.drive.excitation_hz,
-                samples=int(data.use[row].sum()),
-                periods=run.drive.periods,
-                rmse=rmse,
-                span=span,
-                rmse_fraction=rmse / span if span > 0 else float("nan"),
-                opening=hysteresis_fraction(run, recording.response_lag_s),
-                weight=float(run_weights[row]),
-                rho=spread.rho[row],
-                offset=float(solution.values[n + row]) if problem.offsets else 0.0,
-            )
-        )
-    return FitResult(
-        ecdl=problem.model(solution.values),
-        recording=recording,
-        verdict=verdict,
-        parameters=estimates,
-        runs=tuple(runs),
-        rmse=float(np.sqrt(np.mean(solution.error[data.use] ** 2))),
-        held_out=tuple(held),
-        starts=tuple(ends),
-        faults=tuple(found),
-        names=tuple(problem.names[i] for i in moving),
-        correlation=spread.correlation[np.ix_(moving, moving)],
-        effective=spread.effective,
-        predicted=tuple(per_run(problem, solution.error + data.y)),
-        used=tuple(per_run(problem, data.use)),
-        seconds=time.perf_counter() - began,
-    )

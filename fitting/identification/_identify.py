@@ -1,11 +1,12 @@
-"""`identify`: the fit a laboratory asks for, from a recording alone."""
+"""`identify`: a model from a recording alone, in one call."""
 
-from typing import Any
+from collections.abc import Sequence
 
 from rapi_jax import Recording
 
+from ._data_checks import check_usable
 from ._fit import Progress
-from ._model_order import choose_order
+from ._model_order import ORDERS, PLAYS, choose_order
 from ._result import FitResult, UntrustedFit
 
 
@@ -16,20 +17,46 @@ def identify(
     order: int = 3,
     each: tuple[str, ...] | None = None,
     choose: bool = False,
+    weights: str | Sequence[float] = "hysteresis",
+    starts: int = 6,
+    history: bool = True,
+    drift: bool | None = None,
+    hold_out: bool | tuple[str, ...] = True,
+    max_steps: int = 120,
     throw: bool = True,
     progress: Progress | None = None,
-    **options: Any,
 ) -> FitResult:
-    """Identify an RA-PI model from `recording`: first guess, fit, standard errors, verdict.
+    """Identify an RA-PI model from `recording`.
 
-    `plays` is N1, `order` N2. `each` names what has a value for each play; by default both a shared
-    `lam` and one for each play are fitted, and held-out data choose; with `choose` they choose
-    among several `plays` and `order` too. `options` are those of `fit`.
+    Steps: check the data; for each structure of model a first guess and a `fit` (starts,
+    refinement, standard errors, cross-validation, faults, verdict); choose the structure on
+    held-out data.
+
+    **Arguments:**
+
+    - `plays`, `order`: N1 and N2.
+    - `each`: what has a value for each play; by default both a shared `lam` and one for each play
+      are fitted, and held-out data choose.
+    - `choose`: choose among several `plays` and `order` too.
+    - `throw`: raise `UntrustedFit` where the verdict is not to be trusted.
+
+    The other arguments are those of `fit`.
     """
-    structures = ((), ("lam",)) if each is None else (each,)
-    sizes: dict[str, Any] = {} if choose else {"plays": (plays,), "order": (order,)}
-    choice, *_ = choose_order(recording, each=structures, progress=progress, **sizes, **options)
-    result = choice.result
+    check_usable(recording)
+    choices = choose_order(
+        recording,
+        plays=PLAYS if choose else (plays,),
+        order=ORDERS if choose else (order,),
+        each=((), ("lam",)) if each is None else (each,),
+        weights=weights,
+        starts=starts,
+        history=history,
+        drift=drift,
+        hold_out=hold_out,
+        max_steps=max_steps,
+        progress=progress,
+    )
+    result = choices[0].result
     if throw and not result.verdict.trusted:
         raise UntrustedFit(result)
     return result

@@ -1,9 +1,8 @@
-"""The size of the model, chosen on data that took no part in the fit."""
+"""Model order selection: the number of plays, the polynomial order and what each play owns."""
 
 import dataclasses
 from collections.abc import Sequence
 from itertools import product
-from typing import Any
 
 import numpy as np
 
@@ -12,9 +11,10 @@ from rapi_jax import ECDL, RAPI, Recording
 from ._data_checks import check_usable
 from ._fit import Progress, fit
 from ._result import FitResult
+from ._thresholds import THRESHOLDS
 
-_WORTH = 0.02  # a larger model must lower the held-out error by at least this share
-_WHITE = 0.8  # share of the samples that residuals must be worth to count as white
+PLAYS = (4, 7, 10, 14)  # numbers of plays among which to choose
+ORDERS = (2, 3, 4)  # orders of the polynomial
 
 
 @dataclasses.dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Choice:
     result: FitResult
 
 
-def score(result: FitResult) -> float:
+def held_out_error(result: FitResult) -> float:
     """Error on data left out: rms over whole rates where there are several, else the last third.
 
     Errors are about each run's mean: a drifting origin says nothing about the size of the model.
@@ -39,13 +39,13 @@ def score(result: FitResult) -> float:
     return float(np.sqrt(np.mean(np.square(by_rate or last or [result.rmse]))))
 
 
-def _complete(result: FitResult) -> bool:
+def _leaves_white_noise(result: FitResult) -> bool:
     """Whether a trusted fit left residuals without correlation: no larger model can do better."""
     samples = sum(run.samples for run in result.runs)
-    return bool(result.verdict.trusted and result.effective > _WHITE * samples)
+    return bool(result.verdict.trusted and result.effective > THRESHOLDS.white_share * samples)
 
 
-def _within(choice: Choice, plays: int, order: int, each: Sequence[str]) -> bool:
+def _is_contained(choice: Choice, plays: int, order: int, each: Sequence[str]) -> bool:
     same = choice.plays == plays
     return same and choice.order <= order and set(choice.each) <= set(each)
 
@@ -53,32 +53,47 @@ def _within(choice: Choice, plays: int, order: int, each: Sequence[str]) -> bool
 def choose_order(
     recording: Recording,
     *,
-    plays: Sequence[int] = (4, 7, 10, 14),
-    order: Sequence[int] = (2, 3, 4),
+    plays: Sequence[int] = PLAYS,
+    order: Sequence[int] = ORDERS,
     each: Sequence[Sequence[str]] = ((), ("lam",)),
+    weights: str | Sequence[float] = "hysteresis",
+    starts: int = 6,
+    history: bool = True,
+    drift: bool | None = None,
+    hold_out: bool | tuple[str, ...] = True,
+    max_steps: int = 120,
     progress: Progress | None = None,
-    **options: Any,
 ) -> list[Choice]:
     """Fit every size asked for, and rank: the chosen one first, the others by score.
 
     Chosen is the smallest model whose held-out error is within 2 % of the lowest. A size is not
     tried where a smaller one, contained in it, is trusted and leaves nothing but white noise.
-    `options` are those of `fit`; fits are never refused here, each `Choice` holds its result with
-    the verdict.
+    The other arguments are those of `fit`; fits are never refused here, each `Choice` holds its
+    result with the verdict.
     """
     check_usable(recording)
     found = []
     for n1, n2, own in product(plays, order, each):
-        if any(_complete(c.result) and _within(c, n1, n2, own) for c in found):
+        if any(_leaves_white_noise(c.result) and _is_contained(c, n1, n2, own) for c in found):
             continue
         if progress is not None:
             progress(f"{n1} plays, order {n2}, {'own ' + ', '.join(own) if own else 'all shared'}")
         start = ECDL(RAPI.guess(recording, plays=n1, order=n2, each=own))
-        result = fit(start, recording, throw=False, **options)
+        result = fit(
+            start,
+            recording,
+            weights=weights,
+            starts=starts,
+            history=history,
+            drift=drift,
+            hold_out=hold_out,
+            max_steps=max_steps,
+            throw=False,
+        )
         size = sum(not p.held for p in result.parameters)
-        found.append(Choice(n1, n2, tuple(own), score(result), size, result))
+        found.append(Choice(n1, n2, tuple(own), held_out_error(result), size, result))
     lowest = min(choice.score for choice in found)
-    near = [choice for choice in found if choice.score <= (1.0 + _WORTH) * lowest]
+    near = [choice for choice in found if choice.score <= (1.0 + THRESHOLDS.order_gain) * lowest]
     chosen = min(near, key=lambda choice: (choice.parameters, choice.plays, choice.score))
     rest = sorted((c for c in found if c is not chosen), key=lambda choice: choice.score)
     return [chosen, *rest]

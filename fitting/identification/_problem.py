@@ -14,14 +14,14 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.solver._bound_transform import Bounds
-from fitting.solver._least_squares import LeastSquares, least_squares, linearise
+from fitting.solver._identifiability import is_determined, scale_columns
+from fitting.solver._least_squares import LeastSquares, SolverOptions, least_squares, linearise
 from rapi_jax import ECDL, Recording
 from rapi_jax._ecdl import respond
 from rapi_jax.sampling._batch import Batch, DriveBatch, to_batch
 
 from ._parameter_vector import ParameterVector, as_device
-
-_DRIFT_PERIODS = 6  # of one run, from which a creeping origin is fitted
+from ._thresholds import THRESHOLDS
 
 
 class Data(eqx.Module):
@@ -113,7 +113,7 @@ class Problem:
         unknown = np.array([history and not run.drive.repeats for run in recording.runs])
         data = to_batch(recording, lead=bool(ecdl.effects))
         if drift is None:
-            drift = max(run.drive.periods for run in recording.runs) >= _DRIFT_PERIODS
+            drift = max(run.drive.periods for run in recording.runs) >= THRESHOLDS.drift_periods
         decades = _decades(recording, data) if drift else None
         problem = cls(ecdl, recording, data, vector, mask, linear, unknown, decades)
         return problem if problem._has_constant else dataclasses.replace(problem, drift=None)
@@ -228,16 +228,19 @@ class Problem:
         return self.vector.put(self.ecdl, as_device(values[: self.vector.size]))
 
     def solve(
-        self, start: np.ndarray, weight: np.ndarray, ties: np.ndarray | None = None, **options: Any
+        self,
+        start: np.ndarray,
+        weight: np.ndarray,
+        options: SolverOptions,
+        *,
+        ties: np.ndarray | None = None,
     ) -> Solution:
         """Fit from the vector `start`; `weight` as from `weights`. Call with 64-bit types on."""
         n = self.vector.size
         columns, places = self.columns(weight)
-        length = np.linalg.norm(columns, axis=0)
-        left, size, _ = np.linalg.svd(
-            columns / np.where(length > 0, length, 1.0), full_matrices=False
-        )
-        basis = left * (size > 1e-10 * size.max(initial=1.0))
+        scaled, length = scale_columns(columns)
+        left, size, _ = np.linalg.svd(scaled, full_matrices=False)
+        basis = left * is_determined(size, THRESHOLDS.linear_rank)
         drives = self.data.device()
         data = Data(drives, as_device(self.data.y), as_device(weight), as_device(basis))
         plain = eqx.tree_at(lambda d: d.basis, data, jnp.zeros_like(data.basis))
@@ -246,15 +249,13 @@ class Problem:
         own = np.concatenate([np.where(self.linear, 0.0, start[:n]), tail])
         move = np.concatenate([self.free & ~self.linear, np.ones(tail.size, dtype=bool)])
         solver = least_squares(
-            residual, own, data, bounds=self.bounds(own), free=move, ties=ties, **options
+            residual, own, data, bounds=self.bounds(own), free=move, ties=ties, options=options
         )
-        own = np.where(move, solver.values, own)  # to the last bit: the bijection rounds
+        own = np.where(move, solver.values, own)  # to the last bit: the change of variables rounds
         error, jacobian = (
             np.asarray(a) for a in linearise(residual, _unbounded(own.size), as_device(own), plain)
         )
-        solved = -np.linalg.lstsq(columns / np.where(length > 0, length, 1.0), error, rcond=1e-12)[
-            0
-        ]
+        solved = -np.linalg.lstsq(scaled, error, rcond=THRESHOLDS.linear_solution_rank)[0]
         values = np.concatenate([own[:n], np.zeros(self.nuisances), own[n:]])
         values[places] = solved / np.where(length > 0, length, 1.0)
         full = np.zeros((error.size, values.size))
@@ -263,6 +264,19 @@ class Problem:
         if self.own_origin:
             values = self._share_origin(values)
         return Solution(values, solver, full, self.error(values))
+
+    def project(self, values: np.ndarray, moves: np.ndarray) -> np.ndarray:
+        """`values` with those that move inside their bounds, also where these move with others."""
+        n = self.vector.size
+        bounds = self.bounds(values[:n])
+        coupling = np.asarray(bounds.coupling)
+        bounded = bounds.bounded(values[:n])
+        clipped = np.clip(bounded, np.asarray(bounds.low), np.asarray(bounds.high))
+        out = values.copy()
+        out[:n] = coupling @ np.where(moves[:n], clipped, bounded)
+        tail = slice(n + self.nuisances, None)
+        out[tail] = np.clip(values[tail], 0.0, 1.0)
+        return out
 
     def error(self, values: np.ndarray) -> np.ndarray:
         """Model less data at the vector `values`, "runs time"."""

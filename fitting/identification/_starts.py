@@ -1,35 +1,22 @@
-"""Several starts: where the solver begins, and whether the ends agree."""
+"""Multi-start search: where the solver begins, and whether the ends agree."""
 
 import dataclasses
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.solver._identifiability import unidentifiable
+from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, RAPI, AbstractOperator, GeneralRAPI, Recording
 from rapi_jax._parameter import follow
 
+from ._convergence import unidentifiable
 from ._problem import Problem, Solution
+from ._thresholds import THRESHOLDS
 
 _EACH = ("alpha", "lam", "eta")
-# Two ends agree where their predictions differ by this share of the rms residual: a tenth where the
-# residual is white noise, more where it is correlated, since then the model is wrong by about as
-# much anyway and near-equal ends are the rule.
-_AGREE, _AGREE_MISFIT = 0.1, 0.25
-_GUESSES = 8
-_SHAKES = 4
-# Where the model is wrong in ways that repeat, the plays' kinks make many near-equal ends: so many
-# jumps are made, by turns from plays that are all alike, by these sizes (standard deviations of
-# logarithms), and from the best end so far. There two plays jump and the others stay, by logarithms
-# in this range: over four sets of seeds that ends lower on average than shaking all a little.
-_JUMPS = 24
-_SIZES = (0.1, 0.2, 0.3)
-_PLAYS, _LEAP = 2, (0.2, 1.0)
-_WRONG = 0.3  # correlation of neighbouring residuals
 
 
 @dataclasses.dataclass(frozen=True)
@@ -58,7 +45,11 @@ def candidates(
     elif guess and isinstance(operator, RAPI | GeneralRAPI):
         each = [name for name in _EACH if jnp.ndim(follow(operator, (name,))) > 0]
         guesses = RAPI.guesses(
-            recording, plays=operator.count, order=operator.d.size, each=each, count=_GUESSES
+            recording,
+            plays=operator.count,
+            order=operator.d.size,
+            each=each,
+            count=THRESHOLDS.guesses,
         )
         models = [ECDL(_like(operator, guess), ecdl.effects) for guess in guesses]
     else:
@@ -81,12 +72,13 @@ def _changed(ecdl: ECDL, seed: int) -> ECDL:
     rng = np.random.default_rng(seed)
 
     def change(leaf):
-        return leaf * jnp.asarray(1.5 ** rng.uniform(-1.0, 1.0, leaf.shape))
+        return leaf * jnp.asarray(THRESHOLDS.start_change ** rng.uniform(-1.0, 1.0, leaf.shape))
 
     return jax.tree_util.tree_map(change, ecdl)
 
 
-def _shaken(problem: Problem, vector: np.ndarray, seed: int, size: float = 0.05) -> np.ndarray:
+def _perturb(problem: Problem, vector: np.ndarray, seed: int, size: float) -> np.ndarray:
+    """`vector` with every free parameter changed at random, by `size` in its logarithm."""
     out = vector.copy()
     n = problem.vector.size
     factor = np.exp(size * np.random.default_rng(seed).standard_normal(n))
@@ -94,19 +86,22 @@ def _shaken(problem: Problem, vector: np.ndarray, seed: int, size: float = 0.05)
     return out
 
 
-def _leapt(problem: Problem, vector: np.ndarray, groups: np.ndarray, seed: int) -> np.ndarray:
-    """`vector` with what two plays have of their own (see `shared`) made larger or smaller."""
-    rng = np.random.default_rng(seed)
+def _perturb_plays(
+    problem: Problem, vector: np.ndarray, groups: np.ndarray, seed: int
+) -> np.ndarray:
+    """`vector` with the own values of two plays (see `tied_groups`) made larger or smaller."""
+    rng, plays = np.random.default_rng(seed), THRESHOLDS.jump_plays
+    limits = THRESHOLDS.jump_least, THRESHOLDS.jump_most
     out = vector.copy()
     for group in np.unique(groups):
         members = np.flatnonzero((groups == group) & problem.free)
-        if members.size > _PLAYS:
-            some = rng.choice(members, size=_PLAYS, replace=False)
-            out[some] *= np.exp(rng.choice([-1.0, 1.0], _PLAYS) * rng.uniform(*_LEAP, _PLAYS))
+        if members.size > plays:
+            some = rng.choice(members, size=plays, replace=False)
+            out[some] *= np.exp(rng.choice([-1.0, 1.0], plays) * rng.uniform(*limits, plays))
     return out
 
 
-def shared(operator: AbstractOperator, problem: Problem) -> np.ndarray | None:
+def tied_groups(operator: AbstractOperator, problem: Problem) -> np.ndarray | None:
     """Groups that tie each vector of play parameters to one value; `None` where there is none."""
     vector = problem.vector
     groups = np.arange(vector.size)
@@ -116,7 +111,7 @@ def shared(operator: AbstractOperator, problem: Problem) -> np.ndarray | None:
     return None if (groups == np.arange(groups.size)).all() else groups
 
 
-def averaged(problem: Problem, vector: np.ndarray, groups: np.ndarray) -> np.ndarray:
+def average_groups(problem: Problem, vector: np.ndarray, groups: np.ndarray) -> np.ndarray:
     """`vector` with every group at its mean, as a tied fit needs it."""
     out = vector.copy()
     n = problem.vector.size
@@ -141,12 +136,14 @@ def agree(problem: Problem, weight: np.ndarray, one: Solution, other: Solution) 
     """Whether two ends are the same model, judged by what they predict where it was fitted."""
     difference = np.linalg.norm(weight * (one.error - other.error))
     residual = np.sqrt(2.0 * min(one.cost, other.cost))
-    share = _AGREE + _AGREE_MISFIT * _correlation(weight * min(one, other, key=_cost).error)
+    share = THRESHOLDS.agreement + THRESHOLDS.agreement_misfit * _correlation(
+        weight * min(one, other, key=_cost).error
+    )
     scale = np.linalg.norm(weight * (problem.data.y - problem.data.y[weight > 0].mean()))
-    return bool(difference <= max(share * residual, 1e-6 * scale))
+    return bool(difference <= max(share * residual, THRESHOLDS.agreement_exact * scale))
 
 
-def tilted(problem: Problem, vector: np.ndarray, groups: np.ndarray, by: float) -> np.ndarray:
+def grade_lam(problem: Problem, vector: np.ndarray, groups: np.ndarray, by: float) -> np.ndarray:
     """`vector` with `lam` growing from the narrowest play to the widest, by `4**by` in all."""
     out = vector.copy()
     at = [i for i, name in enumerate(problem.vector.names) if name.startswith("lam_")]
@@ -159,69 +156,28 @@ def search_starts(
     problem: Problem,
     weight: np.ndarray,
     count: int,
+    options: SolverOptions,
     *,
     guess: bool | Sequence[ECDL] = True,
-    enough: int = 2,
-    **options: Any,
 ) -> tuple[Solution, list[Start]]:
-    """Fit from up to `count` starts, until `enough` of them have ended in the best end.
+    """Fit from up to `count` starts, until enough of them have reached the best end.
 
-    A model with a value for each play is first fitted with one value for all, then let go, once as
-    it is and once with its plays unequal: the wide basin first, the fine valleys after. Where the
-    residuals repeat, jumps look for a better one among many that are near equal,
-    but not for one in which plays have lost their say.
-    Where no two ends agree, the best is shaken a few times, which counts as starts nearby.
+    Where the residuals repeat and plays have values of their own, jumps from the best end look for
+    a better one among many that are near equal. Where no two ends agree, the best is perturbed a
+    few times, which counts as starts nearby.
     """
-    groups = shared(problem.ecdl.operator, problem)
-    ends: list[tuple[str, Solution]] = []
-    begun: list[np.ndarray] = []
-    tied = np.zeros(0)
-
-    def settled() -> bool:
-        best = min((end for _, end in ends), key=_cost)
-        return sum(agree(problem, weight, best, end) for _, end in ends) >= enough
-
-    for origin, model in candidates(problem.ecdl, problem.recording, count, guess):
-        start = problem.start(model)
-        if any(np.allclose(start, other, rtol=1e-3, atol=0.0) for other in begun):
-            continue  # a start that was made already proves nothing
-        begun.append(start)
-        tilts = {"": 0.0}
-        if groups is not None:
-            full = np.concatenate([groups, np.arange(groups.size, problem.own_size)])
-            start = problem.solve(averaged(problem, start, groups), weight, full, **options).values
-            tied = start
-            tilts["tilted"] = 1.0
-        found = []
-        for name, by in tilts.items():
-            begin = start if groups is None else tilted(problem, start, groups, by)
-            found.append((f"{origin} {name}".strip(), problem.solve(begin, weight, **options)))
-        ends.append(min(found, key=lambda pair: pair[1].cost))
-        if settled():
-            break
+    groups = tied_groups(problem.ecdl.operator, problem)
+    ends, tied = _fit_candidates(problem, weight, count, options, guess, groups)
     best = min((end for _, end in ends), key=_cost)
-    if count > 1 and groups is not None and _correlation(weight * best.error) > _WRONG:
-        sound, jumps = not unidentifiable(problem, best), []
-        for jump in range(_JUMPS):
-            if jump % 2:
-                begin = _leapt(problem, best.values, groups, jump)
-            else:
-                begin = _shaken(problem, tied, jump, _SIZES[jump // 2 % len(_SIZES)])
-            end = problem.solve(begin, weight, **options)
-            jumps.append((f"jump {jump + 1}", end))
-            if end.cost < best.cost and not (sound and unidentifiable(problem, end)):
-                best = end
-        ends += [
-            (name, end)
-            for name, end in jumps
-            if end.cost >= best.cost and agree(problem, weight, best, end)
-        ]
-    for shake in range(_SHAKES):
-        if settled() or count == 1:
+    wrong = _correlation(weight * best.error) > THRESHOLDS.misfit_correlation
+    if count > 1 and groups is not None and wrong:
+        ends += _jump(problem, weight, best, tied, groups, options)
+    for trial in range(THRESHOLDS.perturbations):
+        if count == 1 or _settled(problem, weight, ends):
             break
         best = min((end for _, end in ends), key=_cost)
-        begin = _shaken(problem, best.values, shake)
-        ends.append((f"best, shaken {shake + 1}", problem.solve(begin, weight, **options)))
+        begin = _perturb(problem, best.values, trial, THRESHOLDS.perturbation)
+        ends.append((f"best, shaken {trial + 1}", problem.solve(begin, weight, options)))
     best = min((end for _, end in ends), key=_cost)
     starts = [
         Start(
@@ -235,3 +191,78 @@ def search_starts(
         for origin, end in ends
     ]
     return best, starts
+
+
+def _settled(problem: Problem, weight: np.ndarray, ends: list[tuple[str, Solution]]) -> bool:
+    """Whether enough ends agree with the best."""
+    best = min((end for _, end in ends), key=_cost)
+    agreeing = sum(agree(problem, weight, best, end) for _, end in ends)
+    return agreeing >= THRESHOLDS.agreeing_starts
+
+
+def _fit_candidates(
+    problem: Problem,
+    weight: np.ndarray,
+    count: int,
+    options: SolverOptions,
+    guess: bool | Sequence[ECDL],
+    groups: np.ndarray | None,
+) -> tuple[list[tuple[str, Solution]], np.ndarray]:
+    """Named ends of the candidates until enough agree, and the last vector with tied plays.
+
+    A model with a value for each play is first fitted with one value for all, then with all free,
+    once as it is and once with its plays unequal: the wide basin first, the fine valleys after.
+    """
+    ends: list[tuple[str, Solution]] = []
+    begun: list[np.ndarray] = []
+    tied = np.zeros(0)
+    for origin, model in candidates(problem.ecdl, problem.recording, count, guess):
+        start = problem.start(model)
+        if any(np.allclose(start, other, rtol=THRESHOLDS.same_start, atol=0.0) for other in begun):
+            continue
+        begun.append(start)
+        gradings = {"": 0.0}
+        if groups is not None:
+            ties = np.concatenate([groups, np.arange(groups.size, problem.own_size)])
+            averaged = average_groups(problem, start, groups)
+            start = problem.solve(averaged, weight, options, ties=ties).values
+            tied = start
+            gradings["tilted"] = 1.0
+        found = []
+        for name, by in gradings.items():
+            begin = start if groups is None else grade_lam(problem, start, groups, by)
+            found.append((f"{origin} {name}".strip(), problem.solve(begin, weight, options)))
+        ends.append(min(found, key=lambda pair: pair[1].cost))
+        if _settled(problem, weight, ends):
+            break
+    return ends, tied
+
+
+def _jump(
+    problem: Problem,
+    weight: np.ndarray,
+    best: Solution,
+    tied: np.ndarray,
+    groups: np.ndarray,
+    options: SolverOptions,
+) -> list[tuple[str, Solution]]:
+    """Ends of jumps that agree with the best: by turns from tied plays and from the best end.
+
+    An end in which parameters are no longer identifiable does not become the best.
+    """
+    sizes = THRESHOLDS.jump_small, THRESHOLDS.jump_medium, THRESHOLDS.jump_large
+    identifiable, jumps = not unidentifiable(problem, best), []
+    for jump in range(THRESHOLDS.jumps):
+        if jump % 2:
+            begin = _perturb_plays(problem, best.values, groups, jump)
+        else:
+            begin = _perturb(problem, tied, jump, sizes[jump // 2 % len(sizes)])
+        end = problem.solve(begin, weight, options)
+        jumps.append((f"jump {jump + 1}", end))
+        if end.cost < best.cost and not (identifiable and unidentifiable(problem, end)):
+            best = end
+    return [
+        (name, end)
+        for name, end in jumps
+        if end.cost >= best.cost and agree(problem, weight, best, end)
+    ]

@@ -1,21 +1,15 @@
-"""Sudden steps in a residual, told from noise, from corners and from a model that is merely poor.
+"""Detection of steps in a residual, as distinct from noise, corners and a poor model.
 
-A hysteresis model is continuous in its drive, so its residual may bend but not jump. A step is what
-straight lines through the samples before and after it do not share at the place between them, where
-all of it comes from one sample to the next.
+A hysteresis model is continuous in its drive, so its residual may change slope but not jump. A step
+is the difference, at the place between two samples, of straight lines through the samples before
+and after it (the nearest one left out, so that a spike is no step), if most of it comes from one
+sample to the next.
 """
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-_WIDTHS = (5, 16)  # samples of the lines on either side; the nearest one is left out: no spikes
-_NOISE = 6.0  # a step stands so many standard deviations above noise
-_USUAL = 8.0  # and above the steps elsewhere, which misfit and correlated noise make
-_LOCAL = 0.6  # share of a step that one sample must bring
-_BEND = 1.5  # times the change of slope there: a corner is not a step
-_MOVE = 0.4  # times what the model itself moves in one sample
-_TURN = 2.5  # the same where the drive turns: an unmodelled delay makes steps there
-_LEAST = 40  # samples
+from ._thresholds import THRESHOLDS
 
 
 def detect_steps(
@@ -30,13 +24,15 @@ def detect_steps(
     `error` is the residual, `predicted` the model, `drive` what was sent, at the samples `index` of
     the run (ascending; no step is seen across a gap); `smallest` is the least step to report.
     """
-    if error.size < _LEAST:
+    if error.size < THRESHOLDS.step_samples:
         return []
     step = np.diff(error)
     noise = 1.4826 * float(np.median(np.abs(np.diff(error, 3)))) / np.sqrt(20.0)
-    guard = np.where(_turns(drive), _TURN, _MOVE) * _nearby(np.abs(np.diff(predicted)), 2)
+    guard = np.where(
+        _turns(drive), THRESHOLDS.step_motion_at_turn, THRESHOLDS.step_motion
+    ) * _nearby(np.abs(np.diff(predicted)), 2)
     found: dict[int, float] = {}
-    for width in _WIDTHS:
+    for width in (THRESHOLDS.step_width_short, THRESHOLDS.step_width_long):
         if error.size < 6 * width:
             continue
         at = np.arange(width, step.size - width - 1)  # between samples `at` and `at + 1`
@@ -48,10 +44,13 @@ def detect_steps(
         sudden = np.sign(size) * (step[at] - (rise + fall) / 2)
         usual = 1.4826 * float(np.median(np.abs(size)))
         spread = noise * float(np.linalg.norm(value)) * np.sqrt(2.0)
-        large = np.maximum(guard[at], max(_NOISE * spread, _USUAL * usual, smallest))
-        alone = np.maximum.reduce([guard[at], _BEND * np.abs(rise - fall), _LOCAL * np.abs(size)])
+        least = max(THRESHOLDS.step_noise * spread, THRESHOLDS.step_usual * usual, smallest)
+        large = np.maximum(guard[at], least)
+        corner = THRESHOLDS.step_corner * np.abs(rise - fall)
+        alone = np.maximum.reduce([guard[at], corner, THRESHOLDS.step_sudden * np.abs(size)])
+        alone = np.maximum(alone, THRESHOLDS.step_sudden_noise * noise)
         whole = index[at + 1 + width] - index[at - width] == 2 * width + 1
-        hit = whole & (np.abs(size) > large) & (sudden > np.maximum(alone, 5.6 * noise))
+        hit = whole & (np.abs(size) > large) & (sudden > alone)
         for place, height in zip(at[hit], size[hit], strict=True):
             if abs(height) > abs(found.get(int(place), 0.0)):
                 found[int(place)] = float(height)

@@ -1,23 +1,18 @@
-"""Is this fit to be trusted, and if not, why: from gradient, rank, agreement and held-out data."""
+"""The verdict on a fit: trusted or not, by gradient, rank, agreeing starts and held-out data."""
 
 import dataclasses
 
 import numpy as np
 
-from fitting.solver._identifiability import unidentifiable
-from fitting.solver._refinement import remaining_step, worth
 from rapi_jax.plays._contact_intervals import Band
 
+from ._convergence import gain_tolerance, remaining_step, unidentifiable
 from ._cross_validation import HeldOut
 from ._data_checks import Fault
 from ._parameter_vector import as_device
 from ._problem import Problem, Solution
 from ._starts import Start
-
-_POOR = 0.05  # of the span
-_EXPLAINED = 0.5  # of the variance
-_GENERAL = 3.0  # held-out rmse over in-sample rmse
-_ONE_RATE = 1.2  # rates within this factor show no rate dependence
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,58 +30,89 @@ def judge(
     weight: np.ndarray,
     solution: Solution,
     starts: list[Start],
-    held: list[HeldOut],
-    found: list[Fault],
+    held_out: list[HeldOut],
+    faults: list[Fault],
     stderr: np.ndarray,
 ) -> Verdict:
     """The verdict on a fit. `weight` is of the samples, `stderr` of the problem's vector."""
-    reasons, notes = [], []
     data = problem.data
     error = solution.error[data.use]
-    spans = [float(np.ptp(data.y[r, data.use[r]])) for r in range(data.y.shape[0])]
     rmse = float(np.sqrt(np.mean(error**2)))
-    scale = max(spans)
-    loose = unidentifiable(problem, solution)
-    if loose:
-        reasons.append(
-            f"unidentifiable: these data cannot fix {', '.join(loose)}. Hold one of them "
-            "(`free=` in Python), or add a scan rate, an amplitude or a longer swing."
-        )
-    limit = worth(problem, weight)
-    flat = rmse <= 1e-9 * max(scale, 1e-300)
-    left, _ = remaining_step(problem, solution, weight)
-    if not flat and left > limit:
-        reasons.append(
-            f"not converged: one more step takes away {100 * left:.2g} % of the cost "
-            f"({solution.solver.reason or 'the solver stopped early'}). More starts or a better "
-            "first model."
-        )
-    agreeing = sum(start.agrees for start in starts)
-    if len(starts) > 1 and agreeing < 2:
-        reasons.append(
+    span = max(float(np.ptp(data.y[r, data.use[r]])) for r in range(data.y.shape[0]))
+    undetermined = unidentifiable(problem, solution)
+    reasons = [
+        *_check_rank(undetermined),
+        *_check_convergence(problem, weight, solution, rmse, span),
+        *_check_starts(starts),
+        *(f"{fault.kind}: {fault.message}" for fault in faults),
+        *_check_misfit(problem, rmse, span),
+    ]
+    failures, notes = _check_held_out(held_out, span)
+    reasons += failures
+    notes += _notes(problem, solution, stderr, undetermined)
+    return Verdict(not reasons, tuple(reasons), tuple(notes), undetermined)
+
+
+def _check_rank(undetermined: tuple[str, ...]) -> list[str]:
+    if not undetermined:
+        return []
+    return [
+        f"unidentifiable: these data cannot fix {', '.join(undetermined)}. Hold one of them "
+        "(`free=` in Python), or add a scan rate, an amplitude or a longer swing."
+    ]
+
+
+def _check_convergence(
+    problem: Problem, weight: np.ndarray, solution: Solution, rmse: float, span: float
+) -> list[str]:
+    exact = rmse <= THRESHOLDS.exact_fit * max(span, 1e-300)
+    gain, _ = remaining_step(problem, solution, weight)
+    if exact or gain <= gain_tolerance(problem, weight):
+        return []
+    return [
+        f"not converged: one more step takes away {100 * gain:.2g} % of the cost "
+        f"({solution.solver.reason or 'the solver stopped early'}). More starts or a better "
+        "first model."
+    ]
+
+
+def _check_starts(starts: list[Start]) -> list[str]:
+    if len(starts) == 1:
+        return ["one start only: nothing says that the end is not a local minimum."]
+    if sum(start.agrees for start in starts) < 2:
+        return [
             f"starts disagree: {len(starts)} starts reached {len(starts)} different ends, so the "
             "best may be a local minimum. Raise `starts`, or hold what you know."
-        )
-    elif len(starts) == 1:
-        reasons.append("one start only: nothing says that the end is not a local minimum.")
-    for fault in found:
-        reasons.append(f"{fault.kind}: {fault.message}")
+        ]
+    return []
+
+
+def _check_misfit(problem: Problem, rmse: float, span: float) -> list[str]:
+    """The residual against the response's span and variance."""
+    data = problem.data
     variance = float(np.mean([np.var(data.y[r, data.use[r]]) for r in range(data.y.shape[0])]))
-    if scale == 0:
-        reasons.append("no signal: the response never changes.")
-    elif rmse**2 > (1.0 - _EXPLAINED) * variance:
-        reasons.append(
+    if span == 0:
+        return ["no signal: the response never changes."]
+    if rmse**2 > (1.0 - THRESHOLDS.explained_variance) * variance:
+        return [
             f"nothing explained: the model leaves {100 * rmse**2 / variance:.0f} % of the "
             "response's variance. The response does not follow this drive; check wiring, columns "
             "and lag."
-        )
-    elif rmse > _POOR * scale:
-        reasons.append(
-            f"poor fit: rmse is {100 * rmse / scale:.1f} % of the span. More plays (`plays`) or "
+        ]
+    if rmse > THRESHOLDS.poor_fit * span:
+        return [
+            f"poor fit: rmse is {100 * rmse / span:.1f} % of the span. More plays (`plays`) or "
             "order, an effect the model lacks, or a wrong lag."
-        )
-    for scheme in held:
-        if scheme.rmse > _GENERAL * scheme.train_rmse + 1e-9 * scale and scheme.fraction > 0.01:
+        ]
+    return []
+
+
+def _check_held_out(held_out: list[HeldOut], span: float) -> tuple[list[str], list[str]]:
+    """Reasons and notes: a model has to predict the last third, but not to extrapolate."""
+    reasons, notes = [], []
+    for scheme in held_out:
+        limit = THRESHOLDS.generalisation * scheme.train_rmse + THRESHOLDS.exact_fit * span
+        if scheme.rmse > limit and scheme.fraction > THRESHOLDS.held_out_error:
             text = (
                 f"{scheme.scheme}: held-out rmse {scheme.rmse:.3g} is "
                 f"{scheme.rmse / scheme.train_rmse:.1f} times that of the fitted part"
@@ -97,14 +123,15 @@ def judge(
                 )
             else:
                 notes.append(f"{text}: do not extrapolate there.")
-    notes += _notes(problem, solution, stderr, loose)
-    return Verdict(not reasons, tuple(reasons), tuple(notes), loose)
+    return reasons, notes
 
 
-def _notes(problem: Problem, solution: Solution, stderr: np.ndarray, loose) -> list[str]:
+def _notes(
+    problem: Problem, solution: Solution, stderr: np.ndarray, undetermined: tuple[str, ...]
+) -> list[str]:
     notes = []
     recording = problem.recording
-    if max(recording.rates) <= _ONE_RATE * min(recording.rates):
+    if max(recording.rates) <= THRESHOLDS.one_rate * min(recording.rates):
         notes.append(
             f"one scan rate: the rate dependence{_named(problem, 'zeta', 'kappa')} rests on the "
             "shape of one loop, and a lag of the device or its reading (delay, amplifier, servo) "
@@ -130,7 +157,7 @@ def _notes(problem: Problem, solution: Solution, stderr: np.ndarray, loose) -> l
         names[i]
         for i in range(problem.vector.size)
         if problem.free[i]
-        and names[i] not in loose
+        and names[i] not in undetermined
         and stderr[i] > abs(values[i])
         and values[i] != 0
     ]

@@ -7,11 +7,11 @@ import numpy as np
 from rapi_jax import Recording, Run
 from rapi_jax.sampling._batch import usable
 
-_BINS = 100
+from ._thresholds import THRESHOLDS
 
 
 def hysteresis_fraction(run: Run, lag_s: float = 0.0) -> float:
-    """Largest vertical opening of a run's loop over its span; NaN where a branch is missing.
+    """Largest vertical width of a run's loop over its span; NaN where a branch is missing.
 
     Branches are means over drive bins, so noise and several periods average out.
     """
@@ -19,13 +19,14 @@ def hysteresis_fraction(run: Run, lag_s: float = 0.0) -> float:
     use = usable(run, lag_s)
     if drive.u_pp == 0 or use.sum() < 4:
         return float("nan")
+    bins = THRESHOLDS.weight_bins
     place = (drive.value - drive.value.min()) / drive.u_pp
-    index = np.minimum((place * _BINS).astype(int), _BINS - 1)
+    index = np.minimum((place * bins).astype(int), bins - 1)
     means = []
     for branch in (drive.up, ~drive.up):
         part = use & branch
-        count = np.bincount(index[part], minlength=_BINS)
-        total = np.bincount(index[part], weights=run.response[part], minlength=_BINS)
+        count = np.bincount(index[part], minlength=bins)
+        total = np.bincount(index[part], weights=run.response[part], minlength=bins)
         means.append(np.where(count > 0, total / np.maximum(count, 1), np.nan))
     gap = np.abs(means[0] - means[1])[2:-2]  # a bin at a turning point mixes both branches
     span = float(np.ptp(run.response[use]))
@@ -34,14 +35,14 @@ def hysteresis_fraction(run: Run, lag_s: float = 0.0) -> float:
 
 def hysteresis_weights(recording: Recording) -> np.ndarray:
     """`A_j` of Eq. 26, one a run: proportional to the hysteresis percentage, with mean 1."""
-    openings = np.array(
+    fractions = np.array(
         [hysteresis_fraction(run, recording.response_lag_s) for run in recording.runs]
     )
-    if not (openings > 0).any():
-        return np.ones(openings.size)
-    openings = np.where(np.isfinite(openings), openings, np.nanmean(openings))
-    openings = np.maximum(openings, 0.05 * openings.max())  # no run is left out
-    return openings / openings.mean()
+    if not (fractions > 0).any():
+        return np.ones(fractions.size)
+    fractions = np.where(np.isfinite(fractions), fractions, np.nanmean(fractions))
+    fractions = np.maximum(fractions, THRESHOLDS.smallest_weight * fractions.max())
+    return fractions / fractions.mean()
 
 
 def run_weights(recording: Recording, weights: str | Sequence[float]) -> np.ndarray:

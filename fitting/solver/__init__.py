@@ -1,1 +1,1 @@
-"""Nonlinear least squares on optimistix: bounds, normal equations, refinement, identifiability."""
+"""Nonlinear least squares that knows nothing of lasers: bounds, optimum, refinement, rank."""

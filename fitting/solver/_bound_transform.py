@@ -1,4 +1,4 @@
-"""Bounds by bijection: a fitted value is a smooth function of an unbounded coordinate.
+"""Bounds by a change of variables: a value is a smooth function of an unbounded coordinate.
 
 Algebraic forms are used, not exponentials: near a bound they flatten as 1/x^2, so that a start far
 away still has a gradient, and far from a bound they are linear.
@@ -9,8 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-_INSIDE = 1e-3  # a start on or beyond a bound is moved this far inside, in scales
-_LEAST = 1e-100  # a start that is nearer to zero, or to its bound, tells no size
+from ._thresholds import THRESHOLDS
 
 
 class Bounds(eqx.Module):
@@ -56,6 +55,7 @@ class Bounds(eqx.Module):
     def coordinates(self, values: np.ndarray) -> np.ndarray:
         """Unbounded coordinates of `values`; those outside the bounds are reflected inside."""
         low, high, scale = (np.asarray(v) for v in (self.low, self.high, self.scale))
+        inside = THRESHOLDS.inside_bound
         v = self.bounded(values)
         v = np.where(v < low, low + (low - v), v)
         v = np.where(v > high, high - (v - high), v)
@@ -63,17 +63,18 @@ class Bounds(eqx.Module):
         below = np.isfinite(low) & ~both
         above = np.isfinite(high) & ~both
         x = v / scale
-        w = np.maximum((v[below] - low[below]) / scale[below], _INSIDE)
+        w = np.maximum((v[below] - low[below]) / scale[below], inside)
         x[below] = w - 1.0 / w
-        w = np.maximum((high[above] - v[above]) / scale[above], _INSIDE)
+        w = np.maximum((high[above] - v[above]) / scale[above], inside)
         x[above] = 1.0 / w - w
         y = 2.0 * (v[both] - low[both]) / (high[both] - low[both]) - 1.0
-        y = np.clip(y, -1.0 + 2.0 * _INSIDE, 1.0 - 2.0 * _INSIDE)
+        y = np.clip(y, -1.0 + 2.0 * inside, 1.0 - 2.0 * inside)
         x[both] = y / np.sqrt(1.0 - y**2)
         return x
 
-    def at_bound(self, values: np.ndarray, slack: float = 1e-3) -> np.ndarray:
-        """Whether each value lies within `slack` typical sizes of a bound."""
+    def at_bound(self, values: np.ndarray) -> np.ndarray:
+        """Whether each value lies on a bound, within a small share of its typical size."""
+        slack = THRESHOLDS.at_bound
         v = self.bounded(values)
         low, high, scale = (np.asarray(b) for b in (self.low, self.high, self.scale))
         width = np.where(np.isfinite(low) & np.isfinite(high), high - low, scale)
@@ -96,5 +97,5 @@ class Bounds(eqx.Module):
         reach = np.abs(
             np.where(np.isfinite(low), v - low, np.where(np.isfinite(high), high - v, v))
         )
-        scale = np.where(reach > _LEAST, reach, 1.0)
+        scale = np.where(reach > THRESHOLDS.smallest_scale, reach, 1.0)
         return cls(*(jnp.asarray(a, dtype=float) for a in (low, high, scale, coupling)))

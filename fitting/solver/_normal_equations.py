@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import lineax as lx
 from jaxtyping import Array, PyTree
 
-_SAFE = 1e-9  # largest correction of the refinement, relative to the solution
+from ._thresholds import THRESHOLDS
 
 
 class NormalEquations(lx.AbstractLinearSolver):
@@ -15,7 +15,7 @@ class NormalEquations(lx.AbstractLinearSolver):
 
     Several times faster than QR for a matrix of thousands of rows and tens of columns, since almost
     all of the work is one matrix product. The refinement tells how much of the solution is
-    rounding; where that is more than `1e-9`, or the factor does not exist, QR solves instead.
+    rounding; where that is more than rounding, or the factor does not exist, QR solves instead.
     """
 
     def init(self, operator: lx.AbstractLinearOperator, options: dict[str, Any]) -> Any:
@@ -36,7 +36,7 @@ class NormalEquations(lx.AbstractLinearSolver):
 
         first = solve(target)
         change = solve(target - state @ first)
-        safe = jnp.linalg.norm(change) <= _SAFE * jnp.linalg.norm(first)
+        safe = jnp.linalg.norm(change) <= THRESHOLDS.semi_normal_correction * jnp.linalg.norm(first)
 
         def by_qr() -> Array:
             q, r = jnp.linalg.qr(state)
@@ -47,7 +47,7 @@ class NormalEquations(lx.AbstractLinearSolver):
 
     def transpose(self, state: Any, options: dict[str, Any]) -> Any:
         """Not needed by a damped step; refused rather than wrong."""
-        raise ValueError("`Tall` solves least squares only, not its transpose.")
+        raise ValueError("`NormalEquations` solves least squares only, not its transpose.")
 
     def conj(self, state: Array, options: dict[str, Any]) -> tuple[Array, dict[str, Any]]:
         """The same: matrices here are real."""

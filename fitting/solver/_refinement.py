@@ -1,72 +1,48 @@
-"""The last steps of a fit: from where a solver came to rest at a kink, on to where none is left."""
+"""A Gauss-Newton step tried at several lengths: whether a fit that came to rest can go on.
 
-from typing import Any
+At a kink of the residuals the gradient jumps and promises a decrease that no step keeps. So the
+decrease is measured, not predicted.
+"""
+
+from collections.abc import Callable
 
 import numpy as np
 
-from fitting.identification._problem import Problem, Solution
+from ._thresholds import THRESHOLDS
 
-RANK = 1e-9  # smallest over largest singular value of the column-scaled Jacobian
-_GAIN = 2e-3  # of the cost, that a further step may still bring
-_ROUNDS = 4
+_SHARES = (1.0, 0.3, 0.1, 0.03, 0.01)  # of a whole step
 
 
-def worth(problem: Problem, weight: np.ndarray) -> float:
-    """Share of the cost below which a further step is not worth taking."""
-    return max(problem.free_count / int((weight > 0).sum()), _GAIN)
-
-
-def remaining_step(
-    problem: Problem, solution: Solution, weight: np.ndarray
+def try_gauss_newton_step(
+    values: np.ndarray,
+    residual: np.ndarray,
+    jacobian: np.ndarray,
+    *,
+    residual_at: Callable[[np.ndarray], np.ndarray],
+    project: Callable[[np.ndarray, np.ndarray], np.ndarray],
 ) -> tuple[float, np.ndarray]:
-    """Share of the cost that a Gauss-Newton step still takes away, and where it leads.
+    """The share of the cost that a step from `values` takes away, and where it leads.
 
-    Tried at several lengths, not promised: at a kink, where a play's contact moves to the next
-    sample, the gradient jumps and promises what no step keeps.
+    **Arguments:**
+
+    - `residual`, `jacobian`: at `values`; a column of zeros is a value that does not move.
+    - `residual_at`: the residuals at other values, in any shape.
+    - `project(values, moves)`: `values` with those that move brought inside their bounds.
     """
-    length = np.linalg.norm(solution.jacobian, axis=0)
-    free = length > 0
-    residual = (weight * solution.error).ravel()
+    length = np.linalg.norm(jacobian, axis=0)
+    moves = length > 0
     power = float(residual @ residual)
-    if power == 0 or not free.any():
-        return 0.0, solution.values
-    scaled = solution.jacobian[:, free] / length[free]
-    full = np.linalg.lstsq(scaled, -residual, rcond=RANK)[0] / length[free]
-    best, where = 0.0, solution.values
-    for share in (1.0, 0.3, 0.1, 0.03, 0.01):
-        values = solution.values.copy()
-        values[free] += share * full
-        values = _inside(problem, values, free)
+    if power == 0 or not moves.any():
+        return 0.0, values
+    scaled = jacobian[:, moves] / length[moves]
+    step = np.linalg.lstsq(scaled, -residual, rcond=THRESHOLDS.rank)[0] / length[moves]
+    best, end = 0.0, values
+    for share in _SHARES:
+        trial = values.copy()
+        trial[moves] += share * step
+        trial = project(trial, moves)
         with np.errstate(over="ignore", invalid="ignore"):  # a step too long is no gain
-            error = weight * problem.error(values)
-            gain = 1.0 - float(np.sum(error**2)) / power
+            gain = 1.0 - float(np.sum(residual_at(trial) ** 2)) / power
         if np.isfinite(gain) and gain > best:
-            best, where = gain, values
-    return best, where
-
-
-def _inside(problem: Problem, values: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """`values` with the free ones inside their bounds, also where these move with others."""
-    n = problem.vector.size
-    bounds = problem.bounds(values[:n])
-    coupling = np.asarray(bounds.coupling)
-    bounded = bounds.bounded(values[:n])
-    clipped = np.clip(bounded, np.asarray(bounds.low), np.asarray(bounds.high))
-    out = values.copy()
-    out[:n] = coupling @ np.where(free[:n], clipped, bounded)
-    tail = slice(n + problem.nuisances, None)
-    out[tail] = np.clip(values[tail], 0.0, 1.0)
-    return out
-
-
-def refine(problem: Problem, weight: np.ndarray, solution: Solution, **options: Any) -> Solution:
-    """`solution`, fitted on from where a further step leads as long as that is worth it."""
-    for _ in range(_ROUNDS):
-        gain, values = remaining_step(problem, solution, weight)
-        if gain <= worth(problem, weight):
-            break
-        new = problem.solve(values, weight, **options)
-        if not new.cost < solution.cost:
-            break
-        solution = new
-    return solution
+            best, end = gain, trial
+    return best, end

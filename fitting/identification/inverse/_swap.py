@@ -5,13 +5,11 @@ import dataclasses
 import numpy as np
 
 from fitting.identification._result import FitResult
+from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax import DataError, Drive, Recording, Run, predict
 
-_SMOOTH = 0.02  # of a period: full width at half height of the weights that smooth a misfit
-_SAMPLES = 500  # a period is thinned to about so many: ten in the width of the smoothing
 
-
-def swap(recording: Recording, forward: FitResult, *, smooth: float = _SMOOTH) -> Recording:
+def swap(recording: Recording, forward: FitResult, *, smooth: float | None = None) -> Recording:
     """`recording` with the measured frequency as drive and the drive as response.
 
     **Arguments:**
@@ -19,7 +17,8 @@ def swap(recording: Recording, forward: FitResult, *, smooth: float = _SMOOTH) -
     - `forward`: the fit of a forward model to `recording`. It gives each run's own origin and
       drift, which are taken out, so that all runs share the origin of its `d_0`; and it stands for
       the frequency's shape.
-    - `smooth`: the part of a period over which what the forward model leaves is smoothed.
+    - `smooth`: the part of a period over which what the forward model leaves is smoothed; 2 % by
+      default.
 
     Noise on an input is worse than on a response: each play keeps the largest of it at every turn.
     So the input is the forward model's response plus the smoothed rest of the measured one: turns,
@@ -31,6 +30,7 @@ def swap(recording: Recording, forward: FitResult, *, smooth: float = _SMOOTH) -
     **Returns** a recording with units swapped, no latency, one origin. Raises `DataError` where
     `forward` was not fitted to `recording`.
     """
+    smooth = THRESHOLDS.misfit_smoothing if smooth is None else smooth
     lengths = [predicted.size for predicted in forward.predicted]
     if [run.name for run in recording.runs] != [run.name for run in forward.recording.runs] or (
         [run.drive.size for run in recording.runs] != lengths
@@ -109,7 +109,7 @@ def _thinning(shape: np.ndarray, period: int) -> tuple[int, None, int]:
     """First sample, end and stride that keep the turns of the first period among the samples."""
     one = shape[:period] if period else shape
     low, high = int(np.argmin(one)), int(np.argmax(one))
-    stride = max(period // _SAMPLES, 1)
+    stride = max(period // THRESHOLDS.thinned_samples, 1)
     while stride > 1 and ((high - low) % stride or period % stride):
         stride -= 1
     return low % stride, None, stride

@@ -11,7 +11,7 @@ import pytest
 
 from fitting.cli import app
 from fitting.commands.run import run as rapi
-from fitting.identification._data_checks import check_usable, find_faults, find_hops
+from fitting.identification._data_checks import check_usable, find_faults, find_mode_hops
 from rapi_jax import DataError, predict
 from rapi_jax._recording import Drive, Recording, Run
 from rapi_jax._waveform import multisine, sine, triangle
@@ -81,7 +81,7 @@ def rolled(drive: Drive, reading: np.ndarray, by: int) -> Recording:
 
 def found(recording: Recording, **options) -> list[str]:
     errors = [residual(run, **options) for run in recording.runs]
-    return [fault.kind for fault in find_faults(recording) + find_hops(recording, errors)]
+    return [fault.kind for fault in find_faults(recording) + find_mode_hops(recording, errors)]
 
 
 def healthy(seed: int) -> Recording:
@@ -161,7 +161,7 @@ def test_mode_hops_are_found_where_they_are():
     trials = 500
     for seed in range(trials):
         recording, places = hopped(seed, 0.020)
-        kinds = find_hops(recording, [residual(run) for run in recording.runs])
+        kinds = find_mode_hops(recording, [residual(run) for run in recording.runs])
         caught += bool(kinds)
         for first, last in kinds[0].samples if kinds else ():
             assert first == last
@@ -173,7 +173,7 @@ def test_mode_hops_are_found_where_they_are():
 def test_mode_hops_are_mostly_found_in_coarse_recordings():
     """Where the frequency moves by more than a hop from one sample to the next, not all can be."""
     coarse = [hopped(seed, 0.020, SIZES)[0] for seed in range(300)]
-    caught = sum(bool(find_hops(one, [residual(run) for run in one.runs])) for one in coarse)
+    caught = sum(bool(find_mode_hops(one, [residual(run) for run in one.runs])) for one in coarse)
     assert caught >= 0.8 * len(coarse)
 
 
@@ -183,7 +183,7 @@ def test_a_single_wrong_sample_is_no_hop():
     reading = truth + 0.02 * noise
     reading[[700, 1500, 3100]] += 3.0
     recording = Recording((Run(drive, reading),))
-    assert find_hops(recording, [residual(recording.runs[0])]) == []
+    assert find_mode_hops(recording, [residual(recording.runs[0])]) == []
 
 
 def test_clipped_readings_are_found():

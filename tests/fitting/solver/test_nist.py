@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from jaxtyping import Array
 
-from fitting import LeastSquares, least_squares
+from fitting import LeastSquares, SolverOptions, least_squares
 
 CASES = [(name, start) for name in nist.MODELS for start in (0, 1)]
 PARAMETER_DIGITS = 6.0
@@ -77,7 +77,9 @@ def test_standard_errors():
 def test_no_wrong_end_is_called_converged(name, start, steps):
     problem = nist.read(name)
     args = (problem.x, nist.response(problem))
-    fit = least_squares(_residual(name), problem.starts[start], args, max_steps=steps)
+    fit = least_squares(
+        _residual(name), problem.starts[start], args, options=SolverOptions(max_steps=steps)
+    )
     right = nist.digits(fit.values, problem.values) >= PARAMETER_DIGITS
     assert right or not fit.converged
     assert fit.converged == (not fit.reason)
@@ -86,5 +88,7 @@ def test_no_wrong_end_is_called_converged(name, start, steps):
 def test_steps_that_run_out_are_no_success():
     problem = nist.read("MGH10")
     args = (problem.x, nist.response(problem))
-    fit = least_squares(_residual("MGH10"), problem.starts[0], args, max_steps=80)
+    fit = least_squares(
+        _residual("MGH10"), problem.starts[0], args, options=SolverOptions(max_steps=80)
+    )
     assert not fit.converged and fit.reason == "80 steps were not enough"

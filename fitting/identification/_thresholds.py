@@ -1,0 +1,259 @@
+"""Every number that decides in an identification, with unit and origin."""
+
+import dataclasses
+
+from rapi_jax._threshold import threshold
+
+
+@dataclasses.dataclass(frozen=True)
+class IdentificationThresholds:
+    """Numbers that decide about starts, noise models, the verdict and faults of the recording."""
+
+    # The fit
+    solver_tolerance: float = threshold(
+        1e-6, unit="scaled coordinate", origin="set by trial; far below any standard error"
+    )
+    solver_slope: float = threshold(
+        1e-5, unit="cosine", origin="set by trial; an optimum far below any standard error"
+    )
+    drift_periods: int = threshold(
+        6,
+        unit="periods of one run",
+        origin="set by trial; with these a creeping origin is fitted",
+    )
+    linear_rank: float = threshold(
+        1e-10,
+        unit="of the largest singular value",
+        origin="set by trial; polynomial columns that are projected out are correlated, yet known "
+        "to rounding, so that less counts as rank than in a Jacobian",
+    )
+    linear_solution_rank: float = threshold(
+        1e-12,
+        unit="of the largest singular value",
+        origin="set by trial; as `linear_rank`, where the coefficients are solved for",
+    )
+    weight_bins: int = threshold(
+        100, unit="bins of the drive", origin="set by trial; branches are averaged in them"
+    )
+    smallest_weight: float = threshold(
+        0.05, unit="of the largest run weight", origin="convention; no run is left out"
+    )
+
+    # Starts
+    agreement: float = threshold(
+        0.1,
+        unit="of the rms residual",
+        origin="convention; two ends whose predictions differ by less agree, for a white residual",
+    )
+    agreement_misfit: float = threshold(
+        0.25,
+        unit="of the rms residual, times its correlation",
+        origin="set by trial; a correlated residual shows a wrong model, whose near-equal ends are "
+        "the rule",
+    )
+    agreement_exact: float = threshold(
+        1e-6, unit="of the response's rms", origin="solver tolerance; less is agreement"
+    )
+    agreeing_starts: int = threshold(
+        2, unit="starts", origin="convention; so many that end alike are enough"
+    )
+    same_start: float = threshold(
+        1e-3, unit="1", origin="set by trial; a start so near to another one proves nothing"
+    )
+    guesses: int = threshold(8, unit="guesses", origin="set by trial; drawn from the data")
+    start_change: float = threshold(
+        1.5, unit="factor", origin="set by trial; range of random changes of a given model"
+    )
+    perturbations: int = threshold(
+        4, unit="fits", origin="set by trial; starts near the best end where no two ends agree"
+    )
+    perturbation: float = threshold(
+        0.05, unit="standard deviation of the logarithm", origin="set by trial"
+    )
+    jumps: int = threshold(
+        24,
+        unit="fits",
+        origin="trial on four sets of seeds: where the model is wrong in ways that repeat, the "
+        "kinks of plays make many near-equal ends; jumps from the best end so far end lower on "
+        "average than a small change of all plays",
+    )
+    jump_small: float = threshold(
+        0.1, unit="standard deviation of the logarithm", origin="trial, see `jumps`"
+    )
+    jump_medium: float = threshold(
+        0.2, unit="standard deviation of the logarithm", origin="trial, see `jumps`"
+    )
+    jump_large: float = threshold(
+        0.3, unit="standard deviation of the logarithm", origin="trial, see `jumps`"
+    )
+    jump_plays: int = threshold(2, unit="plays", origin="trial, see `jumps`; the others stay")
+    jump_least: float = threshold(0.2, unit="logarithm", origin="trial, see `jumps`; of two plays")
+    jump_most: float = threshold(1.0, unit="logarithm", origin="trial, see `jumps`; of two plays")
+    misfit_correlation: float = threshold(
+        0.3,
+        unit="correlation of neighbouring residuals",
+        origin="set by trial; above it the model is wrong and jumps are made",
+    )
+
+    # Noise model
+    noise_order: int = threshold(
+        12, unit="samples", origin="set by trial; highest autoregressive order tried"
+    )
+    samples_per_lag: int = threshold(
+        8, unit="samples", origin="set by trial; fewer tell nothing of a lag"
+    )
+    noise_passes: int = threshold(
+        4, unit="passes", origin="set by trial; the expected loss has then settled"
+    )
+    innovation: float = threshold(
+        1e-12, unit="of the variance", origin="rounding; a smaller innovation is no noise model"
+    )
+
+    # Order of the model
+    order_gain: float = threshold(
+        0.02,
+        unit="of the held-out error",
+        origin="convention; a larger model must lower it by more",
+    )
+    white_share: float = threshold(
+        0.8,
+        unit="effective over actual samples",
+        origin="set by trial; above it residuals count as white and no larger model is tried",
+    )
+
+    # Verdict
+    poor_fit: float = threshold(0.05, unit="of the span", origin="convention; rmse of a poor fit")
+    exact_fit: float = threshold(
+        1e-9, unit="of the span", origin="rounding; convergence of a smaller rmse is not asked for"
+    )
+    explained_variance: float = threshold(
+        0.5, unit="of the variance", origin="convention; less explains nothing"
+    )
+    generalisation: float = threshold(
+        3.0, unit="held-out over in-sample rmse", origin="set by trial; more does not generalise"
+    )
+    held_out_error: float = threshold(
+        0.01, unit="of the held-out span", origin="convention; a smaller error is no failure"
+    )
+    one_rate: float = threshold(
+        1.2, unit="factor", origin="set by trial; rates within it show no rate dependence"
+    )
+
+    # Faults of the recording
+    period_miss: float = threshold(
+        0.05,
+        unit="of the drive's span, rms",
+        origin="set by trial; a period may differ so far from the next",
+    )
+    period_miss_short: float = threshold(
+        0.03,
+        unit="of the drive's span, rms",
+        origin="set by trial; the same where little more than one period was recorded",
+    )
+    several_periods: float = threshold(
+        1.2, unit="periods", origin="set by trial; from these on one is compared with the next"
+    )
+    whole_period: float = threshold(
+        0.999, unit="of a period", origin="rounding; from this on it is complete"
+    )
+    shorter_period_miss: float = threshold(
+        0.02, unit="of the drive's span, rms", origin="set by trial; a shorter stretch repeats too"
+    )
+    period_divisions: int = threshold(
+        8, unit="periods", origin="set by trial; a stated period may hold so many real ones"
+    )
+    period_samples: int = threshold(
+        4, unit="samples", origin="set by trial; fewer do not show a period"
+    )
+    period_end_noise: float = threshold(
+        4.0, unit="standard deviations", origin="set by trial; beside `period_end_least`"
+    )
+    period_end_least: float = threshold(
+        0.08, unit="of the drive's span", origin="set by trial; one period that does not close"
+    )
+    period_end_most: float = threshold(
+        0.9, unit="of the drive's span", origin="set by trial; more is a flyback of one sample"
+    )
+    clipped_samples: int = threshold(
+        4, unit="samples", origin="set by trial; a shorter rest is chance"
+    )
+    clipped_samples_digitised: int = threshold(
+        6, unit="samples", origin="set by trial; the same of a reading that is digitised coarsely"
+    )
+    clipped_steps: float = threshold(
+        6.0,
+        unit="steps of the digitiser",
+        origin="set by trial; the reading should have moved by more meanwhile",
+    )
+    clipped_move: float = threshold(
+        0.004,
+        unit="of the response's span",
+        origin="set by trial; the reading should have moved by more meanwhile",
+    )
+    distinct_values: float = threshold(
+        0.7, unit="of the samples", origin="set by trial; with more a reading is not digitised"
+    )
+
+    # Steps of the residual
+    step_width_short: int = threshold(
+        5, unit="samples", origin="set by trial; of the lines on either side of a step"
+    )
+    step_width_long: int = threshold(
+        16, unit="samples", origin="set by trial; of the lines on either side of a step"
+    )
+    step_noise: float = threshold(
+        6.0, unit="standard deviations of noise", origin="set by trial; a step is larger"
+    )
+    step_usual: float = threshold(
+        8.0,
+        unit="usual steps",
+        origin="set by trial; misfit and correlated noise make steps elsewhere, a step is larger",
+    )
+    step_sudden: float = threshold(
+        0.6, unit="of the step", origin="set by trial; one sample must bring so much of it"
+    )
+    step_sudden_noise: float = threshold(
+        5.6, unit="standard deviations of noise", origin="set by trial; that sample against noise"
+    )
+    step_corner: float = threshold(
+        1.5, unit="changes of slope there", origin="set by trial; a corner is not a step"
+    )
+    step_motion: float = threshold(
+        0.4, unit="moves of the model in one sample", origin="set by trial; a step is larger"
+    )
+    step_motion_at_turn: float = threshold(
+        2.5,
+        unit="moves of the model in one sample",
+        origin="set by trial; where the drive turns an unmodelled delay makes steps",
+    )
+    step_samples: int = threshold(40, unit="samples", origin="set by trial; fewer show no step")
+    step_share: float = threshold(
+        0.002, unit="of the response's span", origin="set by trial; a mode hop is larger"
+    )
+    step_resolution: float = threshold(
+        3.0, unit="steps of the digitiser", origin="set by trial; a mode hop is larger"
+    )
+
+    # The paper's inverse
+    inverse_order: int = threshold(
+        4, unit="polynomial order", origin="set by trial; Eq. 24 at several rates or amplitudes"
+    )
+    inverse_order_one_loop: int = threshold(
+        2,
+        unit="polynomial order",
+        origin="one loop cannot tell polynomial and asymmetry from plays",
+    )
+    inverse_samples: int = threshold(
+        800, unit="samples a period", origin="set by trial; of an inverse made from a model alone"
+    )
+    misfit_smoothing: float = threshold(
+        0.02,
+        unit="of a period",
+        origin="set by trial; full width at half height of the weights that smooth a misfit",
+    )
+    thinned_samples: int = threshold(
+        500, unit="samples a period", origin="ten in the width of the smoothing"
+    )
+
+
+THRESHOLDS = IdentificationThresholds()

@@ -29,7 +29,7 @@ def output_folder(path: Path) -> Path:
     return path
 
 
-def say_json(value: Any) -> None:
+def print_json(value: Any) -> None:
     """One object on standard output."""
     from fitting._json import json_text
 
@@ -49,7 +49,7 @@ def progress(title: str, as_json: bool) -> Iterator[Callable[[str], None]]:
     with Progress(*columns, console=target, transient=True, disable=not target.is_terminal) as bar:
         task = bar.add_task(title, total=None)
 
-        def say(line: str) -> None:
+        def report_step(line: str) -> None:
             bar.update(task, description=f"{title}: {line}")
 
-        yield say
+        yield report_step

@@ -27,7 +27,7 @@ def check(bench: Path, /, *, json: Json = False) -> int:
     """
     from hardware import open_bench
 
-    from ._out import console, say_json
+    from ._out import console, print_json
 
     with open_bench(bench) as opened:
         told = opened.provenance()
@@ -38,7 +38,7 @@ def check(bench: Path, /, *, json: Json = False) -> int:
         f"{limits.step_v:g} V, {limits.max_frequency_hz:g} Hz, at the generator"
     )
     if json:
-        say_json({"schema": "rapi.bench-check/1", **told})
+        print_json({"schema": "rapi.bench-check/1", **told})
         return 0
     out = console(json)
     for name, value in told.items():

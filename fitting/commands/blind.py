@@ -39,11 +39,11 @@ def commit(bank: Path, /, *, json: Json = False) -> int:
     from fitting.blind.protocol._folder import BankFolder
     from fitting.blind.protocol._sealed import commit as committed
 
-    from ._out import console, say_json
+    from ._out import console, print_json
 
     value = committed(BankFolder(bank))
     if json:
-        say_json({"schema": "rapi.blind-commitment/1", "secret_sha256": value})
+        print_json({"schema": "rapi.blind-commitment/1", "secret_sha256": value})
     else:
         console(json).print(value, markup=False)
     return 0
@@ -79,12 +79,12 @@ def make(
     from fitting.blind.protocol._folder import BankFolder
     from fitting.blind.protocol._make import make as made
 
-    from ._out import console, say_json
+    from ._out import console, print_json
 
     with _progress("making") as say:
         about = made(BankFolder(bank), tier, count=count, seed=seed, progress=say)
     if json:
-        say_json(about)
+        print_json(about)
     else:
         out = console(json)
         out.print(f"{about['count']} recordings of tier {tier} in {bank}", markup=False)
@@ -121,14 +121,14 @@ def predict(
     from fitting.blind.prediction._predictions import predict as predicted
     from fitting.blind.protocol._folder import BankFolder
 
-    from ._out import console, say_json
+    from ._out import console, print_json
 
     with _progress("predicting") as say:
         done = predicted(
             BankFolder(bank), workers=workers, limit=limit, baselines=baselines, progress=say
         )
     if json:
-        say_json({"schema": "rapi.blind-progress/1", **done})
+        print_json({"schema": "rapi.blind-progress/1", **done})
     else:
         console(json).print(
             f"{done['predictions']} predictions, {done['new']} of them new; {done['raised']} "
@@ -162,12 +162,12 @@ def score(
     from fitting.blind.protocol._folder import BankFolder
     from fitting.blind.scoring._examine import FAILURES, SCORES, TABLE, examine
 
-    from ._out import console, say_json
+    from ._out import console, print_json
 
     with _progress("scoring") as say:
         scores = examine(BankFolder(bank), follow=follow, workers=workers, progress=say)
     if json:
-        say_json(scores)
+        print_json(scores)
         return 0
     out = console(json)
     out.print((bank / TABLE).read_text(encoding="utf-8"), markup=False)
@@ -203,13 +203,13 @@ def calibrate(
     from fitting.blind.protocol._folder import BankFolder, write_json
     from fitting.blind.scoring._calibrate import calibrate as calibrated
 
-    from ._out import console, say_json
+    from ._out import console, print_json
 
     with _progress("predicting") as say:
         found, losses = calibrated(BankFolder(bank), workers=workers, progress=say)
     write_json(output, found.to_dict())
     if json:
-        say_json({**found.to_dict(), "loss": losses})
+        print_json({**found.to_dict(), "loss": losses})
     else:
         before, after = losses["before"], losses["after"]
         text = f"mean log loss {before:.3f}, with this calibration {after:.3f}; written to {output}"

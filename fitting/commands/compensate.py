@@ -7,7 +7,7 @@ from cyclopts import Parameter
 
 from ._plugins import Plugins
 
-Positive = Annotated[float, Parameter(validator=lambda _, value: _positive(value))]
+Positive = Annotated[float, Parameter(validator=lambda _, value: _check_positive(value))]
 
 
 def compensate(
@@ -77,7 +77,7 @@ def compensate(
     from rapi_jax.io import read_limits
 
     from ._model import load_model
-    from ._out import console, output_folder, progress, say_json
+    from ._out import console, output_folder, print_json, progress
     from ._plugins import plugin_effects
 
     ecdl, about = load_model(model, plugin_effects(plugin))
@@ -90,15 +90,15 @@ def compensate(
     except ValueError as error:
         raise ModelError(str(error)) from error
     folder = output_folder(output)
-    with progress("compensating", json) as say:
+    with progress("compensating", json) as report_step:
         used = ecdl
         fitted = None
         if inverse == "paper":
-            say("identifying the inverse")
-            used, fitted = _paper(ecdl, about, identified, recording, say)
+            report_step("identifying the inverse")
+            used, fitted = _identify_inverse(ecdl, about, identified, recording, report_step)
         made = []
         for target in targets:
-            say(f"{target.excitation_hz:g} Hz")
+            report_step(f"{target.excitation_hz:g} Hz")
             made.append(
                 compensated(
                     used,
@@ -109,10 +109,12 @@ def compensate(
                     extrapolate=extrapolate,
                 )
             )
-    report = _report(made, about, identified, allowed, fitted)
-    written = _write(folder, made, about, report, used if inverse == "paper" else None, plots)
+    report = _certificate_report(made, about, identified, allowed, fitted)
+    written = _write_drives(
+        folder, made, about, report, used if inverse == "paper" else None, plots
+    )
     if json:
-        say_json(report)
+        print_json(report)
         return 0
     out = console(json)
     out.print(_table(made, about["drive_unit"]))
@@ -122,12 +124,14 @@ def compensate(
     return 0
 
 
-def _positive(value: float) -> None:
+def _check_positive(value: float) -> None:
     if not 0 < value < float("inf"):
         raise ValueError("must be a positive number.")
 
 
-def _paper(ecdl: Any, about: dict[str, Any], identified: Any, path: Path | None, say: Any) -> Any:
+def _identify_inverse(
+    ecdl: Any, about: dict[str, Any], identified: Any, path: Path | None, report_step: Any
+) -> Any:
     """The paper's inverse operator, identified on a recording or on the model's own response."""
     from fitting.identification.inverse._identify_inverse import (
         fit_inverse,
@@ -138,17 +142,19 @@ def _paper(ecdl: Any, about: dict[str, Any], identified: Any, path: Path | None,
 
     if path is None:
         swapped = swapped_model(ecdl, identified, about["response_unit"], about["drive_unit"])
-        result = fit_inverse(swapped, ecdl.operator, throw=False, progress=say)
+        result = fit_inverse(swapped, ecdl.operator, throw=False, progress=report_step)
     else:
         from fitting import fit
 
         data = read_recording(path)
-        forward = fit(ecdl, data, starts=1, guess=False, hold_out=False, throw=False, progress=say)
-        result = identify_inverse(data, forward, throw=False, progress=say)
+        forward = fit(
+            ecdl, data, starts=1, guess=False, hold_out=False, throw=False, progress=report_step
+        )
+        result = identify_inverse(data, forward, throw=False, progress=report_step)
     return result.ecdl, result
 
 
-def _report(
+def _certificate_report(
     made: list[Any], about: dict[str, Any], identified: Any, limits: Any, fitted: Any
 ) -> dict[str, Any]:
     import dataclasses
@@ -185,7 +191,7 @@ def _stem(one: Any) -> str:
     return f"drive_{one.drive.rate:g}Hz"
 
 
-def _write(
+def _write_drives(
     folder: Path,
     made: list[Any],
     about: dict[str, Any],

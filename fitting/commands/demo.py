@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 SPAN = 75.0  # GHz
-# What the second laser has and the model lacks: interference of A (GHz) every F (GHz).
+# An effect of the second laser that the model lacks: interference of A (GHz) every F (GHz).
 ETALON = {"amplitude": 0.05, "spacing": 7.0, "phase": 0.4}
 NOISE = 0.02  # GHz, of one reading of the second laser
 # Table 1 of the paper, rms nonlinearity in MHz: up without and with compensation, then down.
@@ -30,8 +30,8 @@ def demo(
     The laser behaves like the one of the paper: a 4.5 V triangle on 3 V scans about 75 GHz with the
     nonlinearity of the paper's Table 1. Its frequency is read from the fringes of a 5 m
     interferometer and a Fabry-Perot cavity, as digitized at 30 MS/s; drives pass the 14 bits of a
-    generator. The second laser has something in its light path that the model knows nothing of;
-    its frequency is read with 20 MHz of noise, and `rapi diagnose` is to find out what it is.
+    generator. The second laser has an effect in its light path that the model lacks; its
+    frequency is read with 20 MHz of noise, and the diagnosis is to find the effect.
 
     Parameters
     ----------
@@ -51,20 +51,20 @@ def demo(
     from rapi_jax.examples import paper_drives
     from rapi_jax.io import read_recording, write_drive, write_recording
 
-    from ._out import console, output_folder, progress, say_json
+    from ._out import console, output_folder, print_json, progress
     from .run import DONE, UNTRUSTED
 
     folder = output_folder(output)
-    with progress("demo", json) as say:
-        say("scanning the simulated laser with triangles")
+    with progress("demo", json) as report_step:
+        report_step("scanning the simulated laser with triangles")
         bench = SimulatedBench.like_paper(seed=seed)
         drives = paper_drives()
         truth = [bench.truth(drive) for drive in drives]
         write_recording(bench.measure(drives), folder / "recording")
         data = read_recording(folder / "recording")
-        result = identify(data, throw=False, progress=say)
+        result = identify(data, throw=False, progress=report_step)
         written = write_fit(result, folder, plots=True)
-        say("making the drives for a straight scan")
+        report_step("making the drives for a straight scan")
         targets = linear_scan(list(PAPER), span=SPAN)
         identified = Identified.of(data)
         made = [compensate(result.ecdl, target, identified=identified) for target in targets]
@@ -72,7 +72,7 @@ def demo(
             path = folder / f"drive_{one.drive.rate:g}Hz.csv"
             write_drive(one.drive, path)
             written.append(path)
-        say("scanning the laser with them")
+        report_step("scanning the laser with them")
         write_recording(bench.measure([one.drive for one in made]), folder / "compensated")
         after = read_recording(folder / "compensated")
         for name, figure in (
@@ -80,10 +80,10 @@ def demo(
             ("scans.png", plot.scans(data, after)),
         ):
             written.append(save_figure(figure, folder / name))
-        say("scanning a laser that holds something more")
-        write_recording(_second(seed), folder / "second")
+        report_step("scanning a laser that holds something more")
+        write_recording(_scan_second_laser(seed), folder / "second")
         second = read_recording(folder / "second")
-        report = diagnose(None, second, limits=bench.limits, progress=say)
+        report = diagnose(None, second, limits=bench.limits, progress=report_step)
         written += report.save(folder / "diagnosis", name="second")
     rows = [
         {
@@ -93,14 +93,14 @@ def demo(
         }
         for run, straight in zip(data.runs, after.runs, strict=True)
     ]
-    missed = [_missed(p, t) for p, t in zip(result.predicted, truth, strict=True)]
+    noise_free = [_noise_free_rmse(p, t) for p, t in zip(result.predicted, truth, strict=True)]
     if json:
-        say_json(
+        print_json(
             {
                 "schema": "rapi.demo/1",
                 "folder": str(folder),
                 "files": [path.relative_to(folder).as_posix() for path in written],
-                "noise_free_rmse_ghz": missed,
+                "noise_free_rmse_ghz": noise_free,
                 "nonlinearity": rows,
                 "model": result.to_dict(),
                 "diagnosis": report.to_dict(),
@@ -131,7 +131,7 @@ def demo(
     return DONE if result.verdict.trusted else UNTRUSTED
 
 
-def _second(seed: int) -> Any:
+def _scan_second_laser(seed: int) -> Any:
     """Two amplitudes at three rates, four periods each, of a laser with a parasitic etalon."""
     import numpy as np
 
@@ -157,8 +157,8 @@ def _second(seed: int) -> Any:
     return Recording.of(drives, readings)
 
 
-def _missed(predicted: Any, truth: Any) -> float:
-    """The rms error against the truth, GHz; fringes say nothing of a constant."""
+def _noise_free_rmse(predicted: Any, truth: Any) -> float:
+    """The rms error against the truth, GHz; fringes do not determine a constant."""
     return float((predicted - truth).std())
 
 

@@ -51,7 +51,7 @@ def diagnose(
     from rapi_jax.io import read_limits, read_recording
 
     from ._model import load_model
-    from ._out import console, output_folder, progress, say_json
+    from ._out import console, output_folder, print_json, progress
     from ._plugins import plugin_effects
 
     several = [recording, *recordings]
@@ -85,7 +85,7 @@ def diagnose(
             out.print(lines(reports[-1]))
             out.print(f"written to {place}: {', '.join(p.name for p in written)}", markup=False)
     if json:
-        say_json(reports if recordings else reports[0])
+        print_json(reports if recordings else reports[0])
     return 0
 
 

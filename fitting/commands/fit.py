@@ -64,13 +64,13 @@ def fit(
     from fitting.report import write_fit
     from rapi_jax.io import read_recording
 
-    from ._out import console, output_folder, progress, say_json
+    from ._out import console, output_folder, print_json, progress
     from .run import DONE, UNTRUSTED
 
     data = read_recording(recording, nan=nan)
     folder = output_folder(output)
     structures = {"auto": None, "none": ()}.get(each, tuple(each.split(",")))
-    with progress("fitting", json) as say:
+    with progress("fitting", json) as report_step:
         result = identify(
             data,
             plays=plays,
@@ -82,11 +82,11 @@ def fit(
             history=history,
             drift=drift,
             throw=False,
-            progress=say,
+            progress=report_step,
         )
     written = write_fit(result, folder, plots=plots)
     if json:
-        say_json(result.to_dict())
+        print_json(result.to_dict())
     else:
         from fitting.report import tables
 

@@ -55,7 +55,7 @@ def measure(
     from rapi_jax.io import printable, read_drive, write_atomic, write_recording
     from rapi_jax.io._safe import located
 
-    from ._out import console, output_folder, progress, say_json
+    from ._out import console, output_folder, print_json, progress
 
     file = read_bench(bench)
     several = []
@@ -94,7 +94,7 @@ def measure(
             raise
     faults = {k: v for k, v in recording.provenance.items() if k.endswith("_faults")}
     if json:
-        say_json(
+        print_json(
             {
                 "schema": "rapi.measured/1",
                 "recording": str(output),

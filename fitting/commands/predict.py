@@ -45,15 +45,15 @@ def predict(
     from rapi_jax.io import read_recording
 
     from ._model import load_model
-    from ._out import console, output_folder, progress, say_json
+    from ._out import console, output_folder, print_json, progress
     from ._plugins import plugin_effects
 
     ecdl, about = load_model(model, plugin_effects(plugin))
     data = read_recording(recording, nan=nan)
     with progress("predicting", json):
-        rows, series = _predicted(ecdl, about, data)
+        rows, series = _predict_runs(ecdl, about, data)
     folder = output_folder(output)
-    written = _write(folder, data, series, plots)
+    written = _write_predictions(folder, data, series, plots)
     report = {
         "schema": "rapi.prediction/1",
         "unit": data.response_unit,
@@ -62,7 +62,7 @@ def predict(
         "data_sha256": data.sha256(),
     }
     if json:
-        say_json(report)
+        print_json(report)
         return 0
     out = console(json)
     out.print(_table(rows, data.response_unit))
@@ -70,7 +70,7 @@ def predict(
     return 0
 
 
-def _predicted(
+def _predict_runs(
     ecdl: Any, about: dict[str, Any], data: Any
 ) -> tuple[list[dict[str, Any]], list[Any]]:
     import numpy as np
@@ -113,7 +113,7 @@ def _predicted(
     return rows, series
 
 
-def _write(folder: Path, data: Any, series: list[Any], plots: bool) -> list[Path]:
+def _write_predictions(folder: Path, data: Any, series: list[Any], plots: bool) -> list[Path]:
     import io
 
     import numpy as np

@@ -28,7 +28,7 @@ def fail(kind: str, message: object) -> None:
     Console(stderr=True, soft_wrap=True, highlight=False).print(line)
 
 
-def _usage(error: CycloptsError) -> str:
+def _usage_message(error: CycloptsError) -> str:
     """What is wrong with the arguments, and where they are explained."""
     command = " ".join(("rapi", *(error.command_chain or ())))
     what = str(error)
@@ -46,7 +46,7 @@ def run(app: App, arguments: list[str]) -> int:
     try:
         code = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
-        fail("usage", _usage(error))
+        fail("usage", _usage_message(error))
         return USAGE
     except KeyboardInterrupt:
         fail("interrupted", "no file is half-written; run it again to go on.")
@@ -55,7 +55,7 @@ def run(app: App, arguments: list[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except Exception as error:
-        return _classify(error)
+        return _report_error(error)
     return code if isinstance(code, int) else DONE
 
 
@@ -66,7 +66,7 @@ def run_and_leave(app: App, arguments: list[str]) -> NoReturn:
     there, so it is sent again. After an interrupt the interpreter is not taken down: with a
     compilation cut off half-way, that often ends in a segmentation fault.
     """
-    sys.unraisablehook = _again
+    sys.unraisablehook = _resend_interrupt
     code = run(app, arguments)
     if code != INTERRUPTED:
         sys.exit(code)
@@ -75,7 +75,7 @@ def run_and_leave(app: App, arguments: list[str]) -> NoReturn:
     os._exit(code)
 
 
-def _again(dropped: Any) -> None:
+def _resend_interrupt(dropped: Any) -> None:
     """Send an interrupt again that was dropped where no exception can be raised."""
     if issubclass(dropped.exc_type, KeyboardInterrupt):
         threading.Timer(0.05, _thread.interrupt_main).start()
@@ -83,7 +83,7 @@ def _again(dropped: Any) -> None:
         sys.__unraisablehook__(dropped)
 
 
-def _classify(error: Exception) -> int:
+def _report_error(error: Exception) -> int:
     from rapi_jax import DataError, ModelError
     from rapi_jax.io import OutputError
 

@@ -119,14 +119,6 @@ def _model_autocovariance(phi: np.ndarray, variance: float, n: int) -> np.ndarra
     return variance * np.fft.irfft(spectrum, 8 * n)[:n]
 
 
-def _toeplitz_product(gamma: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """`C @ columns` for the symmetric Toeplitz matrix with first column `gamma`."""
-    n = gamma.size
-    kernel = np.concatenate([gamma, [0.0], gamma[:0:-1]])
-    spectrum = np.fft.rfft(kernel)[:, None] * np.fft.rfft(columns, 2 * n, axis=0)
-    return np.fft.irfft(spectrum, 2 * n, axis=0)[:n]
-
-
 def _lagged_traces(left: np.ndarray, right: np.ndarray, lags: int) -> np.ndarray:
     """Sum over t and columns of `left[t] right[t + k]`, for lags k."""
     n = 2 * left.shape[0]
@@ -154,7 +146,7 @@ def correlated_covariance(
         products, models, middle = [], [], np.zeros_like(gram)
         for gamma, j, w in zip(target, jacobians, weights, strict=True):
             model = _model_autocovariance(*_fit_autoregression(gamma, j.shape[0]), j.shape[0])
-            product = w * _toeplitz_product(model, j)
+            product = w * linalg.matmul_toeplitz(model, j, check_finite=False)
             middle += w * j.T @ product
             models.append(model)
             products.append(product)

@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from fitting.solver._identifiability import is_determined
+
 from ._effect_vector import effect_values, free_parameters, with_values
 from ._gauss_newton import Refit, State
 from ._thresholds import THRESHOLDS
@@ -55,7 +57,7 @@ def _scaled_inverse(
     length = np.where(alive, unit, 1.0)
     scaled = matrix / length[:, None] / length[None, :] + np.diag(np.where(alive, 0.0, 1.0))
     size, vectors = np.linalg.eigh(scaled)
-    kept = size > THRESHOLDS.covariance_rcond * size.max()
+    kept = is_determined(size, THRESHOLDS.covariance_rcond)
     return (vectors[:, kept] / size[kept]) @ vectors[:, kept].T, unit
 
 

@@ -61,7 +61,7 @@ def summarise_runs(
                 rmse=rmse,
                 span=span,
                 rmse_fraction=rmse / span if span > 0 else float("nan"),
-                opening=hysteresis_fraction(run, recording.response_lag_s),
+                hysteresis=hysteresis_fraction(run, recording.response_lag_s),
                 weight=float(run_weights[row]),
                 rho=uncertainty.rho[row],
                 offset=float(solution.values[problem.vector.size + row])

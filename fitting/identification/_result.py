@@ -1,4 +1,4 @@
-"""What a fit gives back."""
+"""Result of a fit: parameters, errors by run, verdict, and its JSON form."""
 
 import dataclasses
 import os
@@ -44,8 +44,8 @@ class Estimate:
 class RunFit:
     """One run: errors over the samples that were fitted, in the response's unit.
 
-    `opening` is the hysteresis percentage as a fraction, `weight` its `A_j`, `rho` the correlation
-    of the residual from sample to sample, `offset` the run's own origin less their mean.
+    `hysteresis`: the hysteresis percentage as a fraction; `weight`: its `A_j`; `rho`: correlation
+    of the residual from sample to sample; `offset`: the run's own origin less their mean.
     """
 
     name: str
@@ -55,10 +55,15 @@ class RunFit:
     rmse: float
     span: float
     rmse_fraction: float
-    opening: float
+    hysteresis: float
     weight: float
     rho: float
     offset: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields as in `model.json`, where the hysteresis fraction is called `opening`."""
+        names = {"hysteresis": "opening"}
+        return {names.get(key, key): value for key, value in dataclasses.asdict(self).items()}
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -155,8 +160,7 @@ class FitResult:
                 },
                 "correlation": {"names": list(self.names), "matrix": self.correlation.tolist()},
                 "runs": [
-                    dataclasses.asdict(run) | {"unit": unit, "run": i}
-                    for i, run in enumerate(self.runs)
+                    run.to_dict() | {"unit": unit, "run": i} for i, run in enumerate(self.runs)
                 ],
                 "unit": unit,
                 "drive_unit": self.recording.drive_unit,

@@ -78,7 +78,7 @@ def _runs(result: "FitResult") -> Table:
             escape(run.name),
             _number(run.excitation_hz) if run.excitation_hz else "-",
             str(run.periods),
-            _number(100 * run.opening, 3),
+            _number(100 * run.hysteresis, 3),
             _number(run.weight, 3),
             _number(run.rmse),
             _number(100 * run.rmse_fraction, 3),

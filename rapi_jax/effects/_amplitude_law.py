@@ -11,8 +11,7 @@ from rapi_jax._precision import float64
 
 from ._base import AbstractEffect, AbstractLawEffect, Law
 from ._residual_summary import ResidualSummary
-
-_SAME = 0.02  # of the amplitude: amplitudes and biases that differ less are taken for one
+from ._thresholds import THRESHOLDS
 
 
 class AmplitudeLaw(AbstractLawEffect):
@@ -53,10 +52,10 @@ class AmplitudeLaw(AbstractLawEffect):
         centre = float(middle.min() + middle.max()) / 2
         about = {"reference": reference, "centre": centre}
         found = []
-        if np.ptp(swing) > _SAME * reference:
+        if np.ptp(swing) > THRESHOLDS.same_amplitude * reference:
             found += [cls.at(threshold=k, **about) for k in (0.15, -0.15)]
             found += [cls.at(gain=g, **about) for g in (0.02, -0.02)]
-        if np.ptp(middle) > _SAME * reference:
+        if np.ptp(middle) > THRESHOLDS.same_amplitude * reference:
             tilt = min(0.01 / reference, 0.5)
             found += [cls.at(tilt=h, **about) for h in (tilt, -tilt)]
         return found

@@ -14,9 +14,7 @@ from ._base import AbstractCouplingEffect, Modes
 from ._first_order_lags import from_rest
 from ._residual_summary import ResidualSummary
 from ._size import size
-
-_LEAST_S, _SHORT_S = 1e-7, 1e-5
-_ROUND = 4096
+from ._thresholds import THRESHOLDS
 
 
 class CurrentCoupling(AbstractCouplingEffect):
@@ -44,10 +42,10 @@ class CurrentCoupling(AbstractCouplingEffect):
     def __call__(
         self, t: Float[Array, " time"], nu: Float[Array, " time"], u: Float[Array, " time"]
     ) -> Float[Array, " time"]:
-        lag = jnp.maximum(self.lag_s, _LEAST_S)
+        lag = jnp.maximum(self.lag_s, THRESHOLDS.coupling_least_lag)
         behind = (u - from_rest(Modes(lag[None], jnp.ones(1)), t, u)) / lag
         # A sample on a corner sees one side as soon as there is a lag, and both without.
-        sudden = jnp.exp(-self.lag_s / _SHORT_S)
+        sudden = jnp.exp(-self.lag_s / THRESHOLDS.coupling_sudden_lag)
         return nu + self.coupling * (sudden * slopes(t, u) + (1.0 - sudden) * behind)
 
     @classmethod
@@ -58,13 +56,15 @@ class CurrentCoupling(AbstractCouplingEffect):
             if mine.size > 1:
                 slope[mine] = _slopes(summary.time[mine], summary.drive[mine])
         found = size(summary, slope)
-        return [cls.at(coupling=k, lag_s=0.1 * _LEAST_S) for k in (found, -found)]
+        return [
+            cls.at(coupling=k, lag_s=0.1 * THRESHOLDS.coupling_least_lag) for k in (found, -found)
+        ]
 
 
 @float64
 def _slopes(t: np.ndarray, u: np.ndarray) -> np.ndarray:
     """`slopes`; arrays of similar lengths share compiled code, as a repeated sample has no side."""
-    more = (0, -t.size % _ROUND)
+    more = (0, -t.size % THRESHOLDS.slopes_bucket)
     return np.asarray(jax.jit(slopes)(np.pad(t, more, "edge"), np.pad(u, more, "edge")))[: t.size]
 
 

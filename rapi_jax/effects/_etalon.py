@@ -15,9 +15,7 @@ from rapi_jax._precision import float64
 from ._base import AbstractInvertible, AbstractOpticalEffect
 from ._residual_summary import ResidualSummary
 from ._size import peaks, power
-
-_CYCLES = 120  # over the span, at most
-_FINE = 4001  # places in one fringe at which its slope is looked at
+from ._thresholds import THRESHOLDS
 
 
 class Etalon(AbstractOpticalEffect, AbstractInvertible):
@@ -66,7 +64,8 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
     ) -> Float[Array, " time"]:
         """Newton's method between brackets that close on the root."""
         del t
-        steep = float(jnp.max(jnp.abs(self._ripple(self.spacing * jnp.linspace(0, 1, _FINE))[1])))
+        fringe = self.spacing * jnp.linspace(0, 1, THRESHOLDS.etalon_slope_samples)
+        steep = float(jnp.max(jnp.abs(self._ripple(fringe)[1])))
         if not steep < 1.0:
             raise NotInvertible(
                 f"an etalon of amplitude {float(self.amplitude):.6g} and spacing "
@@ -83,10 +82,11 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
         span = summary.span if np.isfinite(summary.span) and summary.span > 0 else 1.0
         # A third of a cycle apart: each sine still has nine tenths of its power between two. Fewer
         # than two cycles in a scan are a curve that the operator's polynomial draws as well.
-        cycles = np.arange(6, 3 * _CYCLES + 1) / (3.0 * span)
+        cycles = np.arange(6, 3 * THRESHOLDS.etalon_cycles + 1) / (3.0 * span)
         share = summary.sines(summary.response, cycles)
-        fast = np.where(cycles * span < 5.0, 0.0, share)
-        chosen = dict.fromkeys([*peaks(share, 2, apart=2), *peaks(fast, 2, apart=2)])
+        fast = np.where(cycles * span < THRESHOLDS.etalon_fast_cycles, 0.0, share)
+        count = THRESHOLDS.etalon_spacings
+        chosen = dict.fromkeys([*peaks(share, count, apart=2), *peaks(fast, count, apart=2)])
         return [
             cls.at(amplitude=np.sqrt(2.0 * max(share[i], 1e-6) * power(summary)), phase=phase,
                 spacing=1.0 / cycles[i])
@@ -108,4 +108,6 @@ def _undone(etalon: Etalon, signal: Float[Array, " time"]) -> Float[Array, " tim
 
     sharp = jnp.abs(etalon.sharpness)
     half = jnp.abs(etalon.amplitude) * jnp.sqrt((1.0 + sharp) / (1.0 - sharp))
-    return jax.lax.fori_loop(0, 60, closer, (signal - half, signal + half, signal))[2]
+    return jax.lax.fori_loop(
+        0, THRESHOLDS.etalon_iterations, closer, (signal - half, signal + half, signal)
+    )[2]

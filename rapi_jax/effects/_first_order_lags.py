@@ -16,9 +16,8 @@ from rapi_jax._errors import NotInvertible
 from rapi_jax.sampling._history import History
 
 from ._base import ALWAYS_ON_S, Modes, Past, transfer
+from ._thresholds import THRESHOLDS
 
-_NOTHING = 1e-9  # gain below which a frequency is lost to rounding
-_DEAD = 1e-15  # s: a lag as short as this is none
 # Of h = step / tau: 1 - (1 - exp(-h)) / h - ... as power series from the first power on.
 _BEFORE = tuple((-1.0) ** n * (1.0 / factorial(n + 1) - 1.0 / factorial(n)) for n in range(1, 9))
 _AFTER = tuple(-((-1.0) ** n) / factorial(n + 1) for n in range(1, 9))
@@ -35,11 +34,12 @@ class _Step(NamedTuple):
 def _step_of(step: Array, tau: Array) -> _Step:
     """The coefficients over `step`, s; of a mode with `tau` = 0 those of its limit."""
     step = step.astype(tau.dtype)
-    dead = jnp.abs(tau) < _DEAD
+    dead = jnp.abs(tau) < THRESHOLDS.least_time_constant
     h = step / jnp.where(dead, 1.0, tau)
-    keep = jnp.exp(-jnp.where(jnp.real(h) < 700.0, h, 700.0))
+    longest = THRESHOLDS.longest_decay
+    keep = jnp.exp(-jnp.where(jnp.real(h) < longest, h, longest))
     # Where a step is short beside the lag the closed forms lose all digits.
-    short = jnp.abs(h) < 0.02
+    short = jnp.abs(h) < THRESHOLDS.series_step
     few, many = jnp.where(short, h, 0.0), jnp.where(short, 1.0, h)
     mean = (1.0 - keep) / many
     before = jnp.where(short, _series(few, _BEFORE), mean - keep)
@@ -122,7 +122,11 @@ def respond_linear(
         since = t - t[row, history.lead][:, None]
         left = _decay(jnp.maximum(since, 0.0)[:, :, None], modes.tau[None, None, :])
         lags = lags + jnp.where((since >= 0)[:, :, None], left * off[:, None, :], 0.0)
-    behind = jnp.where(jnp.abs(modes.tau) < _DEAD, _just_behind(modes, t, wide), lags - wide)
+    behind = jnp.where(
+        jnp.abs(modes.tau) < THRESHOLDS.least_time_constant,
+        _just_behind(modes, t, wide),
+        lags - wide,
+    )
     return x + jnp.sum(jnp.real(modes.weight[None, None, :] * behind), axis=2)
 
 
@@ -192,7 +196,7 @@ def undo_linear(
     hertz = jnp.fft.rfftfreq(signal.size) / (t[1] - t[0])
     through = transfer(modes, hertz)
     worst = int(jnp.argmin(jnp.abs(through)))
-    if not float(jnp.abs(through[worst])) > _NOTHING:
+    if not float(jnp.abs(through[worst])) > THRESHOLDS.least_gain:
         raise NotInvertible(
             f"nothing passes at {float(hertz[worst]):.6g} Hz (gain "
             f"{float(jnp.abs(through[worst])):.2g}), so no drive reaches the target there. Sample "

@@ -15,13 +15,7 @@ from ._base import AbstractSwitch, Modes
 from ._first_order_lags import from_rest
 from ._residual_summary import ResidualSummary
 from ._size import least
-
-_BINS = 300
-_SIDE = 8  # bins to either side of a step through which a straight line is drawn
-_NONE_S, _SUDDEN_S = 1e-9, 1e-8
-_WIDER = 0.02  # of the response's span: hysteresis of a hop that is tried beside what shows
-_SLOW = 3.0  # samples that a hop takes to settle, tried beside none
-_OUTLIER = 8.0  # robust standard deviations of one sample's change
+from ._thresholds import THRESHOLDS
 
 
 class ModeHop(AbstractSwitch):
@@ -48,7 +42,7 @@ class ModeHop(AbstractSwitch):
         self, t: Float[Array, " time"], nu: Float[Array, " time"]
     ) -> Float[Array, " time"]:
         hopped = self.hopped(nu).astype(nu.dtype)
-        settles = self.settle_s > _NONE_S
+        settles = self.settle_s > THRESHOLDS.hop_settled
         lag = jnp.where(settles, self.settle_s, 1.0)
         slow = from_rest(Modes(lag[None], jnp.ones(1)), t, hopped)
         return nu + self.size * jnp.where(settles, slow, hopped)
@@ -94,18 +88,18 @@ class ModeHop(AbstractSwitch):
     @classmethod
     def _from_steps(cls, summary: ResidualSummary) -> "list[ModeHop]":
         span = summary.span
-        up, down = (_steps(summary, sign, 3) for sign in (1, -1))
-        narrow = 1e-3 * span
+        up, down = (_steps(summary, sign, THRESHOLDS.hop_steps) for sign in (1, -1))
+        narrow = THRESHOLDS.hop_narrow * span
         found = []
         for at, jump in up:
             below = [a for a, j in down if j * jump > 0 and -0.01 * span < at - a < 0.3 * span]
             found += [(jump, at, max(at - a, narrow)) for a in below[:1]] or [(jump, at, narrow)]
         found += [(jump, at, narrow) for at, jump in down[:1]]
-        wider = [(jump, at, _WIDER * span) for jump, at, _ in found]
+        wider = [(jump, at, THRESHOLDS.hop_wide * span) for jump, at, _ in found]
         return [
             cls.at(size=jump, threshold=at, width=width, settle_s=settle)
             for jump, at, width in [*found, *wider]
-            for settle in (_SUDDEN_S, _SLOW * summary.step_s)
+            for settle in (THRESHOLDS.hop_sudden, THRESHOLDS.hop_slow * summary.step_s)
         ]
 
 
@@ -115,7 +109,7 @@ def _jumps(cls: type[ModeHop], summary: ResidualSummary) -> list[ModeHop]:
     inside = np.diff(summary.run) == 0
     leap = np.where(inside, np.diff(summary.residual), 0.0)
     usual = float(np.median(np.abs(leap[inside]))) / 0.6745 if inside.any() else 0.0
-    far = np.flatnonzero(np.abs(leap) > max(_OUTLIER * usual, least(summary)))
+    far = np.flatnonzero(np.abs(leap) > max(THRESHOLDS.hop_outlier * usual, least(summary)))
     rising = np.diff(summary.response) > 0
     up, down = far[rising[far]], far[~rising[far]]
     if not up.size:
@@ -127,8 +121,8 @@ def _jumps(cls: type[ModeHop], summary: ResidualSummary) -> list[ModeHop]:
     width = 0.0
     if back.size:
         width = at - _between(data[back + 1], data[back] + leap[back])
-    width = max(width, 1e-3 * summary.span)
-    return [cls.at(size=size, threshold=at, width=width, settle_s=_SUDDEN_S)]
+    width = max(width, THRESHOLDS.hop_narrow * summary.span)
+    return [cls.at(size=size, threshold=at, width=width, settle_s=THRESHOLDS.hop_sudden)]
 
 
 def _between(below: np.ndarray, above: np.ndarray) -> float:
@@ -157,18 +151,18 @@ def _steps(summary: ResidualSummary, direction: int, count: int) -> list[tuple[f
         if mine.size > 1:
             rising[mine] = np.gradient(summary.response[mine])
     mine = rising * direction > 0
-    if mine.sum() < 4 * _SIDE:
+    if mine.sum() < 4 * THRESHOLDS.hop_line_bins:
         return []
     nu, rest = summary.response[mine], summary.residual[mine]
     order = np.argsort(nu, kind="stable")
-    parts = np.array_split(order, min(_BINS, order.size // 2))
+    parts = np.array_split(order, min(THRESHOLDS.hop_bins, order.size // 2))
     place = np.array([nu[p].mean() for p in parts])
     mean = np.array([rest[p].mean() for p in parts])
     noise = max(float(np.median(np.abs(np.diff(mean)))), 1e-3 * least(summary))
     jump, sharp = np.zeros(place.size), np.zeros(place.size)
-    for i in range(_SIDE, place.size - _SIDE + 1):
+    for i in range(THRESHOLDS.hop_line_bins, place.size - THRESHOLDS.hop_line_bins + 1):
         edge = (place[i - 1] + place[i]) / 2.0
-        sides = (slice(i - _SIDE, i), slice(i, i + _SIDE))
+        sides = (slice(i - THRESHOLDS.hop_line_bins, i), slice(i, i + THRESHOLDS.hop_line_bins))
         lines = [np.polyfit(place[s] - edge, mean[s], 1) for s in sides if np.ptp(place[s]) > 0]
         if len(lines) < 2:
             continue
@@ -180,6 +174,6 @@ def _steps(summary: ResidualSummary, direction: int, count: int) -> list[tuple[f
         at = float((place[i - 1] + place[i]) / 2.0)
         if jump[i] == 0 or len(found) == count:
             break
-        if all(abs(at - other) > 0.03 * summary.span for other, _ in found):
+        if all(abs(at - other) > THRESHOLDS.hop_apart * summary.span for other, _ in found):
             found.append((at, float(jump[i])))
     return found

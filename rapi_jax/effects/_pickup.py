@@ -13,10 +13,10 @@ from rapi_jax._precision import float64
 from ._base import AbstractOpticalEffect
 from ._residual_summary import ResidualSummary
 from ._size import peaks, power
+from ._thresholds import THRESHOLDS
 
 _LOW, _HIGH = 0.01, 1e6  # Hz
 _LINE = (50.0, 60.0, 100.0, 120.0, 150.0, 180.0)  # Hz
-_CELLS = 2**21  # of the session's clock, at most
 
 
 class Pickup(AbstractOpticalEffect):
@@ -50,11 +50,11 @@ class Pickup(AbstractOpticalEffect):
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Pickup]":
         """The strongest lines, with and without what repeats with the scan, at four phases each."""
-        whole = _strongest(summary, summary.residual, 2)
-        free = _strongest(summary, _unlocked(summary), 2)
+        whole = _strongest(summary, summary.residual, THRESHOLDS.pickup_lines)
+        free = _strongest(summary, _unlocked(summary), THRESHOLDS.pickup_lines)
         line = np.array(_LINE)
         share = summary.sines(summary.time, line)
-        best = [*free, *whole, *line[np.argsort(-share, kind="stable")[:2]]]
+        best = [*free, *whole, *line[np.argsort(-share, kind="stable")[: THRESHOLDS.pickup_lines]]]
         close = 0.5 / max(summary.duration_s, 1e-6)
         hertz: list[float] = []
         for f in best:
@@ -73,7 +73,7 @@ def _strongest(summary: ResidualSummary, residual: np.ndarray, count: int) -> li
     lasts, step = summary.duration_s, summary.step_s
     if not (lasts > 0 and step > 0):
         return []
-    step = max(step, lasts / _CELLS)
+    step = max(step, lasts / THRESHOLDS.pickup_cells)
     cell = np.round((summary.time - summary.time.min()) / step).astype(int)
     size = int(cell.max()) + 1
     level = np.zeros(size)
@@ -85,8 +85,13 @@ def _strongest(summary: ResidualSummary, residual: np.ndarray, count: int) -> li
     height = np.abs(np.fft.rfft(level, n=padded)) ** 2
     hertz = np.fft.rfftfreq(padded, step)
     # Less than a cycle a session is drift; near the clock's limit a cell is no instant.
-    height[(hertz < 1.0 / lasts) | (hertz > 0.25 / step) | (hertz < 2 * _LOW)] = 0.0
-    return [float(hertz[i]) for i in peaks(height, count, apart=8) if height[i] > 0]
+    highest = THRESHOLDS.pickup_high / step
+    height[(hertz < 1.0 / lasts) | (hertz > highest) | (hertz < 2 * _LOW)] = 0.0
+    return [
+        float(hertz[i])
+        for i in peaks(height, count, apart=THRESHOLDS.pickup_apart)
+        if height[i] > 0
+    ]
 
 
 def _unlocked(summary: ResidualSummary) -> np.ndarray:
@@ -97,7 +102,7 @@ def _unlocked(summary: ResidualSummary) -> np.ndarray:
         time = summary.time[mine] - summary.time[mine[0]]
         rate = summary.rates[i] if i < len(summary.rates) else 0.0
         periods = rate * (time[-1] + summary.step_s)
-        if periods < 1.98:
+        if periods < THRESHOLDS.pickup_periods:
             rest[mine] = 0.0  # nothing here tells what repeats
             continue
         bins = max(8, min(200, int(mine.size / periods / 4)))

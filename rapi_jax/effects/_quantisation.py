@@ -12,11 +12,7 @@ from rapi_jax._precision import float64
 from ._base import AbstractDriveEffect
 from ._residual_summary import ResidualSummary
 from ._size import peaks
-
-_BITS = range(6, 15, 2)
-_FINEST = 2.0**-14  # of three times the drive's range: converters are seldom used to their ends
-_CELLS = 2**19  # of the drive's range, at most
-_LINES = 4
+from ._thresholds import THRESHOLDS
 
 
 class Quantisation(AbstractDriveEffect):
@@ -40,7 +36,8 @@ class Quantisation(AbstractDriveEffect):
         low, high = float(summary.drive.min()), float(summary.drive.max())
         if not high > low:
             return []
-        bits = [((high - low) / 2**n, low) for n in _BITS]
+        counts = range(THRESHOLDS.coarsest_bits, THRESHOLDS.finest_bits + 1, 2)
+        bits = [((high - low) / 2**n, low) for n in counts]
         return [cls.at(step=q, origin=at) for q, at in _sawteeth(summary, low, high) + bits]
 
     @float64
@@ -58,16 +55,17 @@ def _sawteeth(summary: ResidualSummary, low: float, high: float) -> list[tuple[f
     of the response times that into the residual.
     """
     span = high - low
-    cells = int(min(_CELLS, 2.0 / _FINEST))
+    cells = int(min(THRESHOLDS.quantisation_cells, 2.0 / THRESHOLDS.finest_step))
     level = np.zeros(cells)
     cell = ((summary.drive - low) / span * (cells - 1)).astype(int)
     np.add.at(level, cell, summary.residual - summary.residual.mean())
     # Padded to four ranges, so that no line falls between two.
     height = np.abs(np.fft.rfft(level, n=4 * cells)) ** 2
     cycles = np.fft.rfftfreq(4 * cells, span / (cells - 1))
-    height[(cycles * span < 4.0) | (cycles > 1.0 / (_FINEST * span))] = 0.0
+    coarse = cycles * span < THRESHOLDS.fewest_steps
+    height[coarse | (cycles > 1.0 / (THRESHOLDS.finest_step * span))] = 0.0
     out = []
-    for i in peaks(height, _LINES, apart=6):
+    for i in peaks(height, THRESHOLDS.quantisation_lines, apart=THRESHOLDS.quantisation_apart):
         if not height[i] > 0:
             continue
         near = cycles[i] + np.linspace(-1.0, 1.0, 41) * (cycles[1] - cycles[0])

@@ -14,10 +14,9 @@ from ._base import AbstractInvertible, AbstractLagEffect, AbstractOpticalEffect,
 from ._first_order_lags import from_rest, undo_linear
 from ._residual_summary import ResidualSummary
 from ._size import peaks
+from ._thresholds import THRESHOLDS
 
-_RUNS = 2  # in which a ringing is looked for
 _LOW, _HIGH = 20.0, 1e5  # Hz
-_FAST = 2.0  # times the sampling rate: a ringing too fast to be seen still delays
 
 
 class Resonance(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
@@ -71,17 +70,18 @@ class Resonance(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
         slowest = max(3.0 * max(summary.rates, default=0.0), 3.0 / max(summary.duration_s, 1e-6))
         low = float(np.clip(slowest, 1.5 * _LOW, _HIGH / 20))
         step = summary.step_s if summary.step_s > 0 else 1.0 / _HIGH
-        high = float(np.clip(_FAST / step, 10.0 * low, 0.9 * _HIGH))
+        high = float(np.clip(THRESHOLDS.ringing_fastest / step, 10.0 * low, 0.9 * _HIGH))
         coarse = [(f, z) for f in np.geomspace(low, high, 8) for z in (0.02, 0.3)]
         fine = np.geomspace(low, high, 60)
         found = [
             (fine[i], z, score[i])
             for z in (0.02, 0.1)
             for score in [_explained(summary, fine, z)]
-            for i in peaks(score, 3, apart=1)
+            for i in peaks(score, THRESHOLDS.ringing_peaks, apart=1)
             if score[i] > 0
         ]
-        best = [(f, z) for f, z, _ in sorted(found, key=lambda one: -one[2])[:4]]
+        found = sorted(found, key=lambda one: -one[2])
+        best = [(f, z) for f, z, _ in found[: THRESHOLDS.ringing_candidates]]
         return [cls.at(hertz=f, damping=z, share=1.0) for f, z in [*best, *coarse]]
 
 
@@ -91,11 +91,11 @@ def _explained(summary: ResidualSummary, hertz: np.ndarray, damping: float) -> n
     Beside a delay and a gain, in the fastest runs, which ring most.
     """
     power, explained = 0.0, np.zeros(hertz.size)
-    fastest = np.argsort(-np.asarray(summary.rates), kind="stable")[:_RUNS]
+    fastest = np.argsort(-np.asarray(summary.rates), kind="stable")[: THRESHOLDS.ringing_runs]
     for k in fastest:
         mine = summary.run == k
         nu, rest, time = summary.response[mine], summary.residual[mine], summary.time[mine]
-        if nu.size < 16 or not time[-1] > time[0]:
+        if nu.size < THRESHOLDS.ringing_samples or not time[-1] > time[0]:
             continue
         line = np.linspace(0.0, 1.0, nu.size)
         level = nu - (nu[0] + (nu[-1] - nu[0]) * line)  # so that it closes on itself

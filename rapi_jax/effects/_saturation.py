@@ -13,9 +13,7 @@ from rapi_jax._precision import float64
 
 from ._base import AbstractDriveEffect, AbstractEffect, AbstractInvertible
 from ._residual_summary import ResidualSummary
-
-_SOFT = 1e-2  # of the swing: the knee to start from; from a sharp one, descents stick at samples
-_SHUT = 1e-6  # of a knee: nearer to the end no drive leads
+from ._thresholds import THRESHOLDS
 
 
 class Saturation(AbstractDriveEffect, AbstractInvertible):
@@ -40,9 +38,10 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
         swing = high - low
         if not swing > 0:
             return []
+        knee = THRESHOLDS.start_knee * swing
         cuts = [(0.01, -1.0), (0.04, -1.0), (-1.0, 0.01), (-1.0, 0.04), (0.02, 0.02)]
         return [
-            cls.at(low=low + below * swing, high=high - above * swing, knee=_SOFT * swing)
+            cls.at(low=low + below * swing, high=high - above * swing, knee=knee)
             for below, above in cuts
         ]
 
@@ -80,14 +79,14 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
             return signal
         for sign, end in ((-1.0, low), (1.0, high)):
             room = sign * (end - value) / knee
-            if np.isfinite(end) and not room.min() > _SHUT:
+            if np.isfinite(end) and not room.min() > THRESHOLDS.least_room:
                 raise NotInvertible(
                     f"the effect saturation reaches {end:.6g} V only with an endless drive, and "
                     f"the scan needs {value.min():.6g} to {value.max():.6g} V behind it. Scan "
                     "less, or move the bias."
                 )
             # Far from the end nothing is taken off, and the exponential would overflow.
-            near = room < 40.0
+            near = room < THRESHOLDS.knee_reach
             some = np.where(near, room, 1.0)
             value = np.where(near, end - sign * knee * np.log(np.expm1(some)), value)
         return jnp.asarray(value)

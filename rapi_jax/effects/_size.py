@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ._residual_summary import ResidualSummary
+from ._thresholds import THRESHOLDS
 
 
 def size(summary: ResidualSummary, signature: Float[np.ndarray, " samples"]) -> float:
@@ -26,10 +27,10 @@ def size(summary: ResidualSummary, signature: Float[np.ndarray, " samples"]) -> 
 
 def least(summary: ResidualSummary) -> float:
     """A response that would just be seen: of the noise's size, in the response's unit."""
-    for value in (summary.noise, 1e-4 * summary.span):
+    for value in (summary.noise, THRESHOLDS.least_amplitude_of_span * summary.span):
         if np.isfinite(value) and value > 0:
             return float(value)
-    return 1e-4
+    return THRESHOLDS.least_amplitude
 
 
 def power(summary: ResidualSummary) -> float:

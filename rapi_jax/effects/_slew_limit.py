@@ -13,8 +13,7 @@ from rapi_jax._precision import float64
 
 from ._base import AbstractEffect, AbstractFollower, AbstractInvertible
 from ._residual_summary import ResidualSummary
-
-_NONE = 1e18  # V/s: stands for no limit, where an infinite one would make NaN of zero times itself
+from ._thresholds import THRESHOLDS
 
 
 def _advance(value, one):
@@ -66,7 +65,7 @@ class SlewLimit(AbstractFollower, AbstractInvertible):
         self, t: Float[Array, " time"], u: Float[Array, " time"], start: Float[Array, ""]
     ) -> Float[Array, " time"]:
         step = jnp.diff(t)
-        limit = jnp.broadcast_to(jnp.minimum(self.limit, _NONE), step.shape)
+        limit = jnp.broadcast_to(jnp.minimum(self.limit, THRESHOLDS.no_slew_limit), step.shape)
         rest = jax.lax.scan(_advance, start, (limit, step, u[:-1], u[1:]))[1]
         return jnp.concatenate([start[None], rest])
 

@@ -1,4 +1,4 @@
-"""The amplifier's bandwidth."""
+"""A low-pass in the drive amplifier: its finite bandwidth."""
 
 from typing import ClassVar
 
@@ -16,7 +16,7 @@ from ._base import (
     Modes,
     Past,
 )
-from ._first_order_lags import from_rest, undo_linear
+from ._first_order_lags import invert_linear, respond_from_rest
 from ._residual_summary import ResidualSummary
 
 
@@ -50,10 +50,10 @@ class AmplifierLowpass(AbstractDriveEffect, AbstractLagEffect, AbstractInvertibl
 
     @float64
     def __call__(self, t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
-        return from_rest(self.modes(), t, u)
+        return respond_from_rest(self.modes(), t, u)
 
     @float64
     def inverse(
         self, t: Float[Array, " time"], signal: Float[Array, " time"]
     ) -> Float[Array, " time"]:
-        return undo_linear(self.modes(), t, signal)
+        return invert_linear(self.modes(), t, signal)

@@ -104,7 +104,7 @@ class AbstractSwitch(AbstractOpticalEffect):
     size: eqx.AbstractVar[Float[Array, ""]]
 
     @abc.abstractmethod
-    def at_places(
+    def with_states(
         self,
         nu: Float[np.ndarray, " samples"],
         on: Bool[np.ndarray, " samples"],

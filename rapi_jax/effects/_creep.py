@@ -1,4 +1,4 @@
-"""Creep: the slow part of a piezo's answer, logarithmic in time."""
+"""Creep: the slow part of a piezo's response, logarithmic in time."""
 
 from typing import ClassVar
 
@@ -16,11 +16,11 @@ from ._base import (
     Modes,
     Past,
 )
-from ._first_order_lags import from_rest, undo_linear
+from ._first_order_lags import invert_linear, respond_from_rest
 from ._residual_summary import ResidualSummary
 
 FASTEST_S, SLOWEST_S = 5e-3, 20.0
-# Two a decade: in between, the answer to a step grows as its logarithm to 3 parts in 1000.
+# Two a decade: between them the step response is logarithmic in time to 3 parts in 1000.
 _LAGS = 8
 _NO_RESTS_S = 2.0 * ALWAYS_ON_S
 
@@ -77,13 +77,13 @@ class Creep(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
         self, t: Float[Array, " time"], nu: Float[Array, " time"]
     ) -> Float[Array, " time"]:
         """The response of one run that begins at rest."""
-        return from_rest(self.modes(), t, nu)
+        return respond_from_rest(self.modes(), t, nu)
 
     @float64
     def inverse(
         self, t: Float[Array, " time"], signal: Float[Array, " time"]
     ) -> Float[Array, " time"]:
-        return undo_linear(self.modes(), t, signal)
+        return invert_linear(self.modes(), t, signal)
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Creep]":

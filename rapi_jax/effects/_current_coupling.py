@@ -11,9 +11,9 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractCouplingEffect, Modes
-from ._first_order_lags import from_rest
+from ._first_guess import fit_amplitude
+from ._first_order_lags import respond_from_rest
 from ._residual_summary import ResidualSummary
-from ._size import size
 from ._thresholds import THRESHOLDS
 
 
@@ -43,10 +43,10 @@ class CurrentCoupling(AbstractCouplingEffect):
         self, t: Float[Array, " time"], nu: Float[Array, " time"], u: Float[Array, " time"]
     ) -> Float[Array, " time"]:
         lag = jnp.maximum(self.lag_s, THRESHOLDS.coupling_least_lag)
-        behind = (u - from_rest(Modes(lag[None], jnp.ones(1)), t, u)) / lag
+        behind = (u - respond_from_rest(Modes(lag[None], jnp.ones(1)), t, u)) / lag
         # A sample on a corner sees one side as soon as there is a lag, and both without.
         sudden = jnp.exp(-self.lag_s / THRESHOLDS.coupling_sudden_lag)
-        return nu + self.coupling * (sudden * slopes(t, u) + (1.0 - sudden) * behind)
+        return nu + self.coupling * (sudden * mean_slopes(t, u) + (1.0 - sudden) * behind)
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[CurrentCoupling]":
@@ -54,21 +54,23 @@ class CurrentCoupling(AbstractCouplingEffect):
         for k in np.unique(summary.run):
             mine = np.flatnonzero(summary.run == k)
             if mine.size > 1:
-                slope[mine] = _slopes(summary.time[mine], summary.drive[mine])
-        found = size(summary, slope)
+                slope[mine] = _compiled_slopes(summary.time[mine], summary.drive[mine])
+        found = fit_amplitude(summary, slope)
         return [
             cls.at(coupling=k, lag_s=0.1 * THRESHOLDS.coupling_least_lag) for k in (found, -found)
         ]
 
 
 @float64
-def _slopes(t: np.ndarray, u: np.ndarray) -> np.ndarray:
+def _compiled_slopes(t: np.ndarray, u: np.ndarray) -> np.ndarray:
     """`slopes`; arrays of similar lengths share compiled code, as a repeated sample has no side."""
     more = (0, -t.size % THRESHOLDS.slopes_bucket)
-    return np.asarray(jax.jit(slopes)(np.pad(t, more, "edge"), np.pad(u, more, "edge")))[: t.size]
+    return np.asarray(jax.jit(mean_slopes)(np.pad(t, more, "edge"), np.pad(u, more, "edge")))[
+        : t.size
+    ]
 
 
-def slopes(t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
+def mean_slopes(t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
     """Mean of the slopes before and after each sample; a repeated sample has no side."""
     step = jnp.diff(t)
     moves = step > 0

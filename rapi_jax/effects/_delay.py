@@ -1,4 +1,4 @@
-"""The time from drive to reading."""
+"""A pure delay between drive and reading."""
 
 from typing import ClassVar
 

@@ -10,16 +10,16 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractOpticalEffect
+from ._first_guess import fit_amplitude
 from ._residual_summary import ResidualSummary
-from ._size import size
 
 
 class Drift(AbstractOpticalEffect):
     r"""A slow exponential in the session's time: $\nu + A (1 - e^{-(t - t_0)/\tau})$ from $t_0$ on.
 
     `amplitude` is $A$, `tau` $\tau$ in s, `start` $t_0$ in s. With $\tau$ long beside the session
-    it is the straight drift $A (t - t_0)/\tau$, and only $A/\tau$ is seen. It does not look at the
-    drive, so no repeating drive undoes it.
+    it is the linear drift $A (t - t_0)/\tau$, and only $A/\tau$ is identifiable. It does not depend
+    on the drive, so no periodic drive compensates it.
 
     Temperature moves a laser by some 30 GHz/K (MOGLabs CEL manual); drift: arXiv 2205.14149.
     """
@@ -43,7 +43,7 @@ class Drift(AbstractOpticalEffect):
         start = float(summary.time.min())
         session = max(summary.duration_s, 0.0)
         taus = np.unique(np.clip(session * np.array([0.1, 0.3, 1.0, 10.0]), 0.02, 5e5))
-        sizes = [size(summary, -np.expm1(-(summary.time - start) / tau)) for tau in taus]
+        sizes = [fit_amplitude(summary, -np.expm1(-(summary.time - start) / tau)) for tau in taus]
         return [
             cls.at(amplitude=a, tau=tau, start=start) for a, tau in zip(sizes, taus, strict=True)
         ]

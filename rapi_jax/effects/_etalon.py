@@ -13,8 +13,8 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractInvertible, AbstractOpticalEffect
+from ._first_guess import find_peaks, residual_power
 from ._residual_summary import ResidualSummary
-from ._size import peaks, power
 from ._thresholds import THRESHOLDS
 
 
@@ -74,7 +74,7 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
                 "reflects, or leave the effect out of what is compensated."
             )
 
-        return _undone(self, signal)
+        return _invert_etalon(self, signal)
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Etalon]":
@@ -86,9 +86,11 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
         share = summary.sines(summary.response, cycles)
         fast = np.where(cycles * span < THRESHOLDS.etalon_fast_cycles, 0.0, share)
         count = THRESHOLDS.etalon_spacings
-        chosen = dict.fromkeys([*peaks(share, count, apart=2), *peaks(fast, count, apart=2)])
+        chosen = dict.fromkeys(
+            [*find_peaks(share, count, apart=2), *find_peaks(fast, count, apart=2)]
+        )
         return [
-            cls.at(amplitude=np.sqrt(2.0 * max(share[i], 1e-6) * power(summary)), phase=phase,
+            cls.at(amplitude=np.sqrt(2.0 * max(share[i], 1e-6) * residual_power(summary)), phase=phase,
                 spacing=1.0 / cycles[i])
             for i in chosen
             for phase in np.arange(4) * np.pi / 2
@@ -96,7 +98,7 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
 
 
 @eqx.filter_jit
-def _undone(etalon: Etalon, signal: Float[Array, " time"]) -> Float[Array, " time"]:
+def _invert_etalon(etalon: Etalon, signal: Float[Array, " time"]) -> Float[Array, " time"]:
     def closer(_, state):
         low, high, nu = state
         ripple, slope = etalon._ripple(nu)

@@ -10,8 +10,8 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractCouplingEffect
+from ._first_guess import fit_amplitude
 from ._residual_summary import ResidualSummary
-from ._size import size
 
 
 class GainDrift(AbstractCouplingEffect):
@@ -19,9 +19,9 @@ class GainDrift(AbstractCouplingEffect):
 
     `rate` is $k$, 1/s, at first; with a long `tau` ($\tau$, s) the gain is straight in the
     session's time. $\nu_c$ is the run's response where the drive crosses the middle of its range,
-    mean of both directions; `centre` $c$, by how much the scan grows about another point; `start`
-    $t_0$, s. It does not look at the drive's past, which is what tells it from creep; no repeating
-    drive undoes it. Typically 0.01 to 3 % in a session.
+    mean of both directions; `centre` $c$ the offset of the fixed point from there; `start` $t_0$,
+    s. It does not depend on the history of the drive, as creep does; no periodic drive compensates
+    it. Typically 0.01 to 3 % in a session.
     """
 
     name: ClassVar[str] = "gain_drift"
@@ -37,7 +37,7 @@ class GainDrift(AbstractCouplingEffect):
     def __call__(
         self, t: Float[Array, " time"], nu: Float[Array, " time"], u: Float[Array, " time"]
     ) -> Float[Array, " time"]:
-        about = middle(nu, u) + self.centre
+        about = response_at_centre(nu, u) + self.centre
         gain = -self.rate * self.tau * jnp.expm1(-(t - self.start) / self.tau)
         return nu + gain * (nu - about)
 
@@ -47,14 +47,14 @@ class GainDrift(AbstractCouplingEffect):
         about = np.zeros(summary.time.size)
         for k in np.unique(summary.run):
             mine = summary.run == k
-            about[mine] = middle(summary.response[mine], summary.drive[mine], np)
-        found = size(summary, (summary.time - start) * (summary.response - about))
+            about[mine] = response_at_centre(summary.response[mine], summary.drive[mine], np)
+        found = fit_amplitude(summary, (summary.time - start) * (summary.response - about))
         rates = np.clip([found, -found], -5.0, 5.0)
         tau = float(np.clip(5.0 * summary.duration_s, 0.02, 5e6))
         return [cls.at(rate=rate, start=start, tau=tau) for rate in rates]
 
 
-def middle(nu: Any, u: Any, xp: Any = jnp) -> Any:
+def response_at_centre(nu: Any, u: Any, xp: Any = jnp) -> Any:
     """The response where the drive crosses the middle of its range, mean of both directions.
 
     That of the first sample where it never crosses. `xp`: the arrays' module, JAX's or NumPy.

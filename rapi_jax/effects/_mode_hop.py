@@ -12,9 +12,9 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractSwitch, Modes
-from ._first_order_lags import from_rest
+from ._first_guess import detectable_amplitude
+from ._first_order_lags import respond_from_rest
 from ._residual_summary import ResidualSummary
-from ._size import least
 from ._thresholds import THRESHOLDS
 
 
@@ -44,7 +44,7 @@ class ModeHop(AbstractSwitch):
         hopped = self.hopped(nu).astype(nu.dtype)
         settles = self.settle_s > THRESHOLDS.hop_settled
         lag = jnp.where(settles, self.settle_s, 1.0)
-        slow = from_rest(Modes(lag[None], jnp.ones(1)), t, hopped)
+        slow = respond_from_rest(Modes(lag[None], jnp.ones(1)), t, hopped)
         return nu + self.size * jnp.where(settles, slow, hopped)
 
     @float64
@@ -52,43 +52,43 @@ class ModeHop(AbstractSwitch):
         """Whether the laser is beyond its hop, at each sample."""
         above = nu >= self.threshold
         known = above | (nu < self.threshold - self.width)
-        # What the last sample outside the band said; -1 where there was none yet.
+        # Index of the last sample outside the band; -1 before the first.
         last = jax.lax.cummax(jnp.where(known, jnp.arange(nu.size), -1))
         return (last >= 0) & above[jnp.maximum(last, 0)]
 
-    def at_places(
+    def with_states(
         self,
         nu: Float[np.ndarray, " samples"],
         on: Bool[np.ndarray, " samples"],
         run: Int[np.ndarray, " samples"],
     ) -> "ModeHop":
-        """As `AbstractSwitch` says; without a hop in `on` it is unchanged."""
+        """See `AbstractSwitch`; unchanged where `on` holds no hop."""
         same = run[1:] == run[:-1]
         up, down = (1 + np.flatnonzero(same & (np.diff(on.astype(int)) == way)) for way in (1, -1))
         if not up.size:
             return self
-        threshold = _between(nu[~on], nu[up])
+        threshold = _fit_threshold(nu[~on], nu[up])
         width = float(self.width)
         if down.size:
-            width = max(threshold - _between(nu[down], nu[on]), 0.0)
+            width = max(threshold - _fit_threshold(nu[down], nu[on]), 0.0)
         return type(self).at(
             size=self.size, threshold=threshold, width=width, settle_s=self.settle_s
         )
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[ModeHop]":
-        """Jumps of the data from one sample to the next; and, where these drown in noise, the
-        sharpest steps of the residual over the response, going up, with those going down.
+        """Jumps of the data between neighbouring samples, and the sharpest steps of the residual
+        as a function of the response, upward steps paired with downward ones.
         """
         span = summary.span
         if not (np.isfinite(span) and span > 0):
             return []
-        return [*_jumps(cls, summary), *cls._from_steps(summary)]
+        return [*_guess_from_jumps(cls, summary), *cls._guess_from_steps(summary)]
 
     @classmethod
-    def _from_steps(cls, summary: ResidualSummary) -> "list[ModeHop]":
+    def _guess_from_steps(cls, summary: ResidualSummary) -> "list[ModeHop]":
         span = summary.span
-        up, down = (_steps(summary, sign, THRESHOLDS.hop_steps) for sign in (1, -1))
+        up, down = (_find_steps(summary, sign, THRESHOLDS.hop_steps) for sign in (1, -1))
         narrow = THRESHOLDS.hop_narrow * span
         found = []
         for at, jump in up:
@@ -103,33 +103,35 @@ class ModeHop(AbstractSwitch):
         ]
 
 
-def _jumps(cls: type[ModeHop], summary: ResidualSummary) -> list[ModeHop]:
-    """Hops that stand out of the noise of single samples, with where they happen in the data."""
+def _guess_from_jumps(cls: type[ModeHop], summary: ResidualSummary) -> list[ModeHop]:
+    """Hops larger than the noise of single samples, with their thresholds in the data."""
     data = summary.response + summary.residual
     inside = np.diff(summary.run) == 0
     leap = np.where(inside, np.diff(summary.residual), 0.0)
     usual = float(np.median(np.abs(leap[inside]))) / 0.6745 if inside.any() else 0.0
-    far = np.flatnonzero(np.abs(leap) > max(THRESHOLDS.hop_outlier * usual, least(summary)))
+    far = np.flatnonzero(
+        np.abs(leap) > max(THRESHOLDS.hop_outlier * usual, detectable_amplitude(summary))
+    )
     rising = np.diff(summary.response) > 0
     up, down = far[rising[far]], far[~rising[far]]
     if not up.size:
         return []
     size = float(np.median(leap[up]))
     same = up[np.sign(leap[up]) == np.sign(size)]
-    at = _between(data[same], data[same + 1] - leap[same])
+    at = _fit_threshold(data[same], data[same + 1] - leap[same])
     back = down[np.sign(leap[down]) == -np.sign(size)]
     width = 0.0
     if back.size:
-        width = at - _between(data[back + 1], data[back] + leap[back])
+        width = at - _fit_threshold(data[back + 1], data[back] + leap[back])
     width = max(width, THRESHOLDS.hop_narrow * summary.span)
     return [cls.at(size=size, threshold=at, width=width, settle_s=THRESHOLDS.hop_sudden)]
 
 
-def _between(below: np.ndarray, above: np.ndarray) -> float:
-    """The threshold that lies above all of `below` and below all of `above`, or breaks that least.
+def _fit_threshold(below: np.ndarray, above: np.ndarray) -> float:
+    """The threshold between `below` and `above`, readings on the two sides of a jump.
 
-    Readings on either side of a jump, as they were without it: what they bound owes nothing to a
-    model of the response. The sum of squares of what is on the wrong side is least.
+    Where the two overlap: the least sum of squares of the readings on the wrong side. Readings
+    bound a threshold without a model of the response.
     """
     low, high = float(below.max()), float(above.min())
     if low <= high:
@@ -143,8 +145,8 @@ def _between(below: np.ndarray, above: np.ndarray) -> float:
     return float(root)
 
 
-def _steps(summary: ResidualSummary, direction: int, count: int) -> list[tuple[float, float]]:
-    """Places in the response and sizes of the residual's sharpest steps, sharpest first."""
+def _find_steps(summary: ResidualSummary, direction: int, count: int) -> list[tuple[float, float]]:
+    """Responses at, and sizes of, the residual's sharpest steps, sharpest first."""
     rising = np.zeros(summary.response.size)
     for k in np.unique(summary.run):
         mine = np.flatnonzero(summary.run == k)
@@ -158,7 +160,7 @@ def _steps(summary: ResidualSummary, direction: int, count: int) -> list[tuple[f
     parts = np.array_split(order, min(THRESHOLDS.hop_bins, order.size // 2))
     place = np.array([nu[p].mean() for p in parts])
     mean = np.array([rest[p].mean() for p in parts])
-    noise = max(float(np.median(np.abs(np.diff(mean)))), 1e-3 * least(summary))
+    noise = max(float(np.median(np.abs(np.diff(mean)))), 1e-3 * detectable_amplitude(summary))
     jump, sharp = np.zeros(place.size), np.zeros(place.size)
     for i in range(THRESHOLDS.hop_line_bins, place.size - THRESHOLDS.hop_line_bins + 1):
         edge = (place[i - 1] + place[i]) / 2.0

@@ -1,4 +1,4 @@
-"""A disturbance fixed in time: line harmonics, acoustics, a fan."""
+"""Pickup: a disturbance at a fixed frequency in time, such as mains, acoustics, a fan."""
 
 from typing import ClassVar
 
@@ -11,8 +11,8 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractOpticalEffect
+from ._first_guess import find_peaks, residual_power
 from ._residual_summary import ResidualSummary
-from ._size import peaks, power
 from ._thresholds import THRESHOLDS
 
 _LOW, _HIGH = 0.01, 1e6  # Hz
@@ -23,9 +23,9 @@ class Pickup(AbstractOpticalEffect):
     r"""A tone in the session's time: $\nu + A (\sin\theta + s \sin 3\theta + c \cos 3\theta)$.
 
     $\theta = 2\pi f t + \phi$. `amplitude` is $A$, `hertz` $f$, `phase` $\phi$ in rad; `third_sine`
-    and `third_cosine` $s$ and $c$: a line that is no sine is symmetrical, and so its harmonics are
-    odd. It looks at nothing but the clock, so runs must have their places in the session
-    (`start_s`), and no repeating drive undoes it.
+    and `third_cosine` $s$ and $c$: a distorted mains line is half-wave symmetric, so its harmonics
+    are odd. It depends on time alone, so runs must have their times in the session (`start_s`), and
+    no periodic drive compensates it.
     """
 
     name: ClassVar[str] = "pickup"
@@ -49,9 +49,9 @@ class Pickup(AbstractOpticalEffect):
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Pickup]":
-        """The strongest lines, with and without what repeats with the scan, at four phases each."""
-        whole = _strongest(summary, summary.residual, THRESHOLDS.pickup_lines)
-        free = _strongest(summary, _unlocked(summary), THRESHOLDS.pickup_lines)
+        """The strongest lines of the residual and of its non-synchronous part, at four phases each."""
+        whole = _find_lines(summary, summary.residual, THRESHOLDS.pickup_lines)
+        free = _find_lines(summary, _nonsynchronous_residual(summary), THRESHOLDS.pickup_lines)
         line = np.array(_LINE)
         share = summary.sines(summary.time, line)
         best = [*free, *whole, *line[np.argsort(-share, kind="stable")[: THRESHOLDS.pickup_lines]]]
@@ -60,7 +60,9 @@ class Pickup(AbstractOpticalEffect):
         for f in best:
             if all(abs(f - other) > close for other in hertz):
                 hertz.append(float(np.clip(f, 2 * _LOW, _HIGH / 2)))
-        sizes = np.sqrt(2.0 * np.maximum(summary.sines(summary.time, hertz), 1e-6) * power(summary))
+        sizes = np.sqrt(
+            2.0 * np.maximum(summary.sines(summary.time, hertz), 1e-6) * residual_power(summary)
+        )
         return [
             cls.at(amplitude=a, hertz=f, phase=phase)
             for f, a in zip(hertz, sizes, strict=True)
@@ -68,8 +70,8 @@ class Pickup(AbstractOpticalEffect):
         ]
 
 
-def _strongest(summary: ResidualSummary, residual: np.ndarray, count: int) -> list[float]:
-    """Frequencies at which a sine over the whole session takes most of `residual`, Hz."""
+def _find_lines(summary: ResidualSummary, residual: np.ndarray, count: int) -> list[float]:
+    """Frequencies (Hz) at which a sine over the session explains most of `residual`."""
     lasts, step = summary.duration_s, summary.step_s
     if not (lasts > 0 and step > 0):
         return []
@@ -89,12 +91,12 @@ def _strongest(summary: ResidualSummary, residual: np.ndarray, count: int) -> li
     height[(hertz < 1.0 / lasts) | (hertz > highest) | (hertz < 2 * _LOW)] = 0.0
     return [
         float(hertz[i])
-        for i in peaks(height, count, apart=THRESHOLDS.pickup_apart)
+        for i in find_peaks(height, count, apart=THRESHOLDS.pickup_apart)
         if height[i] > 0
     ]
 
 
-def _unlocked(summary: ResidualSummary) -> np.ndarray:
+def _nonsynchronous_residual(summary: ResidualSummary) -> np.ndarray:
     """The residual less its mean at each phase of the scan, in runs of two periods and more."""
     rest = summary.residual.copy()
     for i, k in enumerate(np.unique(summary.run)):
@@ -103,7 +105,7 @@ def _unlocked(summary: ResidualSummary) -> np.ndarray:
         rate = summary.rates[i] if i < len(summary.rates) else 0.0
         periods = rate * (time[-1] + summary.step_s)
         if periods < THRESHOLDS.pickup_periods:
-            rest[mine] = 0.0  # nothing here tells what repeats
+            rest[mine] = 0.0  # no second period to take a mean over
             continue
         bins = max(8, min(200, int(mine.size / periods / 4)))
         phase = np.minimum((np.mod(time * rate, 1.0) * bins).astype(int), bins - 1)

@@ -1,4 +1,4 @@
-"""The steps of a digital source."""
+"""Quantisation of the drive by a digital source."""
 
 from typing import ClassVar
 
@@ -10,8 +10,8 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractDriveEffect
+from ._first_guess import find_peaks
 from ._residual_summary import ResidualSummary
-from ._size import peaks
 from ._thresholds import THRESHOLDS
 
 
@@ -32,13 +32,13 @@ class Quantisation(AbstractDriveEffect):
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Quantisation]":
-        """Where the residual repeats over the drive; and 6, 8 ... 14 bits of the drive's range."""
+        """Periods of the residual as a function of the drive; and 6, 8 ... 14 bits of its range."""
         low, high = float(summary.drive.min()), float(summary.drive.max())
         if not high > low:
             return []
         counts = range(THRESHOLDS.coarsest_bits, THRESHOLDS.finest_bits + 1, 2)
         bits = [((high - low) / 2**n, low) for n in counts]
-        return [cls.at(step=q, origin=at) for q, at in _sawteeth(summary, low, high) + bits]
+        return [cls.at(step=q, origin=at) for q, at in _find_sawteeth(summary, low, high) + bits]
 
     @float64
     def __call__(self, t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
@@ -48,8 +48,8 @@ class Quantisation(AbstractDriveEffect):
         return jnp.where(some, self.origin + step * jnp.round((u - self.origin) / step), u)
 
 
-def _sawteeth(summary: ResidualSummary, low: float, high: float) -> list[tuple[float, float]]:
-    r"""Steps and origins at which a sawtooth over the drive takes most of the residual.
+def _find_sawteeth(summary: ResidualSummary, low: float, high: float) -> list[tuple[float, float]]:
+    r"""Steps and origins of the sawteeth over the drive that explain most of the residual.
 
     Rounding puts $-(q/\pi) \sin(2\pi (u - u_0)/q)$ and its harmonics into the drive, and the slope
     of the response times that into the residual.
@@ -65,7 +65,7 @@ def _sawteeth(summary: ResidualSummary, low: float, high: float) -> list[tuple[f
     coarse = cycles * span < THRESHOLDS.fewest_steps
     height[coarse | (cycles > 1.0 / (THRESHOLDS.finest_step * span))] = 0.0
     out = []
-    for i in peaks(height, THRESHOLDS.quantisation_lines, apart=THRESHOLDS.quantisation_apart):
+    for i in find_peaks(height, THRESHOLDS.quantisation_lines, apart=THRESHOLDS.quantisation_apart):
         if not height[i] > 0:
             continue
         near = cycles[i] + np.linspace(-1.0, 1.0, 41) * (cycles[1] - cycles[0])

@@ -1,4 +1,4 @@
-"""What a first look at a recording offers an effect, to choose from where a fit of it may start."""
+"""The residual of the base model in summary, from which effects choose their initial guesses."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ResidualSummary:
-    """Samples of all runs, one after the other, and what the base model leaves of them.
+    """Samples of all runs, one after the other, and their residual under the base model.
 
     - `time`: s in the session. `drive`: V. `response`: of the base model, in the response's unit.
     - `residual`: data less base model. `run`: number of the run of each sample.
@@ -57,10 +57,10 @@ class ResidualSummary:
     def sines(
         self, x: Float[np.ndarray, " samples"], cycles: Sequence[float] | np.ndarray
     ) -> Float[np.ndarray, " cycles"]:
-        """Share of the residual's power that a sine of `x` takes, for each number of cycles a unit.
+        """Fraction of the residual's power in a sine of `x`, for each number of cycles a unit.
 
-        A constant for each run is taken out of the residual first. The sines are orthogonal to a
-        constant only about, so this proposes, and decides nothing.
+        The mean of each run is subtracted first. Sines are only nearly orthogonal to a constant, so
+        this serves for first guesses alone.
         """
         runs = np.unique(self.run)
         rest = self.residual.copy()

@@ -11,9 +11,9 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractInvertible, AbstractLagEffect, AbstractOpticalEffect, Modes, Past
-from ._first_order_lags import from_rest, undo_linear
+from ._first_guess import find_peaks
+from ._first_order_lags import invert_linear, respond_from_rest
 from ._residual_summary import ResidualSummary
-from ._size import peaks
 from ._thresholds import THRESHOLDS
 
 _LOW, _HIGH = 20.0, 1e5  # Hz
@@ -55,13 +55,13 @@ class Resonance(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
         self, t: Float[Array, " time"], nu: Float[Array, " time"]
     ) -> Float[Array, " time"]:
         """The response of one run that begins at rest."""
-        return from_rest(self.modes(), t, nu)
+        return respond_from_rest(self.modes(), t, nu)
 
     @float64
     def inverse(
         self, t: Float[Array, " time"], signal: Float[Array, " time"]
     ) -> Float[Array, " time"]:
-        return undo_linear(self.modes(), t, signal)
+        return invert_linear(self.modes(), t, signal)
 
     @classmethod
     @float64
@@ -76,8 +76,8 @@ class Resonance(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
         found = [
             (fine[i], z, score[i])
             for z in (0.02, 0.1)
-            for score in [_explained(summary, fine, z)]
-            for i in peaks(score, THRESHOLDS.ringing_peaks, apart=1)
+            for score in [_explained_power(summary, fine, z)]
+            for i in find_peaks(score, THRESHOLDS.ringing_peaks, apart=1)
             if score[i] > 0
         ]
         found = sorted(found, key=lambda one: -one[2])
@@ -85,8 +85,8 @@ class Resonance(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
         return [cls.at(hertz=f, damping=z, share=1.0) for f, z in [*best, *coarse]]
 
 
-def _explained(summary: ResidualSummary, hertz: np.ndarray, damping: float) -> np.ndarray:
-    """Share of the residual's power that a ringing at each of `hertz` explains.
+def _explained_power(summary: ResidualSummary, hertz: np.ndarray, damping: float) -> np.ndarray:
+    """Fraction of the residual's power that a ringing at each of `hertz` explains.
 
     Beside a delay and a gain, in the fastest runs, which ring most.
     """

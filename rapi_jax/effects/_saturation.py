@@ -1,4 +1,4 @@
-"""The ends of the amplifier's range."""
+"""Saturation of the drive at the ends of the amplifier's range."""
 
 from typing import ClassVar
 
@@ -52,7 +52,7 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
         knee = jnp.where(soft, self.knee, 1.0)
 
         def over(beyond):
-            """By how much the rail takes off what lies `beyond` it."""
+            """The part of the drive that the rail cuts off; `beyond`: drive less rail."""
             inside = jnp.isfinite(beyond)
             some = jnp.where(inside, beyond, 0.0)
             cut = jnp.where(soft, knee * jax.nn.softplus(some / knee), jnp.maximum(some, 0.0))
@@ -65,7 +65,7 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
     def inverse(
         self, t: Float[Array, " time"], signal: Float[Array, " time"]
     ) -> Float[Array, " time"]:
-        """The signal itself, made higher in a knee; it must nowhere lie beyond the ends."""
+        """The signal itself, raised within a knee; it must nowhere lie beyond the ends."""
         del t
         value, low, high = np.asarray(signal), float(self.low), float(self.high)
         slack = 1e-9 * float(np.ptp(value))

@@ -1,4 +1,4 @@
-"""The amplifier's largest slope."""
+"""A slew limit of the drive amplifier: its largest slope."""
 
 from typing import ClassVar
 
@@ -16,8 +16,8 @@ from ._residual_summary import ResidualSummary
 from ._thresholds import THRESHOLDS
 
 
-def _advance(value, one):
-    """The output after a step in which the drive is straight, a catch within the step included."""
+def _follow_step(value, one):
+    """The output after one linear step of the drive, which it may catch up with within the step."""
     limit, step, before, after = one
     slope = jnp.where(step > 0, (after - before) / jnp.where(step > 0, step, 1.0), 0.0)
     behind = before - value
@@ -66,7 +66,7 @@ class SlewLimit(AbstractFollower, AbstractInvertible):
     ) -> Float[Array, " time"]:
         step = jnp.diff(t)
         limit = jnp.broadcast_to(jnp.minimum(self.limit, THRESHOLDS.no_slew_limit), step.shape)
-        rest = jax.lax.scan(_advance, start, (limit, step, u[:-1], u[1:]))[1]
+        rest = jax.lax.scan(_follow_step, start, (limit, step, u[:-1], u[1:]))[1]
         return jnp.concatenate([start[None], rest])
 
     @float64

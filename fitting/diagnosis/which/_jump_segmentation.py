@@ -60,7 +60,7 @@ def _placed(
         for parts in (nu, on, run)
     )
     return refit.evaluate(
-        end.values, (*end.effects[:at], switch.at_places(*flat), *end.effects[at:])
+        end.values, (*end.effects[:at], switch.with_states(*flat), *end.effects[at:])
     )
 
 

@@ -11,7 +11,7 @@ from rapi_jax import NotInvertible
 from rapi_jax.effects import Modes
 from rapi_jax.effects import _first_order_lags as _lags
 from rapi_jax.effects._base import Past, transfer
-from rapi_jax.effects._first_order_lags import undo_linear
+from rapi_jax.effects._first_order_lags import invert_linear
 from rapi_jax.sampling._history import History
 
 respond_linear = eqx.filter_jit(_lags.respond_linear)
@@ -406,7 +406,7 @@ def test_what_is_undone_comes_back(count):
     t = np.arange(-count, count) * (period / count)
     target = 3.0 + np.sin(2 * np.pi * t / period) + 0.2 * np.cos(6 * np.pi * t / period + 0.3)
     for modes in (real(), oscillator(430.0, 0.05)):
-        given = undo_linear(modes, jnp.asarray(t[count:]), jnp.asarray(target[count:]))
+        given = invert_linear(modes, jnp.asarray(t[count:]), jnp.asarray(target[count:]))
         back = rows(modes, t, np.tile(given, 2), period=period, lead=count)[0, count:]
         bound = (np.pi * 3 / count) ** 2 / 3
         assert np.abs(back - target[count:]).max() <= bound
@@ -416,4 +416,4 @@ def test_what_is_undone_comes_back(count):
 def test_a_frequency_that_is_lost_is_refused():
     t = jnp.arange(400.0) * 1e-6
     with pytest.raises(NotInvertible, match="500000 Hz.*Sample the target less densely"):
-        undo_linear(oscillator(10.0, 0.05), t, jnp.sin(2 * jnp.pi * t / 4e-4))
+        invert_linear(oscillator(10.0, 0.05), t, jnp.sin(2 * jnp.pi * t / 4e-4))

@@ -86,13 +86,13 @@ def test_places_are_those_that_the_states_bound():
     nu = np.array([0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0, 1.5])
     on = np.array([0, 0, 0, 1, 1, 0, 0, 0], dtype=bool)
     run = np.array([0] * 7 + [1])
-    found = HOP.at_places(nu, on, run)
+    found = HOP.with_states(nu, on, run)
     assert float(found.threshold) == 2.5 and float(found.width) == 1.0
     assert float(found.size) == -1.5
-    assert HOP.at_places(nu, np.zeros(8, dtype=bool), run) is HOP
+    assert HOP.with_states(nu, np.zeros(8, dtype=bool), run) is HOP
     # Of states that no threshold gives, the one that breaks them least: half-way.
     nu[2] = 3.4
-    assert float(HOP.at_places(nu, on, run).threshold) == pytest.approx(3.2, abs=1e-9)
+    assert float(HOP.with_states(nu, on, run).threshold) == pytest.approx(3.2, abs=1e-9)
 
 
 def test_a_base_far_off_comes_back_beside_a_hop(refit):

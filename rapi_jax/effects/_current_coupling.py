@@ -63,7 +63,7 @@ class CurrentCoupling(AbstractCouplingEffect):
 
 @float64
 def _compiled_slopes(t: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """`slopes`; arrays of similar lengths share compiled code, as a repeated sample has no side."""
+    """`mean_slopes`, compiled once for similar lengths: a repeated sample adds no slope."""
     more = (0, -t.size % THRESHOLDS.slopes_bucket)
     return np.asarray(jax.jit(mean_slopes)(np.pad(t, more, "edge"), np.pad(u, more, "edge")))[
         : t.size

@@ -89,12 +89,16 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
         chosen = dict.fromkeys(
             [*find_peaks(share, count, apart=2), *find_peaks(fast, count, apart=2)]
         )
+        power = residual_power(summary)
         return [
-            cls.at(amplitude=np.sqrt(2.0 * max(share[i], 1e-6) * residual_power(summary)), phase=phase,
-                spacing=1.0 / cycles[i])
+            cls.at(
+                amplitude=np.sqrt(2.0 * max(share[i], 1e-6) * power),
+                phase=phase,
+                spacing=1.0 / cycles[i],
+            )
             for i in chosen
             for phase in np.arange(4) * np.pi / 2
-        ]  # fmt: skip
+        ]
 
 
 @eqx.filter_jit

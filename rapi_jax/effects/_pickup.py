@@ -49,7 +49,7 @@ class Pickup(AbstractOpticalEffect):
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Pickup]":
-        """The strongest lines of the residual and of its non-synchronous part, at four phases each."""
+        """The strongest lines of the residual and its non-synchronous part, at four phases."""
         whole = _find_lines(summary, summary.residual, THRESHOLDS.pickup_lines)
         free = _find_lines(summary, _nonsynchronous_residual(summary), THRESHOLDS.pickup_lines)
         line = np.array(_LINE)

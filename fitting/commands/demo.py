@@ -107,11 +107,11 @@ def demo(
             }
         )
     else:
-        from fitting.report import tables
-        from fitting.report.diagnosis._terminal import lines
+        from fitting.report import render_tables
+        from fitting.report.diagnosis._terminal import render_lines
 
         out = console(json)
-        out.print(tables(result))
+        out.print(render_tables(result))
         out.print(_table(rows))
         out.print(
             f"The recordings, the model, the drives and the pictures are in {folder.resolve()}; "
@@ -121,7 +121,7 @@ def demo(
         for path in written:
             out.print(f"  {path.relative_to(folder)}", markup=False)
         out.rule("a second laser")
-        out.print(lines(report.to_dict()))
+        out.print(render_lines(report.to_dict()))
         page = (folder / "diagnosis" / "report.html").resolve()
         out.print(
             f"It was an etalon of {1e3 * ETALON['amplitude']:g} MHz every {ETALON['spacing']:g} "

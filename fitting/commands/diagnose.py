@@ -78,11 +78,11 @@ def diagnose(
         written = report.save(place, name=name)
         reports.append(report.to_dict())
         if not json:
-            from fitting.report.diagnosis._terminal import lines
+            from fitting.report.diagnosis._terminal import render_lines
 
             if recordings:
                 out.rule(name)
-            out.print(lines(reports[-1]))
+            out.print(render_lines(reports[-1]))
             out.print(f"written to {place}: {', '.join(p.name for p in written)}", markup=False)
     if json:
         print_json(reports if recordings else reports[0])

@@ -88,9 +88,9 @@ def fit(
     if json:
         print_json(result.to_dict())
     else:
-        from fitting.report import tables
+        from fitting.report import render_tables
 
         out = console(json)
-        out.print(tables(result))
+        out.print(render_tables(result))
         out.print(f"written to {folder}: {', '.join(path.name for path in written)}", markup=False)
     return DONE if result.verdict.trusted else UNTRUSTED

@@ -67,9 +67,9 @@ class Diagnosis:
 
     def page(self) -> str:
         """The report as one self-contained HTML page."""
-        from fitting.report.diagnosis._page import page
+        from fitting.report.diagnosis._page import render_page
 
-        return page(self.to_dict(), self.labels)
+        return render_page(self.to_dict(), self.labels)
 
     def save(self, folder: str | os.PathLike[str], *, name: str = "") -> list[Path]:
         """Write `diagnosis.json`, `report.html` and the loadable model to `folder`."""
@@ -81,9 +81,9 @@ class Diagnosis:
 
     def summary(self) -> str:
         """The diagnosis in a few lines, for people."""
-        from fitting.report.diagnosis._terminal import text
+        from fitting.report.diagnosis._terminal import render_text
 
-        return text(self.to_dict())
+        return render_text(self.to_dict())
 
     def __str__(self) -> str:
         return self.summary()

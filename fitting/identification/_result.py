@@ -110,14 +110,14 @@ class FitResult:
 
     def summary(self) -> str:
         """The result as text for people."""
-        from fitting.report import summary
+        from fitting.report import render_text
 
-        return summary(self)
+        return render_text(self)
 
     def _repr_html_(self) -> str:
-        from fitting.report import html
+        from fitting.report import render_html
 
-        return html(self)
+        return render_html(self)
 
     def __repr__(self) -> str:
         word = "trusted" if self.verdict.trusted else "not to be trusted"

@@ -1,9 +1,9 @@
-"""What a fit leaves behind: tables for people, JSON for machines, pictures, the loadable model."""
+"""Reports: tables for people, JSON for machines, figures, the loadable model."""
 
 from .fit._files import MODEL as MODEL
 from .fit._files import TABLE as TABLE
 from .fit._files import save_figure as save_figure
 from .fit._files import write_fit as write_fit
-from .fit._table import html as html
-from .fit._table import summary as summary
-from .fit._table import tables as tables
+from .fit._table import render_html as render_html
+from .fit._table import render_tables as render_tables
+from .fit._table import render_text as render_text

@@ -20,7 +20,7 @@ def write_diagnosis(diagnosis: "Diagnosis", folder: Path, *, name: str = "") -> 
 
     `name`: of the recording, as the page shows it.
     """
-    from ._page import page
+    from ._page import render_page
 
     recording = diagnosis.recording
     content = diagnosis.to_dict()
@@ -40,5 +40,5 @@ def write_diagnosis(diagnosis: "Diagnosis", folder: Path, *, name: str = "") -> 
         data_sha256=recording.sha256(),
     )
     write_atomic(folder / DIAGNOSIS, json_text(content))
-    write_atomic(folder / PAGE, page(content, diagnosis.labels))
+    write_atomic(folder / PAGE, render_page(content, diagnosis.labels))
     return [folder / DIAGNOSIS, folder / PAGE, folder / MODEL]

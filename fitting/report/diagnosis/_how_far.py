@@ -1,26 +1,26 @@
-"""How far the gap shrinks on data left out, and what to record next."""
+"""The closed fraction of the gap on held-out data, and the next scan to record."""
 
 from typing import Any
 
 from . import _text as words
-from ._numbers import Scale, finite, interval, number, percent
+from ._numbers import Scale, finite_or_none, format_interval, format_number, format_percent
 from .figures._figure import Table
 
 _STEPS = {"before": "model alone", "after": "model refitted", "floor": "noise floor"}
 
 
-def shrinkage(found: dict, scale: Scale, named: bool) -> dict[str, Any] | None:
-    """Before, after and floor as bars; the parts left out; None where nothing was refitted.
+def tabulate_shrinkage(found: dict, scale: Scale, named: bool) -> dict[str, Any] | None:
+    """Residual before and after the refit and noise floor as bars, and by held-out part; or None.
 
-    `named` says whether the refit had an effect to add.
+    `named`: whether the refit added an effect.
     """
     steps = _STEPS | ({"after": "with the effect"} if named else {})
-    values = {key: finite(found.get(key)) for key in steps}
+    values = {key: finite_or_none(found.get(key)) for key in steps}
     if values["before"] is None:
         return None
     largest = max(v for v in values.values() if v is not None)
     parts = [p for p in found.get("by_part") or [] if isinstance(p, dict)]
-    lowest = [finite((p.get("closed_fraction") or {}).get("low")) for p in parts]
+    lowest = [finite_or_none((p.get("closed_fraction") or {}).get("low")) for p in parts]
     start = max(-1.0, min([0.0, *(v for v in lowest if v is not None)]))
     return {
         "bars": [
@@ -36,10 +36,12 @@ def shrinkage(found: dict, scale: Scale, named: bool) -> dict[str, Any] | None:
         "parts": [_part(p, start, scale) for p in parts],
         "parts_shows": _spread(parts),
         "zero": -start / (1.0 - start),
-        "low": percent(start),
-        "held_out": words.listed([str(name) for name in found.get("held_out") or []]),
-        "ceiling": "" if finite(found.get("ceiling")) is None else percent(found["ceiling"]),
-        "remainder": words.sentence(str(found.get("remainder") or "")),
+        "low": format_percent(start),
+        "held_out": words.join_items([str(name) for name in found.get("held_out") or []]),
+        "ceiling": ""
+        if finite_or_none(found.get("ceiling")) is None
+        else format_percent(found["ceiling"]),
+        "remainder": words.to_sentence(str(found.get("remainder") or "")),
         "unit": scale.unit,
     }
 
@@ -54,21 +56,22 @@ def _shows(found: dict, values: dict[str, float | None], scale: Scale) -> str:
         return f"{text}. How much of that is noise is not known."
     if not isinstance(closed, dict):
         return f"{text}. There was no gap above the noise to close."
-    return f"{text}: {interval(closed)} of the gap above the noise is closed."
+    return f"{text}: {format_interval(closed)} of the gap above the noise is closed."
 
 
 def _spread(parts: list[dict]) -> str:
     known = [
         (value, str(p.get("part") or "?"))
         for p in parts
-        if (value := finite((p.get("closed_fraction") or {}).get("value"))) is not None
+        if (value := finite_or_none((p.get("closed_fraction") or {}).get("value"))) is not None
     ]
     if not known:
         return "No part left out had a gap to close."
     (least, where), most = min(known), max(known)[0]
     if len(known) == 1:
-        return f"On {where}, {percent(least)} of the gap is closed."
-    return f"The gap closed is least on {where}, {percent(least)}, and at most {percent(most)}."
+        return f"On {where}, {format_percent(least)} of the gap is closed."
+    lowest, highest = format_percent(least), format_percent(most)
+    return f"The gap closed is least on {where}, {lowest}, and at most {highest}."
 
 
 def _part(p: dict, start: float, scale: Scale) -> dict[str, Any]:
@@ -76,34 +79,36 @@ def _part(p: dict, start: float, scale: Scale) -> dict[str, Any]:
         "name": str(p.get("part") or "?"),
         "before": scale.bare(p.get("before")),
         "after": scale.bare(p.get("after")),
-        "closed": interval(p.get("closed_fraction")),
+        "closed": format_interval(p.get("closed_fraction")),
         "whisker": _whisker(p.get("closed_fraction"), start),
     }
 
 
 def _whisker(fraction: Any, start: float) -> dict[str, float] | None:
-    """Places along a rail from `start` to 1, as fractions of its length."""
+    """Value and interval as fractions of an axis from `start` to 1."""
     f = fraction if isinstance(fraction, dict) else {}
-    value = finite(f.get("value"))
+    value = finite_or_none(f.get("value"))
     if value is None:
         return None
-    low, high = finite(f.get("low")), finite(f.get("high"))
+    low, high = finite_or_none(f.get("low")), finite_or_none(f.get("high"))
     ends = {"value": value, "low": value if low is None else low}
     ends["high"] = value if high is None else high
     return {k: min(1.0, max(0.0, (v - start) / (1.0 - start))) for k, v in ends.items()}
 
 
-def following(found: dict | None, drive_unit: str, labels: words.Labels) -> dict[str, Any] | None:
-    """The scan to record next, why, and what else was considered."""
+def describe_next_scan(
+    found: dict | None, drive_unit: str, labels: words.Labels
+) -> dict[str, Any] | None:
+    """The next scan to record, the reason, and the scans considered."""
     if not found:
         return None
     entries = [c for c in found.get("candidates") or [] if isinstance(c, dict)]
-    entries.sort(key=lambda c: -(finite(c.get("power")) or 0.0))
-    rows = [[words.scan(c, drive_unit), number(c.get("power"))] for c in entries]
+    entries.sort(key=lambda c: -(finite_or_none(c.get("power")) or 0.0))
+    rows = [[words.describe_scan(c, drive_unit), format_number(c.get("power"))] for c in entries]
     return {
-        "scan": words.title(words.scan(found, drive_unit)),
-        "separates": words.separated(found, labels),
-        "reason": words.sentence(str(found.get("reason") or "")),
+        "scan": words.capitalise(words.describe_scan(found, drive_unit)),
+        "separates": words.describe_separation(found, labels),
+        "reason": words.to_sentence(str(found.get("reason") or "")),
         "table": Table("Scans considered", ["scan", "power to separate"], rows)
         if rows[1:]
         else None,

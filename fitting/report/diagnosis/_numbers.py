@@ -1,10 +1,10 @@
-"""How a report writes numbers: one unit for the page, honest digits, intervals in words."""
+"""Formatting of numbers: one unit a page, significant digits by standard error, intervals."""
 
 import dataclasses
 import math
 from typing import Any
 
-from fitting.report.fit._table import value_with_error
+from fitting.report.fit._table import round_with_error
 
 DASH = "\N{EN DASH}"
 SPACE = "\N{NO-BREAK SPACE}"
@@ -22,16 +22,16 @@ def unit_text(unit: str) -> str:
     return _NAMES.get(unit, unit)
 
 
-def finite(value: Any) -> float | None:
+def finite_or_none(value: Any) -> float | None:
     """`value` as a float where it is a finite number, else None."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         return None
     return float(value)
 
 
-def number(value: Any, digits: int = 3, *, sign: bool = False) -> str:
+def format_number(value: Any, digits: int = 3, *, sign: bool = False) -> str:
     """A number with `digits` significant digits and no `1e+03`; a dash where there is none."""
-    x = finite(value)
+    x = finite_or_none(value)
     if x is None:
         return DASH
     # The power of ten after rounding: 9.9996 is 10.0.
@@ -46,25 +46,25 @@ def number(value: Any, digits: int = 3, *, sign: bool = False) -> str:
     return (_MINUS if x < 0 and text != "0" else "+" if sign and x > 0 else "") + text
 
 
-def quantity(value: Any, unit: str, *, digits: int = 3, sign: bool = False) -> str:
+def format_quantity(value: Any, unit: str, *, digits: int = 3, sign: bool = False) -> str:
     """A number and its unit, kept on one line; the unit 1 is not written."""
-    text = number(value, digits, sign=sign)
-    bare = finite(value) is None or unit in ("", "1")
+    text = format_number(value, digits, sign=sign)
+    bare = finite_or_none(value) is None or unit in ("", "1")
     return text if bare else f"{text}{SPACE}{unit_text(unit)}"
 
 
-def setting(value: Any, unit: str) -> str:
-    """A number that was chosen, not measured: without the zeros that would claim digits."""
-    x = finite(value)
+def format_setting(value: Any, unit: str) -> str:
+    """A number that was set, not measured: without trailing zeros."""
+    x = finite_or_none(value)
     if x is None:
         return DASH
     text = f"{x:.4g}".replace("-", _MINUS)
     return text if unit in ("", "1") else f"{text}{SPACE}{unit_text(unit)}"
 
 
-def percent(value: Any) -> str:
-    """A probability or a fraction in percent; never a certainty for what is only close to one."""
-    x = finite(value)
+def format_percent(value: Any) -> str:
+    """A probability or a fraction in percent; close to 0 or 1 as a bound, never as 0 or 100 %."""
+    x = finite_or_none(value)
     if x is None:
         return DASH
     if 0.0 < x < 0.001:
@@ -76,26 +76,26 @@ def percent(value: Any) -> str:
     return f"{_MINUS if x < 0 and float(text) else ''}{text}{SPACE}%"
 
 
-def interval(fraction: Any) -> str:
+def format_interval(fraction: Any) -> str:
     """`{"value", "low", "high"}` as `94 % (90 to 96 %)`; a dash where there is no value."""
-    if not isinstance(fraction, dict) or finite(fraction.get("value")) is None:
+    if not isinstance(fraction, dict) or finite_or_none(fraction.get("value")) is None:
         return DASH
-    low, high = finite(fraction.get("low")), finite(fraction.get("high"))
-    value = percent(fraction["value"])
+    low, high = finite_or_none(fraction.get("low")), finite_or_none(fraction.get("high"))
+    value = format_percent(fraction["value"])
     if low is None or high is None:
         return value
-    start = percent(low).removesuffix(f"{SPACE}%")
-    return f"{value} ({start}{SPACE}to{SPACE}{percent(high)})"
+    start = format_percent(low).removesuffix(f"{SPACE}%")
+    return f"{value} ({start}{SPACE}to{SPACE}{format_percent(high)})"
 
 
-def with_error(value: Any, stderr: Any, unit: str) -> str:
+def format_with_error(value: Any, stderr: Any, unit: str) -> str:
     """`0.0210 ± 0.0012 1/decade`, in the digits of its standard error; `(1.04 ± 0.03)×10⁻⁴ s`."""
-    x, error = finite(value), finite(stderr)
+    x, error = finite_or_none(value), finite_or_none(stderr)
     if x is None or not error or error < 0:
-        return quantity(value, unit, digits=4)
+        return format_quantity(value, unit, digits=4)
     power = math.floor(math.log10(max(abs(x), error)))
     power = 0 if -4 < power < 6 else power
-    shown, spread = value_with_error(x / 10.0**power, error / 10.0**power)
+    shown, spread = round_with_error(x / 10.0**power, error / 10.0**power)
     text = f"{shown.replace('-', _MINUS)}{SPACE}±{SPACE}{spread}"
     text = f"({text})×10{str(power).translate(_EXPONENT)}" if power else text
     return text + ("" if unit in ("", "1") else f"{SPACE}{unit_text(unit)}")
@@ -103,7 +103,7 @@ def with_error(value: Any, stderr: Any, unit: str) -> str:
 
 @dataclasses.dataclass(frozen=True)
 class Scale:
-    """The unit in which a page shows residuals, and what takes a recorded value there."""
+    """The unit in which a page shows residuals, and the factor from the recorded unit."""
 
     recorded: str
     unit: str  # as shown
@@ -111,8 +111,8 @@ class Scale:
 
     @classmethod
     def of(cls, recorded: str, sizes: list[Any]) -> "Scale":
-        """The unit of the recording's family in which the largest of `sizes` reads best."""
-        largest = max((abs(x) for x in map(finite, sizes) if x is not None), default=0.0)
+        """The largest unit of the same dimension in which the largest of `sizes` is at least 1."""
+        largest = max((abs(x) for x in map(finite_or_none, sizes) if x is not None), default=0.0)
         for ladder in _LADDERS:
             if recorded in ladder and largest > 0:
                 for unit, size in ladder.items():
@@ -128,12 +128,12 @@ class Scale:
 
     def value(self, recorded: Any) -> float | None:
         """A recorded number in the page's unit."""
-        x = finite(recorded)
+        x = finite_or_none(recorded)
         return None if x is None else x * self.factor
 
     def bare(self, recorded: Any, *, digits: int = 3, sign: bool = False) -> str:
         """A recorded number in the page's unit, without the unit."""
-        return number(self.value(recorded), digits, sign=sign)
+        return format_number(self.value(recorded), digits, sign=sign)
 
     def __call__(self, recorded: Any, *, digits: int = 3, sign: bool = False) -> str:
-        return quantity(self.value(recorded), self.unit, digits=digits, sign=sign)
+        return format_quantity(self.value(recorded), self.unit, digits=digits, sign=sign)

@@ -14,18 +14,24 @@ import jinja2
 from markupsafe import Markup
 
 from . import _text as words
-from ._how_far import following, shrinkage
+from ._how_far import describe_next_scan, tabulate_shrinkage
 from ._numbers import Scale
-from ._summary import calibration, cautions, facts, provenance, subtitle
-from ._where import budget, grid
-from ._which import hypotheses
-from .figures._lines import lines
-from .figures._maps import figures
+from ._summary import (
+    describe_calibration,
+    list_cautions,
+    list_facts,
+    list_provenance,
+    write_subtitle,
+)
+from ._where import tabulate_budget, tabulate_residuals
+from ._which import tabulate_hypotheses
+from .figures._lines import tabulate_spectral_lines
+from .figures._maps import draw_figures
 
 _SCHEMA = "rapi.diagnosis/1"
 
 
-def page(diagnosis: dict, labels: words.Labels | None = None) -> str:
+def render_page(diagnosis: dict, labels: words.Labels | None = None) -> str:
     """The diagnosis of `diagnosis.json` as one HTML page for people.
 
     **Arguments:**
@@ -57,29 +63,31 @@ def _context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
     sizes = [gap.get("total"), refit.get("before"), *(e.get("rms") for e in where)]
     scale = Scale.of(str(diagnosis.get("unit") or ""), sizes)
     drive_unit = str((diagnosis.get("recording") or {}).get("drive_unit") or "")
-    drawn = figures(diagnosis, scale, drive_unit)
+    drawn = draw_figures(diagnosis, scale, drive_unit)
     panels = [dataclasses.asdict(panel) for figure in drawn for panel in figure.panels]
     name = str((diagnosis.get("recording") or {}).get("name") or "")
     return {
         "title": " · ".join(filter(None, ["Diagnosis", name])),
-        "subtitle": subtitle(diagnosis, drive_unit),
-        "headline": words.headline(diagnosis, labels),
-        "advice": words.advice(diagnosis, drive_unit, labels),
-        "cautions": cautions(diagnosis),
-        "facts": facts(diagnosis, scale, labels),
-        "budget": budget(gap, scale),
+        "subtitle": write_subtitle(diagnosis, drive_unit),
+        "headline": words.write_headline(diagnosis, labels),
+        "advice": words.write_advice(diagnosis, drive_unit, labels),
+        "cautions": list_cautions(diagnosis),
+        "facts": list_facts(diagnosis, scale, labels),
+        "budget": tabulate_budget(gap, scale),
         "phase": next((f for f in drawn if f.panels[0].key == "phase"), None),
         "figures": [f for f in drawn if f.panels[0].key != "phase"],
-        "grid": grid(where, scale, drive_unit),
-        "lines": lines(maps.get("lines"), scale),
-        "which": hypotheses(diagnosis, labels),
-        "far": shrinkage(refit, scale, words.names(diagnosis["verdict"])[0] not in words.SPECIAL),
-        "following": following(diagnosis.get("next_scan"), drive_unit, labels),
-        "no_scan": words.no_scan(diagnosis["verdict"]),
-        "reason": words.sentence(str(diagnosis["verdict"].get("reason") or "")),
-        "notes": [words.sentence(str(note)) for note in diagnosis.get("notes") or []],
-        "calibration": calibration(diagnosis),
-        "provenance": provenance(diagnosis, drive_unit),
+        "grid": tabulate_residuals(where, scale, drive_unit),
+        "lines": tabulate_spectral_lines(maps.get("lines"), scale),
+        "which": tabulate_hypotheses(diagnosis, labels),
+        "far": tabulate_shrinkage(
+            refit, scale, words.credible_names(diagnosis["verdict"])[0] not in words.SPECIAL
+        ),
+        "next_scan": describe_next_scan(diagnosis.get("next_scan"), drive_unit, labels),
+        "no_scan": words.explain_no_scan(diagnosis["verdict"]),
+        "reason": words.to_sentence(str(diagnosis["verdict"].get("reason") or "")),
+        "notes": [words.to_sentence(str(note)) for note in diagnosis.get("notes") or []],
+        "calibration": describe_calibration(diagnosis),
+        "provenance": list_provenance(diagnosis, drive_unit),
         "drawings": [{key: p[key] for key in ("key", "data", "layout")} for p in panels],
         "style": _part("diagnosis.css"),
         "script": _part("diagnosis.js"),

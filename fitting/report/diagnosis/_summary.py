@@ -1,57 +1,65 @@
-"""The first screen of a diagnosis, and where it comes from."""
+"""Headline numbers, cautions and provenance of a diagnosis."""
 
 from typing import Any
 
 from . import _text as words
-from ._numbers import SPACE, Scale, finite, interval, percent, setting, unit_text
+from ._numbers import (
+    SPACE,
+    Scale,
+    finite_or_none,
+    format_interval,
+    format_percent,
+    format_setting,
+    unit_text,
+)
 
 _THIN = "\N{NARROW NO-BREAK SPACE}"
 
 
-def facts(diagnosis: dict, scale: Scale, labels: words.Labels) -> list[tuple[str, str]]:
-    """The few numbers of the first screen."""
+def list_facts(diagnosis: dict, scale: Scale, labels: words.Labels) -> list[tuple[str, str]]:
+    """The headline numbers: verdict, probability, residual, closed fraction, noise floor."""
     gap, shrinkage = diagnosis.get("gap") or {}, diagnosis.get("shrinkage") or {}
-    among = words.names(diagnosis["verdict"])
-    lines = [("Verdict", words.title(words.describe_hypothesis(among[0], labels)))]
-    lines.append(("Probability", percent(words.probability(diagnosis))))
+    among = words.credible_names(diagnosis["verdict"])
+    lines = [("Verdict", words.capitalise(words.describe_hypothesis(among[0], labels)))]
+    lines.append(("Probability", format_percent(words.verdict_probability(diagnosis))))
     if len(among) > 1:
-        lines.append(("95 % set", words.title(words.either(among, labels))))
-    before, after = finite(shrinkage.get("before")), finite(shrinkage.get("after"))
+        lines.append(("95 % set", words.capitalise(words.list_alternatives(among, labels))))
+    before, after = finite_or_none(shrinkage.get("before")), finite_or_none(shrinkage.get("after"))
     if before is not None and after is not None:
         lines.append(("Residual", f"{scale.bare(before)} → {scale(after)} rms, on data left out"))
-    elif finite(gap.get("total")) is not None:
+    elif finite_or_none(gap.get("total")) is not None:
         lines.append(("Residual", f"{scale(gap['total'])} rms"))
-    floor = finite(shrinkage.get("floor", gap.get("noise_floor")))
+    floor = finite_or_none(shrinkage.get("floor", gap.get("noise_floor")))
     # Without a floor nobody can say whether there was a gap.
     none = "not known" if floor is None else "no gap to close"
     closed = shrinkage.get("closed_fraction")
-    lines.append(("Gap closed", interval(closed) if closed else none))
-    if straighter := words.straighter(diagnosis):
+    lines.append(("Gap closed", format_interval(closed) if closed else none))
+    if straighter := words.describe_linearity_gain(diagnosis):
         lines.append(("Scan straighter", f"{straighter}, once compensated with the effect"))
     lines.append(("Noise floor", "not known" if floor is None else f"{scale(floor)} rms"))
     return lines
 
 
-def cautions(diagnosis: dict) -> list[str]:
-    """What must be known before the verdict is acted upon."""
-    said = []
+def list_cautions(diagnosis: dict) -> list[str]:
+    """Reasons to doubt the verdict: an untrusted model, an unknown floor, no significant gap."""
+    found = []
     gap = diagnosis.get("gap") or {}
     if (diagnosis.get("model") or {}).get("trusted") is False:
-        said.append("The fit of the model is not to be trusted, and so neither is this diagnosis.")
-    if gap and finite(gap.get("noise_floor")) is None:
-        said.append(
+        found.append("The fit of the model is not to be trusted, and so neither is this diagnosis.")
+    if gap and finite_or_none(gap.get("noise_floor")) is None:
+        found.append(
             "The noise floor is not known: without periods that repeat, noise cannot be told "
             "from model error."
         )
     elif gap.get("significant") is False and diagnosis["verdict"].get("name") != "none":
-        said.append("The gap is not significantly larger than the noise.")
-    return said
+        found.append("The gap is not significantly larger than the noise.")
+    return found
 
 
-def subtitle(diagnosis: dict, drive_unit: str) -> str:
+def write_subtitle(diagnosis: dict, drive_unit: str) -> str:
     """What was diagnosed, in one line; empty where the file does not say."""
     recording = diagnosis.get("recording") or {}
-    runs = finite(recording.get("runs"))
+    runs = finite_or_none(recording.get("runs"))
     parts = [
         str(recording.get("name") or ""),
         "" if runs is None else f"{runs:.0f}{SPACE}run{'' if runs == 1 else 's'}",
@@ -61,7 +69,7 @@ def subtitle(diagnosis: dict, drive_unit: str) -> str:
     return " · ".join(filter(None, parts))
 
 
-def provenance(diagnosis: dict, drive_unit: str) -> list[tuple[str, str]]:
+def list_provenance(diagnosis: dict, drive_unit: str) -> list[tuple[str, str]]:
     """What was diagnosed, with what, and how the probabilities were calibrated."""
     recording, model = diagnosis.get("recording") or {}, diagnosis.get("model") or {}
     versions = diagnosis.get("versions") or {}
@@ -74,8 +82,11 @@ def provenance(diagnosis: dict, drive_unit: str) -> list[tuple[str, str]]:
         ("Periods a run", _range(recording.get("periods"))),
         ("Model", _model(model)),
         ("Model file", str(model.get("file") or "")),
-        ("Calibration", calibration(diagnosis)),
-        ("Time taken", setting(diagnosis.get("seconds"), "s") if diagnosis.get("seconds") else ""),
+        ("Calibration", describe_calibration(diagnosis)),
+        (
+            "Time taken",
+            format_setting(diagnosis.get("seconds"), "s") if diagnosis.get("seconds") else "",
+        ),
         ("Versions", ", ".join(f"{name} {number}" for name, number in versions.items() if number)),
         ("Format", str(diagnosis.get("schema") or "")),
         ("Data, SHA-256", str(diagnosis.get("data_sha256") or "")),
@@ -83,8 +94,8 @@ def provenance(diagnosis: dict, drive_unit: str) -> list[tuple[str, str]]:
     return [(name, text) for name, text in lines if text]
 
 
-def calibration(diagnosis: dict) -> str:
-    """The bank of worlds behind the probabilities; empty where the file names none."""
+def describe_calibration(diagnosis: dict) -> str:
+    """The simulated devices that calibrate the probabilities; empty where none is named."""
     found = diagnosis.get("calibration") or {}
     worlds = _count(found.get("worlds"))
     parts = [str(found.get("bank") or ""), f"{worlds} devices" if worlds else ""]
@@ -92,7 +103,7 @@ def calibration(diagnosis: dict) -> str:
 
 
 def _model(model: dict) -> str:
-    effects = words.listed([str(name) for name in model.get("effects") or []])
+    effects = words.join_items([str(name) for name in model.get("effects") or []])
     parts = [" with ".join(filter(None, [str(model.get("operator") or ""), effects]))]
     for key, yes, no in (
         ("trusted", "trusted", "not to be trusted"),
@@ -104,17 +115,17 @@ def _model(model: dict) -> str:
 
 
 def _count(value: Any) -> str:
-    x = finite(value)
+    x = finite_or_none(value)
     return "" if x is None else f"{x:,.0f}".replace(",", _THIN)
 
 
 def _settings(values: Any, unit: str) -> str:
-    known = [setting(v, "") for v in values or [] if finite(v) is not None]
+    known = [format_setting(v, "") for v in values or [] if finite_or_none(v) is not None]
     return f"{', '.join(known)}{SPACE}{unit_text(unit)}".strip() if known else ""
 
 
 def _range(counts: Any) -> str:
-    known = sorted(c for c in counts or [] if finite(c) is not None)
+    known = sorted(c for c in counts or [] if finite_or_none(c) is not None)
     if not known:
         return ""
     low, high = f"{known[0]:g}", f"{known[-1]:g}"

@@ -8,7 +8,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from ._text import straighter
+from ._text import describe_linearity_gain
 
 
 def _number(value: Any, digits: int = 3) -> str:
@@ -21,7 +21,7 @@ def _interval(closed: dict[str, float] | None) -> str:
     return f"{closed['value']:.0%} ({closed['low']:.0%} to {closed['high']:.0%})"
 
 
-def lines(diagnosis: dict[str, Any]) -> Group:
+def render_lines(diagnosis: dict[str, Any]) -> Group:
     """The diagnosis for a rich console, from the dictionary of `diagnosis.json`."""
     verdict, gap, unit = diagnosis["verdict"], diagnosis["gap"], diagnosis["unit"]
     head = Text(verdict["sentence"], style="bold")
@@ -32,7 +32,7 @@ def lines(diagnosis: dict[str, Any]) -> Group:
     where = gap.get("sentence") or "no part of the scan stands out."
     rows: list[Any] = [head, Text(verdict["advice"]), Text(", ".join(parts).replace("_", " "))]
     rows += [Text(where), _hypotheses(diagnosis)]
-    if factor := straighter(diagnosis):
+    if factor := describe_linearity_gain(diagnosis):
         rows.append(Text(f"a scan compensated with the effect should be straighter: {factor}"))
     if len(verdict["set"]) > 1:
         rows.append(Text(f"95 % set: {', '.join(verdict['set'])}"))
@@ -63,11 +63,11 @@ def _hypotheses(diagnosis: dict[str, Any]) -> Table:
     return table
 
 
-def text(diagnosis: dict[str, Any]) -> str:
+def render_text(diagnosis: dict[str, Any]) -> str:
     """The same as plain text."""
     buffer = io.StringIO()
     console = Console(
         file=buffer, width=110, color_system=None, highlight=False, force_jupyter=False
     )
-    console.print(lines(diagnosis))
+    console.print(render_lines(diagnosis))
     return buffer.getvalue()

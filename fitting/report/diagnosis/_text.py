@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from rapi_jax import effects
 
-from ._numbers import finite, interval, percent, setting
+from ._numbers import finite_or_none, format_interval, format_percent, format_setting
 
 SPECIAL = {
     "none": "no effect beyond the model",
@@ -24,107 +24,107 @@ def describe_hypothesis(name: str, labels: Labels) -> str:
     """A hypothesis in words: `creep+drift` becomes "creep of the piezo and drift of ..."."""
     if name in SPECIAL:
         return SPECIAL[name]
-    return listed([labels.get(part, part.replace("_", " ")) for part in name.split("+")])
+    return join_items([labels.get(part, part.replace("_", " ")) for part in name.split("+")])
 
 
-def listed(items: list[str], last: str = "and") -> str:
+def join_items(items: list[str], last: str = "and") -> str:
     """Items as in running text: "a, b and c"."""
     if len(items) < 2:
         return "".join(items)
     return f"{', '.join(items[:-1])} {last} {items[-1]}"
 
 
-def sentence(text: str) -> str:
+def to_sentence(text: str) -> str:
     """`text` with a capital first letter and a full stop; nothing where there is nothing."""
-    text = title(text)
+    text = capitalise(text)
     return text if not text or text.endswith((".", "!", "?")) else f"{text}."
 
 
-def title(text: str) -> str:
+def capitalise(text: str) -> str:
     """`text` with a capital first letter."""
     text = text.strip()
     return text[:1].upper() + text[1:]
 
 
-def either(items: list[str], labels: Labels) -> str:
-    """Hypotheses of which one holds, told apart from those that hold together."""
+def list_alternatives(items: list[str], labels: Labels) -> str:
+    """Alternative hypotheses, joined by "or" as effects of one hypothesis are by "and"."""
     return ", or ".join(describe_hypothesis(item, labels) for item in items)
 
 
-def names(verdict: dict) -> list[str]:
+def credible_names(verdict: dict) -> list[str]:
     """The 95 % set, the verdict first."""
     first = str(verdict.get("name") or "unlisted")
     rest = [str(name) for name in verdict.get("set") or []]
     return [first, *(name for name in rest if name != first)]
 
 
-def probability(diagnosis: dict) -> float | None:
+def verdict_probability(diagnosis: dict) -> float | None:
     """Of the verdict: its own entry, or that of the hypothesis of its name."""
     verdict = diagnosis.get("verdict") or {}
-    own = finite(verdict.get("probability"))
+    own = finite_or_none(verdict.get("probability"))
     found = (h for h in diagnosis.get("hypotheses") or [] if h.get("name") == verdict.get("name"))
-    return own if own is not None else finite(next(found, {}).get("probability"))
+    return own if own is not None else finite_or_none(next(found, {}).get("probability"))
 
 
-def headline(diagnosis: dict, labels: Labels) -> str:
+def write_headline(diagnosis: dict, labels: Labels) -> str:
     """The verdict in one sentence: the file's own, or one made from its numbers."""
     verdict = diagnosis.get("verdict") or {}
     if verdict.get("sentence"):
-        return sentence(str(verdict["sentence"]))
-    among = names(verdict)
-    sure = probability(diagnosis)
-    odds = "" if sure is None else f" (probability {percent(sure)})"
+        return to_sentence(str(verdict["sentence"]))
+    among = credible_names(verdict)
+    sure = verdict_probability(diagnosis)
+    odds = "" if sure is None else f" (probability {format_percent(sure)})"
     closed = (diagnosis.get("shrinkage") or {}).get("closed_fraction")
-    part = f"closes {interval(closed)} of the gap on data left out" if closed else ""
+    part = f"closes {format_interval(closed)} of the gap on data left out" if closed else ""
     if len(among) > 1:
-        rivals = listed([describe_hypothesis(n, labels) for n in among], "from")
+        rivals = join_items([describe_hypothesis(n, labels) for n in among], "from")
         likeliest = f"{describe_hypothesis(among[0], labels)}{odds}{part and f', which {part}'}"
-        return sentence(f"these data cannot tell {rivals}; the likeliest is {likeliest}")
+        return to_sentence(f"these data cannot tell {rivals}; the likeliest is {likeliest}")
     if among[0] == "none":
         return f"The base model explains this recording; no effect is missing{odds}."
     if among[0] == "unlisted":
         text = f"The gap is real, but no effect on the list explains it{odds}"
-        return sentence(f"{text}; the best of them {part}" if part else text)
+        return to_sentence(f"{text}; the best of them {part}" if part else text)
     text = f"the gap comes from {describe_hypothesis(among[0], labels)}{odds}"
-    return sentence(f"{text}; a model with that {part}" if part else text)
+    return to_sentence(f"{text}; a model with that {part}" if part else text)
 
 
-def scan(entry: dict, drive_unit: str) -> str:
+def describe_scan(entry: dict, drive_unit: str) -> str:
     """A scan to record: "triangle, 100 Hz, amplitude 1.0 V, bias 3.0 V"."""
     parts = [str(entry.get("waveform") or "scan")]
-    if finite(entry.get("excitation_hz")) is not None:
-        parts.append(setting(entry["excitation_hz"], "Hz"))
+    if finite_or_none(entry.get("excitation_hz")) is not None:
+        parts.append(format_setting(entry["excitation_hz"], "Hz"))
     for key in ("amplitude", "bias"):
-        if finite(entry.get(key)) is not None:
-            parts.append(f"{key} {setting(entry[key], drive_unit)}")
+        if finite_or_none(entry.get(key)) is not None:
+            parts.append(f"{key} {format_setting(entry[key], drive_unit)}")
     return ", ".join(parts)
 
 
-def separated(entry: dict, labels: Labels) -> str:
+def describe_separation(entry: dict, labels: Labels) -> str:
     """What a scan separates, from names or from pairs of names."""
     items = entry.get("separates") or []
     if items and all(isinstance(item, str) for item in items):
-        return listed([describe_hypothesis(item, labels) for item in items], "from")
+        return join_items([describe_hypothesis(item, labels) for item in items], "from")
     pairs = [
         [describe_hypothesis(str(n), labels) for n in item]
         for item in items
         if isinstance(item, list)
     ]
-    return listed([listed(pair, "from") for pair in pairs])
+    return join_items([join_items(pair, "from") for pair in pairs])
 
 
-def advice(diagnosis: dict, drive_unit: str, labels: Labels) -> str:
+def write_advice(diagnosis: dict, drive_unit: str, labels: Labels) -> str:
     """What to do next, in one sentence: the file's own, or what the verdict calls for."""
     verdict = diagnosis.get("verdict") or {}
     if verdict.get("advice"):
-        return sentence(str(verdict["advice"]))
+        return to_sentence(str(verdict["advice"]))
     following = diagnosis.get("next_scan")
     if following:
-        apart = separated(following, labels)
-        return f"Record one more scan ({scan(following, drive_unit)})" + (
+        apart = describe_separation(following, labels)
+        return f"Record one more scan ({describe_scan(following, drive_unit)})" + (
             f" to tell {apart}." if apart else "."
         )
-    among = names(verdict)
+    among = credible_names(verdict)
     if len(among) > 1:
         return "Predict with any of them, but build on none as the cause."
     if among[0] == "none":
@@ -135,35 +135,35 @@ def advice(diagnosis: dict, drive_unit: str, labels: Labels) -> str:
     return "Use the model with the effect added" + (f", {file}." if file else ".")
 
 
-def no_scan(verdict: dict) -> str:
+def explain_no_scan(verdict: dict) -> str:
     """Why there is no scan to record next."""
-    if len(names(verdict)) > 1:
+    if len(credible_names(verdict)) > 1:
         return "No scan within the limits would tell the effects of the 95 % set apart."
     return "No further scan is asked for: the 95 % set holds one hypothesis alone."
 
 
-def run_name(entry: dict) -> str:
+def name_run(entry: dict) -> str:
     """A run by its name, or its number where it has none."""
     number = entry.get("run")
     return str(entry.get("name") or f"run {'?' if number is None else number}")
 
 
-def run_label(entry: dict, drive_unit: str) -> str:
+def label_run(entry: dict, drive_unit: str) -> str:
     """A run by what was done: "40 Hz, 3 V"; by its name or number where that is not known."""
     parts = []
-    if finite(entry.get("excitation_hz")) is not None:
-        parts.append(setting(entry["excitation_hz"], "Hz"))
-    if finite(entry.get("amplitude")) is not None:
-        parts.append(setting(entry["amplitude"], drive_unit))
-    return ", ".join(parts) or run_name(entry)
+    if finite_or_none(entry.get("excitation_hz")) is not None:
+        parts.append(format_setting(entry["excitation_hz"], "Hz"))
+    if finite_or_none(entry.get("amplitude")) is not None:
+        parts.append(format_setting(entry["amplitude"], drive_unit))
+    return ", ".join(parts) or name_run(entry)
 
 
-def straighter(diagnosis: dict) -> str:
-    """By what factor a scan compensated anew becomes straighter; empty where nobody can say."""
+def describe_linearity_gain(diagnosis: dict) -> str:
+    """The predicted gain in scan linearity by compensation; empty where it is not known."""
     found = (diagnosis.get("shrinkage") or {}).get("straighter")
-    if not isinstance(found, dict) or finite(found.get("value")) is None:
+    if not isinstance(found, dict) or finite_or_none(found.get("value")) is None:
         return ""
-    low, value, high = (finite(found.get(key)) for key in ("low", "value", "high"))
+    low, value, high = (finite_or_none(found.get(key)) for key in ("low", "value", "high"))
     text = f"{value:.3g} times"
     if low is not None and high is not None:
         text += f" ({low:.2g} to {high:.2g})"

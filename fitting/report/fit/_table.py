@@ -17,7 +17,7 @@ def _number(value: float, digits: int = 4) -> str:
     return "-" if value is None or not np.isfinite(value) else f"{value:.{digits}g}"
 
 
-def value_with_error(value: float, stderr: float) -> tuple[str, str]:
+def round_with_error(value: float, stderr: float) -> tuple[str, str]:
     """A value with as many digits as its standard error warrants, and the error with two."""
     if not np.isfinite(stderr) or stderr <= 0 or not np.isfinite(value):
         return f"{value:.6g}", "-" if stderr == 0 else "not fixed"
@@ -28,7 +28,7 @@ def value_with_error(value: float, stderr: float) -> tuple[str, str]:
     return f"{value:.{digits}g}", f"{stderr:.2g}"
 
 
-def tables(result: "FitResult") -> Group:
+def render_tables(result: "FitResult") -> Group:
     """The verdict, the parameters, the runs, and the held-out data, for a rich console."""
     unit = result.recording.response_unit
     colour, word = ("green", "trusted") if result.verdict.trusted else ("red", "NOT to be trusted")
@@ -50,7 +50,7 @@ def _parameters(result: "FitResult") -> Table:
     for name in ("name", "value", "std. error", "unit", "remark"):
         table.add_column(name, justify="left" if name in ("name", "unit", "remark") else "right")
     for p in result.parameters:
-        value, error = value_with_error(p.value, p.stderr)
+        value, error = round_with_error(p.value, p.stderr)
         remark = "held" if p.held else "at a bound" if p.at_bound else ""
         table.add_row(
             p.name, value, "" if p.held else error, "" if p.unit == "1" else p.unit, remark
@@ -124,23 +124,23 @@ def _starts(result: "FitResult") -> Table:
     return table
 
 
-def summary(result: "FitResult") -> str:
+def render_text(result: "FitResult") -> str:
     """The tables as plain text."""
     buffer = io.StringIO()
     # Without `force_jupyter` rich would show it in a notebook's cell and leave the text empty.
     console = Console(
         file=buffer, width=110, color_system=None, highlight=False, force_jupyter=False
     )
-    console.print(tables(result))
+    console.print(render_tables(result))
     return buffer.getvalue()
 
 
-def html(result: "FitResult") -> str:
+def render_html(result: "FitResult") -> str:
     """The tables as an HTML fragment, for notebooks."""
     console = Console(
         file=io.StringIO(), record=True, width=110, highlight=False, force_jupyter=False
     )
-    console.print(tables(result))
+    console.print(render_tables(result))
     return console.export_html(
         inline_styles=True, code_format='<pre style="line-height:1.25">{code}</pre>'
     )

@@ -7,7 +7,7 @@ import chromium
 import diagnoses
 import pytest
 
-from fitting.report.diagnosis._page import page
+from fitting.report.diagnosis._page import render_page
 
 NAMES = tuple(diagnoses.ALL)
 INSIDE = ("file:", "data:", "blob:", "about:")
@@ -18,7 +18,7 @@ def folder(tmp_path_factory) -> Path:
     """All pages as files."""
     made = tmp_path_factory.mktemp("pages")
     for name, make in diagnoses.ALL.items():
-        (made / f"{name}.html").write_text(page(make()), encoding="utf-8")
+        (made / f"{name}.html").write_text(render_page(make()), encoding="utf-8")
     return made
 
 

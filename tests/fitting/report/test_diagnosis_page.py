@@ -12,8 +12,13 @@ import hypothesis.strategies as st
 import pytest
 
 from fitting.report.diagnosis import _page as _diagnosis_page
-from fitting.report.diagnosis._numbers import Scale, number, percent, with_error
-from fitting.report.diagnosis._page import page
+from fitting.report.diagnosis._numbers import (
+    Scale,
+    format_number,
+    format_percent,
+    format_with_error,
+)
+from fitting.report.diagnosis._page import render_page
 
 SECTIONS = ["verdict", "where", "which", "how-far", "next", "sure"]
 VOID = {"meta", "link", "br", "img", "hr", "input"}
@@ -66,7 +71,7 @@ def spaced(text: str) -> str:
 def parsed(request) -> tuple[str, dict[str, Any], str, Page]:
     """Each hand-written diagnosis: its name, itself, the page, the page parsed."""
     diagnosis = json.loads(json.dumps(diagnoses.ALL[request.param]()))
-    text = page(diagnosis)
+    text = render_page(diagnosis)
     return request.param, diagnosis, text, Page(text)
 
 
@@ -117,17 +122,17 @@ def test_every_figure_has_words_and_a_table(parsed):
 
 def test_every_number_of_the_maps_is_in_a_table():
     diagnosis = diagnoses.creep()
-    read = Page(page(diagnosis))
+    read = Page(render_page(diagnosis))
     cells = {text for tag, text in read.texts if tag == "td"}
     for row in diagnosis["maps"]["phase"]["rows"]:
         for value in row["mean"]:
-            assert value is None or number(1e3 * value, sign=True) in cells
+            assert value is None or format_number(1e3 * value, sign=True) in cells
     for row in diagnosis["maps"]["harmonics"]["rows"]:
-        assert all(number(1e3 * value) in cells for value in row["amplitude"])
+        assert all(format_number(1e3 * value) in cells for value in row["amplitude"])
 
 
 def test_hostile_text_stays_text():
-    tame, wild = Page(page(diagnoses.look_alikes())), Page(page(diagnoses.hostile()))
+    tame, wild = Page(render_page(diagnoses.look_alikes())), Page(render_page(diagnoses.hostile()))
     assert [tag for tag, _ in wild.tags if tag != "div"].count("script") == 4
     assert len(wild.all("script")) == len(tame.all("script"))
     assert not wild.all("b") or all(not attributes for attributes in wild.all("b"))
@@ -148,7 +153,7 @@ def strings(node: Any) -> list[str]:
 
 
 def test_what_the_verdicts_say():
-    text = {name: Page(page(make())).text for name, make in diagnoses.ALL.items()}
+    text = {name: Page(render_page(make())).text for name, make in diagnoses.ALL.items()}
     assert "closes 94 % of it on data it has not seen" in text["creep"]
     assert "Use the model with creep, model.rapi" in text["creep"]
     assert "no effect is missing (probability 96 %)" in text["none"]
@@ -168,12 +173,12 @@ def test_what_the_verdicts_say():
 def test_what_lies_below_noise_is_called_nothing():
     diagnosis = diagnoses.creep()
     diagnosis["gap"] |= {"locked": 0.0213, "not_locked": -0.001}
-    text = Page(page(diagnosis)).text
+    text = Page(render_page(diagnosis)).text
     assert "what repeats with the scan is 21.3 MHz rms and what does not is nothing" in text
 
 
 def test_hypotheses_are_ranked_and_the_set_is_marked():
-    read = Page(page(diagnoses.look_alikes()))
+    read = Page(render_page(diagnoses.look_alikes()))
     marks = [attributes.get("class") for attributes in read.all("li")][:3]
     assert marks == ["inside", "inside", None]
     names = [text for tag, text in read.texts if tag == "code"]
@@ -183,7 +188,9 @@ def test_hypotheses_are_ranked_and_the_set_is_marked():
 def test_budget_shares_are_squares():
     gap = diagnoses.creep()["gap"]
     parts = [gap[key] ** 2 for key in ("structural", "parametric", "noise_floor")]
-    widths = re.findall(r'<i class="[a-z-]+" style="width:([\d.]+)%"></i>', page(diagnoses.creep()))
+    widths = re.findall(
+        r'<i class="[a-z-]+" style="width:([\d.]+)%"></i>', render_page(diagnoses.creep())
+    )
     total = max(sum(parts), gap["total"] ** 2)
     assert [float(w) for w in widths[:3]] == pytest.approx(
         [100 * p / total for p in parts], abs=6e-3
@@ -224,7 +231,7 @@ def test_any_key_may_be_missing_or_null(null, monkeypatch):
     kept = {("schema",), ("verdict",)}
     for path in paths(brief(diagnoses.look_alikes())):
         if path not in kept:
-            read = Page(page(without(brief(diagnoses.look_alikes()), path, null)))
+            read = Page(render_page(without(brief(diagnoses.look_alikes()), path, null)))
             assert read.texts[0][0] == "h1" and "None" not in read.text, path
             assert "nan" not in read.text.lower().split(), path
 
@@ -233,18 +240,18 @@ def test_numbers_that_are_not_finite_are_shown_as_missing():
     diagnosis = diagnoses.creep()
     diagnosis["gap"]["noise_floor"] = math.nan
     diagnosis["maps"]["phase"]["rows"][1]["mean"][3] = math.inf
-    assert "The noise floor is not known" in Page(page(diagnosis)).text
+    assert "The noise floor is not known" in Page(render_page(diagnosis)).text
 
 
 @pytest.mark.parametrize("change", [{"schema": "rapi.diagnosis/2"}, {"verdict": None}])
 def test_another_file_is_refused(change):
     with pytest.raises(ValueError, match=r"diagnosis\.json"):
-        page(diagnoses.creep() | change)
+        render_page(diagnoses.creep() | change)
 
 
 @hypothesis.given(st.floats(allow_nan=False, allow_infinity=False), st.integers(1, 6))
 def test_number_reads_back_to_its_digits(value, digits):
-    text = number(value, digits).replace("\N{MINUS SIGN}", "-")
+    text = format_number(value, digits).replace("\N{MINUS SIGN}", "-")
     small = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
     mantissa, _, exponent = text.partition("×10")
     # As text: the largest numbers overflow when their rounded mantissa is scaled.
@@ -255,7 +262,7 @@ def test_number_reads_back_to_its_digits(value, digits):
 
 @hypothesis.given(st.floats(0.0, 1.0))
 def test_percent_claims_no_certainty(p):
-    text = percent(p)
+    text = format_percent(p)
     assert not text.startswith("100")
     assert text != "0\N{NO-BREAK SPACE}%" or p == 0.0
     if text[0].isdigit():
@@ -281,12 +288,12 @@ def test_unit_of_the_page(unit, size, shown, text):
 
 
 def test_error_sets_the_digits():
-    assert spaced(with_error(0.02104, 0.00061, "1/decade")) == "0.02104 ± 0.00061 1/decade"
-    assert spaced(with_error(-3.14, None, "GHz")) == "\N{MINUS SIGN}3.140 GHz"
-    assert spaced(with_error(2.0, 0.0, "1")) == "2.000"
-    assert spaced(with_error(1.04e-4, 3e-6, "s")) == "(1.040 ± 0.030)×10⁻⁴ s"
-    assert spaced(with_error(-2.5e7, 4e5, "Hz")) == "(\N{MINUS SIGN}2.500 ± 0.040)×10⁷ Hz"
-    assert spaced(with_error(0.0, 2.0, "um")) == "0.0 ± 2.0 μm"
+    assert spaced(format_with_error(0.02104, 0.00061, "1/decade")) == "0.02104 ± 0.00061 1/decade"
+    assert spaced(format_with_error(-3.14, None, "GHz")) == "\N{MINUS SIGN}3.140 GHz"
+    assert spaced(format_with_error(2.0, 0.0, "1")) == "2.000"
+    assert spaced(format_with_error(1.04e-4, 3e-6, "s")) == "(1.040 ± 0.030)×10⁻⁴ s"
+    assert spaced(format_with_error(-2.5e7, 4e5, "Hz")) == "(\N{MINUS SIGN}2.500 ± 0.040)×10⁷ Hz"
+    assert spaced(format_with_error(0.0, 2.0, "um")) == "0.0 ± 2.0 μm"
 
 
 def luminance(colour: str) -> float:
@@ -298,7 +305,7 @@ def luminance(colour: str) -> float:
 
 @pytest.mark.parametrize("scheme", [0, 1], ids=["light", "dark"])
 def test_contrast(scheme):
-    style = page(diagnoses.none()).partition("<style>")[2].partition("</style>")[0]
+    style = render_page(diagnoses.none()).partition("<style>")[2].partition("</style>")[0]
     colours = dict(
         re.findall(r"(--\w+): (#[0-9a-f]{6})", style.split("prefers-color-scheme")[scheme])
     )

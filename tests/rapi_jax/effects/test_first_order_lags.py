@@ -15,7 +15,7 @@ from rapi_jax.effects._first_order_lags import invert_linear
 from rapi_jax.sampling._history import History
 
 respond_linear = eqx.filter_jit(_lags.respond_linear)
-from_rest = eqx.filter_jit(_lags.from_rest)
+respond_from_rest = eqx.filter_jit(_lags.respond_from_rest)
 TAU = (3e-3, 0.04, 0.7)
 WEIGHT = (0.3, -0.1, 0.05)
 
@@ -70,7 +70,7 @@ def rows(modes, t, x, *, period=0.0, lead=0, gap=None, session=False, settled=0.
 @pytest.mark.parametrize("dtype", [float, complex])
 def test_a_ramp_on_an_uneven_clock(dtype):
     t = uneven(np.random.default_rng(0), 300, 0.5)
-    y = np.asarray(from_rest(real(dtype=dtype), jnp.asarray(t), jnp.asarray(2.0 + 3.0 * t)))
+    y = np.asarray(respond_from_rest(real(dtype=dtype), jnp.asarray(t), jnp.asarray(2.0 + 3.0 * t)))
     behind = sum(c * tau * -np.expm1(-t / tau) for c, tau in zip(WEIGHT, TAU, strict=True))
     np.testing.assert_allclose(y, 2.0 + 3.0 * t - 3.0 * behind, rtol=0, atol=1e-13)
 
@@ -79,7 +79,7 @@ def test_a_step_between_two_samples():
     """A ramp of 1 us up to 1, then a hold: closed forms of a ramp and of one that begins later."""
     d = 1e-6
     t = np.concatenate([[0.0, d], d + np.geomspace(1e-5, 30.0, 200)])
-    y = np.asarray(from_rest(real(), jnp.asarray(t), jnp.asarray(np.minimum(t / d, 1.0))))
+    y = np.asarray(respond_from_rest(real(), jnp.asarray(t), jnp.asarray(np.minimum(t / d, 1.0))))
     want = np.minimum(t / d, 1.0)
     for c, tau in zip(WEIGHT, TAU, strict=True):
         left = tau / d * (np.exp(-(t[1:] - d) / tau) - np.exp(-t[1:] / tau))
@@ -91,7 +91,7 @@ def test_any_drive_against_scipy():
     rng = np.random.default_rng(1)
     t = np.arange(400) * 1e-3
     x = rng.normal(size=400).cumsum()
-    y = from_rest(real(), jnp.asarray(t), jnp.asarray(x))
+    y = respond_from_rest(real(), jnp.asarray(t), jnp.asarray(x))
     np.testing.assert_allclose(y, answer(real(), t, x, [x[0]] * 3), rtol=0, atol=1e-10)
 
 
@@ -101,7 +101,7 @@ def test_an_oscillator_against_scipy(hertz, damping):
     w0 = 2 * np.pi * hertz
     t = np.arange(500) * 1e-3
     x = 5.0 + np.random.default_rng(2).normal(size=500)
-    y = from_rest(oscillator(hertz, damping), jnp.asarray(t), jnp.asarray(x))
+    y = respond_from_rest(oscillator(hertz, damping), jnp.asarray(t), jnp.asarray(x))
     system = scipy.signal.TransferFunction([w0**2], [1.0, 2 * damping * w0, w0**2])
     want = x[0] + scipy.signal.lsim(system, x - x[0], t)[1]
     np.testing.assert_allclose(y, want, rtol=0, atol=1e-9)
@@ -116,25 +116,25 @@ def test_more_samples_on_the_same_lines_change_nothing():
         jnp.concatenate([real(dtype=complex).tau, oscillator(90.0, 0.03).tau]),
         jnp.concatenate([real(dtype=complex).weight, oscillator(90.0, 0.03).weight]),
     )
-    few = from_rest(modes, jnp.asarray(t), jnp.asarray(x))
-    more = from_rest(modes, jnp.asarray(many), jnp.asarray(np.interp(many, t, x)))
+    few = respond_from_rest(modes, jnp.asarray(t), jnp.asarray(x))
+    more = respond_from_rest(modes, jnp.asarray(many), jnp.asarray(np.interp(many, t, x)))
     np.testing.assert_allclose(np.asarray(more)[np.searchsorted(many, t)], few, atol=1e-12)
 
 
 def test_a_lag_of_zero_passes_everything_and_the_shortest_nearly_so():
     rng = np.random.default_rng(4)
     t, x = jnp.asarray(uneven(rng, 50, 1.0)), jnp.asarray(rng.normal(size=50))
-    assert np.array_equal(from_rest(real((0.0,), (1.0,)), t, x), x)
+    assert np.array_equal(respond_from_rest(real((0.0,), (1.0,)), t, x), x)
     steepest = float(jnp.max(jnp.abs(jnp.diff(x) / jnp.diff(t))))
     for tau in (1e-300, 1e-14, 1e-9):
-        y = from_rest(real((tau,), (1.0,)), t, x)
+        y = respond_from_rest(real((tau,), (1.0,)), t, x)
         assert float(jnp.abs(y - x).max()) <= tau * steepest + 1e-15
 
 
 def test_weights_of_zero_are_the_identity_bit_for_bit():
     rng = np.random.default_rng(5)
     t, x = jnp.asarray(uneven(rng, 50, 1.0)), jnp.asarray(rng.normal(size=50))
-    assert np.array_equal(from_rest(real(weight=(0.0, 0.0, 0.0)), t, x), x)
+    assert np.array_equal(respond_from_rest(real(weight=(0.0, 0.0, 0.0)), t, x), x)
 
 
 def test_a_very_long_lag_keeps_all_its_digits():
@@ -142,7 +142,7 @@ def test_a_very_long_lag_keeps_all_its_digits():
     digits that are left beside a drive of 1."""
     t = uneven(np.random.default_rng(6), 200, 0.5)
     x = np.sin(40 * t)
-    passed = np.asarray(from_rest(real((1e9,), (1.0,)), jnp.asarray(t), jnp.asarray(x)))
+    passed = np.asarray(respond_from_rest(real((1e9,), (1.0,)), jnp.asarray(t), jnp.asarray(x)))
     steps = np.diff(t) * (x[1:] + x[:-1]) / 2.0
     np.testing.assert_allclose(passed[1:], np.cumsum(steps) / 1e9, rtol=1e-9, atol=3e-16)
 
@@ -150,8 +150,8 @@ def test_a_very_long_lag_keeps_all_its_digits():
 def test_padding_neither_changes_nor_is_changed():
     t = uneven(np.random.default_rng(7), 40, 0.2)
     x = np.cos(30 * t)
-    alone = from_rest(real(), jnp.asarray(t), jnp.asarray(x))
-    padded = from_rest(
+    alone = respond_from_rest(real(), jnp.asarray(t), jnp.asarray(x))
+    padded = respond_from_rest(
         real(), jnp.asarray(np.pad(t, (0, 9), "edge")), jnp.asarray(np.pad(x, (0, 9), "edge"))
     )
     assert np.array_equal(padded[:40], alone) and (padded[40:] == alone[-1]).all()
@@ -360,8 +360,10 @@ def test_gradients_are_central_differences():
 def test_the_gradient_of_a_lag_at_zero_is_the_slope():
     t = jnp.asarray(uneven(np.random.default_rng(9), 60, 0.1))
     x = jnp.sin(50 * t)
-    ahead = np.asarray(from_rest(real((1e-9,), (1.0,)), t, x) - x) / 1e-9
-    found = jax.jacfwd(lambda tau: from_rest(Modes(tau[None], jnp.ones(1)), t, x))(jnp.array(0.0))
+    ahead = np.asarray(respond_from_rest(real((1e-9,), (1.0,)), t, x) - x) / 1e-9
+    found = jax.jacfwd(lambda tau: respond_from_rest(Modes(tau[None], jnp.ones(1)), t, x))(
+        jnp.array(0.0)
+    )
     gaps = float(jnp.diff(t).min())
     np.testing.assert_allclose(found, ahead, rtol=1e-9 / gaps, atol=1e-5)
     np.testing.assert_allclose(found[1:], -np.diff(x) / np.diff(t), rtol=1e-12)
@@ -373,7 +375,7 @@ def test_the_gradient_of_an_oscillator():
 
     def ring(hertz):
         tau = jax.lax.complex(0.1 / (2 * jnp.pi * hertz), 0.9 / (2 * jnp.pi * hertz))
-        return from_rest(Modes(tau[None], jnp.ones(1, dtype=complex)), t, x)
+        return respond_from_rest(Modes(tau[None], jnp.ones(1, dtype=complex)), t, x)
 
     ring = jax.jit(ring)
     found = jax.jacfwd(ring)(jnp.array(300.0))

@@ -9,7 +9,7 @@ import html
 from collections.abc import Sequence
 from typing import Any
 
-from fitting.report.diagnosis._numbers import finite
+from fitting.report.diagnosis._numbers import finite_or_none
 
 
 @dataclasses.dataclass(frozen=True)
@@ -45,18 +45,18 @@ class Figure:
     table: Table
 
 
-def safe(text: str, longest: int = 28) -> str:
+def escape_text(text: str, longest: int = 28) -> str:
     """`text` for plotly.js, which else takes tags, `%{...}` and `var(...)` at their word."""
     short = text if len(text) <= longest else text[: longest - 1] + "\N{HORIZONTAL ELLIPSIS}"
     return html.escape(short).replace("%", "&#37;").replace("(", "&#40;")
 
 
-def finites(values: Any) -> list[float | None]:
+def finite_values(values: Any) -> list[float | None]:
     """A row of numbers, None where one is missing; an empty row where there is none."""
-    return [finite(v) for v in values] if isinstance(values, list) else []
+    return [finite_or_none(v) for v in values] if isinstance(values, list) else []
 
 
-def axis(title: str, **more: Any) -> dict:
+def make_axis(title: str, **more: Any) -> dict:
     """An axis in the page's hand."""
     base = {
         **({"title": {"text": title, "font": {"size": 12}, "standoff": 8}} if title else {}),
@@ -73,7 +73,7 @@ def axis(title: str, **more: Any) -> dict:
     return base | more
 
 
-def layout(x: dict, y: dict, **more: Any) -> dict:
+def make_layout(x: dict, y: dict, **more: Any) -> dict:
     """The layout common to all figures: transparent, so that the page shows through."""
     return {
         "paper_bgcolor": "rgba(0,0,0,0)",

@@ -3,17 +3,17 @@
 import math
 from typing import Any
 
-from fitting.report.diagnosis._numbers import Scale, number
+from fitting.report.diagnosis._numbers import Scale, format_number
 
-from ._figure import Figure, Panel, Table, axis, finites, layout, safe
-from ._rows import by_rate
-from ._traces import SEQUENTIAL, colorbar, rows_axis, tall
+from ._figure import Figure, Panel, Table, escape_text, finite_values, make_axis, make_layout
+from ._rows import sort_by_rate
+from ._traces import SEQUENTIAL, make_colour_bar, make_row_axis, map_height
 
 
-def harmonics(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure | None:
+def draw_harmonics(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure | None:
     """Amplitude by harmonic and run, in decades of colour; a dot where it stands above noise."""
     rows = {e.get("run"): e for e in found.get("rows") or []}
-    entries = [rows[run["run"]] for run in by_rate(list(runs.values())) if run["run"] in rows]
+    entries = [rows[run["run"]] for run in sort_by_rate(list(runs.values())) if run["run"] in rows]
     cells = [_cells(e, scale) for e in entries]
     known = [(cell, i) for i, row in enumerate(cells) for cell in row.values() if cell["amplitude"]]
     if not known:
@@ -25,7 +25,7 @@ def harmonics(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure | None
     # Two decades at least: harmonics of about one size must not look unlike.
     low = min(low, high - 2.0)
     ticks = [float(k) for k in range(math.ceil(low), math.floor(high) + 1)]
-    bar = colorbar(scale.unit, ticks, [number(10.0**k, 1) for k in ticks])
+    bar = make_colour_bar(scale.unit, ticks, [format_number(10.0**k, 1) for k in ticks])
     heat = {
         "type": "heatmap",
         "x": orders,
@@ -38,7 +38,7 @@ def harmonics(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure | None
             for row in cells
         ],
         "customdata": [
-            [_hover(safe(labels[i]), n, row.get(n), scale) for n in orders]
+            [_hover(escape_text(labels[i]), n, row.get(n), scale) for n in orders]
             for i, row in enumerate(cells)
         ],
         "hovertemplate": "%{customdata}<extra></extra>",
@@ -62,13 +62,13 @@ def harmonics(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure | None
         },
         "hoverinfo": "skip",
     }
-    y = rows_axis(labels)
-    x = axis("", showline=False, range=[orders[0] - 0.5, orders[-1] + 0.5])
+    y = make_row_axis(labels)
+    x = make_axis("", showline=False, range=[orders[0] - 0.5, orders[-1] + 0.5])
     largest, where = max(known, key=lambda item: item[0]["amplitude"])
     share = f"{len(above)} of {sum(map(len, cells))} stand above the noise floor"
     return Figure(
         "By harmonic of the scan",
-        f"The largest harmonic, {number(largest['amplitude'])} {scale.unit}, is number "
+        f"The largest harmonic, {format_number(largest['amplitude'])} {scale.unit}, is number "
         f"{largest['harmonic']} of the run at {labels[where]}; {share}.",
         "A dot marks an amplitude above the noise floor. Odd harmonics return with their sign "
         "turned half a period later, as a symmetric loop does; even ones return unchanged, as a "
@@ -76,9 +76,9 @@ def harmonics(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure | None
         [
             Panel(
                 "harmonics",
-                tall(len(entries)),
+                map_height(len(entries)),
                 [heat, dots],
-                layout(x, y),
+                make_layout(x, y),
                 below="harmonic of the scan rate",
             )
         ],
@@ -89,8 +89,8 @@ def harmonics(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure | None
                 [
                     labels[i],
                     str(n),
-                    number(c["amplitude"]),
-                    number(c["floor"]),
+                    format_number(c["amplitude"]),
+                    format_number(c["floor"]),
                     "yes" if c["significant"] else "no",
                 ]
                 for i, row in enumerate(cells)
@@ -101,9 +101,9 @@ def harmonics(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure | None
 
 
 def _cells(entry: dict, scale: Scale) -> dict[int, dict]:
-    orders = finites(entry.get("harmonic"))
-    amplitude = finites(entry.get("amplitude"))
-    floor, flags = finites(entry.get("floor")), list(entry.get("significant") or [])
+    orders = finite_values(entry.get("harmonic"))
+    amplitude = finite_values(entry.get("amplitude"))
+    floor, flags = finite_values(entry.get("floor")), list(entry.get("significant") or [])
     pad = len(orders)
     columns = zip(
         orders,
@@ -128,6 +128,6 @@ def _cells(entry: dict, scale: Scale) -> dict[int, dict]:
 def _hover(label: str, order: int, cell: dict | None, scale: Scale) -> str:
     if cell is None:
         return label
-    unit = safe(scale.unit)
-    text = f"{label}<br>harmonic {order}<br>{number(cell['amplitude'])} {unit}"
-    return text + (f"<br>floor {number(cell['floor'])} {unit}" if cell["floor"] else "")
+    unit = escape_text(scale.unit)
+    text = f"{label}<br>harmonic {order}<br>{format_number(cell['amplitude'])} {unit}"
+    return text + (f"<br>floor {format_number(cell['floor'])} {unit}" if cell["floor"] else "")

@@ -4,23 +4,23 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from fitting.report.diagnosis._numbers import number
+from fitting.report.diagnosis._numbers import format_number
 
-from ._figure import Panel, axis, layout, safe
+from ._figure import Panel, escape_text, make_axis, make_layout
 
-# The middle is the page's own ground: no residual, no ink.
+# The middle of the scale is the page's background: zero residual has no colour.
 DIVERGING = [[i / 6, f"var(--d{i})"] for i in range(7)]
 SEQUENTIAL = [[i / 4, f"var(--q{i})"] for i in range(5)]
 _SHADES = 6  # --s0 to --s5 of the style sheet
 
 
-def shade(index: int, count: int) -> str:
+def ordered_colour(index: int, count: int) -> str:
     """Colour of one of `count` ordered things."""
     step = 0 if count < 2 else round(index * (_SHADES - 1) / (count - 1))
     return f"var(--s{step})"
 
 
-def heat(
+def draw_heatmap(
     key: str,
     x: Sequence[float | None],
     rows: Sequence[tuple[str, Sequence[float | None]]],
@@ -31,17 +31,20 @@ def heat(
     hover: str,
     texts: Sequence[Sequence[str]] | None = None,
 ) -> Panel:
-    """A map of signed values: the first row on top, zero in the page's ground.
+    """A heat map of signed values: the first row on top, zero in the background colour.
 
-    `texts` holds a line for each cell's label, `hover` the words for x, `x_axis` what its axis has
-    of its own.
+    `texts`: a line for each cell's label; `hover`: the name of x; `x_axis`: further properties of
+    its axis.
     """
     z = [list(values) for _, values in rows]
     largest = max((abs(v) for row in z for v in row if v is not None), default=0.0) or 1.0
-    labels = [safe(label) for label, _ in rows]
+    labels = [escape_text(label) for label, _ in rows]
     end = round_down(largest)
     custom = [
-        [f"{labels[i]}{'<br>' + safe(texts[i][j], 80) if texts else ''}" for j in range(len(row))]
+        [
+            f"{labels[i]}{'<br>' + escape_text(texts[i][j], 80) if texts else ''}"
+            for j in range(len(row))
+        ]
         for i, row in enumerate(z)
     ]
     trace = {
@@ -58,34 +61,36 @@ def heat(
         "ygap": 2,
         "hoverongaps": False,
         "hovertemplate": f"%{{customdata}}<br>{hover} %{{x:.3~g}}<br>"
-        f"%{{z:+.3~g}} {safe(unit)}<extra></extra>",
-        "colorbar": colorbar(unit, [-end, 0.0, end], [number(v, 1) for v in (-end, 0, end)]),
+        f"%{{z:+.3~g}} {escape_text(unit)}<extra></extra>",
+        "colorbar": make_colour_bar(
+            unit, [-end, 0.0, end], [format_number(v, 1) for v in (-end, 0, end)]
+        ),
     }
-    y_axis = rows_axis([label for label, _ in rows])
-    drawn = layout(axis("", showline=False, **(x_axis or {})), y_axis)
-    return Panel(key, tall(len(rows)), [trace], drawn, below=x_title)
+    y_axis = make_row_axis([label for label, _ in rows])
+    drawn = make_layout(make_axis("", showline=False, **(x_axis or {})), y_axis)
+    return Panel(key, map_height(len(rows)), [trace], drawn, below=x_title)
 
 
-def rows_axis(labels: Sequence[str]) -> dict:
+def make_row_axis(labels: Sequence[str]) -> dict:
     """An axis of named rows, the first on top."""
-    return axis(
+    return make_axis(
         "",
         showline=False,
         tickcolor="rgba(0,0,0,0)",
         tickmode="array",
         tickvals=list(range(len(labels))),
-        ticktext=[safe(label) for label in labels],
+        ticktext=[escape_text(label) for label in labels],
         range=[len(labels) - 0.5, -0.5],
     )
 
 
-def tall(rows: int) -> int:
+def map_height(rows: int) -> int:
     """Height of a map in pixels: its rows, the scale above and the axis below."""
     return 24 * rows + 72
 
 
-def colorbar(unit: str, places: Sequence[float], texts: Sequence[str]) -> dict:
-    """A scale above the figure, where it costs no width; its last number bears the unit."""
+def make_colour_bar(unit: str, places: Sequence[float], texts: Sequence[str]) -> dict:
+    """A horizontal colour bar above the figure; its last number bears the unit."""
     return {
         "orientation": "h",
         "y": 1.0,
@@ -102,7 +107,7 @@ def colorbar(unit: str, places: Sequence[float], texts: Sequence[str]) -> dict:
         "ticklabelposition": "outside top",
         "tickmode": "array",
         "tickvals": list(places),
-        "ticktext": [*texts[:-1], f"{texts[-1]} {safe(unit, 12)}"],
+        "ticktext": [*texts[:-1], f"{texts[-1]} {escape_text(unit, 12)}"],
     }
 
 
@@ -112,7 +117,7 @@ def round_down(value: float) -> float:
     return power * next(step for step in (5, 2, 1) if step * power <= value * (1 + 1e-9))
 
 
-def line(
+def draw_curve(
     x: Sequence[float | None],
     y: Sequence[float | None],
     *,
@@ -128,14 +133,14 @@ def line(
         "mode": "lines",
         "x": list(x),
         "y": list(y),
-        "name": safe(name),
+        "name": escape_text(name),
         "line": {"color": color, "width": 1.8},
-        "hovertemplate": f"{safe(name)}<br>{hover} %{{x:.3~g}}<br>"
-        f"%{{y:+.3~g}} {safe(unit)}<extra></extra>",
+        "hovertemplate": f"{escape_text(name)}<br>{hover} %{{x:.3~g}}<br>"
+        f"%{{y:+.3~g}} {escape_text(unit)}<extra></extra>",
     } | more
 
 
-def span(values: Sequence[float | None], margin: float = 0.08) -> list[float]:
+def axis_range(values: Sequence[float | None], margin: float = 0.08) -> list[float]:
     """A range with zero in it, a little wider than the values."""
     real = [v for v in values if v is not None and math.isfinite(v)]
     low, high = min(real, default=0.0), max(real, default=0.0)
@@ -144,7 +149,7 @@ def span(values: Sequence[float | None], margin: float = 0.08) -> list[float]:
     return [low - room, high + room]
 
 
-def decades(values: Sequence[float | None]) -> dict:
+def make_log_axis(values: Sequence[float | None]) -> dict:
     """A logarithmic axis over positive `values`, with ticks at 1, 2 and 5 of each decade."""
     real = [v for v in values if v is not None and v > 0]
     low, high = math.log10(min(real)), math.log10(max(real))

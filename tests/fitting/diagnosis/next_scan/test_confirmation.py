@@ -8,7 +8,7 @@ from edge_worlds import drives, record
 from fitting.diagnosis._text import verdict_advice
 from fitting.diagnosis.next_scan._confirmation import confirmation_scan, needs_confirmation
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
-from fitting.report.diagnosis._how_far import following
+from fitting.report.diagnosis._how_far import describe_next_scan
 from rapi_jax import DriveLimits, Identified
 from rapi_jax.effects import Creep
 
@@ -44,7 +44,9 @@ def test_the_scan_lies_inside_what_was_recorded(whitened):
     assert "nothing is missing" in confirmation_scan(whitened, ["none", "unlisted"]).reason
     written = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert {"waveform", "excitation_hz", "amplitude", "bias", "separates"} <= written.keys()
-    assert following(written, "V", {})["table"] is None  # there is nothing to compare it with
+    assert (
+        describe_next_scan(written, "V", {})["table"] is None
+    )  # there is nothing to compare it with
 
 
 def test_limits_that_forbid_it_are_kept(whitened):

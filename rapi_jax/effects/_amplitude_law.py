@@ -22,8 +22,8 @@ class AmplitudeLaw(AbstractLawEffect):
     run's drive. `pivot` is counted from the operator's constant. Piezo materials gain with
     amplitude (Rayleigh's law) and with depoling bias.
 
-    $U$ (`reference`) and $C$ (`centre`) say where the base model holds as it is. One amplitude
-    shows neither $k$ nor $g$, one bias does not show $h$.
+    The effect is the identity at $U$ (`reference`) and $C$ (`centre`). With one amplitude neither
+    $k$ nor $g$ is identifiable, with one bias $h$ is not.
     """
 
     threshold: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(-0.9, 2.0))  # k
@@ -41,7 +41,7 @@ class AmplitudeLaw(AbstractLawEffect):
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:
-        """Either sign of what the amplitudes and biases of the recording can show."""
+        """Either sign of each parameter that the recording's amplitudes and biases identify."""
         swing = np.array([u for u in summary.u_pp if u > 0])
         if not swing.size:
             return []

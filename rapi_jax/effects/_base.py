@@ -149,10 +149,10 @@ class Law(NamedTuple):
         return cls(freq, u_pp, jnp.ones_like(freq), jnp.zeros_like(freq))
 
     def after(
-        self, answer: Float[Array, "*time"], constant: Float[Array, ""]
+        self, response: Float[Array, "*time"], constant: Float[Array, ""]
     ) -> Float[Array, "*time"]:
         """The response with gain and offset applied; `constant` is the operator's own."""
-        return constant + self.gain * (answer - constant) + self.offset
+        return constant + self.gain * (response - constant) + self.offset
 
     def before(
         self, response: Float[Array, "*time"], constant: Float[Array, ""]
@@ -172,8 +172,8 @@ class AbstractLawEffect(AbstractEffect):
 class Modes(NamedTuple):
     r"""A linear system as first-order lags: $x + \mathrm{Re}\sum_k c_k (L_k[x] - x)$.
 
-    $L_k$ answers $\tau_k \dot L = x - L$. With `tau` = 0 a mode passes everything; with weights 0
-    the system is the identity. At rest the output is the input, whatever the weights.
+    $L_k$ is the solution of $\tau_k \dot L = x - L$. With `tau` = 0 a mode passes its input; with
+    weights 0 the system is the identity. At rest the output equals the input for any weights.
 
     `tau`: s, shape `modes`, real part not negative. `weight`: 1, shape `modes`. A pair of complex
     modes is named once, with twice the weight. Both real (which is faster) or both complex.

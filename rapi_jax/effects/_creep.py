@@ -28,22 +28,22 @@ _NO_RESTS_S = 2.0 * ALWAYS_ON_S
 class Creep(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
     r"""Slow relaxation: $\nu + \frac{g}{K} \sum_k (L_k[\nu] - \nu)$, $L_k$ a lag by $\tau_k$.
 
-    The lags stand $K$ a decade from `fastest_s` to 20 s. With 5 ms, after a step of 1 the answer
+    The lags stand $K$ a decade from `fastest_s` to 20 s. With 5 ms, after a step of 1 the response
     jumps at once to $1 - g N/K$ ($N$ lags, $N/K$ = 4.1), grows as $1 + g \log_{10}(t/t_s)$, $t_s$ =
     20.3 s, while 10 ms < t < 2 s (its slope within 6 % of $g$ a decade), levels off, and ends at 1:
-    the operator is what the device answers when all has settled.
+    the operator is the settled response of the device.
 
     The usual form is $\nu + g' \frac{1}{K} \sum_k L_k[\nu - \nu_{rest}]$, with an operator that is
-    the answer before any creep. Both are one family: $g' = g / (1 - g N/K)$, and the operator about
-    the resting point is larger here by $1 + g' N/K$. An operator's own gain thus changes where
-    creep is added to it, by some 4 g.
+    the response before any creep. Both are one family: $g' = g / (1 - g N/K)$, and the operator
+    about the resting point is larger here by $1 + g' N/K$. Adding creep to an operator thus changes
+    its fitted gain, by some 4 g.
 
-    `gain` is that of a decade in time, as a share of the settled answer. The lags outlast a run,
-    and go on from one to the next by their times in the session. What a recording does not show is
-    a part of the effect: `history` says what was before the session, from 0, a rest, to 1, a long
-    drive as in the first run; `lead_s`, for how long each run's drive was on before its first
-    sample, after a rest (long: it was on since the run before, and there were no rests); `rest`
-    is the response at rest, counted from the first run's first value as a share of its range.
+    `gain` is that of a decade in time, as a share of the settled response. The lags outlast a run,
+    and continue from one to the next by their times in the session. What a recording does not show
+    is a parameter: `history`, the state before the session, from 0, at rest, to 1, long driven as
+    in the first run; `lead_s`, how long each run's drive was on before its first sample, after a rest
+    (long: it was on since the run before, without rests); `rest`, the response at rest, counted
+    from the first run's first value as a share of its range.
 
     Creep as a sum of first-order lags: Actuators 13, 534.
     """
@@ -87,7 +87,7 @@ class Creep(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Creep]":
-        # The size is a share of the response, and the time scales are the piezo's.
+        # The amplitude is a share of the response, and the time scales are the piezo's.
         middle = float(summary.response.min() + summary.response.max()) / 2.0
         rest = (middle - float(summary.response[0])) / max(summary.span, 1e-300)
         rest = min(max(rest, -0.9), 0.9)

@@ -22,13 +22,13 @@ from ._residual_summary import ResidualSummary
 class Delay(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
     r"""A pure delay between the drive and the reading: $\nu(t - \tau)$.
 
-    Buffers, filters of high order and triggers delay by 1 us to 1 ms. To delay the drive is to
-    delay what the operator answers to it, since nothing between the two depends on the time of day.
-    So the answer is read earlier, by straight lines between samples; turning points between samples
-    are on the clock and stay sharp. Put it first behind the operator: what is fixed in session
-    time (pickup, drift) comes after it and is not delayed.
+    Buffers, filters of high order and triggers delay by 1 us to 1 ms. A delay of the drive equals
+    one of the operator's response, since the operator does not depend on absolute time. The
+    response is interpolated linearly between samples; turning points between samples are nodes of
+    the grid and stay sharp. It comes first behind the operator: effects fixed in session time
+    (pickup, drift) come after it and are not delayed.
 
-    Before the first sample the response is taken to have been the first value.
+    Before the first sample the response is constant.
     """
 
     tau: Float[Array, ""] = parameter(unit="s", default=0.0, bounds=(0.0, 0.2))
@@ -64,7 +64,7 @@ class Delay(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
     def inverse(
         self, t: Float[Array, " time"], signal: Float[Array, " time"]
     ) -> Float[Array, " time"]:
-        """The signal as much earlier, straight between samples and sharp turning points."""
+        """The signal advanced by `tau`, linear between samples and sharp turning points."""
         if float(self.tau) == 0.0:
             return signal
         value, clock = np.asarray(signal), np.asarray(t) - float(t[0])

@@ -23,12 +23,12 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
 
     $$\nu + A \sqrt{1 - c^2} \sin\theta/(1 - c \sin\theta)$$
 
-    `amplitude` is $A$, `spacing` $F$ (the parasitic cavity's free
-    spectral range), `phase` $\phi$ in rad. `sharpness` is $c$: 0 is the sine of two weak beams, and
-    towards 1 (or -1) the fringes are the narrow peaks (or dips) of Airy's function, but for a
-    constant, with a coefficient of finesse of $2c/(1 - c)$. It moves with the response, whatever
-    the time. Where its slope goes below -1 the response would turn back within a scan: the laser
-    then hops, and there is no inverse.
+    `amplitude` is $A$, `spacing` $F$ (the parasitic cavity's free spectral range), `phase` $\phi$
+    in rad. `sharpness` is $c$: 0 is the sine of two weak beams, and towards 1 (or -1) the fringes
+    are the narrow peaks (or dips) of Airy's function, but for a constant, with a coefficient of
+    finesse of $2c/(1 - c)$. It depends on the response alone, not on time. Where its slope is below
+    -1 the response would not be monotonic within a scan: the laser then hops, and there is no
+    inverse.
 
     Parasitic cavities in tunable lasers: Zorabedian, Tunable Lasers Handbook, 16.3.
     """
@@ -51,7 +51,7 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
         return nu + self._ripple(nu)[0]
 
     def _ripple(self, nu):
-        """What it adds, and the slope of that."""
+        """The ripple and its derivative by the response."""
         angle = 2.0 * jnp.pi * nu / self.spacing + self.phase
         height = self.amplitude * jnp.sqrt(1.0 - self.sharpness**2)
         below = 1.0 - self.sharpness * jnp.sin(angle)
@@ -62,7 +62,7 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
     def inverse(
         self, t: Float[Array, " time"], signal: Float[Array, " time"]
     ) -> Float[Array, " time"]:
-        """Newton's method between brackets that close on the root."""
+        """Newton's method, with bisection where a step leaves the bracket."""
         del t
         fringe = self.spacing * jnp.linspace(0, 1, THRESHOLDS.etalon_slope_samples)
         steep = float(jnp.max(jnp.abs(self._ripple(fringe)[1])))
@@ -78,7 +78,7 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Etalon]":
-        """The best few spacings at four phases each, slow ripples and fast ones."""
+        """The best spacings of slow and of fast ripples, at four phases each."""
         span = summary.span if np.isfinite(summary.span) and summary.span > 0 else 1.0
         # A third of a cycle apart: each sine still has nine tenths of its power between two. Fewer
         # than two cycles in a scan are a curve that the operator's polynomial draws as well.

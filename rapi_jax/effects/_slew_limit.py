@@ -36,9 +36,9 @@ class SlewLimit(AbstractFollower, AbstractInvertible):
 
     $\dot v$ is $\dot u$ where the output has caught up and $|\dot u|$ allows, and $\pm$ `limit`
     towards the drive elsewhere. An amplifier of largest current $I$ on a piezo of capacitance $C$
-    does this. It bites on the fastest record alone, and leaves the others as they are.
+    does this. It acts on the fastest record alone.
 
-    Exact on any clock for a drive that is straight between samples.
+    Exact at any sampling for a piecewise linear drive.
     """
 
     limit: Float[Array, ""] = parameter(unit="{u}/s", default=jnp.inf, positive=True)

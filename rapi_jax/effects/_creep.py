@@ -41,9 +41,9 @@ class Creep(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
     `gain` is that of a decade in time, as a share of the settled response. The lags outlast a run,
     and continue from one to the next by their times in the session. What a recording does not show
     is a parameter: `history`, the state before the session, from 0, at rest, to 1, long driven as
-    in the first run; `lead_s`, how long each run's drive was on before its first sample, after a rest
-    (long: it was on since the run before, without rests); `rest`, the response at rest, counted
-    from the first run's first value as a share of its range.
+    in the first run; `lead_s`, how long each run's drive was on before its first sample, after a
+    rest (long: it was on since the run before, without rests); `rest`, the response at rest,
+    counted from the first run's first value as a share of its range.
 
     Creep as a sum of first-order lags: Actuators 13, 534.
     """

@@ -8,6 +8,7 @@ import pytest
 from nbclient import NotebookClient
 
 NOTEBOOKS = sorted((Path(__file__).resolve().parents[1] / "notebooks").glob("*.ipynb"))
+SHORT = "01_identify"  # runs in the short tier
 
 # Runs before the notebook's own cells. Warnings of other packages, such as those of the kernel, are
 # not ours to fix.
@@ -38,7 +39,13 @@ def test_there_are_notebooks():
     assert NOTEBOOKS
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, id=path.stem, marks=() if path.stem == SHORT else pytest.mark.notebook)
+        for path in NOTEBOOKS
+    ],
+)
 def test_notebook_runs(path, folder):
     notebook = nbformat.read(path, as_version=4)
     notebook.cells.insert(0, nbformat.v4.new_code_cell(SETUP))

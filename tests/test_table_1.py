@@ -8,6 +8,8 @@ from hardware import SimulatedBench
 from rapi_jax import Identified, compensate, linear_scan, linearity
 from rapi_jax.examples import paper_drives
 
+pytestmark = pytest.mark.slow
+
 RATES = (10.0, 20.0, 30.0, 40.0)
 UP = (63.7, 75.8, 61.9, 33.8)  # MHz, the paper's with compensation
 DOWN = (271.0, 243.0, 179.0, 154.0)

@@ -41,6 +41,7 @@ def jobs(place, *names):
     return [Job(str(place / "recordings" / name), None, output, "tree", False) for name in names]
 
 
+@pytest.mark.process
 def test_what_a_diagnosis_refuses_is_a_prediction_and_what_hides_is_restored(place):
     """Two processes, three recordings; none of them needed anything that was refused."""
     names = ["world-0", "world-1", "world-2"]
@@ -59,6 +60,7 @@ def test_what_a_diagnosis_refuses_is_a_prediction_and_what_hides_is_restored(pla
     assert {name: os.environ.get(name) for name in before} == before
 
 
+@pytest.mark.process
 def test_a_recording_among_the_answers_is_out_of_reach(place):
     """The blindfold is on before a recording is read; the work stops with one line."""
     job = Job(str(place / "answers"), None, str(place / "predictions"), "tree", False)
@@ -68,6 +70,7 @@ def test_a_recording_among_the_answers_is_out_of_reach(place):
     assert not (place / "predictions").exists()
 
 
+@pytest.mark.process
 def test_the_folder_opens_again_after_an_error(place):
     with pytest.raises(KeyError), hide_folder(place / "answers"):
         assert mode(place / "answers") == 0o000
@@ -75,6 +78,7 @@ def test_the_folder_opens_again_after_an_error(place):
     assert mode(place / "answers") == 0o700
 
 
+@pytest.mark.process
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_ctrl_c_stops_command_and_processes(nulls):
     """A real command and a real interrupt while its process diagnoses."""

@@ -14,6 +14,8 @@ from fitting.blind.protocol._folder import BankFolder
 from fitting.cli import app
 from fitting.commands.run import run
 
+pytestmark = pytest.mark.bank
+
 COUNT, SEED = 20, 11
 
 

@@ -775,6 +775,7 @@ def process(*arguments: object, **options) -> subprocess.Popen[str]:
     return subprocess.Popen(command, text=True, **pipes, **options)
 
 
+@pytest.mark.process
 def test_as_a_process(fitted, tmp_path):
     """Exit codes and streams as a shell sees them."""
     data(put(0, 1, 3, NAN))(tmp_path / "bad")
@@ -806,6 +807,7 @@ def test_as_a_process(fitted, tmp_path):
     assert said[4][1] == ""
 
 
+@pytest.mark.process
 @pytest.mark.skipif(os.name == "nt", reason="no such signal")
 @pytest.mark.parametrize("delay", [0.1, 1.3, 1.9, 2.8])
 def test_a_real_interrupt(fitted, tmp_path, delay):

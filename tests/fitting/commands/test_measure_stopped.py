@@ -18,6 +18,8 @@ from hardware.simulated import Closing, Slow, Unplugged
 from rapi_jax import triangle
 from rapi_jax.io import read_recording, write_drive
 
+pytestmark = pytest.mark.process
+
 pytest.importorskip("pyvisa_py", reason="pyvisa-py is not installed (extra `lab`)")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 

@@ -62,17 +62,20 @@ NOISE_ONLY = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NOISE_ONLY)
 def test_what_is_noise_is_called_noise(name):
     assert_none(verdict(NOISE_ONLY[name]()))
 
 
+@pytest.mark.slow
 def test_periods_between_samples():
     """Read by straight lines, noise loses sqrt(2/3) of itself on average; the verdict stays."""
     out = verdict(record(drives(samples=200.37, periods=3.4)))
     assert_none(out, NOISE * np.sqrt(2 / 3))
 
 
+@pytest.mark.slow
 def test_runs_with_their_own_origin(good):
     moved = [run.response + 5.0 * k for k, run in enumerate(good.runs)]
     assert_none(verdict(Recording.of(good.drives, moved, response_origin="run")))
@@ -96,6 +99,7 @@ def test_one_period_says_so_and_takes_no_noise_for_an_effect():
     assert not out["gap"]["significant"]
 
 
+@pytest.mark.slow
 def test_one_period_still_shows_what_is_large():
     """An etalon of ten times the noise is found; less sure than with periods that repeat."""
     out = verdict(record(drives(periods=1), TRUTH))
@@ -110,6 +114,7 @@ def test_one_rate_and_one_amplitude_are_noted():
     assert out["recording"]["rates_hz"] == [20.0]
 
 
+@pytest.mark.slow
 def test_readings_that_are_noise_name_no_effect():
     """The model explains nothing, which is said first; it is not to be trusted."""
     rng = np.random.default_rng(3)
@@ -126,6 +131,7 @@ def test_readings_that_rest_are_refused(good):
         diagnose(None, rest)
 
 
+@pytest.mark.slow
 def test_one_reading_that_rests_is_said(good):
     """No effect of these explains a sensor that came off in one run."""
     out = verdict(Recording.of(good.drives, [good.runs[0].response, np.full(600, 5.0)]))
@@ -133,6 +139,7 @@ def test_one_reading_that_rests_is_said(good):
     assert out["verdict"]["name"] == "unlisted" and "cable" in out["notes"][0]
 
 
+@pytest.mark.slow
 def test_a_drive_that_rests(good):
     still = [dataclasses.replace(d, value=np.full(d.size, 3.0)) for d in good.drives]
     responses = [run.response for run in good.runs]
@@ -165,12 +172,14 @@ def test_an_effect_without_any_noise_is_found():
     assert out["verdict"]["name"] == "etalon"
 
 
+@pytest.mark.slow
 def test_a_drive_that_does_not_repeat():
     out = verdict(record([wandering(), wandering()]))
     assert out["gap"]["noise_floor"] is None
     assert out["verdict"]["name"] == "none"
 
 
+@pytest.mark.slow
 def test_a_rate_that_need_not_repeat():
     t = np.arange(600) / 2000.0
     u = 3.0 + 1.2 * np.sin(2 * np.pi * 10 * t)
@@ -194,6 +203,7 @@ def test_a_model_that_is_right_has_no_gap(good):
     assert out["gap"]["parametric"] < 0.3 * NOISE
 
 
+@pytest.mark.slow
 def test_a_model_that_holds_the_effect_lacks_none():
     """It is not proposed again, and stays in the model."""
     ecdl = ECDL(paper_device().operator, (TRUTH,))
@@ -205,6 +215,7 @@ def test_a_model_that_holds_the_effect_lacks_none():
     assert out["model"]["effects"] == ["Etalon"]
 
 
+@pytest.mark.slow
 def test_a_model_of_another_operator():
     """A symmetric operator cannot be this device: no effect is named for what it lacks."""
     ecdl = ECDL(PI(r=(0.2, 0.5, 1.0), p=(1.0, 1.0, 1.0), d=(18.0, -1.0, 0.01)))
@@ -213,6 +224,7 @@ def test_a_model_of_another_operator():
     assert out["gap"]["parametric"] > 1.0 and out["model"]["operator"] == "PI"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("candidates", [(), (Etalon,), (Etalon, Etalon), [Creep]])
 def test_few_candidates(candidates, good):
     out = verdict(good, candidates=candidates)
@@ -226,6 +238,7 @@ def test_nothing_to_choose_from_names_nothing():
     assert (out["verdict"]["name"], out["verdict"]["set"]) == ("unlisted", ["unlisted"])
 
 
+@pytest.mark.slow
 def test_progress_is_told_and_a_fault_in_it_is_not_hidden(good):
     said = []
     diagnose(None, good, candidates=(Etalon,), scan=False, progress=said.append)
@@ -282,6 +295,7 @@ except ValueError as error:
 """
 
 
+@pytest.mark.process
 def test_a_host_of_32_bits_gets_the_same_and_keeps_its_setting():
     """As a user has it: 32 bits, no checks of annotations, warnings shown as errors."""
     command = [sys.executable, "-W", "error::RuntimeWarning", "-c", HOST]

@@ -1,6 +1,7 @@
 """The loop closed: diagnose, add the effects, compensate again, and the scan is straighter."""
 
 import numpy as np
+import pytest
 from worlds import answers, drives
 
 from fitting import diagnose, fit
@@ -17,6 +18,8 @@ from rapi_jax import (
 )
 from rapi_jax.effects import Creep, Resonance
 from rapi_jax.examples import paper_device
+
+pytestmark = pytest.mark.slow
 
 LIMITS = DriveLimits(0.0, 7.5, 2e4)
 HIDDEN = (

@@ -29,6 +29,7 @@ def response(hertz):
     return 1 / (1 + 2 * DAMPING * mirror + mirror**2) / (1 + s / (2 * np.pi * AMPLIFIER))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rate", "reached"), [(10.0, 0.01), (40.0, 0.03)])
 def test_from_nothing(rate, reached):
     """The ideal scan itself, in volts. What stays at 40 Hz rings above the bandwidth."""
@@ -42,6 +43,7 @@ def test_from_nothing(rate, reached):
     assert both[course.best] < reached < 0.1 * both[0]
 
 
+@pytest.mark.slow
 def test_a_resonance_within_the_bandwidth_is_noticed():
     bench, measure = bench_and_reading()
     (target,) = linear_scan(40.0, span=75.0, samples=4096, corner=0.1)
@@ -73,6 +75,7 @@ def test_with_the_response_of_amplifier_and_mirror_known():
     assert course.rms_ghz[course.best].max() < 1.5 * NOISE
 
 
+@pytest.mark.slow
 def test_from_a_models_drive():
     """The model leaves the resonance, the amplifier and the etalon; learning takes out the rest."""
     bench, measure = bench_and_reading()
@@ -84,6 +87,7 @@ def test_from_a_models_drive():
     assert both[course.best] < 0.7 * both[0]
 
 
+@pytest.mark.slow
 def test_through_fringes():
     """The whole bench in the loop, each reading from raw records."""
     bench = SimulatedBench.like_paper(seed=3, unmodelled=True, latency_s=1e-4)

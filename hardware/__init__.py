@@ -2,9 +2,12 @@
 
 from rapi_jax._limits import DriveLimits as DriveLimits
 
+from ._driver import AbstractConnector as AbstractConnector
+from ._driver import AbstractDriver as AbstractDriver
 from ._errors import InstrumentError as InstrumentError
 from ._errors import LinkError as LinkError
 from .bench._base import AbstractBench as AbstractBench
+from .bench._exits import exit_on_signals as exit_on_signals
 from .bench._file import BenchFile as BenchFile
 from .bench._file import read_bench as read_bench
 from .bench._lab import LabBench as LabBench
@@ -12,6 +15,7 @@ from .bench._lab import allowed as allowed
 from .bench._open import dry_run as dry_run
 from .bench._open import open_bench as open_bench
 from .digitizer._base import AbstractDigitizer as AbstractDigitizer
+from .digitizer._base import AbstractDigitizerTable as AbstractDigitizerTable
 from .digitizer._base import Acquisition as Acquisition
 from .digitizer._base import Input as Input
 from .digitizer._base import Samples as Samples
@@ -21,7 +25,12 @@ from .digitizer._raw import read_samples as read_samples
 from .digitizer._raw import write_samples as write_samples
 from .digitizer._replay import ReplayDigitizer as ReplayDigitizer
 from .generator._afg31000 import AFG31000 as AFG31000
+from .generator._base import AbstractGenerator as AbstractGenerator
+from .generator._base import AbstractGeneratorTable as AbstractGeneratorTable
+from .generator._base import AbstractOutput as AbstractOutput
 from .generator._channel import AfgChannel as AfgChannel
+from .laser._base import AbstractLaser as AbstractLaser
+from .laser._base import AbstractLaserTable as AbstractLaserTable
 from .laser._bridge import Bridge as Bridge
 from .laser._limits import LaserLimits as LaserLimits
 from .laser._link import AbstractLaserLink as AbstractLaserLink

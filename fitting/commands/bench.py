@@ -1,10 +1,12 @@
-"""`rapi bench`: look at a bench, start a simulated one, put a laser controller on the network."""
+"""`rapi bench`: check a bench, start a simulated one, put a laser controller on the network."""
 
 import threading
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import App, Parameter, validators
+
+from ._plugins import Plugins
 
 Port = Annotated[int, Parameter(validator=validators.Number(gte=0, lte=65535))]
 Json = Annotated[bool, Parameter(negative="")]
@@ -13,7 +15,7 @@ app = App(name="bench", help="A bench of instruments, real or simulated.", help_
 
 
 @app.command
-def check(bench: Path, /, *, json: Json = False) -> int:
+def check(bench: Path, /, *, plugin: Plugins = (), json: Json = False) -> int:
     """Connect to every instrument of BENCH, match identities, limits and interlocks; play nothing.
 
     Outputs are switched off, load and clamp set and read back.
@@ -22,26 +24,31 @@ def check(bench: Path, /, *, json: Json = False) -> int:
     ----------
     bench
         `bench.toml`.
+    plugin
+        A Python file with drivers that BENCH names by their `kind`; its code is run. May be given
+        several times.
     json
         Print one JSON object on standard output.
     """
-    from hardware import open_bench
+    from hardware import AbstractDriver, open_bench
 
     from ._out import console, print_json
+    from ._plugins import load_plugins, plugin_classes
 
-    with open_bench(bench) as opened:
-        told = opened.provenance()
+    drivers = plugin_classes(load_plugins(plugin), AbstractDriver)
+    with open_bench(bench, drivers=drivers) as opened:
+        found = opened.provenance()
         limits = opened.channel.limits
-    del told["history"], told["file"]
-    told["limits"] = (
+    del found["history"], found["file"]
+    found["limits"] = (
         f"{limits.low_v:g} to {limits.high_v:g} V, {limits.slew_v_per_s:g} V/s, steps of "
         f"{limits.step_v:g} V, {limits.max_frequency_hz:g} Hz, at the generator"
     )
     if json:
-        print_json({"schema": "rapi.bench-check/1", **told})
+        print_json({"schema": "rapi.bench-check/1", **found})
         return 0
     out = console(json)
-    for name, value in told.items():
+    for name, value in found.items():
         out.print(f"{name:22} {value}", markup=False, soft_wrap=True)
     out.print("every instrument is the one it should be; no output is on", markup=False)
     return 0

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter, validators
 
+from ._plugins import Plugins
+
 if TYPE_CHECKING:
     from hardware import LabBench
 
@@ -19,6 +21,7 @@ def measure(
     periods: Periods = 1,
     waveform: Literal["triangle", "sine", "multisine"] = "triangle",
     raw: Path | None = None,
+    plugin: Plugins = (),
     dry_run: Annotated[bool, Parameter(negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
@@ -43,21 +46,25 @@ def measure(
         What the drives are.
     raw
         Folder for the digitizer's records, so that they can be read again.
+    plugin
+        A Python file with drivers that BENCH names by their `kind`; its code is run. May be given
+        several times.
     dry_run
         Connect to nothing: write what each instrument would be sent, byte by byte.
     json
         Print one JSON object on standard output.
     """
-    from hardware import allowed, open_bench, read_bench
+    from hardware import AbstractDriver, allowed, exit_on_signals, open_bench, read_bench
     from hardware import dry_run as dry
-    from hardware.bench._exits import orderly
     from rapi_jax import repeated
     from rapi_jax.io import printable, read_drive, write_atomic, write_recording
     from rapi_jax.io._safe import located
 
     from ._out import console, output_folder, print_json, progress
+    from ._plugins import load_plugins, plugin_classes
 
-    file = read_bench(bench)
+    drivers = plugin_classes(load_plugins(plugin), AbstractDriver)
+    file = read_bench(bench, drivers=drivers)
     several = []
     for path in (drive, *drives):
         one = repeated(read_drive(path, waveform=waveform), periods)
@@ -65,7 +72,7 @@ def measure(
             several += allowed(one, file)
     out = console(json)
     if dry_run:
-        rehearsed = dry(file)
+        rehearsed = dry(file, drivers=drivers)
         with rehearsed.bench as simulated:
             simulated.measure(several)
         folder = output_folder(output)
@@ -79,7 +86,11 @@ def measure(
         return 0
     output_folder(output.parent)  # now, not after a long measurement
     folder = None if raw is None else output_folder(raw)
-    with orderly(), progress("measuring", json) as say, open_bench(file) as opened:
+    with (
+        exit_on_signals(),
+        progress("measuring", json) as say,
+        open_bench(file, drivers=drivers) as opened,
+    ):
         try:
             recording = opened.measure(
                 several,
@@ -90,7 +101,7 @@ def measure(
             )
             write_recording(recording, output)
         except BaseException:  # an error, an interrupt, a request to stop
-            out.print(_kept(opened, output), markup=False, soft_wrap=True)
+            out.print(_save_incomplete(opened, output), markup=False, soft_wrap=True)
             raise
     faults = {k: v for k, v in recording.provenance.items() if k.endswith("_faults")}
     if json:
@@ -110,10 +121,10 @@ def measure(
     return 0
 
 
-def _kept(opened: "LabBench", output: Path) -> str:
-    """Write what was recorded before it failed, and say so; the instruments are not asked any more.
+def _save_incomplete(opened: "LabBench", output: Path) -> str:
+    """Write what was recorded before the failure, and report it; no instrument is queried any more.
 
-    What cannot be written is said, not raised: the failure itself must still be reported.
+    A recording that cannot be written is reported, not raised: the failure itself must be seen.
     """
     from rapi_jax import DataError
     from rapi_jax.io import OutputError, write_recording

@@ -38,7 +38,7 @@ def forget(action: Callable[[], None]) -> None:
 
 
 @contextlib.contextmanager
-def orderly() -> Iterator[None]:
+def exit_on_signals() -> Iterator[None]:
     """Within this block the same signals become a `SystemExit`, whether an output is on or not."""
 
     def nothing() -> None:

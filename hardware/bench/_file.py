@@ -1,41 +1,84 @@
-"""`bench.toml`: where the instruments are, and what they and the laser stand."""
+"""`bench.toml`: where the instruments are, and the limits of what they drive."""
 
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import pydantic
-from pydantic import Field
+from pydantic import Field, SerializeAsAny
 
-from rapi_jax import DataError
+from hardware._driver import Positive, Table
+from hardware.digitizer._base import AbstractDigitizerTable
+from hardware.generator._base import AbstractGeneratorTable
+from hardware.laser._base import AbstractLaserTable
+from rapi_jax import DataError, DriveLimits
 from rapi_jax.io import printable
 from rapi_jax.io._safe import StrPath, cause, located, read_text
 
-from ._tables import Amplifier, DigitizerTable, Generator, Laser, Limits, Optics, Table
+from ._drivers import FAMILIES, Driver, collect_drivers, validate_table
+
+
+class Limits(Table):
+    """Of the voltage at the piezo's input; every one of them must be given."""
+
+    low_v: float = Field(allow_inf_nan=False)
+    high_v: float = Field(allow_inf_nan=False)
+    slew_v_per_s: Positive
+    step_v: Positive
+    max_frequency_hz: Positive
+
+    def of(self) -> DriveLimits:
+        """As the drive is checked against."""
+        return DriveLimits(**self.model_dump())
+
+
+class Amplifier(Table):
+    """Between generator and piezo: `gain` and `offset_v`."""
+
+    gain: float = Field(default=1.0, allow_inf_nan=False)
+    offset_v: float = Field(default=0.0, allow_inf_nan=False)
+
+
+class Optics(Table):
+    """`delay_s`: of the auxiliary interferometer; `fsr_ghz`: of the cavity."""
+
+    delay_s: Positive
+    fsr_ghz: Positive = 1.5
 
 
 class BenchFile(Table):
-    """The whole file."""
+    """The whole file; the tables of instruments are those of the drivers that they name."""
 
     schema_: Literal["rapi.bench/1"] = Field(alias="schema")
     limits: Limits
-    generator: Generator
+    generator: SerializeAsAny[AbstractGeneratorTable]
     amplifier: Amplifier = Amplifier()
-    laser: Laser | None = None
-    digitizer: DigitizerTable
+    laser: SerializeAsAny[AbstractLaserTable] | None = None
+    digitizer: SerializeAsAny[AbstractDigitizerTable]
     optics: Optics
     settling: int = Field(default=5, ge=1, le=10_000)  # periods played before a record
 
+    @pydantic.field_validator("generator", "laser", "digitizer", mode="before")
+    @classmethod
+    def _of_driver(cls, value: Any, info: Any) -> Any:  # a ValidationInfo, no runtime protocol
+        if value is None or info.context is None or info.field_name is None:
+            return value
+        return validate_table(info.context["drivers"], info.field_name, value)
 
-def read_bench(path: StrPath) -> BenchFile:
+
+def read_bench(path: StrPath, *, drivers: Iterable[Driver] = ()) -> BenchFile:
     """Read `bench.toml`. Raises `DataError`, in one line, that names the key and what is wrong.
 
     No limit has a default: what the device behind the generator stands, this package cannot know.
+    `drivers`: classes beside those of this package that the file may name by their `kind`.
     """
+    known = collect_drivers(drivers)
     with located(printable(path)):
+        table = {}
         try:
             table = tomllib.loads(read_text(Path(path)))
-            found = BenchFile.model_validate(table)
+            found = BenchFile.model_validate(table, context={"drivers": known})
             found.limits.of()
             if found.amplifier.gain == 0:
                 raise DataError("`amplifier.gain` must not be zero.")
@@ -44,7 +87,16 @@ def read_bench(path: StrPath) -> BenchFile:
             raise DataError(f"not a TOML file ({cause(error)}).") from error
         except pydantic.ValidationError as error:
             first = error.errors()[0]
-            where = ".".join(str(part) for part in first["loc"]) or "the file"
-            raise DataError(f"`{printable(where, 60)}`: {printable(first['msg'], 120)}.") from error
+            where = _path(first["loc"], table)
+            message = first["msg"].removeprefix("Value error, ")
+            raise DataError(f"`{printable(where, 60)}`: {printable(message, 120)}.") from error
         except ValueError as error:
             raise DataError(printable(error, 200)) from error
+
+
+def _path(loc: tuple[int | str, ...], table: dict[str, Any]) -> str:
+    """The key that is wrong, behind the kind of its instrument where the file names one."""
+    parts = [str(part) for part in loc]
+    if len(parts) > 1 and parts[0] in FAMILIES and "kind" in table[parts[0]]:
+        parts.insert(1, str(table[parts[0]]["kind"]))
+    return ".".join(parts) or "the file"

@@ -1,4 +1,4 @@
-"""A bench of instruments: a drive is played within limits, and its fringes are read."""
+"""A bench of instruments: drives are played within limits, and their fringes read."""
 
 import contextlib
 import dataclasses
@@ -8,10 +8,9 @@ from collections.abc import Callable, Sequence
 from hardware._closes import ClosesOnExit
 from hardware.digitizer._base import AbstractDigitizer, Acquisition, Samples
 from hardware.digitizer._raw import write_samples
-from hardware.generator._afg31000 import AFG31000
-from hardware.generator._channel import AfgChannel
-from hardware.laser._tlb6700 import TLB6700
-from rapi_jax import DataError, Drive, DriveLimits, Recording, Run
+from hardware.generator._base import AbstractGenerator, AbstractOutput
+from hardware.laser._base import AbstractLaser
+from rapi_jax import DataError, Drive, DriveLimits, LimitError, Recording, Run
 from rapi_jax.io._safe import StrPath
 from rapi_jax.readout import Fringes, read_fringes
 
@@ -35,9 +34,9 @@ class LabBench(AbstractBench, ClosesOnExit):
     def __init__(
         self,
         file: BenchFile,
-        generator: AFG31000,
+        generator: AbstractGenerator,
         digitizer: AbstractDigitizer,
-        laser: TLB6700 | None,
+        laser: AbstractLaser | None,
         *,
         now: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
@@ -55,15 +54,17 @@ class LabBench(AbstractBench, ClosesOnExit):
         self._now, self._sleep, self._release = now, sleep, release
         self._began = now()
         generator.set_trigger()
+        asked = _before(self.limits, file)
         self._channel = generator.channel(
             file.generator.channel,
-            limits=_before(self.limits, file),
+            limits=asked,
             load_ohm=file.generator.load_ohm,
             park_v=file.generator.park_v,
         )
+        _refuse_wider(self._channel, asked, file.generator.load_ohm)
 
     @property
-    def channel(self) -> AfgChannel:
+    def channel(self) -> AbstractOutput:
         """The generator's output."""
         return self._channel
 
@@ -73,7 +74,7 @@ class LabBench(AbstractBench, ClosesOnExit):
         return self._digitizer
 
     @property
-    def laser(self) -> TLB6700 | None:
+    def laser(self) -> AbstractLaser | None:
         """The laser controller, if there is one."""
         return self._laser
 
@@ -189,6 +190,23 @@ def allowed(drives: Drive | Sequence[Drive], file: BenchFile) -> tuple[Drive, ..
     behind = [at_piezo(d, gain=amplifier.gain, offset_v=amplifier.offset_v) for d in several]
     checked(behind, file.limits.of())
     return several
+
+
+def _refuse_wider(output: AbstractOutput, asked: DriveLimits, load_ohm: float) -> None:
+    """Refuse an output whose driver took wider limits, or another load, than it was given."""
+    got = output.limits
+    within = got.low_v >= asked.low_v and got.high_v <= asked.high_v
+    for name in ("slew_v_per_s", "step_v", "max_frequency_hz"):
+        within &= getattr(got, name) <= getattr(asked, name)
+    if not within:
+        raise LimitError(
+            f"The generator's driver has wider limits, {got}, than the bench: {asked}."
+        )
+    if output.load_ohm != load_ohm:
+        raise LimitError(
+            f"The generator's driver reckons with {output.load_ohm:g} ohm, but the load is "
+            f"{load_ohm:g} ohm: its voltages would be others than the limits are for."
+        )
 
 
 def _before(limits: DriveLimits, file: BenchFile) -> DriveLimits:

@@ -1,54 +1,74 @@
-"""Instruments from a bench file, connected and identified; or simulated ones in their place."""
+"""Instruments of a bench file: connected and identified, or simulated for a dry run."""
 
 import contextlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from hardware.digitizer._base import AbstractDigitizer
-from hardware.digitizer._infiniivision import InfiniiVision
-from hardware.digitizer._niscope import NiScope
-from hardware.digitizer._replay import ReplayDigitizer
-from hardware.generator._afg31000 import AFG31000
-from hardware.laser._link import AbstractLaserLink, VisaLaserLink
-from hardware.laser._tlb6700 import TLB6700
-from hardware.laser._vendor_dll import VendorDllLink
-from hardware.links._scpi import Scpi
+from hardware._driver import AbstractConnector, AbstractDriver, AbstractDriverTable
+from hardware.links._link import AbstractLink
 from hardware.links._visa import VisaLink
 from hardware.servers._instrument import AbstractInstrument
 from hardware.simulated import Clock, Device, Laboratory, SimulatedLink, WiredLaboratory
+from rapi_jax import DataError
 from rapi_jax.examples import paper_device
 from rapi_jax.io._safe import StrPath
 
+from ._drivers import Driver, Drivers, collect_drivers, find_driver
 from ._file import BenchFile, read_bench
 from ._held import held
 from ._lab import LabBench
-from ._tables import NiScopeTable, ReplayTable
-
-_DIGITIZER_S = 10.0  # an oscilloscope answers slowly while it works on a long record
 
 
-def open_bench(bench: StrPath | BenchFile) -> LabBench:
+class VisaConnector(AbstractConnector):
+    """Connections over VISA."""
+
+    dry_run = False
+
+    def connect(self, resource: str, *, backend: str = "") -> AbstractLink:
+        """To the instrument itself."""
+        return VisaLink(resource, backend=backend)
+
+
+class SimulatedConnector(AbstractConnector):
+    """Connections to one simulated instrument, whatever the address; `links`: all of them."""
+
+    dry_run = True
+
+    def __init__(self, instrument: AbstractInstrument, clock: Clock) -> None:
+        self._instrument, self._clock = instrument, clock
+        self.links: list[SimulatedLink] = []
+
+    def connect(self, resource: str, *, backend: str = "") -> AbstractLink:
+        """To the simulated instrument; every byte sent is kept."""
+        del backend
+        link = SimulatedLink(self._instrument, resource=resource, clock=self._clock, keep=True)
+        self.links.append(link)
+        return link
+
+
+def open_bench(bench: StrPath | BenchFile, *, drivers: Iterable[Driver] = ()) -> LabBench:
     """The bench that `bench.toml` describes: identities matched, outputs off, nothing played.
 
-    `bench`: the file, or what `read_bench` made of it.
+    `bench`: the file, or what `read_bench` made of it. `drivers`: classes beside those of this
+    package that the file names by their `kind`.
 
     Raises `DataError` for the file, `LimitError` where a limit is missing or cannot be kept,
     `InstrumentError` for an instrument that does not answer, or is another one.
     """
-    file = bench if isinstance(bench, BenchFile) else read_bench(bench)
+    own = tuple(drivers)
+    file = bench if isinstance(bench, BenchFile) else read_bench(bench, drivers=own)
+    known, tables = collect_drivers(own), _tables(file)
     with contextlib.ExitStack() as stack:
         hold = stack.enter_context(contextlib.ExitStack())
-        hold.enter_context(held(_addresses(file)))
-        at = file.generator
-        generator = stack.enter_context(AFG31000(_scpi(at.resource, at.backend)))
-        digitizer = stack.enter_context(_digitizer(file))
-        laser = None
-        if file.laser is not None:
-            limits = file.laser.limits.of()
-            laser = stack.enter_context(TLB6700(_laser_link(file), limits=limits))
-        opened = LabBench(file, generator, digitizer, laser, release=hold.close)
+        hold.enter_context(held(one for table in tables.values() for one in table.resources))
+        opened = {
+            family: stack.enter_context(_driver(known, family, table).open(table, VisaConnector()))
+            for family, table in tables.items()
+        }
+        assembled = _assemble(file, opened, release=hold.close)
         stack.pop_all()
-    return opened
+    return assembled
 
 
 @dataclass(frozen=True)
@@ -64,63 +84,43 @@ class DryRun:
         return {name: bytes(link.sent) for name, link in self.links.items()}
 
 
-def dry_run(file: BenchFile, *, seed: int = 0) -> DryRun:
+def dry_run(file: BenchFile, *, seed: int = 0, drivers: Iterable[Driver] = ()) -> DryRun:
     """The same bench with nothing connected: no time passes, and nothing is switched.
 
-    An oscilloscope stands in for any digitizer but a replay.
+    A driver connects to the simulated instrument of its family. Raises `DataError` for a driver
+    that does not support this, `InstrumentError` for one that takes it for another instrument.
     """
-    clock = Clock()
+    known, clock = collect_drivers(drivers), Clock()
     lab = WiredLaboratory(Laboratory(Device(paper_device())), seed=seed, clock=clock)
-
-    def link(instrument: AbstractInstrument, resource: str) -> SimulatedLink:
-        return SimulatedLink(instrument, resource=resource, clock=clock, keep=True)
-
-    links = {"generator": link(lab.generator, file.generator.resource)}
-    if isinstance(file.digitizer, ReplayTable):
-        digitizer = ReplayDigitizer(file.digitizer.folder)
-    else:
-        links["digitizer"] = link(lab.oscilloscope, file.digitizer.resource)
-        digitizer = InfiniiVision(Scpi(links["digitizer"]))
-    laser = None
-    if file.laser is not None:
-        links["laser"] = link(lab.laser, file.laser.resource or "")
-        laser = TLB6700(VisaLaserLink(links["laser"]), limits=file.laser.limits.of())
-    bench = LabBench(
-        file,
-        AFG31000(Scpi(links["generator"])),
-        digitizer,
-        laser,
-        now=clock,
-        sleep=links["generator"].sleep,
-    )
-    return DryRun(bench, lab, links)
+    instruments = {"generator": lab.generator, "laser": lab.laser, "digitizer": lab.oscilloscope}
+    opened: dict[str, AbstractDriver] = {}
+    links: dict[str, SimulatedLink] = {}
+    for family, table in _tables(file).items():
+        driver = _driver(known, family, table)
+        if not driver.supports_dry_run:
+            raise DataError(f"A {family} of kind '{driver.kind}' does not support a dry run.")
+        connector = SimulatedConnector(instruments[family], clock)
+        opened[family] = driver.open(table, connector)
+        for number, link in enumerate(connector.links):
+            links[f"{family}_{number + 1}" if number else family] = link
+    return DryRun(_assemble(file, opened, now=clock, sleep=clock.sleep), lab, links)
 
 
-def _addresses(file: BenchFile) -> list[str]:
-    """Of all instruments, to be held against other programs."""
-    found = [file.generator.resource]
-    if not isinstance(file.digitizer, ReplayTable):
-        found.append(file.digitizer.resource)
-    if file.laser is not None:
-        found.append(file.laser.resource or file.laser.serial or "")
-    return found
+def _tables(file: BenchFile) -> dict[str, AbstractDriverTable]:
+    """The instruments' tables by family, in the order in which they are opened."""
+    tables = {"generator": file.generator, "digitizer": file.digitizer, "laser": file.laser}
+    return {family: table for family, table in tables.items() if table is not None}
 
 
-def _digitizer(file: BenchFile) -> AbstractDigitizer:
-    at = file.digitizer
-    if isinstance(at, ReplayTable):
-        return ReplayDigitizer(at.folder)
-    if isinstance(at, NiScopeTable):
-        return NiScope(at.resource, trigger=at.trigger, level_v=at.level_v)
-    return InfiniiVision(_scpi(at.resource, at.backend, timeout_s=_DIGITIZER_S))
+def _driver(known: Drivers, family: str, table: AbstractDriverTable) -> Driver:
+    driver = find_driver(known, family, table.kind)
+    if not isinstance(table, driver.Table):
+        raise DataError(f"The {family}'s table was read for another driver of kind {table.kind!r}.")
+    return driver
 
 
-def _scpi(resource: str, backend: str, *, timeout_s: float = 2.0) -> Scpi:
-    return Scpi(VisaLink(resource, backend=backend), timeout_s=timeout_s)
-
-
-def _laser_link(file: BenchFile) -> AbstractLaserLink:
-    laser = file.laser
-    if laser is None or laser.resource is None:
-        return VendorDllLink(laser.serial if laser and laser.serial else "")
-    return VisaLaserLink(VisaLink(laser.resource, backend=laser.backend))
+def _assemble(file: BenchFile, opened: Mapping[str, Any], **options: Any) -> LabBench:
+    for family, driver in opened.items():
+        if not driver.identity:
+            raise DataError(f"The driver of the {family} does not say what the instrument is.")
+    return LabBench(file, opened["generator"], opened["digitizer"], opened.get("laser"), **options)

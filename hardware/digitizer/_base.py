@@ -1,4 +1,4 @@
-"""What a digitizer is: configured, armed, and read after its trigger."""
+"""What a digitizer is to a bench: configured, armed, and read after its trigger."""
 
 import abc
 import math
@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Int16
+from pydantic import Field
 
-from hardware._closes import ClosesOnExit
+from hardware._driver import AbstractDriver, AbstractDriverTable, Positive, Table
 from rapi_jax import DataError
 
 
@@ -95,16 +96,42 @@ class Samples:
         return self
 
 
-class AbstractDigitizer(ClosesOnExit):
-    """A digitizer with an external trigger; a context manager.
+class InputTable(Table):
+    """One input of the digitizer."""
+
+    connector: int = Field(ge=0, le=64)
+    low_v: float = Field(allow_inf_nan=False)
+    high_v: float = Field(allow_inf_nan=False)
+
+    def of(self) -> Input:
+        """As the digitizer is told."""
+        return Input(**self.model_dump())
+
+
+class AbstractDigitizerTable(AbstractDriverTable):
+    """What every digitizer reads.
+
+    `margin_s`: recorded on either side of the drive; `latency_s`: from the trigger until the
+    drive's first sample is at the piezo.
+    """
+
+    interferometer: InputTable
+    cavity: InputTable | None = None
+    sample_hz: Positive = 5e6
+    margin_s: float = Field(default=9e-3, ge=0, allow_inf_nan=False)
+    latency_s: float = Field(default=0.0, ge=0, allow_inf_nan=False)
+
+    def inputs(self) -> dict[str, Input]:
+        """By what they read."""
+        inputs = {"interferometer": self.interferometer.of()}
+        return inputs if self.cavity is None else inputs | {"cavity": self.cavity.of()}
+
+
+class AbstractDigitizer(AbstractDriver):
+    """A digitizer with an external trigger; `Table` derives from `AbstractDigitizerTable`.
 
     `configure` once, then `arm` and `fetch` for each record. Raises `InstrumentError`.
     """
-
-    @property
-    @abc.abstractmethod
-    def identity(self) -> str:
-        """What it says it is."""
 
     @abc.abstractmethod
     def configure(self, asked: Acquisition) -> None:

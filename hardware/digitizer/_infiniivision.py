@@ -6,17 +6,31 @@ the acquisition ("raw"), 16 bits a sample.
 
 import numpy as np
 
+from hardware._driver import AbstractConnector, Address
 from hardware._errors import InstrumentError
 from hardware.links._scpi import Scpi
 
-from ._base import AbstractDigitizer, Acquisition, Samples
+from ._base import AbstractDigitizer, AbstractDigitizerTable, Acquisition, Samples
 
 IDENTITY = r"(KEYSIGHT|AGILENT) TECHNOLOGIES,[DM]SO-?X? ?[2346]\d{3}[A-Z]?,[^,]{1,64},[^,]{1,64}"
+_TIMEOUT_S = 10.0  # it answers slowly while it works on a long record
 _RUNNING = 8  # in the operation status
 _POLL_S = 0.01
 _TRIGGER_V = 1.5  # the generator's trigger output has TTL levels
 _BYTES_PER_S = 2e5  # a slow line
 _MOST = 1 << 23  # samples
+
+
+class InfiniiVisionTable(AbstractDigitizerTable):
+    """A Keysight oscilloscope at a VISA resource."""
+
+    resource: Address
+    backend: str = "@py"
+
+    @property
+    def resources(self) -> tuple[str, ...]:
+        """Its address."""
+        return (self.resource,)
 
 
 class InfiniiVision(AbstractDigitizer):
@@ -25,6 +39,16 @@ class InfiniiVision(AbstractDigitizer):
     Its memory decides how many samples a second a record of given length has; what came of it is
     in the record.
     """
+
+    kind = "infiniivision"
+    Table = InfiniiVisionTable
+    supports_dry_run = True
+
+    @classmethod
+    def open(cls, table: InfiniiVisionTable, connector: AbstractConnector) -> "InfiniiVision":
+        """Connect and identify it."""
+        link = connector.connect(table.resource, backend=table.backend)
+        return cls(Scpi(link, timeout_s=_TIMEOUT_S))
 
     def __init__(self, scpi: Scpi) -> None:
         """Raises `InstrumentError` for any other instrument."""

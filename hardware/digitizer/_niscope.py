@@ -7,11 +7,15 @@ import math
 from typing import Any
 
 import numpy as np
+from pydantic import Field
 
+from hardware._driver import AbstractConnector, Address
 from hardware._errors import InstrumentError
+from hardware.links._scpi import Scpi
 from rapi_jax.io import printable
 
-from ._base import AbstractDigitizer, Acquisition, Samples
+from ._base import AbstractDigitizer, AbstractDigitizerTable, Acquisition, Samples
+from ._infiniivision import InfiniiVision
 
 TRIGGER = "VAL_PFI_1"
 _CURE = (
@@ -24,12 +28,36 @@ _NO_TRIGGER = (
 )
 
 
+class NiScopeTable(AbstractDigitizerTable):
+    """An NI digitizer; see `NiScope`."""
+
+    resource: Address
+    trigger: Address = TRIGGER
+    level_v: float | None = Field(default=None, allow_inf_nan=False)
+
+    @property
+    def resources(self) -> tuple[str, ...]:
+        """Its name."""
+        return (self.resource,)
+
+
 class NiScope(AbstractDigitizer):
     """One NI digitizer, by its name in NI MAX such as `PXI1Slot2`; a context manager.
 
     `trigger`: where the generator's trigger output is connected, by NI's name. `level_v`: of an
     analogue trigger; `None` for a digital one, such as a PFI line.
     """
+
+    kind = "niscope"
+    Table = NiScopeTable
+    supports_dry_run = True
+
+    @classmethod
+    def open(cls, table: NiScopeTable, connector: AbstractConnector) -> AbstractDigitizer:
+        """Open it; in a dry run the simulated oscilloscope in its place."""
+        if connector.dry_run:
+            return InfiniiVision(Scpi(connector.connect(table.resource)))
+        return cls(table.resource, trigger=table.trigger, level_v=table.level_v)
 
     def __init__(
         self, resource: str, *, trigger: str = TRIGGER, level_v: float | None = None

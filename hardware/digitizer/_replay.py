@@ -2,12 +2,24 @@
 
 from pathlib import Path
 
+from hardware._driver import AbstractConnector, Address
 from rapi_jax import DataError
 from rapi_jax.io import printable
 from rapi_jax.io._safe import StrPath
 
-from ._base import AbstractDigitizer, Acquisition, Samples
+from ._base import AbstractDigitizer, AbstractDigitizerTable, Acquisition, Samples
 from ._raw import read_samples
+
+
+class ReplayTable(AbstractDigitizerTable):
+    """Raw records of an earlier measurement."""
+
+    folder: Address
+
+    @property
+    def resources(self) -> tuple[str, ...]:
+        """None: files are read by as many programs as want to."""
+        return ()
 
 
 class ReplayDigitizer(AbstractDigitizer):
@@ -15,6 +27,16 @@ class ReplayDigitizer(AbstractDigitizer):
 
     A record that does not hold what is asked for is refused, and so is one more than there are.
     """
+
+    kind = "replay"
+    Table = ReplayTable
+    supports_dry_run = True
+
+    @classmethod
+    def open(cls, table: ReplayTable, connector: AbstractConnector) -> "ReplayDigitizer":
+        """The records of the folder; nothing is connected."""
+        del connector
+        return cls(table.folder)
 
     def __init__(self, folder: StrPath) -> None:
         """Raises `DataError` for a folder without records."""

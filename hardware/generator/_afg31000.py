@@ -2,29 +2,61 @@
 
 import contextlib
 import math
+from typing import Literal
 
-from hardware._closes import ClosesOnExit
+from pydantic import Field
+
+from hardware._driver import AbstractConnector, Address
 from hardware.links._scpi import Scpi
 from rapi_jax import DriveLimits
 
-from . import _table as table
+from . import _commands as commands
+from ._base import AbstractGenerator, AbstractGeneratorTable
 from ._channel import AfgChannel
 from ._port import AfgPort
 
 
-class AFG31000(ClosesOnExit):
+class Afg31000Table(AbstractGeneratorTable):
+    """The AFG31052 at a VISA resource."""
+
+    resource: Address
+    backend: str = "@py"
+    channel: Literal[1, 2] = 1
+    points: int = Field(default=131072, ge=2, le=131072)
+
+    @property
+    def resources(self) -> tuple[str, ...]:
+        """Its address."""
+        return (self.resource,)
+
+
+class AFG31000(AbstractGenerator):
     """The generator, identified; its channels are had from `channel`.
 
     A context manager: at its end every output is ramped to its park voltage and off, and the
     connection is closed.
     """
 
+    kind = "afg31000"
+    Table = Afg31000Table
+    supports_dry_run = True
+
+    @classmethod
+    def open(cls, table: Afg31000Table, connector: AbstractConnector) -> "AFG31000":
+        """Connect and identify it."""
+        return cls(Scpi(connector.connect(table.resource, backend=table.backend)))
+
     def __init__(self, scpi: Scpi) -> None:
         """Raises `InstrumentError` for any other instrument than an AFG31052."""
         self._scpi = scpi
-        self.identity = scpi.identify(table.IDENTITY)
+        self._identity = scpi.identify(commands.IDENTITY)
         scpi.clear()
         self._channels: dict[int, AfgChannel] = {}
+
+    @property
+    def identity(self) -> str:
+        """Its `*IDN?`."""
+        return self._identity
 
     def channel(
         self,
@@ -33,7 +65,7 @@ class AFG31000(ClosesOnExit):
         limits: DriveLimits | None,
         load_ohm: float = math.inf,
         park_v: float = 0.0,
-    ) -> "AfgChannel":
+    ) -> AfgChannel:
         """Channel 1 or 2, off, with its load and its clamp set and read back.
 
         - `limits`: of the voltage at the load; none is none given, and refused.
@@ -41,7 +73,7 @@ class AFG31000(ClosesOnExit):
         - `park_v`: where the output rests before it is switched; as near to it as `limits` allow.
           A relay that opens at another voltage than 0 is itself a step.
         """
-        if number not in table.CHANNELS:
+        if number not in commands.CHANNELS:
             raise ValueError(f"Argument `number` must be 1 or 2, but is {number}.")
         if number in self._channels:
             raise ValueError(f"Channel {number} is in use already.")
@@ -62,7 +94,10 @@ class AFG31000(ClosesOnExit):
         ):
             if value not in known:
                 raise ValueError(f"Argument `{name}` must be one of {known}, but is {value!r}.")
-        for template, value in ((table.TRIGGER_SOURCE, source), (table.TRIGGER_OUTPUT, output)):
+        for template, value in (
+            (commands.TRIGGER_SOURCE, source),
+            (commands.TRIGGER_OUTPUT, output),
+        ):
             self._scpi.command(f"{template} {value}")
             self._scpi.text(template + "?", rf"(?i:{value}\w*)")
 

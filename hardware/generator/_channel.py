@@ -9,7 +9,8 @@ from hardware.bench._exits import forget, on_exit
 from rapi_jax import AfgWaveform, Drive, DriveLimits, LimitError
 from rapi_jax.io.drives._afg_waveform import FULL, POINTS, codes_of, period_volts
 
-from . import _table as table
+from . import _commands as commands
+from ._base import AbstractOutput
 from ._check import checked_codes, checked_period
 from ._levels import Levels, around, inside, parked, path
 from ._port import AfgPort
@@ -17,7 +18,7 @@ from ._port import AfgPort
 _RAMP_V = 0.05  # largest change of a level at once while the output is on
 
 
-class AfgChannel:
+class AfgChannel(AbstractOutput):
     """One output: `load` a period while it is off, `start` it, and it is parked and off at the end.
 
     - `limits`: as given, narrowed to what the instrument can set. Every check is against these.
@@ -34,7 +35,7 @@ class AfgChannel:
             )
         if not load_ohm > 0 or not math.isfinite(park_v):
             raise ValueError("`load_ohm` must be positive, and `park_v` a number of volts.")
-        self.limits = inside(limits, table.LARGEST_V * table.into_load(load_ohm))
+        self.limits = inside(limits, commands.LARGEST_V * commands.into_load(load_ohm))
         self.load_ohm = load_ohm
         self.on = False
         self.loaded: AfgWaveform | None = None

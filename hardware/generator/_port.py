@@ -7,7 +7,7 @@ import numpy as np
 from hardware._errors import InstrumentError
 from hardware.links._scpi import Scpi
 
-from . import _table as table
+from . import _commands as commands
 from ._levels import Levels, grid, order
 
 _BYTES_PER_S = 5e4  # a slow line: what an upload may take beyond the usual time
@@ -26,26 +26,26 @@ class AfgPort:
 
     def output(self) -> bool:
         """Whether the output is on."""
-        return self.scpi.text(self.name(table.OUTPUT) + "?", r"[01]") == "1"
+        return self.scpi.text(self.name(commands.OUTPUT) + "?", r"[01]") == "1"
 
     def switch(self, on: bool) -> None:
         """Output on or off, and queried back."""
-        self._set(table.OUTPUT, "ON" if on else "OFF")
+        self._set(commands.OUTPUT, "ON" if on else "OFF")
         if self.output() != on:
-            raise self._differs(table.OUTPUT, "OFF" if on else "ON", "ON" if on else "OFF")
+            raise self._differs(commands.OUTPUT, "OFF" if on else "ON", "ON" if on else "OFF")
 
     def set_load(self, ohm: float) -> None:
         """The load that the instrument reckons with, ohm; infinite for high impedance."""
-        self._set(table.LOAD, table.ohms(ohm))
+        self._set(commands.LOAD, commands.ohms(ohm))
         self.check_load(ohm)
 
     def check_load(self, ohm: float) -> None:
         """Refuse another load: a 50 ohm setting doubles the voltage into high impedance."""
-        read = self.scpi.number(self.name(table.LOAD) + "?")
+        read = self.scpi.number(self.name(commands.LOAD) + "?")
         if not (read == ohm or math.isclose(read, ohm, rel_tol=1e-3)):
             raise InstrumentError(
                 self.scpi.resource,
-                self.name(table.LOAD) + "?",
+                self.name(commands.LOAD) + "?",
                 f"{read:g}",
                 why=f"The load must be {ohm:g} ohm. Set for 50 ohm, the instrument gives twice its "
                 "stated voltage into a high impedance.",
@@ -55,80 +55,80 @@ class AfgPort:
 
     def levels(self) -> Levels:
         """The levels as the instrument has them."""
-        return Levels(self._read(table.LOW), self._read(table.HIGH))
+        return Levels(self._read(commands.LOW), self._read(commands.HIGH))
 
     def set_levels(self, now: Levels, then: Levels) -> Levels:
         """Go from `now` to `then` in an order that is legal between; read back what was taken."""
         self.move_levels(now, then)
         read = self.levels()
         for template, got, asked in (
-            (table.LOW, read.low_v, then.low_v),
-            (table.HIGH, read.high_v, then.high_v),
+            (commands.LOW, read.low_v, then.low_v),
+            (commands.HIGH, read.high_v, then.high_v),
         ):
             if not abs(got - asked) <= grid(asked) * 1.01:
-                raise self._differs(template, f"{got:g}", table.volts(asked))
+                raise self._differs(template, f"{got:g}", commands.volts(asked))
         return read
 
     def move_levels(self, now: Levels, then: Levels) -> None:
         """The same, without reading back."""
         for which in order(now, then):
             template, value = (
-                (table.LOW, then.low_v) if which == "low" else (table.HIGH, then.high_v)
+                (commands.LOW, then.low_v) if which == "low" else (commands.HIGH, then.high_v)
             )
             if value != (now.low_v if which == "low" else now.high_v):
-                self._set(template, table.volts(value))
+                self._set(template, commands.volts(value))
 
     def clamp(self) -> Levels:
         """The instrument's own limits for the levels."""
-        return Levels(self._read(table.CLAMP_LOW), self._read(table.CLAMP_HIGH))
+        return Levels(self._read(commands.CLAMP_LOW), self._read(commands.CLAMP_HIGH))
 
     def set_clamp_low(self, value: float) -> None:
         """The lowest level that the instrument accepts, V."""
-        self._set(table.CLAMP_LOW, table.volts(value))
+        self._set(commands.CLAMP_LOW, commands.volts(value))
 
     def set_clamp_high(self, value: float) -> None:
         """The highest level that the instrument accepts, V."""
-        self._set(table.CLAMP_HIGH, table.volts(value))
+        self._set(commands.CLAMP_HIGH, commands.volts(value))
 
     def check_clamp(self, low: float, high: float) -> None:
         """Refuse a clamp that lets more through than `low` to `high`, or less."""
         got = self.clamp()
         for template, read, asked in (
-            (table.CLAMP_LOW, got.low_v, low),
-            (table.CLAMP_HIGH, got.high_v, high),
+            (commands.CLAMP_LOW, got.low_v, low),
+            (commands.CLAMP_HIGH, got.high_v, high),
         ):
             if not abs(read - asked) < 1e-6:
-                raise self._differs(template, f"{read:g}", table.volts(asked))
+                raise self._differs(template, f"{read:g}", commands.volts(asked))
 
     def set_frequency(self, hertz: float) -> None:
         """Periods a second, Hz."""
-        self._set(table.FREQUENCY, table.hertz(hertz))
-        read = self._read(table.FREQUENCY)
+        self._set(commands.FREQUENCY, commands.hertz(hertz))
+        read = self._read(commands.FREQUENCY)
         if not abs(read - hertz) <= 1e-6 * hertz + 1e-6:
-            raise self._differs(table.FREQUENCY, f"{read:g}", table.hertz(hertz))
+            raise self._differs(commands.FREQUENCY, f"{read:g}", commands.hertz(hertz))
 
     def upload(self, codes: np.ndarray) -> None:
         """Fill this channel's memory; the length is read back."""
-        content = table.block(codes)
+        content = commands.block(codes)
         seconds = self.scpi.timeout_s + len(content) / _BYTES_PER_S
-        self.scpi.command(self.name(table.UPLOAD), content, timeout_s=seconds)
-        points = self.scpi.number(self.name(table.POINTS))
+        self.scpi.command(self.name(commands.UPLOAD), content, timeout_s=seconds)
+        points = self.scpi.number(self.name(commands.POINTS))
         if points != codes.size:
-            raise self._differs(table.UPLOAD, f"{points:g} points", f"{codes.size} points")
+            raise self._differs(commands.UPLOAD, f"{points:g} points", f"{codes.size} points")
 
     def select(self) -> None:
         """Play this channel's memory."""
-        self._set(table.SHAPE, f"EMEM{self.n}")
-        self.scpi.text(self.name(table.SHAPE) + "?", rf"(?i:EMEM(ory)?{self.n})")
+        self._set(commands.SHAPE, f"EMEM{self.n}")
+        self.scpi.text(self.name(commands.SHAPE) + "?", rf"(?i:EMEM(ory)?{self.n})")
 
     def read_back(self, points: int) -> np.ndarray:
         """The codes in this channel's memory; some relatives of the instrument cannot tell."""
-        query, size = self.name(table.READ_BACK), 2 * points
-        return table.codes(self.scpi.block(query, limit=size, size=size))
+        query, size = self.name(commands.READ_BACK), 2 * points
+        return commands.codes(self.scpi.block(query, limit=size, size=size))
 
     def align(self) -> None:
         """Start both channels' periods together."""
-        self.scpi.command(self.name(table.ALIGN))
+        self.scpi.command(self.name(commands.ALIGN))
 
     def _set(self, template: str, value: str) -> None:
         self.scpi.command(f"{self.name(template)} {value}")

@@ -13,11 +13,11 @@ from collections.abc import Iterator
 from hardware._errors import InstrumentError, shown
 from hardware.servers._instrument import AbstractInstrument, Answer
 
-from . import _table as table
+from . import _commands as commands
 from ._link import AbstractLaserLink
 
 REFUSED = "BRIDGE: "
-_MOST = table.MOST_BYTES - 2
+_MOST = commands.MOST_BYTES - 2
 
 
 class Bridge(AbstractInstrument):

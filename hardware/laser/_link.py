@@ -8,9 +8,9 @@ from hardware.links import _reply
 from hardware.links._link import AbstractLink, Received
 from hardware.links._trust import Trust
 
-from . import _table as table
+from . import _commands as commands
 
-_MOST = 2 * table.MOST_BYTES  # an answer, and an identity behind it
+_MOST = 2 * commands.MOST_BYTES  # an answer, and an identity behind it
 
 
 class AbstractLaserLink(ClosesOnExit):
@@ -41,7 +41,7 @@ class AbstractLaserLink(ClosesOnExit):
 def answer_of(command: str, lines: list[str]) -> str:
     """The one line of several that answers `command`; `ValueError` where that is not clear."""
     asked = command.strip().upper() == "*IDN?"
-    found = [line for line in lines if line and (asked or not table.is_stray(line))]
+    found = [line for line in lines if line and (asked or not commands.is_stray(line))]
     if not found:
         raise ValueError("there is no line in it but an identity that nobody had asked for")
     if len(found) > 1:
@@ -84,7 +84,7 @@ class VisaLaserLink(AbstractLaserLink):
             self._link.send(command.encode("ascii") + b"\r\n", deadline)
             while True:
                 line = self._line(deadline)
-                if not table.is_stray(line) or command.strip().upper() == "*IDN?":
+                if not commands.is_stray(line) or command.strip().upper() == "*IDN?":
                     return line
 
     def close(self) -> None:
@@ -94,7 +94,7 @@ class VisaLaserLink(AbstractLaserLink):
     def _drop_strays(self, deadline: float) -> None:
         """An identity that came late is read away; anything else means we are out of step."""
         while there := self._held or self._link.unread():
-            if b"\n" not in there or not table.is_stray(self._line(deadline)):
+            if b"\n" not in there or not commands.is_stray(self._line(deadline)):
                 raise _reply.malformed("An answer came that nobody had asked for.", there)
 
     def _line(self, deadline: float) -> str:
@@ -110,4 +110,4 @@ class VisaLaserLink(AbstractLaserLink):
             if end and not data.endswith(b"\n"):
                 self._held += b"\n"
         line, _, self._held = self._held.partition(b"\n")
-        return _reply.read_line(lambda _: Received(line + b"\n", True), limit=table.MOST_BYTES)
+        return _reply.read_line(lambda _: Received(line + b"\n", True), limit=commands.MOST_BYTES)

@@ -2,14 +2,18 @@
 
 import re
 
-from hardware._closes import ClosesOnExit
+import pydantic
+
+from hardware._driver import AbstractConnector, Address, Table
 from hardware._errors import InstrumentError
 from hardware.links import _reply
 from rapi_jax import LimitError
 
-from . import _table as table
-from ._limits import LaserLimits
-from ._link import AbstractLaserLink
+from . import _commands as commands
+from ._base import AbstractLaser, AbstractLaserTable
+from ._limits import LaserLimits, Range
+from ._link import AbstractLaserLink, VisaLaserLink
+from ._vendor_dll import VendorDllLink
 
 _QUEUE = 100  # faults at most
 _PIEZO_STEP = 1.0  # percent at once
@@ -18,7 +22,41 @@ _WAVELENGTH_NM = 0.02  # how near the sensed wavelength must come
 _OUTPUT_S = 30.0  # how long the head may take to switch
 
 
-class TLB6700(ClosesOnExit):
+class LaserRanges(Table):
+    """See `LaserLimits`."""
+
+    wavelength_nm: Range
+    piezo_percent: Range
+    current_ma: Range
+    diode_c: Range
+    cavity_c: Range
+
+    def of(self) -> LaserLimits:
+        """As settings are checked against."""
+        return LaserLimits(**self.model_dump())
+
+
+class Tlb6700Table(AbstractLaserTable):
+    """The TLB-6700: behind a `resource` (a bridge), or with the vendor's library by `serial`."""
+
+    resource: Address | None = None
+    serial: Address | None = None
+    backend: str = "@py"
+    limits: LaserRanges
+
+    @pydantic.model_validator(mode="after")
+    def _one_way(self) -> "Tlb6700Table":
+        if (self.resource is None) == (self.serial is None):
+            raise ValueError("give either `resource` or `serial`")
+        return self
+
+    @property
+    def resources(self) -> tuple[str, ...]:
+        """Its address or serial number."""
+        return (self.resource or self.serial or "",)
+
+
+class TLB6700(AbstractLaser):
     """The controller, identified: remote, tracking off, without faults and not too warm.
 
     Every setting is answered, read back, and followed by a look at the fault queue. Raises
@@ -26,6 +64,19 @@ class TLB6700(ClosesOnExit):
     none given is refused. A context manager: at its end scan and tracking are stopped and the front
     panel works again. Emission is left as it is: switching ages the diode and lets it drift.
     """
+
+    kind = "tlb6700"
+    Table = Tlb6700Table
+    supports_dry_run = True
+
+    @classmethod
+    def open(cls, table: Tlb6700Table, connector: AbstractConnector) -> "TLB6700":
+        """Connect and identify it."""
+        limits = table.limits.of()
+        if table.resource is None and not connector.dry_run:
+            return cls(VendorDllLink(table.serial or ""), limits=limits)
+        link = connector.connect(table.resource or "", backend=table.backend)
+        return cls(VisaLaserLink(link), limits=limits)
 
     def __init__(self, link: AbstractLaserLink, *, limits: LaserLimits | None) -> None:
         """`limits`: from the head's data sheet."""
@@ -36,14 +87,21 @@ class TLB6700(ClosesOnExit):
             )
         self.limits = limits
         self._link = link
-        self.identity = self._told("*IDN?", table.IDENTITY, "This is another instrument.")
+        self._identity = self._told("*IDN?", commands.IDENTITY, "This is another instrument.")
         self.head = self._told(
-            f"{table.MODEL}?", table.HEAD, "The laser head is another one than the limits are for."
+            f"{commands.MODEL}?",
+            commands.HEAD,
+            "The laser head is another one than the limits are for.",
         )
         self._faults()  # of the past; what still holds is reported anew by `check`
-        self._set(table.CONTROL, "REM")
+        self._set(commands.CONTROL, "REM")
         self.track(False)
         self.check()
+
+    @property
+    def identity(self) -> str:
+        """Its `*IDN?`."""
+        return self._identity
 
     @property
     def resource(self) -> str:
@@ -52,10 +110,10 @@ class TLB6700(ClosesOnExit):
 
     def check(self) -> None:
         """Refuse a fault (an open interlock, overheating) and temperatures out of limits."""
-        self._look(table.STATUS)
+        self._look(commands.STATUS)
         for template, name in (
-            (table.DIODE_TEMPERATURE, "diode_c"),
-            (table.CAVITY_TEMPERATURE, "cavity_c"),
+            (commands.DIODE_TEMPERATURE, "diode_c"),
+            (commands.CAVITY_TEMPERATURE, "cavity_c"),
         ):
             value = self._asked(template)
             low, high = getattr(self.limits, name)
@@ -69,7 +127,7 @@ class TLB6700(ClosesOnExit):
 
     def wavelength(self) -> float:
         """As sensed, nm."""
-        return self._asked(table.SENSED_WAVELENGTH)
+        return self._asked(commands.SENSED_WAVELENGTH)
 
     def set_wavelength(self, nm: float, *, timeout_s: float = 60.0) -> float:
         """Move there with tracking on, wait until it is there, and switch tracking off.
@@ -77,7 +135,7 @@ class TLB6700(ClosesOnExit):
         Gives the sensed wavelength, nm.
         """
         self.limits.check("wavelength_nm", nm)
-        self._set(table.WAVELENGTH, f"{nm:.2f}", nm, 5.1e-3)
+        self._set(commands.WAVELENGTH, f"{nm:.2f}", nm, 5.1e-3)
         self.track(True)
         try:
             self._wait(timeout_s)
@@ -86,7 +144,7 @@ class TLB6700(ClosesOnExit):
             self.track(False)
         if not abs(there - nm) <= _WAVELENGTH_NM:
             raise self._wrong(
-                table.SENSED_WAVELENGTH,
+                commands.SENSED_WAVELENGTH,
                 f"{there:g}",
                 f"The laser should be at {nm:g} nm.",
                 "Let it settle and set it again; it may need calibration.",
@@ -95,11 +153,11 @@ class TLB6700(ClosesOnExit):
 
     def track(self, on: bool) -> None:
         """Follow the set wavelength by the motor; off while the piezo is driven."""
-        self._set(table.TRACK, str(int(on)), float(on), 0.0)
+        self._set(commands.TRACK, str(int(on)), float(on), 0.0)
 
     def piezo(self) -> float:
         """As set, percent of the range."""
-        return self._asked(f"{table.PIEZO}?")
+        return self._asked(f"{commands.PIEZO}?")
 
     def set_piezo(self, percent: float) -> None:
         """Go there from where it is, a percent at a time: a piezo that is let jump creeps."""
@@ -107,37 +165,40 @@ class TLB6700(ClosesOnExit):
         now = self.piezo()
         while abs(percent - now) > 1e-9:
             now += min(max(percent - now, -_PIEZO_STEP), _PIEZO_STEP)
-            self._set(table.PIEZO, f"{now:.2f}", now, 0.051)
+            self._set(commands.PIEZO, f"{now:.2f}", now, 0.051)
 
     def current(self) -> float:
         """Of the diode as sensed, mA."""
-        return self._asked(table.SENSED_CURRENT)
+        return self._asked(commands.SENSED_CURRENT)
 
     def set_current(self, ma: float) -> None:
         """Of the diode, mA."""
         self.limits.check("current_ma", ma)
-        self._set(table.CURRENT, f"{ma:.1f}", ma, 0.11)
+        self._set(commands.CURRENT, f"{ma:.1f}", ma, 0.11)
 
     def emits(self) -> bool:
         """Whether the diode is on."""
-        return self._asked(f"{table.OUTPUT}?") == 1.0
+        return self._asked(f"{commands.OUTPUT}?") == 1.0
 
     def check_emission(self) -> None:
         """Refuse a laser that is off: there would be no fringes."""
         if not self.emits():
             raise self._wrong(
-                f"{table.OUTPUT}?", "0", "The laser is off.", "Switch it on and let it settle."
+                f"{commands.OUTPUT}?", "0", "The laser is off.", "Switch it on and let it settle."
             )
 
     def switch(self, on: bool) -> None:
         """Emission on or off; on only where `check` finds nothing. Waits until it has happened."""
         if on:
             self.check()
-        self._set(table.OUTPUT, str(int(on)))
+        self._set(commands.OUTPUT, str(int(on)))
         self._wait(_OUTPUT_S)
         if self.emits() != on:
             raise self._wrong(
-                f"{table.OUTPUT}?", str(int(not on)), "It was told otherwise.", "Look at its key."
+                f"{commands.OUTPUT}?",
+                str(int(not on)),
+                "It was told otherwise.",
+                "Look at its key.",
             )
 
     def scan_wavelength(self, begin_nm: float, end_nm: float, *, nm_per_s: float) -> None:
@@ -146,28 +207,28 @@ class TLB6700(ClosesOnExit):
             self.limits.check("wavelength_nm", nm)
         if not nm_per_s > 0:
             raise ValueError(f"Argument `nm_per_s` must be positive, but is {nm_per_s}.")
-        self._set(table.SCAN_FROM, f"{begin_nm:.2f}", begin_nm, 5.1e-3)
-        self._set(table.SCAN_TO, f"{end_nm:.2f}", end_nm, 5.1e-3)
-        self._set(table.SPEED_UP, f"{nm_per_s:.2f}", nm_per_s, 5.1e-3)
-        self._set(table.SPEED_BACK, f"{nm_per_s:.2f}", nm_per_s, 5.1e-3)
-        self._set(table.SCAN_RESET)
-        self._set(table.SCAN_BEGIN)
+        self._set(commands.SCAN_FROM, f"{begin_nm:.2f}", begin_nm, 5.1e-3)
+        self._set(commands.SCAN_TO, f"{end_nm:.2f}", end_nm, 5.1e-3)
+        self._set(commands.SPEED_UP, f"{nm_per_s:.2f}", nm_per_s, 5.1e-3)
+        self._set(commands.SPEED_BACK, f"{nm_per_s:.2f}", nm_per_s, 5.1e-3)
+        self._set(commands.SCAN_RESET)
+        self._set(commands.SCAN_BEGIN)
 
     def stop_scan(self) -> None:
         """End a scan where it is."""
-        self._set(table.SCAN_END)
+        self._set(commands.SCAN_END)
 
     def snapshot(self) -> dict[str, str]:
         """Every setting and sensed value, as the controller tells it."""
         settings = {
-            "head": table.MODEL, "emits": table.OUTPUT, "tracking": table.TRACK,
-            "wavelength_set_nm": table.WAVELENGTH, "piezo_set_percent": table.PIEZO,
-            "current_set_ma": table.CURRENT,
+            "head": commands.MODEL, "emits": commands.OUTPUT, "tracking": commands.TRACK,
+            "wavelength_set_nm": commands.WAVELENGTH, "piezo_set_percent": commands.PIEZO,
+            "current_set_ma": commands.CURRENT,
         }  # fmt: skip
         sensed = {
-            "wavelength_nm": table.SENSED_WAVELENGTH, "piezo_percent": table.SENSED_PIEZO,
-            "current_ma": table.SENSED_CURRENT, "diode_c": table.DIODE_TEMPERATURE,
-            "cavity_c": table.CAVITY_TEMPERATURE,
+            "wavelength_nm": commands.SENSED_WAVELENGTH, "piezo_percent": commands.SENSED_PIEZO,
+            "current_ma": commands.SENSED_CURRENT, "diode_c": commands.DIODE_TEMPERATURE,
+            "cavity_c": commands.CAVITY_TEMPERATURE,
         }  # fmt: skip
         queries = {name: f"{query}?" for name, query in settings.items()} | sensed
         told = {name: self._told(query, r".+", "") for name, query in queries.items()}
@@ -178,7 +239,7 @@ class TLB6700(ClosesOnExit):
         try:
             self.stop_scan()
             self.track(False)
-            self._set(table.CONTROL, "LOC")
+            self._set(commands.CONTROL, "LOC")
         finally:
             self._link.close()
 
@@ -208,39 +269,39 @@ class TLB6700(ClosesOnExit):
 
     def _look(self, command: str) -> None:
         """Raise where a fault waits."""
-        status = self._told(table.STATUS, r"\+?\d{1,3}", "This is no status.")
+        status = self._told(commands.STATUS, r"\+?\d{1,3}", "This is no status.")
         if int(status):
             faults = self._faults()
-            told = "; ".join(map(_spelt, faults)) or f"{table.STATUS} {status}"
+            told = "; ".join(map(_spelt, faults)) or f"{commands.STATUS} {status}"
             raise self._wrong(command, told, *_cure(faults))
 
     def _faults(self) -> list[tuple[int, str]]:
         found = []
         for _ in range(_QUEUE):
-            line = self._link.query(table.ERROR)
+            line = self._link.query(commands.ERROR)
             try:
-                entry = table.fault(line)
+                entry = commands.fault(line)
             except ValueError as error:
                 raise self._wrong(
-                    table.ERROR, line, f"The answer cannot be used: {error}.", "Look at it."
+                    commands.ERROR, line, f"The answer cannot be used: {error}.", "Look at it."
                 ) from None
             if entry[0] == 0:
                 return found
             found.append(entry)
         raise self._wrong(
-            table.ERROR, "", "The fault queue does not end.", "Restart the controller."
+            commands.ERROR, "", "The fault queue does not end.", "Restart the controller."
         )
 
     def _wait(self, seconds: float) -> None:
         until = self._link.now() + seconds
-        while self._told(table.DONE, r"[01]", "This is no answer to it.") != "1":
-            self._look(table.DONE)
+        while self._told(commands.DONE, r"[01]", "This is no answer to it.") != "1":
+            self._look(commands.DONE)
             if self._link.now() >= until:
                 raise self._wrong(
-                    table.DONE, "0", f"It is still moving after {seconds:g} s.", "Wait longer."
+                    commands.DONE, "0", f"It is still moving after {seconds:g} s.", "Wait longer."
                 )
             self._link.sleep(_POLL_S)
-        self._look(table.DONE)
+        self._look(commands.DONE)
 
     def _asked(self, query: str) -> float:
         line = self._link.query(query)
@@ -266,7 +327,7 @@ def _spelt(fault: tuple[int, str]) -> str:
 
 
 def _cure(faults: list[tuple[int, str]]) -> tuple[str, str]:
-    cures = [table.CURES[code] for code, _ in faults if code in table.CURES]
+    cures = [commands.CURES[code] for code, _ in faults if code in commands.CURES]
     return (
         "The controller refuses the command, or reports a fault.",
         " ".join(cures) or "Check the value against the head's range.",

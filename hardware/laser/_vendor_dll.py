@@ -11,7 +11,7 @@ from typing import Any
 
 from hardware._errors import InstrumentError
 
-from . import _table as table
+from . import _commands as commands
 from ._link import AbstractLaserLink, answer_of
 
 PRODUCT = 0x100A
@@ -50,16 +50,16 @@ class VendorDllLink(AbstractLaserLink):
         if self._id is None:
             self._open()
         data = command.encode("ascii")
-        if len(data) >= table.MOST_BYTES:
-            raise ValueError(f"A command has fewer than {table.MOST_BYTES} bytes: {command!r}.")
-        packet = ctypes.create_string_buffer(data, table.MOST_BYTES)
+        if len(data) >= commands.MOST_BYTES:
+            raise ValueError(f"A command has fewer than {commands.MOST_BYTES} bytes: {command!r}.")
+        packet = ctypes.create_string_buffer(data, commands.MOST_BYTES)
         if self._dll.newp_usb_send_ascii(self._id, packet, ctypes.c_ulong(len(data))) != 0:
             raise self._failed(command, "The library could not send it.")
         until = self.now() + self.timeout_s
         while True:
             lines = self._read(command)
             asked = command.strip().upper() == "*IDN?"
-            if any(asked or not table.is_stray(line) for line in lines):
+            if any(asked or not commands.is_stray(line) for line in lines):
                 break
             if self.now() >= until:
                 raise self._failed(command, "There was no answer in time.")
@@ -77,8 +77,8 @@ class VendorDllLink(AbstractLaserLink):
     def _read(self, command: str) -> list[str]:
         # The count that the library gives is the buffer's size, whatever came: the text ends at a
         # zero byte.
-        buffer, count = ctypes.create_string_buffer(table.MOST_BYTES + 1), ctypes.c_ulong(0)
-        size = ctypes.c_ulong(table.MOST_BYTES)
+        buffer, count = ctypes.create_string_buffer(commands.MOST_BYTES + 1), ctypes.c_ulong(0)
+        size = ctypes.c_ulong(commands.MOST_BYTES)
         if self._dll.newp_usb_get_ascii(self._id, buffer, size, ctypes.byref(count)) != 0:
             raise self._failed(command, "The library could not read an answer.")
         text = buffer.value.decode("ascii", "backslashreplace")

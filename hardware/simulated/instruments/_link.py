@@ -19,6 +19,10 @@ class Clock:
         """The time now, s."""
         return self.s
 
+    def sleep(self, seconds: float) -> None:
+        """Time passes at once."""
+        self.s += max(seconds, 0.0)
+
 
 class SimulatedLink(AbstractLink):
     """A connection to `instrument`; waiting moves its clock on.
@@ -62,7 +66,7 @@ class SimulatedLink(AbstractLink):
 
     def sleep(self, seconds: float) -> None:
         """Time passes at once."""
-        self.clock_s += max(seconds, 0.0)
+        self.clock.sleep(seconds)
 
     def send(self, data: bytes, deadline: float) -> None:
         """Feed the instrument."""

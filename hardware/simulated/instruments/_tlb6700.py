@@ -5,7 +5,7 @@ import re
 import time
 from collections.abc import Callable
 
-from hardware.laser import _table as table
+from hardware.laser import _commands as table
 from hardware.servers._instrument import AbstractInstrument, Answer
 
 from ._messages import header_pattern

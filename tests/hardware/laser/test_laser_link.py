@@ -6,8 +6,8 @@ import random
 import pytest
 
 from hardware import Bridge, InstrumentError, VendorDllLink, VisaLaserLink
+from hardware.laser._commands import fault, is_stray
 from hardware.laser._link import answer_of
-from hardware.laser._table import fault, is_stray
 from hardware.simulated import (
     Closing,
     Cut,

@@ -1,6 +1,6 @@
 """Instruments, and what stands in for them: the only package that talks to a laboratory."""
 
-from rapi_jax._limits import DriveLimits as DriveLimits
+from rapi_jax import DriveLimits as DriveLimits
 
 from ._driver import AbstractConnector as AbstractConnector
 from ._driver import AbstractDriver as AbstractDriver

@@ -4,8 +4,7 @@ import abc
 import dataclasses
 from collections.abc import Sequence
 
-from rapi_jax import DataError, Drive, Recording
-from rapi_jax._limits import DriveLimits
+from rapi_jax import DataError, Drive, DriveLimits, Recording
 
 
 class AbstractBench(abc.ABC):

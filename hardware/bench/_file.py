@@ -13,8 +13,8 @@ from hardware.digitizer._base import AbstractDigitizerTable
 from hardware.generator._base import AbstractGeneratorTable
 from hardware.laser._base import AbstractLaserTable
 from rapi_jax import DataError, DriveLimits
+from rapi_jax.internal import StrPath, cause, located, read_text
 from rapi_jax.io import printable
-from rapi_jax.io._safe import StrPath, cause, located, read_text
 
 from ._drivers import FAMILIES, Driver, collect_drivers, validate_table
 

@@ -5,8 +5,8 @@ import hashlib
 from collections.abc import Iterable, Iterator
 
 from hardware._errors import InstrumentError
+from rapi_jax.internal import cause
 from rapi_jax.io import printable
-from rapi_jax.io._safe import cause
 
 
 @contextlib.contextmanager

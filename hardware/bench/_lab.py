@@ -11,7 +11,7 @@ from hardware.digitizer._raw import write_samples
 from hardware.generator._base import AbstractGenerator, AbstractOutput
 from hardware.laser._base import AbstractLaser
 from rapi_jax import DataError, Drive, DriveLimits, LimitError, Recording, Run
-from rapi_jax.io._safe import StrPath
+from rapi_jax.internal import StrPath
 from rapi_jax.readout import Fringes, read_fringes
 
 from ._base import AbstractBench, at_piezo, checked

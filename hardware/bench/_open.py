@@ -12,7 +12,7 @@ from hardware.servers._instrument import AbstractInstrument
 from hardware.simulated import Clock, Device, Laboratory, SimulatedLink, WiredLaboratory
 from rapi_jax import DataError
 from rapi_jax.examples import paper_device
-from rapi_jax.io._safe import StrPath
+from rapi_jax.internal import StrPath
 
 from ._drivers import Driver, Drivers, collect_drivers, find_driver
 from ._file import BenchFile, read_bench

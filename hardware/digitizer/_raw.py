@@ -15,8 +15,8 @@ import pydantic
 from pydantic import Field
 
 from rapi_jax import DataError
+from rapi_jax.internal import StrPath, inside, located, open_regular, read_text
 from rapi_jax.io import printable, write_atomic
-from rapi_jax.io._safe import StrPath, inside, located, open_regular, read_text
 
 from ._base import Samples
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from hardware._driver import AbstractConnector, Address
 from rapi_jax import DataError
+from rapi_jax.internal import StrPath
 from rapi_jax.io import printable
-from rapi_jax.io._safe import StrPath
 
 from ._base import AbstractDigitizer, AbstractDigitizerTable, Acquisition, Samples
 from ._raw import read_samples

@@ -7,7 +7,7 @@ import numpy as np
 from hardware._errors import InstrumentError
 from hardware.bench._exits import forget, on_exit
 from rapi_jax import AfgWaveform, Drive, DriveLimits, LimitError
-from rapi_jax.io.drives._afg_waveform import FULL, POINTS, codes_of, period_volts
+from rapi_jax.internal import FULL, POINTS, codes_of, period_volts
 
 from . import _commands as commands
 from ._base import AbstractOutput

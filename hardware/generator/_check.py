@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from rapi_jax import AfgWaveform, DataError, Drive, DriveLimits, LimitError
-from rapi_jax.io.drives._afg_waveform import FULL, POINTS
+from rapi_jax.internal import FULL, POINTS
 
 
 def checked_period(volts: np.ndarray, frequency_hz: float, limits: DriveLimits) -> np.ndarray:

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from hardware.bench._base import AbstractBench, at_piezo, checked
-from rapi_jax import Drive, Recording
-from rapi_jax._limits import DriveLimits
+from rapi_jax import AfgWaveform, Drive, DriveLimits, Recording
 from rapi_jax.examples import paper_device
-from rapi_jax.io.drives._afg_waveform import POINTS, AfgWaveform
+from rapi_jax.internal import POINTS
 from rapi_jax.readout import Fringes, Readout, read_fringes
 
 from ._laboratory import Laboratory

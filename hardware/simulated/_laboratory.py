@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from rapi_jax.io.drives._afg_waveform import AfgWaveform
+from rapi_jax import AfgWaveform
 from rapi_jax.readout import Fringes
 
 from .laser._device import Device, Scan

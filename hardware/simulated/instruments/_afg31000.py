@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from rapi_jax import AfgWaveform
-from rapi_jax.io.drives._afg_waveform import FULL, POINTS
+from rapi_jax.internal import FULL, POINTS
 
 from ._afg_output import AfgOutput, Seen
 from ._messages import Unit

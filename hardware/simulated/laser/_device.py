@@ -8,11 +8,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from rapi_jax import ECDL
-from rapi_jax._ecdl import drive_side, laws, optical_side
-from rapi_jax._precision import float64
-from rapi_jax.io.drives._afg_waveform import POINTS, AfgWaveform
-from rapi_jax.sampling._batch import DriveBatch, on_device
+from rapi_jax import ECDL, AfgWaveform
+from rapi_jax.internal import POINTS, DriveBatch, drive_side, float64, laws, on_device, optical_side
 
 from ._drift import State
 from ._dynamics import AbstractPhysics, Amplifier

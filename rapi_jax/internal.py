@@ -7,6 +7,7 @@ from ._ecdl import drive_side as drive_side
 from ._ecdl import laws as laws
 from ._ecdl import optical_side as optical_side
 from ._precision import float64 as float64
+from ._threshold import threshold as threshold
 from .io._safe import StrPath as StrPath
 from .io._safe import cause as cause
 from .io._safe import inside as inside

@@ -16,9 +16,8 @@ from rapi_jax.readout import Fringes, read_fringes
 
 from ._base import AbstractBench, at_piezo, checked
 from ._file import BenchFile
+from ._thresholds import THRESHOLDS
 
-_MARGIN = 0.18  # of a period
-_LATE_S = 10.0  # beyond the record's own length
 Progress = Callable[[int, int, str], None]
 
 
@@ -151,7 +150,7 @@ class LabBench(AbstractBench, ClosesOnExit):
         if self._laser is not None:
             self._laser.check()
             self._laser.check_emission()
-        margin_s = min(at.margin_s, _MARGIN / drive.rate)
+        margin_s = min(at.margin_s, THRESHOLDS.margin_fraction / drive.rate)
         length_s = drive.periods / drive.rate + at.latency_s
         asked = Acquisition(at.inputs(), margin_s, length_s + margin_s, at.sample_hz)
         self._digitizer.configure(asked)
@@ -165,7 +164,9 @@ class LabBench(AbstractBench, ClosesOnExit):
             self._sleep(file.settling / drive.rate)
             start_s = self._now() - self._began
             self._digitizer.arm()
-            samples = self._digitizer.fetch(length_s + 2 * margin_s + 2 / drive.rate + _LATE_S)
+            wait_s = THRESHOLDS.trigger_wait_periods / drive.rate
+            seconds = length_s + 2 * margin_s + wait_s + THRESHOLDS.late_s
+            samples = self._digitizer.fetch(seconds)
         finally:
             channel.off()
         return samples, dataclasses.replace(drive, start_s=start_s)

@@ -12,6 +12,8 @@ from pydantic import Field
 from hardware._driver import AbstractDriver, AbstractDriverTable, Positive, Table
 from rapi_jax import DataError
 
+from ._thresholds import THRESHOLDS
+
 
 @dataclass(frozen=True)
 class Input:
@@ -88,7 +90,7 @@ class Samples:
                 f"should go from {-asked.before_s:.6g} to {asked.after_s:.6g} s: the digitizer's "
                 "memory is too short for this rate and length."
             )
-        if self.sample_hz < asked.sample_hz * (1 - 1e-9):
+        if self.sample_hz < asked.sample_hz * (1 - THRESHOLDS.rate_tolerance):
             raise DataError(
                 f"The record has {self.sample_hz:g} samples a second, but needs {asked.sample_hz:g}"
                 ": record less at once, or with a digitizer of more memory."

@@ -11,14 +11,10 @@ from hardware._errors import InstrumentError
 from hardware.links._scpi import Scpi
 
 from ._base import AbstractDigitizer, AbstractDigitizerTable, Acquisition, Samples
+from ._thresholds import THRESHOLDS
 
 IDENTITY = r"(KEYSIGHT|AGILENT) TECHNOLOGIES,[DM]SO-?X? ?[2346]\d{3}[A-Z]?,[^,]{1,64},[^,]{1,64}"
-_TIMEOUT_S = 10.0  # it answers slowly while it works on a long record
 _RUNNING = 8  # in the operation status
-_POLL_S = 0.01
-_TRIGGER_V = 1.5  # the generator's trigger output has TTL levels
-_BYTES_PER_S = 2e5  # a slow line
-_MOST = 1 << 23  # samples
 
 
 class InfiniiVisionTable(AbstractDigitizerTable):
@@ -48,7 +44,7 @@ class InfiniiVision(AbstractDigitizer):
     def open(cls, table: InfiniiVisionTable, connector: AbstractConnector) -> "InfiniiVision":
         """Connect and identify it."""
         link = connector.connect(table.resource, backend=table.backend)
-        return cls(Scpi(link, timeout_s=_TIMEOUT_S))
+        return cls(Scpi(link, timeout_s=THRESHOLDS.oscilloscope_reply_s))
 
     def __init__(self, scpi: Scpi) -> None:
         """Raises `InstrumentError` for any other instrument."""
@@ -69,10 +65,11 @@ class InfiniiVision(AbstractDigitizer):
         send(":ACQ:TYPE NORM")
         send(":TIM:MODE MAIN")
         send(":TIM:REF LEFT")  # one division from the left
-        span = (asked.before_s + asked.after_s) * 1.02
+        span = (asked.before_s + asked.after_s) * THRESHOLDS.span_reserve
         self._set(":TIM:RANG", span)
         # The reference stands a tenth from the left, and `position` is the time there.
-        self._set(":TIM:POS", self._scpi.number(":TIM:RANG?") / 10 - asked.before_s * 1.01)
+        before_s = asked.before_s * THRESHOLDS.before_reserve
+        self._set(":TIM:POS", self._scpi.number(":TIM:RANG?") / 10 - before_s)
         for one in asked.inputs.values():
             channel = f":CHAN{one.connector}"
             send(f"{channel}:DISP 1")
@@ -85,7 +82,7 @@ class InfiniiVision(AbstractDigitizer):
         send(":TRIG:EDGE:SOUR EXT")
         send(":TRIG:EDGE:SLOP POS")
         self._set(":EXT:PROB", 1.0)  # else the level is not that at the connector
-        self._set(":TRIG:EDGE:LEV", _TRIGGER_V)
+        self._set(":TRIG:EDGE:LEV", THRESHOLDS.trigger_level_v)
         send(":TRIG:SWE NORM")
         self._asked = asked
 
@@ -109,7 +106,7 @@ class InfiniiVision(AbstractDigitizer):
                     cure="Connect the generator's trigger output to the external trigger input, "
                     "and see that the generator plays.",
                 )
-            self._scpi.sleep(_POLL_S)
+            self._scpi.sleep(THRESHOLDS.poll_s)
         read = {name: self._read(one.connector) for name, one in asked.inputs.items()}
         first = next(iter(read.values()))
         return Samples(
@@ -147,7 +144,7 @@ class InfiniiVision(AbstractDigitizer):
             self._scpi.command(command)
         line = self._scpi.text(":WAV:PRE?", r"[-+0-9.eE,]+")
         numbers = [float(x) for x in line.split(",")]
-        if len(numbers) != 10 or not (0 < numbers[2] <= _MOST and numbers[4] > 0):
+        if len(numbers) != 10 or not (0 < numbers[2] <= THRESHOLDS.most_samples and numbers[4] > 0):
             raise InstrumentError(
                 self._scpi.resource,
                 ":WAV:PRE?",
@@ -157,7 +154,7 @@ class InfiniiVision(AbstractDigitizer):
             )
         _, _, points, _, step_s, origin_s, reference, per_code, origin_v, middle = numbers
         size = 2 * int(points)
-        seconds = self._scpi.timeout_s + size / _BYTES_PER_S
+        seconds = self._scpi.timeout_s + size / THRESHOLDS.bytes_per_s
         data = self._scpi.block(":WAV:DATA?", limit=size, size=size, timeout_s=seconds)
         codes = np.frombuffer(data, dtype=">i2").astype(np.int16)
         start_s = origin_s - reference * step_s
@@ -166,7 +163,7 @@ class InfiniiVision(AbstractDigitizer):
     def _set(self, header: str, value: float, *, at_least: bool = False) -> None:
         self._scpi.command(f"{header} {value:.6E}")
         read = self._scpi.number(f"{header}?")
-        near = max(abs(value), 1e-6) * 0.01
+        near = max(abs(value), THRESHOLDS.setting_floor) * THRESHOLDS.setting_tolerance
         if not (value - near <= read and (at_least or read <= value + near)):
             raise InstrumentError(
                 self._scpi.resource,

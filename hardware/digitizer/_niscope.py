@@ -16,6 +16,7 @@ from rapi_jax.io import printable
 
 from ._base import AbstractDigitizer, AbstractDigitizerTable, Acquisition, Samples
 from ._infiniivision import InfiniiVision
+from ._thresholds import THRESHOLDS
 
 TRIGGER = "VAL_PFI_1"
 _CURE = (
@@ -95,14 +96,15 @@ class NiScope(AbstractDigitizer):
                 coupling=ni.VerticalCoupling.DC,
                 offset=(one.high_v + one.low_v) / 2,
             )
+        before = 100.0 * asked.before_s * THRESHOLDS.before_reserve  # percent of what is recorded
         span = asked.before_s + asked.after_s
-        count = math.ceil(span * asked.sample_hz * 1.02) + 2
+        count = math.ceil(span * asked.sample_hz * THRESHOLDS.span_reserve) + 2
         self._do(
             "configure_horizontal_timing",
             session.configure_horizontal_timing,
             min_sample_rate=asked.sample_hz,
             min_num_pts=count,
-            ref_position=100.0 * asked.before_s * 1.01 / (span * 1.02),
+            ref_position=before / (span * THRESHOLDS.span_reserve),
             num_records=1,
             enforce_realtime=True,
         )

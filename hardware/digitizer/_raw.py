@@ -19,10 +19,9 @@ from rapi_jax.internal import StrPath, inside, located, open_regular, read_text
 from rapi_jax.io import printable, write_atomic
 
 from ._base import Samples
+from ._thresholds import THRESHOLDS
 
 SCHEMA = "rapi.samples/1"
-_MOST_BYTES = 1 << 30  # of one column
-_HEAD_BYTES = 1 << 16
 
 
 class _Column(pydantic.BaseModel):
@@ -81,7 +80,7 @@ def read_samples(path: StrPath) -> tuple[Samples, dict[str, str]]:
     path = Path(path)
     with located(printable(path)):
         try:
-            head = _Head.model_validate_json(read_text(path, _HEAD_BYTES))
+            head = _Head.model_validate_json(read_text(path, THRESHOLDS.head_bytes))
         except pydantic.ValidationError as error:
             first = error.errors()[0]
             where = ".".join(str(part) for part in first["loc"]) or "the file"
@@ -103,7 +102,7 @@ def read_samples(path: StrPath) -> tuple[Samples, dict[str, str]]:
 
 
 def _column(folder: Path, about: _Column) -> np.ndarray:
-    with open_regular(inside(folder, about.file), _MOST_BYTES) as file:
+    with open_regular(inside(folder, about.file), THRESHOLDS.column_bytes) as file:
         data = file.read()
     if hashlib.sha256(data).hexdigest() != about.sha256:
         raise DataError(f"{printable(about.file)} is not what was written. Copy it again.")

@@ -14,8 +14,7 @@ from ._base import AbstractOutput
 from ._check import checked_codes, checked_period
 from ._levels import Levels, around, inside, parked, path
 from ._port import AfgPort
-
-_RAMP_V = 0.05  # largest change of a level at once while the output is on
+from ._thresholds import THRESHOLDS
 
 
 class AfgChannel(AbstractOutput):
@@ -41,7 +40,8 @@ class AfgChannel(AbstractOutput):
         self.loaded: AfgWaveform | None = None
         self._port = port
         self._park = parked(park_v, self.limits)
-        self._step_v = max(1e-3, min(_RAMP_V, self.limits.step_v / 2))
+        step_v = min(THRESHOLDS.ramp_step_v, self.limits.step_v * THRESHOLDS.step_share)
+        self._step_v = max(THRESHOLDS.least_step_v, step_v)
 
     def prepare(self) -> None:
         """Off, load, clamp: each verified. An output that somebody left on is parked first."""

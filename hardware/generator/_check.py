@@ -7,6 +7,8 @@ import numpy as np
 from rapi_jax import AfgWaveform, DataError, Drive, DriveLimits, LimitError
 from rapi_jax.internal import FULL, POINTS
 
+from ._thresholds import THRESHOLDS
+
 
 def checked_period(volts: np.ndarray, frequency_hz: float, limits: DriveLimits) -> np.ndarray:
     """One period as float64, if it may be played; raises `LimitError` or `DataError`."""
@@ -15,7 +17,7 @@ def checked_period(volts: np.ndarray, frequency_hz: float, limits: DriveLimits) 
         raise DataError(
             f"A waveform has 2 to {POINTS} values in one column, but this has shape {volts.shape}."
         )
-    if not (math.isfinite(frequency_hz) and frequency_hz >= 1e-3):
+    if not (math.isfinite(frequency_hz) and frequency_hz >= THRESHOLDS.least_frequency_hz):
         raise DataError(f"The rate must be 1 mHz or more, but is {frequency_hz} Hz.")
     # Two periods where one is too short for a drive of its own.
     played = np.tile(volts, 2) if volts.size < 4 else volts
@@ -41,7 +43,7 @@ def checked_codes(wave: AfgWaveform, limits: DriveLimits) -> np.ndarray:
     behind = (np.minimum.accumulate(above[::-1] - ramp) + ramp)[::-1]
     allowed = np.minimum(ahead, behind)[volts.size : 2 * volts.size]
     beyond = (volts - half) - allowed
-    if beyond.max() > 1e-9 * (limits.high_v - limits.low_v):
+    if beyond.max() > THRESHOLDS.slope_rounding * (limits.high_v - limits.low_v):
         at = int(np.argmax(beyond))
         raise LimitError(
             f"Around code {at} the waveform changes faster than {rise:.4g} V a sample, which "

@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 from rapi_jax import DriveLimits, LimitError
 
-PARK_PP = 0.004  # V: what the output still moves by when it is parked
-_TOLERANCE = 1e-6  # of a step of the grid: the rounding of floats
+from ._thresholds import THRESHOLDS
 
 
 class Levels(NamedTuple):
@@ -31,7 +30,7 @@ def grid(volts: float) -> float:
 def floor_level(volts: float) -> float:
     """The next level at or below `volts`."""
     step = grid(volts)
-    return round(math.floor(volts / step + _TOLERANCE) * step, 4) + 0.0  # never -0.0
+    return round(math.floor(volts / step + THRESHOLDS.grid_rounding) * step, 4) + 0.0  # never -0.0
 
 
 def ceil_level(volts: float) -> float:
@@ -56,8 +55,10 @@ def inside(limits: DriveLimits, largest_v: float) -> DriveLimits:
             f"The limits {low:g} V to {high:g} V go beyond what the instrument gives at this load, "
             f"{largest_v:g} V of either sign. Narrow them."
         )
-    if high - low < PARK_PP:
-        raise LimitError(f"The limits {low:g} V to {high:g} V leave less than {PARK_PP:g} V.")
+    if high - low < THRESHOLDS.park_pp_v:
+        raise LimitError(
+            f"The limits {low:g} V to {high:g} V leave less than {THRESHOLDS.park_pp_v:g} V."
+        )
     return DriveLimits(low, high, limits.slew_v_per_s, limits.step_v, limits.max_frequency_hz)
 
 
@@ -65,13 +66,13 @@ def around(low_v: float, high_v: float, limits: DriveLimits) -> Levels:
     """The tightest levels that enclose `low_v` to `high_v`, rounded outward, within `limits`."""
     low = max(floor_level(low_v), limits.low_v)
     high = min(ceil_level(high_v), limits.high_v)
-    if high - low < PARK_PP:
+    if high - low < THRESHOLDS.park_pp_v:
         middle = (low + high) / 2
-        low = max(floor_level(middle - PARK_PP / 2), limits.low_v)
-        high = ceil_level(low + PARK_PP)
+        low = max(floor_level(middle - THRESHOLDS.park_pp_v / 2), limits.low_v)
+        high = ceil_level(low + THRESHOLDS.park_pp_v)
         if high > limits.high_v:
             high = limits.high_v
-            low = floor_level(high - PARK_PP)
+            low = floor_level(high - THRESHOLDS.park_pp_v)
     return Levels(low, high)
 
 
@@ -87,7 +88,7 @@ def order(now: Levels, then: Levels) -> tuple[str, str]:
     The smaller swing keeps slopes between those of `now` and `then`.
     """
     low_first, high_first = now.high_v - then.low_v, then.high_v - now.low_v
-    legal = PARK_PP / 2
+    legal = THRESHOLDS.park_pp_v / 2
     if low_first >= legal and (low_first <= high_first or high_first < legal):
         return "low", "high"
     return "high", "low"

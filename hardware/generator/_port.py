@@ -9,8 +9,7 @@ from hardware.links._scpi import Scpi
 
 from . import _commands as commands
 from ._levels import Levels, grid, order
-
-_BYTES_PER_S = 5e4  # a slow line: what an upload may take beyond the usual time
+from ._thresholds import THRESHOLDS
 
 
 class AfgPort:
@@ -42,7 +41,7 @@ class AfgPort:
     def check_load(self, ohm: float) -> None:
         """Refuse another load: a 50 ohm setting doubles the voltage into high impedance."""
         read = self.scpi.number(self.name(commands.LOAD) + "?")
-        if not (read == ohm or math.isclose(read, ohm, rel_tol=1e-3)):
+        if not (read == ohm or math.isclose(read, ohm, rel_tol=THRESHOLDS.load_tolerance)):
             raise InstrumentError(
                 self.scpi.resource,
                 self.name(commands.LOAD) + "?",
@@ -65,7 +64,7 @@ class AfgPort:
             (commands.LOW, read.low_v, then.low_v),
             (commands.HIGH, read.high_v, then.high_v),
         ):
-            if not abs(got - asked) <= grid(asked) * 1.01:
+            if not abs(got - asked) <= grid(asked) * THRESHOLDS.level_tolerance:
                 raise self._differs(template, f"{got:g}", commands.volts(asked))
         return read
 
@@ -97,20 +96,21 @@ class AfgPort:
             (commands.CLAMP_LOW, got.low_v, low),
             (commands.CLAMP_HIGH, got.high_v, high),
         ):
-            if not abs(read - asked) < 1e-6:
+            if not abs(read - asked) < THRESHOLDS.clamp_tolerance_v:
                 raise self._differs(template, f"{read:g}", commands.volts(asked))
 
     def set_frequency(self, hertz: float) -> None:
         """Periods a second, Hz."""
         self._set(commands.FREQUENCY, commands.hertz(hertz))
         read = self._read(commands.FREQUENCY)
-        if not abs(read - hertz) <= 1e-6 * hertz + 1e-6:
+        near = THRESHOLDS.frequency_tolerance
+        if not abs(read - hertz) <= near * hertz + near:
             raise self._differs(commands.FREQUENCY, f"{read:g}", commands.hertz(hertz))
 
     def upload(self, codes: np.ndarray) -> None:
         """Fill this channel's memory; the length is read back."""
         content = commands.block(codes)
-        seconds = self.scpi.timeout_s + len(content) / _BYTES_PER_S
+        seconds = self.scpi.timeout_s + len(content) / THRESHOLDS.upload_bytes_per_s
         self.scpi.command(self.name(commands.UPLOAD), content, timeout_s=seconds)
         points = self.scpi.number(self.name(commands.POINTS))
         if points != codes.size:

@@ -13,13 +13,8 @@ from . import _commands as commands
 from ._base import AbstractLaser, AbstractLaserTable
 from ._limits import LaserLimits, Range
 from ._link import AbstractLaserLink, VisaLaserLink
+from ._thresholds import THRESHOLDS
 from ._vendor_dll import VendorDllLink
-
-_QUEUE = 100  # faults at most
-_PIEZO_STEP = 1.0  # percent at once
-_POLL_S = 0.05
-_WAVELENGTH_NM = 0.02  # how near the sensed wavelength must come
-_OUTPUT_S = 30.0  # how long the head may take to switch
 
 
 class LaserRanges(Table):
@@ -135,14 +130,14 @@ class TLB6700(AbstractLaser):
         Gives the sensed wavelength, nm.
         """
         self.limits.check("wavelength_nm", nm)
-        self._set(commands.WAVELENGTH, f"{nm:.2f}", nm, 5.1e-3)
+        self._set(commands.WAVELENGTH, f"{nm:.2f}", nm, THRESHOLDS.wavelength_tolerance_nm)
         self.track(True)
         try:
             self._wait(timeout_s)
             there = self.wavelength()
         finally:
             self.track(False)
-        if not abs(there - nm) <= _WAVELENGTH_NM:
+        if not abs(there - nm) <= THRESHOLDS.wavelength_error_nm:
             raise self._wrong(
                 commands.SENSED_WAVELENGTH,
                 f"{there:g}",
@@ -162,10 +157,10 @@ class TLB6700(AbstractLaser):
     def set_piezo(self, percent: float) -> None:
         """Go there from where it is, a percent at a time: a piezo that is let jump creeps."""
         self.limits.check("piezo_percent", percent)
-        now = self.piezo()
-        while abs(percent - now) > 1e-9:
-            now += min(max(percent - now, -_PIEZO_STEP), _PIEZO_STEP)
-            self._set(commands.PIEZO, f"{now:.2f}", now, 0.051)
+        now, step = self.piezo(), THRESHOLDS.piezo_step_percent
+        while abs(percent - now) > THRESHOLDS.piezo_rounding_percent:
+            now += min(max(percent - now, -step), step)
+            self._set(commands.PIEZO, f"{now:.2f}", now, THRESHOLDS.piezo_tolerance_percent)
 
     def current(self) -> float:
         """Of the diode as sensed, mA."""
@@ -174,7 +169,7 @@ class TLB6700(AbstractLaser):
     def set_current(self, ma: float) -> None:
         """Of the diode, mA."""
         self.limits.check("current_ma", ma)
-        self._set(commands.CURRENT, f"{ma:.1f}", ma, 0.11)
+        self._set(commands.CURRENT, f"{ma:.1f}", ma, THRESHOLDS.current_tolerance_ma)
 
     def emits(self) -> bool:
         """Whether the diode is on."""
@@ -192,7 +187,7 @@ class TLB6700(AbstractLaser):
         if on:
             self.check()
         self._set(commands.OUTPUT, str(int(on)))
-        self._wait(_OUTPUT_S)
+        self._wait(THRESHOLDS.switch_s)
         if self.emits() != on:
             raise self._wrong(
                 f"{commands.OUTPUT}?",
@@ -207,10 +202,11 @@ class TLB6700(AbstractLaser):
             self.limits.check("wavelength_nm", nm)
         if not nm_per_s > 0:
             raise ValueError(f"Argument `nm_per_s` must be positive, but is {nm_per_s}.")
-        self._set(commands.SCAN_FROM, f"{begin_nm:.2f}", begin_nm, 5.1e-3)
-        self._set(commands.SCAN_TO, f"{end_nm:.2f}", end_nm, 5.1e-3)
-        self._set(commands.SPEED_UP, f"{nm_per_s:.2f}", nm_per_s, 5.1e-3)
-        self._set(commands.SPEED_BACK, f"{nm_per_s:.2f}", nm_per_s, 5.1e-3)
+        near = THRESHOLDS.wavelength_tolerance_nm
+        self._set(commands.SCAN_FROM, f"{begin_nm:.2f}", begin_nm, near)
+        self._set(commands.SCAN_TO, f"{end_nm:.2f}", end_nm, near)
+        self._set(commands.SPEED_UP, f"{nm_per_s:.2f}", nm_per_s, near)
+        self._set(commands.SPEED_BACK, f"{nm_per_s:.2f}", nm_per_s, near)
         self._set(commands.SCAN_RESET)
         self._set(commands.SCAN_BEGIN)
 
@@ -277,7 +273,7 @@ class TLB6700(AbstractLaser):
 
     def _faults(self) -> list[tuple[int, str]]:
         found = []
-        for _ in range(_QUEUE):
+        for _ in range(THRESHOLDS.most_faults):
             line = self._link.query(commands.ERROR)
             try:
                 entry = commands.fault(line)
@@ -300,7 +296,7 @@ class TLB6700(AbstractLaser):
                 raise self._wrong(
                     commands.DONE, "0", f"It is still moving after {seconds:g} s.", "Wait longer."
                 )
-            self._link.sleep(_POLL_S)
+            self._link.sleep(THRESHOLDS.poll_s)
         self._look(commands.DONE)
 
     def _asked(self, query: str) -> float:

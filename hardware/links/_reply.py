@@ -7,8 +7,8 @@ from collections.abc import Callable
 from hardware._errors import LinkError
 
 from ._link import Received
+from ._thresholds import THRESHOLDS
 
-MAX_LINE = 1024  # bytes of an answer in text
 INFINITE = 9.9e37  # what SCPI writes for infinity; 9.91E37 is "not a number"
 _NUMBER = re.compile(r"[+-]?(\d{1,30}(\.\d{0,30})?|\.\d{1,30})([eE][+-]?\d{1,3})?")
 _ENTRY = re.compile(r'([+-]?\d{1,6}),\s*"(.*)"')
@@ -23,8 +23,9 @@ def malformed(why: str, received: bytes) -> LinkError:
     return LinkError(f"{why} {_NOT_SCPI}", _LOOK, received)
 
 
-def read_line(receive: Receive, *, limit: int = MAX_LINE) -> str:
-    """One line of printable ASCII without its end, with nothing behind it."""
+def read_line(receive: Receive, *, limit: int | None = None) -> str:
+    """One line of printable ASCII without its end, with nothing behind it; `limit`: most bytes."""
+    limit = THRESHOLDS.line_bytes if limit is None else limit
     got = bytearray()
     while b"\n" not in got:
         if len(got) > limit:
@@ -82,7 +83,7 @@ def number(line: str) -> float:
     if not _NUMBER.fullmatch(line):
         raise ValueError("it is not a number")
     value = float(line)
-    if math.isclose(abs(value), INFINITE, rel_tol=1e-9):
+    if math.isclose(abs(value), INFINITE, rel_tol=THRESHOLDS.infinity_tolerance):
         return math.copysign(math.inf, value)
     if not abs(value) < INFINITE:
         raise ValueError("it is not a finite number")

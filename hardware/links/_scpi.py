@@ -10,10 +10,10 @@ from hardware._errors import InstrumentError, LinkError, shown, silent
 
 from . import _reply
 from ._link import AbstractLink, Received
+from ._thresholds import THRESHOLDS
 from ._trust import Trust
 
 _T = TypeVar("_T")
-_QUEUE = 100  # entries at most
 _MOST_BYTES = 999_999
 _SHOWN = 64  # bytes of a broken answer in a message
 _BAD_STATUS = 0b0011_1100  # query, device, execution and command errors in *ESR?
@@ -131,13 +131,14 @@ class Scpi:
 
     def _errors(self, deadline: float) -> list[tuple[int, str]]:
         entries = []
-        for _ in range(_QUEUE):
+        for _ in range(THRESHOLDS.most_errors):
             entry = self._ask("SYST:ERR?", _reply.error_entry, deadline)
             if entry[0] == 0:
                 return entries
             entries.append(entry)
         raise LinkError(
-            f"The error queue does not end after {_QUEUE} entries.", "Restart the instrument."
+            f"The error queue does not end after {THRESHOLDS.most_errors} entries.",
+            "Restart the instrument.",
         )
 
     def _ask(self, query: str, parse: Callable[[str], _T], deadline: float) -> _T:

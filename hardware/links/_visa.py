@@ -12,11 +12,11 @@ from hardware._errors import InstrumentError, LinkError, closed, silent
 from rapi_jax.io import printable
 
 from ._link import AbstractLink, Received
+from ._thresholds import THRESHOLDS
 
 # Bytes that pyvisa-py moves at once. Asked for more, it keeps what it read too much where it
 # cannot be seen from here.
 _CHUNK = 4096
-_MESSAGE = 1 << 16  # bytes of a message asked for at once
 
 
 class VisaLink(AbstractLink):
@@ -75,7 +75,7 @@ class VisaLink(AbstractLink):
         with self._failing(deadline - began):
             left = self._left(deadline, began)
             if self._socket is None:
-                return self._message(min(count, _MESSAGE), left)
+                return self._message(min(count, THRESHOLDS.message_bytes), left)
             if not select.select([self._socket], [], [], left)[0]:
                 raise silent(deadline - began)
             there = len(self._socket.recv(min(count, _CHUNK), socket.MSG_PEEK))
@@ -98,7 +98,7 @@ class VisaLink(AbstractLink):
     def reconnect(self, deadline: float) -> None:
         """Close and open again; then clear the instrument's buffers where VISA can."""
         self.close()
-        self._open(max(deadline - self.now(), 0.1))
+        self._open(max(deadline - self.now(), THRESHOLDS.reconnect_s))
         if self._socket is None:
             with self._failing(deadline - self.now()):
                 self._visa.clear()

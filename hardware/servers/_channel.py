@@ -8,7 +8,7 @@ import time
 
 from . import _hislip_wire as wire
 from ._hislip_wire import Header, Malformed
-from ._listener import TICK_S
+from ._thresholds import THRESHOLDS
 
 
 class Channel:
@@ -17,7 +17,7 @@ class Channel:
     def __init__(self, connection: socket.socket, stop: threading.Event) -> None:
         self._connection = connection
         self._stop = stop
-        connection.settimeout(TICK_S)
+        connection.settimeout(THRESHOLDS.tick_s)
 
     def next(self, within_s: float = float("inf")) -> tuple[Header, bytes]:
         """The next message. Raises `OSError` where there is none any more."""
@@ -36,7 +36,7 @@ class Channel:
     def wait(self, seconds: float, until: threading.Event) -> None:
         """Let time pass; raises `OSError` where the client hangs up meanwhile."""
         end = time.monotonic() + seconds
-        while (left := end - time.monotonic()) > 0 and not until.wait(min(left, TICK_S)):
+        while (left := end - time.monotonic()) > 0 and not until.wait(min(left, THRESHOLDS.tick_s)):
             self._look()
             readable = select.select([self._connection], [], [], 0.0)[0]
             if readable and not self._connection.recv(1, socket.MSG_PEEK):
@@ -55,7 +55,7 @@ class Channel:
             if time.monotonic() > until:
                 raise Malformed("no message came")
             with contextlib.suppress(TimeoutError):
-                data = self._connection.recv(min(count - len(got), 1 << 16))
+                data = self._connection.recv(min(count - len(got), THRESHOLDS.receive_bytes))
                 if not data:
                     raise ConnectionAbortedError
                 got += data

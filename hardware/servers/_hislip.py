@@ -12,6 +12,7 @@ from ._channel import Channel
 from ._hislip_wire import Kind, message
 from ._instrument import AbstractInstrument, Answer
 from ._listener import LOOPBACK, AbstractListener
+from ._thresholds import THRESHOLDS
 
 
 class HislipServer(AbstractListener):
@@ -47,7 +48,7 @@ class HislipServer(AbstractListener):
 
     def _admit(self, channel: Channel) -> None:
         """A new connection says what it is: the first channel of a session, or its second."""
-        header, _ = channel.next(within_s=5.0)
+        header, _ = channel.next(within_s=THRESHOLDS.first_message_s)
         if header.kind == Kind.INITIALIZE:
             if self._session is not None:
                 self._session.end()

@@ -7,8 +7,9 @@ import threading
 
 from hardware._closes import ClosesOnExit
 
+from ._thresholds import THRESHOLDS
+
 LOOPBACK = "127.0.0.1"
-TICK_S = 0.02  # how often a waiting server looks whether it shall stop
 
 
 class AbstractListener(ClosesOnExit):
@@ -44,7 +45,7 @@ class AbstractListener(ClosesOnExit):
 
     def _accept(self) -> None:
         while not self._stop.is_set():
-            if not select.select([self._socket], [], [], TICK_S)[0]:
+            if not select.select([self._socket], [], [], THRESHOLDS.tick_s)[0]:
                 continue
             connection, _ = self._socket.accept()
             try:

@@ -5,7 +5,8 @@ import socket
 import time
 
 from ._instrument import AbstractInstrument, Answer
-from ._listener import LOOPBACK, TICK_S, AbstractListener
+from ._listener import LOOPBACK, AbstractListener
+from ._thresholds import THRESHOLDS
 
 _QUICKACK = getattr(socket, "TCP_QUICKACK", None)  # Linux
 
@@ -36,11 +37,11 @@ class TcpServer(AbstractListener):
 
     def _converse(self, connection: socket.socket) -> None:
         while not self._stop.is_set():
-            if not select.select([connection], [], [], TICK_S)[0]:
+            if not select.select([connection], [], [], THRESHOLDS.tick_s)[0]:
                 continue
             if _QUICKACK is not None:
                 connection.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
-            data = connection.recv(1 << 16)
+            data = connection.recv(THRESHOLDS.receive_bytes)
             if not data:
                 return
             for answer in self._instrument.feed(data):
@@ -55,18 +56,18 @@ class TcpServer(AbstractListener):
         while data:
             if self._stop.is_set():
                 return False
-            if select.select([], [connection], [], TICK_S)[1]:
-                data = data[connection.send(data[: 1 << 14]) :]
+            if select.select([], [connection], [], THRESHOLDS.tick_s)[1]:
+                data = data[connection.send(data[: THRESHOLDS.send_bytes]) :]
             elif self._gone(connection):
                 return False
-        while answer.deaf and not self._stop.wait(TICK_S):
+        while answer.deaf and not self._stop.wait(THRESHOLDS.tick_s):
             pass
         return not answer.hang_up
 
     def _wait(self, connection: socket.socket, seconds: float) -> bool:
         until = time.monotonic() + seconds
         while (left := until - time.monotonic()) > 0:
-            if self._stop.wait(min(left, TICK_S)) or self._gone(connection):
+            if self._stop.wait(min(left, THRESHOLDS.tick_s)) or self._gone(connection):
                 return False
         return True
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hardware.bench._base import AbstractBench, at_piezo, checked
+from hardware.bench._thresholds import THRESHOLDS
 from rapi_jax import AfgWaveform, Drive, DriveLimits, Recording
 from rapi_jax.examples import paper_device
 from rapi_jax.internal import POINTS
@@ -18,7 +19,6 @@ from .laser._dynamics import Amplifier, MirrorResonance, ParasiticEtalon
 from .laser._light_noise import Laser
 
 PAPER_LIMITS = DriveLimits(0.0, 7.5, 2000.0, max_frequency_hz=100.0)
-_MARGIN = 0.18  # of a period
 
 
 class SimulatedBench(AbstractBench):
@@ -131,7 +131,7 @@ class SimulatedBench(AbstractBench):
     def _play(self, drive: Drive) -> tuple[Fringes, Drive]:
         rng = np.random.default_rng([self.seed, self.measured])
         start = self.session_s + self.settling / drive.rate
-        margin_s = min(self.margin_s, _MARGIN / drive.rate)
+        margin_s = min(self.margin_s, THRESHOLDS.margin_fraction / drive.rate)
         fringes = self.laboratory.record(
             self.waveform(drive),
             rng,

@@ -255,7 +255,11 @@ def test_a_dry_run_refuses_a_driver_that_does_not_support_it(tmp_path, plugins, 
     ("old", "new", "says"),
     [
         ("limits=limits,", "limits=dataclasses.replace(limits, high_v=9.0),", "has wider limits"),
-        ("load_ohm=load_ohm,", "load_ohm=50.0,", "reckons with 50 ohm, but the load is inf ohm"),
+        (
+            "load_ohm=load_ohm,",
+            "load_ohm=1000.0,",
+            "reckons with 1000 ohm, but the load is inf ohm",
+        ),
     ],
 )
 def test_limits_and_load_are_the_benchs(tmp_path, drive, capsys, old, new, says):

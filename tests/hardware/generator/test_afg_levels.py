@@ -8,7 +8,6 @@ from hypothesis import given
 
 from hardware import DriveLimits
 from hardware.generator._levels import (
-    PARK_PP,
     Levels,
     around,
     ceil_level,
@@ -18,6 +17,7 @@ from hardware.generator._levels import (
     parked,
     path,
 )
+from hardware.generator._thresholds import THRESHOLDS
 from rapi_jax import LimitError
 
 volts = st.floats(-10.0, 10.0)
@@ -31,7 +31,7 @@ def settable(value):
 @st.composite
 def pairs(draw):
     low = floor_level(draw(st.floats(-9.9, 9.9)))
-    high = ceil_level(min(10.0, low + PARK_PP + draw(st.floats(0.0, 20.0))))
+    high = ceil_level(min(10.0, low + THRESHOLDS.park_pp_v + draw(st.floats(0.0, 20.0))))
     return Levels(low, high)
 
 
@@ -55,7 +55,7 @@ def test_levels_around_a_drive_stay_within_the_limits(a, b):
     levels = around(min(a, b), max(a, b), limits)
     assert limits.low_v <= levels.low_v <= min(a, b) + 1e-8
     assert limits.high_v >= levels.high_v >= max(a, b) - 1e-8
-    assert levels.pp >= PARK_PP - 1e-9
+    assert levels.pp >= THRESHOLDS.park_pp_v - 1e-9
 
 
 @given(pairs(), pairs())
@@ -87,7 +87,7 @@ def test_parked_as_near_as_the_limits_allow(low, width, park):
     levels = parked(park, limits)
     nearest = min(max(park, limits.low_v), limits.high_v)
     assert limits.low_v <= levels.low_v < levels.high_v <= limits.high_v
-    assert max(abs(level - nearest) for level in levels) <= 2 * PARK_PP + 2e-3
+    assert max(abs(level - nearest) for level in levels) <= 2 * THRESHOLDS.park_pp_v + 2e-3
 
 
 @pytest.mark.parametrize("name", ["slew_v_per_s", "step_v", "max_frequency_hz"])

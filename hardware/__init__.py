@@ -1,4 +1,4 @@
-"""Instruments, and what stands in for them: the only package that talks to a laboratory."""
+"""Instruments, real and simulated: the only package that communicates with a laboratory."""
 
 from rapi_jax import DriveLimits as DriveLimits
 
@@ -11,7 +11,7 @@ from .bench._exits import exit_on_signals as exit_on_signals
 from .bench._file import BenchFile as BenchFile
 from .bench._file import read_bench as read_bench
 from .bench._lab import LabBench as LabBench
-from .bench._lab import allowed as allowed
+from .bench._lab import check_against_bench as check_against_bench
 from .bench._open import dry_run as dry_run
 from .bench._open import open_bench as open_bench
 from .digitizer._base import AbstractDigitizer as AbstractDigitizer

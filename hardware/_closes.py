@@ -1,4 +1,4 @@
-"""What is closed when its block is left, however it is left."""
+"""Context managers that are closed when their block is left, however it is left."""
 
 import abc
 import contextlib
@@ -10,7 +10,7 @@ class ClosesOnExit(contextlib.AbstractContextManager):
 
     @abc.abstractmethod
     def close(self) -> None:
-        """Let go of what is held."""
+        """Release what is held."""
 
     def __exit__(
         self,

@@ -1,11 +1,11 @@
-"""What goes wrong on the way to an instrument."""
+"""Errors of instruments and of the connections to them."""
 
 from rapi_jax.io import printable
 
 _SHOWN = 120  # characters of a command or reply in a message
 
 
-def shown(data: bytes | str) -> str:
+def escape(data: bytes | str) -> str:
     """`data` on one line for a log or a terminal: control characters escaped, the middle cut."""
     if isinstance(data, bytes):
         head, tail = data[: 2 * _SHOWN], data[-2 * _SHOWN :]
@@ -16,7 +16,7 @@ def shown(data: bytes | str) -> str:
 
 
 class InstrumentError(Exception):
-    """An instrument that failed, or did not do what it was told.
+    """An instrument failed, or did not obey.
 
     - `resource`: address of the instrument. `command`: what was sent to it.
     - `reply`: what came back, empty where nothing did.
@@ -28,9 +28,9 @@ class InstrumentError(Exception):
         self, resource: str, command: bytes | str, reply: bytes | str, *, why: str, cure: str
     ) -> None:
         """`why`: the likely cause; `cure`: what to do. Both are sentences."""
-        self.resource = shown(resource)
-        self.command = shown(command)
-        self.reply = shown(reply)
+        self.resource = escape(resource)
+        self.command = escape(command)
+        self.reply = escape(reply)
         came = f"and '{self.reply}' came back" if self.reply else "and nothing usable came back"
         super().__init__(f"{self.resource}: sent '{self.command}', {came}. {why} {cure}")
 
@@ -46,8 +46,8 @@ class LinkError(Exception):
         self.why, self.cure, self.received = why, cure, received
 
 
-def silent(seconds: float, received: bytes = b"") -> LinkError:
-    """The deadline has passed."""
+def timed_out(seconds: float, received: bytes = b"") -> LinkError:
+    """The error of a deadline that has passed."""
     part = "only a part of an answer" if received else "no answer"
     return LinkError(
         f"There was {part} within {seconds:g} s: the instrument is busy, off or not connected.",
@@ -56,8 +56,8 @@ def silent(seconds: float, received: bytes = b"") -> LinkError:
     )
 
 
-def closed(received: bytes = b"") -> LinkError:
-    """The other side has hung up."""
+def disconnected(received: bytes = b"") -> LinkError:
+    """The error of a connection that the other side has closed."""
     return LinkError(
         "The connection was closed by the other side, or nothing listens there.",
         "Check the address, and that no other program holds the instrument; then connect again.",

@@ -54,7 +54,13 @@ def measure(
     json
         Print one JSON object on standard output.
     """
-    from hardware import AbstractDriver, allowed, exit_on_signals, open_bench, read_bench
+    from hardware import (
+        AbstractDriver,
+        check_against_bench,
+        exit_on_signals,
+        open_bench,
+        read_bench,
+    )
     from hardware import dry_run as dry
     from rapi_jax import repeated
     from rapi_jax.io import printable, read_drive, write_atomic, write_recording
@@ -69,7 +75,7 @@ def measure(
     for path in (drive, *drives):
         one = repeated(read_drive(path, waveform=waveform), periods)
         with located(printable(path)):
-            several += allowed(one, file)
+            several += check_against_bench(one, file)
     out = console(json)
     if dry_run:
         rehearsed = dry(file, drivers=drivers)

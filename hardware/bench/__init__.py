@@ -1,1 +1,1 @@
-"""The instruments of a laboratory together: from a file to a measurement."""
+"""Benches of instruments: their file, their limits, their measurements."""

@@ -1,4 +1,4 @@
-"""What a bench is, real or simulated: drives in, a recording out, within limits."""
+"""The interface of a bench, real or simulated: drives in, a recording out, within limits."""
 
 import abc
 import dataclasses
@@ -21,8 +21,8 @@ class AbstractBench(abc.ABC):
         """
 
 
-def checked(drives: Drive | Sequence[Drive], limits: DriveLimits) -> tuple[Drive, ...]:
-    """The drives, if all of them may be played."""
+def check_drives(drives: Drive | Sequence[Drive], limits: DriveLimits) -> tuple[Drive, ...]:
+    """The drives, if all may be played; raises `LimitError` or `DataError` otherwise."""
     several = (drives,) if isinstance(drives, Drive) else tuple(drives)
     if not several:
         raise DataError("There is no drive to measure.")
@@ -40,6 +40,6 @@ def checked(drives: Drive | Sequence[Drive], limits: DriveLimits) -> tuple[Drive
     return several
 
 
-def at_piezo(drive: Drive, *, gain: float, offset_v: float) -> Drive:
+def amplify(drive: Drive, *, gain: float, offset_v: float) -> Drive:
     """The drive behind an amplifier, at the piezo's input."""
     return dataclasses.replace(drive, value=gain * drive.value + offset_v)

@@ -1,4 +1,4 @@
-"""What must still happen when the process ends: by its end, an exception, or a request to stop."""
+"""Actions at the end of a process: by its end, an exception, or a signal to terminate."""
 
 import atexit
 import contextlib
@@ -12,7 +12,7 @@ _REQUESTS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if has
 _actions: list[Callable[[], None]] = []
 
 
-def on_exit(action: Callable[[], None]) -> None:
+def register_exit_action(action: Callable[[], None]) -> None:
     """Do `action` at the end of the process; at SIGTERM and SIGHUP too, if nobody handles them.
 
     The signal becomes a `SystemExit` in the main thread, with the code that a shell reports for it
@@ -26,8 +26,8 @@ def on_exit(action: Callable[[], None]) -> None:
                 signal.signal(number, _leave)
 
 
-def forget(action: Callable[[], None]) -> None:
-    """`action` need not be done any more."""
+def unregister_exit_action(action: Callable[[], None]) -> None:
+    """Cancel an action."""
     atexit.unregister(action)
     if action in _actions:
         _actions.remove(action)
@@ -44,11 +44,11 @@ def exit_on_signals() -> Iterator[None]:
     def nothing() -> None:
         """The block itself does what is to be done."""
 
-    on_exit(nothing)
+    register_exit_action(nothing)
     try:
         yield
     finally:
-        forget(nothing)
+        unregister_exit_action(nothing)
 
 
 def _leave(number: int, frame: object) -> None:

@@ -14,7 +14,7 @@ from rapi_jax import DataError, Drive, DriveLimits, LimitError, Recording, Run
 from rapi_jax.internal import StrPath
 from rapi_jax.readout import Fringes, read_fringes
 
-from ._base import AbstractBench, at_piezo, checked
+from ._base import AbstractBench, amplify, check_drives
 from ._file import BenchFile
 from ._thresholds import THRESHOLDS
 
@@ -53,7 +53,7 @@ class LabBench(AbstractBench, ClosesOnExit):
         self._now, self._sleep, self._release = now, sleep, release
         self._began = now()
         generator.set_trigger()
-        asked = _before(self.limits, file)
+        asked = _limits_before_amplifier(self.limits, file)
         self._channel = generator.channel(
             file.generator.channel,
             limits=asked,
@@ -87,11 +87,11 @@ class LabBench(AbstractBench, ClosesOnExit):
         """Play each drive and read the optical frequency, GHz, on the drive's own samples.
 
         All drives are checked first: where one is refused, none is played. Each run has an origin
-        of its own, as fringes give relative frequency only. `progress`: told run by run. `raw`: a
-        folder for what the digitizer gave, written before it is read, for a `ReplayDigitizer`.
-        Raises `LimitError`, `DataError`, `InstrumentError`.
+        of its own, as fringes give relative frequency only. `progress`: called for each run.
+        `raw`: a folder for what the digitizer gave, written before it is read, for a
+        `ReplayDigitizer`. Raises `LimitError`, `DataError`, `InstrumentError`.
         """
-        several = allowed(drives, self._file)
+        several = check_against_bench(drives, self._file)
         self.so_far, notes = (), {}
         for number, drive in enumerate(several):
             if progress is not None:
@@ -109,7 +109,7 @@ class LabBench(AbstractBench, ClosesOnExit):
         return self.recording(notes)
 
     def recording(self, notes: dict[str, str] | None = None) -> Recording:
-        """What was recorded so far, with every setting as the instruments tell it."""
+        """What was recorded so far, with every setting as the instruments report it."""
         if not self.so_far:
             raise DataError("Nothing was recorded.")
         return Recording(
@@ -123,7 +123,7 @@ class LabBench(AbstractBench, ClosesOnExit):
 
     def provenance(self) -> dict[str, str]:
         """Identities, settings read back, and the drives of this session."""
-        told = {
+        settings = {
             "bench": "laboratory",
             "generator": self._generator.identity,
             "digitizer": self._digitizer.identity,
@@ -131,11 +131,11 @@ class LabBench(AbstractBench, ClosesOnExit):
             "history": "; ".join(self.history),
         }
         if self._laser is not None:
-            told |= {f"laser_{key}": value for key, value in self._laser.snapshot().items()}
-        return told
+            settings |= {f"laser_{key}": value for key, value in self._laser.snapshot().items()}
+        return settings
 
     def close(self) -> None:
-        """Park, switch off, and hang up, whatever of it fails."""
+        """Park, switch off and disconnect; each step is tried whatever fails."""
         with contextlib.ExitStack() as stack:  # the generator first
             stack.callback(self._release)
             if self._laser is not None:
@@ -184,17 +184,17 @@ class LabBench(AbstractBench, ClosesOnExit):
         )
 
 
-def allowed(drives: Drive | Sequence[Drive], file: BenchFile) -> tuple[Drive, ...]:
+def check_against_bench(drives: Drive | Sequence[Drive], file: BenchFile) -> tuple[Drive, ...]:
     """The drives, if all may be played; `LimitError` or `DataError` otherwise."""
     several = (drives,) if isinstance(drives, Drive) else tuple(drives)
     amplifier = file.amplifier
-    behind = [at_piezo(d, gain=amplifier.gain, offset_v=amplifier.offset_v) for d in several]
-    checked(behind, file.limits.of())
+    behind = [amplify(d, gain=amplifier.gain, offset_v=amplifier.offset_v) for d in several]
+    check_drives(behind, file.limits.of())
     return several
 
 
 def _refuse_wider(output: AbstractOutput, asked: DriveLimits, load_ohm: float) -> None:
-    """Refuse an output whose driver took wider limits, or another load, than it was given."""
+    """Refuse an output whose driver has wider limits, or another load, than it was given."""
     got = output.limits
     within = got.low_v >= asked.low_v and got.high_v <= asked.high_v
     for name in ("slew_v_per_s", "step_v", "max_frequency_hz"):
@@ -210,7 +210,7 @@ def _refuse_wider(output: AbstractOutput, asked: DriveLimits, load_ohm: float) -
         )
 
 
-def _before(limits: DriveLimits, file: BenchFile) -> DriveLimits:
+def _limits_before_amplifier(limits: DriveLimits, file: BenchFile) -> DriveLimits:
     """The same limits for the generator's output, ahead of the amplifier."""
     gain, offset = file.amplifier.gain, file.amplifier.offset_v
     ends = sorted(((limits.low_v - offset) / gain, (limits.high_v - offset) / gain))

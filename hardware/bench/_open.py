@@ -16,8 +16,8 @@ from rapi_jax.internal import StrPath
 
 from ._drivers import Driver, Drivers, collect_drivers, find_driver
 from ._file import BenchFile, read_bench
-from ._held import held
 from ._lab import LabBench
+from ._lock import lock_instruments
 
 
 class VisaConnector(AbstractConnector):
@@ -61,7 +61,9 @@ def open_bench(bench: StrPath | BenchFile, *, drivers: Iterable[Driver] = ()) ->
     known, tables = collect_drivers(own), _tables(file)
     with contextlib.ExitStack() as stack:
         hold = stack.enter_context(contextlib.ExitStack())
-        hold.enter_context(held(one for table in tables.values() for one in table.resources))
+        hold.enter_context(
+            lock_instruments(one for table in tables.values() for one in table.resources)
+        )
         opened = {
             family: stack.enter_context(_driver(known, family, table).open(table, VisaConnector()))
             for family, table in tables.items()

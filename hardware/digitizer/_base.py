@@ -106,7 +106,7 @@ class InputTable(Table):
     high_v: float = Field(allow_inf_nan=False)
 
     def of(self) -> Input:
-        """As the digitizer is told."""
+        """As an acquisition takes it."""
         return Input(**self.model_dump())
 
 

@@ -124,12 +124,12 @@ class InfiniiVision(AbstractDigitizer):
         ]  # fmt: skip
         for one in self._configured().inputs.values():
             channel = f":CHAN{one.connector}"
-            queries += [f"{channel}:{what}?" for what in ("RANG", "OFFS", "PROB", "IMP")]
-        told = {query.strip(":?"): self._scpi.text(query) for query in queries}
-        return {"identity": self.identity} | told
+            queries += [f"{channel}:{name}?" for name in ("RANG", "OFFS", "PROB", "IMP")]
+        settings = {query.strip(":?"): self._scpi.text(query) for query in queries}
+        return {"identity": self.identity} | settings
 
     def close(self) -> None:
-        """Stop waiting, and hang up."""
+        """Stop waiting, and disconnect."""
         try:
             self._scpi.command(":STOP")
         finally:

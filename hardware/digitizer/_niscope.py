@@ -68,12 +68,12 @@ class NiScope(AbstractDigitizer):
         try:
             import niscope
         except ImportError as error:
-            raise self._failed("import niscope", error) from error
+            raise self._error("import niscope", error) from error
         self._ni = niscope
         self._session: Any = None
-        self._session = self._do("Session", niscope.Session, resource)
+        self._session = self._call("Session", niscope.Session, resource)
         self._identity = ",".join(
-            str(self._do(name, getattr, self._session, name))
+            str(self._call(name, getattr, self._session, name))
             for name in ("instrument_manufacturer", "instrument_model", "serial_number")
         )
         self._asked: Acquisition | None = None
@@ -86,10 +86,10 @@ class NiScope(AbstractDigitizer):
     def configure(self, asked: Acquisition) -> None:
         """Inputs, time base and trigger."""
         ni, session = self._ni, self._session
-        self._do("abort", session.abort)
+        self._call("abort", session.abort)
         for one in asked.inputs.values():
             channel = session.channels[str(one.connector)]
-            self._do(
+            self._call(
                 "configure_vertical",
                 channel.configure_vertical,
                 range=one.high_v - one.low_v,
@@ -99,7 +99,7 @@ class NiScope(AbstractDigitizer):
         before = 100.0 * asked.before_s * THRESHOLDS.before_reserve  # percent of what is recorded
         span = asked.before_s + asked.after_s
         count = math.ceil(span * asked.sample_hz * THRESHOLDS.span_reserve) + 2
-        self._do(
+        self._call(
             "configure_horizontal_timing",
             session.configure_horizontal_timing,
             min_sample_rate=asked.sample_hz,
@@ -109,14 +109,14 @@ class NiScope(AbstractDigitizer):
             enforce_realtime=True,
         )
         if self._level_v is None:
-            self._do(
+            self._call(
                 "configure_trigger_digital",
                 session.configure_trigger_digital,
                 self._trigger,
                 slope=ni.TriggerSlope.POSITIVE,
             )
         else:
-            self._do(
+            self._call(
                 "configure_trigger_edge",
                 session.configure_trigger_edge,
                 self._trigger,
@@ -124,24 +124,24 @@ class NiScope(AbstractDigitizer):
                 ni.TriggerCoupling.DC,
                 slope=ni.TriggerSlope.POSITIVE,
             )
-        self._do("commit", session.commit)
+        self._call("commit", session.commit)
         self._asked = asked
 
     def arm(self) -> None:
         """One record, at the next trigger."""
         self._configured()
-        self._do("abort", self._session.abort)
-        self._do("initiate", self._session.initiate)
+        self._call("abort", self._session.abort)
+        self._call("initiate", self._session.initiate)
 
     def fetch(self, timeout_s: float) -> Samples:
         """The record, when it has come."""
         asked = self._configured()
-        count = int(self._do("horz_record_length", getattr, self._session, "horz_record_length"))
+        count = int(self._call("horz_record_length", getattr, self._session, "horz_record_length"))
         codes, scale, zero, ends = {}, {}, {}, []
         for name, one in asked.inputs.items():
             column = np.zeros(count, dtype=np.int16)
             channel = self._session.channels[str(one.connector)]
-            (about,) = self._do("fetch_into", channel.fetch_into, column, timeout=timeout_s)
+            (about,) = self._call("fetch_into", channel.fetch_into, column, timeout=timeout_s)
             codes[name], scale[name], zero[name] = column, float(about.gain), float(about.offset)
             ends.append((float(about.relative_initial_x), float(about.x_increment)))
         start_s, step_s = ends[0]
@@ -157,17 +157,17 @@ class NiScope(AbstractDigitizer):
 
     def snapshot(self) -> dict[str, str]:
         """Rate, length, trigger, and each input."""
-        told = {"identity": self.identity, "trigger_source": self._trigger}
+        settings = {"identity": self.identity, "trigger_source": self._trigger}
         for name in ("horz_sample_rate", "horz_record_length"):
-            told[name] = str(self._do(name, getattr, self._session, name))
+            settings[name] = str(self._call(name, getattr, self._session, name))
         for one in self._configured().inputs.values():
             channel = self._session.channels[str(one.connector)]
             for name in ("vertical_range", "vertical_offset"):
-                told[f"{one.connector}_{name}"] = str(self._do(name, getattr, channel, name))
-        return told
+                settings[f"{one.connector}_{name}"] = str(self._call(name, getattr, channel, name))
+        return settings
 
     def close(self) -> None:
-        """Stop waiting, and let go of the device."""
+        """Stop waiting, and release the device."""
         if self._session is not None:
             session, self._session = self._session, None
             try:
@@ -175,14 +175,14 @@ class NiScope(AbstractDigitizer):
             finally:
                 session.close()
 
-    def _do(self, name: str, call: Any, *arguments: Any, **named: Any) -> Any:
-        """What the vendor's call gives; its own errors become an `InstrumentError`."""
+    def _call(self, name: str, call: Any, *arguments: Any, **named: Any) -> Any:
+        """The result of a vendor's call; its own errors become an `InstrumentError`."""
         try:
             return call(*arguments, **named)
         except self._ni.Error as error:
-            raise self._failed(name, error) from error
+            raise self._error(name, error) from error
 
-    def _failed(self, name: str, error: Exception) -> InstrumentError:
+    def _error(self, name: str, error: Exception) -> InstrumentError:
         why = f"NI-SCOPE says: {printable(error, 160)}."
         cure = _NO_TRIGGER if name == "fetch_into" else _CURE
         cure = _ASK_LESS if name.startswith(("configure", "commit")) else cure

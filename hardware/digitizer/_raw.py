@@ -1,4 +1,4 @@
-"""Raw records on disk: a column of codes an input as `.npy`, and what they mean as JSON.
+"""Raw records in files: a column of codes an input as `.npy`, their scales as JSON.
 
 `<name>.json` is written last and holds the hashes of the columns, so that a record is whole or not
 there.

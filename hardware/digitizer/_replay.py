@@ -1,4 +1,4 @@
-"""Records of earlier measurements in place of a digitizer, to read them again."""
+"""Raw records of earlier measurements in place of a digitizer."""
 
 from pathlib import Path
 
@@ -23,7 +23,7 @@ class ReplayTable(AbstractDigitizerTable):
 
 
 class ReplayDigitizer(AbstractDigitizer):
-    """Gives the raw records of a folder in the order of their names, one for each trigger.
+    """Returns the raw records of a folder in the order of their names, one for each trigger.
 
     A record that does not hold what is asked for is refused, and so is one more than there are.
     """

@@ -108,7 +108,7 @@ class AFG31000(AbstractGenerator):
                 stack.callback(channel.off)
 
     def close(self) -> None:
-        """Park, switch off and hang up."""
+        """Park, switch off and disconnect."""
         try:
             self.off()
         finally:

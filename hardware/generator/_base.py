@@ -10,7 +10,7 @@ from rapi_jax import AfgWaveform, Drive, DriveLimits
 
 
 class AbstractGeneratorTable(AbstractDriverTable):
-    """What every generator is told.
+    """The settings of every generator.
 
     - `channel`: the output. `load_ohm`: what is connected, `inf` for high impedance.
     - `park_v`: where the output rests before it is switched. `points`: samples a period.

@@ -5,14 +5,14 @@ import math
 import numpy as np
 
 from hardware._errors import InstrumentError
-from hardware.bench._exits import forget, on_exit
+from hardware.bench._exits import register_exit_action, unregister_exit_action
 from rapi_jax import AfgWaveform, Drive, DriveLimits, LimitError
 from rapi_jax.internal import FULL, POINTS, codes_of, period_volts
 
 from . import _commands as commands
 from ._base import AbstractOutput
-from ._check import checked_codes, checked_period
-from ._levels import Levels, around, inside, parked, path
+from ._check import check_codes, check_period
+from ._levels import Levels, enclosing_levels, park_levels, ramp_levels, settable_limits
 from ._port import AfgPort
 from ._thresholds import THRESHOLDS
 
@@ -34,12 +34,12 @@ class AfgChannel(AbstractOutput):
             )
         if not load_ohm > 0 or not math.isfinite(park_v):
             raise ValueError("`load_ohm` must be positive, and `park_v` a number of volts.")
-        self.limits = inside(limits, commands.LARGEST_V * commands.into_load(load_ohm))
+        self.limits = settable_limits(limits, commands.LARGEST_V * commands.load_ratio(load_ohm))
         self.load_ohm = load_ohm
         self.on = False
         self.loaded: AfgWaveform | None = None
         self._port = port
-        self._park = parked(park_v, self.limits)
+        self._park = park_levels(park_v, self.limits)
         step_v = min(THRESHOLDS.ramp_step_v, self.limits.step_v * THRESHOLDS.step_share)
         self._step_v = max(THRESHOLDS.least_step_v, step_v)
 
@@ -74,21 +74,21 @@ class AfgChannel(AbstractOutput):
         Raises `LimitError` or `DataError`, with nothing sent, where a value, slope, step or the
         step that closes the period is out of limits.
         """
-        return self._load(checked_period(volts, frequency_hz, self.limits), frequency_hz)
+        return self._load(check_period(volts, frequency_hz, self.limits), frequency_hz)
 
     def load_waveform(self, wave: AfgWaveform) -> AfgWaveform:
         """Upload a waveform that is in codes already, from a file; see `load`.
 
         Its codes stand for a drive within half a code of each, and that drive must keep `limits`.
         """
-        return self._load(checked_codes(wave, self.limits), wave.frequency_hz)
+        return self._load(check_codes(wave, self.limits), wave.frequency_hz)
 
     def _load(self, volts: np.ndarray, frequency_hz: float) -> AfgWaveform:
         if self.on:
             raise ValueError(f"The output of channel {self._port.n} is on: call `off` first.")
         port, self.loaded = self._port, None
         port.set_frequency(frequency_hz)
-        wanted = around(float(volts.min()), float(volts.max()), self.limits)
+        wanted = enclosing_levels(float(volts.min()), float(volts.max()), self.limits)
         levels = port.set_levels(port.levels(), wanted)
         half = levels.pp / FULL / 2
         if volts.min() < levels.low_v - half or volts.max() > levels.high_v + half:
@@ -121,7 +121,7 @@ class AfgChannel(AbstractOutput):
         port.check_clamp(self.limits.low_v, self.limits.high_v)
         port.set_levels(port.levels(), self._park)
         self.on = True  # from here on it may be, whatever comes back
-        on_exit(self.off)
+        register_exit_action(self.off)
         try:
             port.switch(True)
             self._ramp(Levels(wave.low_v, wave.high_v))
@@ -150,7 +150,7 @@ class AfgChannel(AbstractOutput):
             finally:
                 port.switch(False)
                 self.on = False
-                forget(self.off)
+                unregister_exit_action(self.off)
         except InstrumentError as error:
             if not self.on:  # only the ramp failed
                 raise
@@ -165,7 +165,7 @@ class AfgChannel(AbstractOutput):
 
     def _ramp(self, goal: Levels) -> None:
         port, now = self._port, self._port.levels()
-        for levels in path(now, goal, self._step_v):
+        for levels in ramp_levels(now, goal, self._step_v):
             began = port.scpi.now()
             port.move_levels(now, levels)
             moved = max(abs(levels.low_v - now.low_v), abs(levels.high_v - now.high_v))

@@ -1,4 +1,4 @@
-"""Whether one period may be played: looked at as a whole, before a byte of it is sent."""
+"""Checks of one period against the limits, as a whole, before a byte of it is sent."""
 
 import math
 
@@ -10,7 +10,7 @@ from rapi_jax.internal import FULL, POINTS
 from ._thresholds import THRESHOLDS
 
 
-def checked_period(volts: np.ndarray, frequency_hz: float, limits: DriveLimits) -> np.ndarray:
+def check_period(volts: np.ndarray, frequency_hz: float, limits: DriveLimits) -> np.ndarray:
     """One period as float64, if it may be played; raises `LimitError` or `DataError`."""
     volts = np.array(volts, dtype=np.float64)
     if volts.ndim != 1 or not 2 <= volts.size <= POINTS:
@@ -26,7 +26,7 @@ def checked_period(volts: np.ndarray, frequency_hz: float, limits: DriveLimits) 
     return volts
 
 
-def checked_codes(wave: AfgWaveform, limits: DriveLimits) -> np.ndarray:
+def check_codes(wave: AfgWaveform, limits: DriveLimits) -> np.ndarray:
     """The volts of a waveform in codes, if a drive that rounds to them keeps `limits`.
 
     Rounding makes stairs whose edges say nothing about the slope. The steepest drive allowed that
@@ -35,7 +35,7 @@ def checked_codes(wave: AfgWaveform, limits: DriveLimits) -> np.ndarray:
     """
     volts, half = wave.volts, (wave.high_v - wave.low_v) / FULL / 2
     no_slope = DriveLimits(limits.low_v, limits.high_v, math.inf, math.inf, limits.max_frequency_hz)
-    checked_period(volts, wave.frequency_hz, no_slope)
+    check_period(volts, wave.frequency_hz, no_slope)
     rise = min(limits.step_v, limits.slew_v_per_s / (wave.frequency_hz * volts.size))  # a sample
     ramp = rise * np.arange(3 * volts.size)
     above = np.tile(volts + half, 3)

@@ -42,7 +42,7 @@ def ohms(value: float) -> str:
     return "INF" if math.isinf(value) else f"{value:.0f}"
 
 
-def into_load(load_ohm: float) -> float:
+def load_ratio(load_ohm: float) -> float:
     """Volts at the load for one volt into high impedance; the generator's own resistance is 50."""
     return 1.0 if math.isinf(load_ohm) else load_ohm / (load_ohm + 50.0)
 

@@ -1,4 +1,4 @@
-"""High and low levels: on the instrument's grid, in an order that passes no illegal pair."""
+"""High and low levels: rounded to the instrument's grid, and set in an order that is legal."""
 
 import math
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ class Levels(NamedTuple):
         return self.high_v - self.low_v
 
 
-def grid(volts: float) -> float:
+def level_step(volts: float) -> float:
     """Step in which a level of about `volts` can be set: 0.1 mV or 4 digits, V."""
     size = abs(volts) * (1 + 1e-12)
     return 1e-4 if size < 1.0 else 10.0 ** (math.floor(math.log10(size)) - 3)
@@ -29,7 +29,7 @@ def grid(volts: float) -> float:
 
 def floor_level(volts: float) -> float:
     """The next level at or below `volts`."""
-    step = grid(volts)
+    step = level_step(volts)
     return round(math.floor(volts / step + THRESHOLDS.grid_rounding) * step, 4) + 0.0  # never -0.0
 
 
@@ -38,7 +38,7 @@ def ceil_level(volts: float) -> float:
     return 0.0 - floor_level(-volts)
 
 
-def inside(limits: DriveLimits, largest_v: float) -> DriveLimits:
+def settable_limits(limits: DriveLimits, largest_v: float) -> DriveLimits:
     """`limits` with edges that the instrument can set; raises `LimitError` where it cannot.
 
     `largest_v`: what the instrument gives at the load, of either sign.
@@ -62,7 +62,7 @@ def inside(limits: DriveLimits, largest_v: float) -> DriveLimits:
     return DriveLimits(low, high, limits.slew_v_per_s, limits.step_v, limits.max_frequency_hz)
 
 
-def around(low_v: float, high_v: float, limits: DriveLimits) -> Levels:
+def enclosing_levels(low_v: float, high_v: float, limits: DriveLimits) -> Levels:
     """The tightest levels that enclose `low_v` to `high_v`, rounded outward, within `limits`."""
     low = max(floor_level(low_v), limits.low_v)
     high = min(ceil_level(high_v), limits.high_v)
@@ -76,13 +76,13 @@ def around(low_v: float, high_v: float, limits: DriveLimits) -> Levels:
     return Levels(low, high)
 
 
-def parked(park_v: float, limits: DriveLimits) -> Levels:
+def park_levels(park_v: float, limits: DriveLimits) -> Levels:
     """The smallest swing at `park_v`, or as near to it as `limits` allow."""
     at = min(max(park_v, limits.low_v), limits.high_v)
-    return around(at, at, limits)
+    return enclosing_levels(at, at, limits)
 
 
-def order(now: Levels, then: Levels) -> tuple[str, str]:
+def setting_order(now: Levels, then: Levels) -> tuple[str, str]:
     """Which level to set first, so that the pair between is legal and swings as little as it can.
 
     The smaller swing keeps slopes between those of `now` and `then`.
@@ -94,7 +94,7 @@ def order(now: Levels, then: Levels) -> tuple[str, str]:
     return "high", "low"
 
 
-def path(now: Levels, then: Levels, step_v: float) -> Iterator[Levels]:
+def ramp_levels(now: Levels, then: Levels, step_v: float) -> Iterator[Levels]:
     """Levels from `now` to `then`, excluding `now`, none further than `step_v` from the one before.
 
     Each is a mean of the two ends, rounded to the grid: within any limits that both keep.

@@ -8,7 +8,7 @@ from hardware._errors import InstrumentError
 from hardware.links._scpi import Scpi
 
 from . import _commands as commands
-from ._levels import Levels, grid, order
+from ._levels import Levels, level_step, setting_order
 from ._thresholds import THRESHOLDS
 
 
@@ -64,13 +64,13 @@ class AfgPort:
             (commands.LOW, read.low_v, then.low_v),
             (commands.HIGH, read.high_v, then.high_v),
         ):
-            if not abs(got - asked) <= grid(asked) * THRESHOLDS.level_tolerance:
+            if not abs(got - asked) <= level_step(asked) * THRESHOLDS.level_tolerance:
                 raise self._differs(template, f"{got:g}", commands.volts(asked))
         return read
 
     def move_levels(self, now: Levels, then: Levels) -> None:
         """The same, without reading back."""
-        for which in order(now, then):
+        for which in setting_order(now, then):
             template, value = (
                 (commands.LOW, then.low_v) if which == "low" else (commands.HIGH, then.high_v)
             )
@@ -122,7 +122,7 @@ class AfgPort:
         self.scpi.text(self.name(commands.SHAPE) + "?", rf"(?i:EMEM(ory)?{self.n})")
 
     def read_back(self, points: int) -> np.ndarray:
-        """The codes in this channel's memory; some relatives of the instrument cannot tell."""
+        """The codes in this channel's memory; some models of the series cannot."""
         query, size = self.name(commands.READ_BACK), 2 * points
         return commands.codes(self.scpi.block(query, limit=size, size=size))
 

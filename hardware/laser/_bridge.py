@@ -1,4 +1,4 @@
-"""A laser controller on the network: whatever link reaches it, behind a server of this package.
+"""A bridge that puts a laser controller on the network, whatever link reaches it.
 
 The TLB-6700 speaks through the vendor's Windows library alone. On the computer that has it:
 
@@ -10,7 +10,7 @@ and anywhere else `VisaLaserLink(VisaLink(resource))`.
 
 from collections.abc import Iterator
 
-from hardware._errors import InstrumentError, shown
+from hardware._errors import InstrumentError, escape
 from hardware.servers._instrument import AbstractInstrument, Answer
 
 from . import _commands as commands
@@ -57,4 +57,4 @@ class Bridge(AbstractInstrument):
 
 
 def _refused(why: str) -> bytes:
-    return (REFUSED + shown(why)).encode("ascii", "backslashreplace")[:_MOST]
+    return (REFUSED + escape(why)).encode("ascii", "backslashreplace")[:_MOST]

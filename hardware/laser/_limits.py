@@ -1,4 +1,4 @@
-"""What a laser head stands, and how warm it may be."""
+"""Limits of a laser head: wavelength, piezo, current and temperatures."""
 
 import math
 from dataclasses import dataclass, fields

@@ -1,12 +1,12 @@
-"""The way to a laser controller: one command out, one line back."""
+"""Connections to a laser controller: one command out, one line back."""
 
 import abc
 
 from hardware._closes import ClosesOnExit
-from hardware._errors import silent
+from hardware._errors import timed_out
 from hardware.links import _reply
 from hardware.links._link import AbstractLink, Received
-from hardware.links._trust import Trust
+from hardware.links._synchronisation import Synchronisation
 
 from . import _commands as commands
 
@@ -38,7 +38,7 @@ class AbstractLaserLink(ClosesOnExit):
         """Let time pass on the link's clock."""
 
 
-def answer_of(command: str, lines: list[str]) -> str:
+def select_answer(command: str, lines: list[str]) -> str:
     """The one line of several that answers `command`; `ValueError` where that is not clear."""
     asked = command.strip().upper() == "*IDN?"
     found = [line for line in lines if line and (asked or not commands.is_stray(line))]
@@ -62,8 +62,8 @@ class VisaLaserLink(AbstractLaserLink):
         self._link = link
         self.resource = link.resource
         self.timeout_s = timeout_s
-        self._trust = Trust(link.resource)
-        self._held = b""  # came, and was not looked at
+        self._synchronisation = Synchronisation(link.resource)
+        self._pending = b""  # received, and not read yet
 
     def now(self) -> float:
         """Time on the link's clock, s."""
@@ -76,10 +76,10 @@ class VisaLaserLink(AbstractLaserLink):
     def query(self, command: str) -> str:
         """The line that answers `command`."""
         deadline = self.now() + self.timeout_s
-        with self._trust.call(command):
-            if self._trust.lost:
+        with self._synchronisation.call(command):
+            if self._synchronisation.lost:
                 self._link.reconnect(deadline)
-                self._trust.lost, self._held = False, b""
+                self._synchronisation.lost, self._pending = False, b""
             self._drop_strays(deadline)
             self._link.send(command.encode("ascii") + b"\r\n", deadline)
             while True:
@@ -88,26 +88,26 @@ class VisaLaserLink(AbstractLaserLink):
                     return line
 
     def close(self) -> None:
-        """Hang up."""
+        """Disconnect."""
         self._link.close()
 
     def _drop_strays(self, deadline: float) -> None:
-        """An identity that came late is read away; anything else means we are out of step."""
-        while there := self._held or self._link.unread():
+        """Discard an identity that came late; anything else means that replies are out of step."""
+        while there := self._pending or self._link.unread():
             if b"\n" not in there or not commands.is_stray(self._line(deadline)):
                 raise _reply.malformed("An answer came that nobody had asked for.", there)
 
     def _line(self, deadline: float) -> str:
-        """One line; what comes with it and behind it is held."""
+        """One line; what comes with it and behind it is kept."""
         began = self.now()
-        while b"\n" not in self._held:
-            if len(self._held) > _MOST:
-                raise _reply.malformed(f"A line has more than {_MOST} bytes.", self._held)
+        while b"\n" not in self._pending:
+            if len(self._pending) > _MOST:
+                raise _reply.malformed(f"A line has more than {_MOST} bytes.", self._pending)
             if self.now() >= deadline:
-                raise silent(deadline - began, self._held)
+                raise timed_out(deadline - began, self._pending)
             data, end = self._link.receive(_MOST, deadline)
-            self._held += data
+            self._pending += data
             if end and not data.endswith(b"\n"):
-                self._held += b"\n"
-        line, _, self._held = self._held.partition(b"\n")
+                self._pending += b"\n"
+        line, _, self._pending = self._pending.partition(b"\n")
         return _reply.read_line(lambda _: Received(line + b"\n", True), limit=commands.MOST_BYTES)

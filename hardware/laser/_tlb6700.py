@@ -82,8 +82,8 @@ class TLB6700(AbstractLaser):
             )
         self.limits = limits
         self._link = link
-        self._identity = self._told("*IDN?", commands.IDENTITY, "This is another instrument.")
-        self.head = self._told(
+        self._identity = self._query_text("*IDN?", commands.IDENTITY, "This is another instrument.")
+        self.head = self._query_text(
             f"{commands.MODEL}?",
             commands.HEAD,
             "The laser head is another one than the limits are for.",
@@ -105,15 +105,15 @@ class TLB6700(AbstractLaser):
 
     def check(self) -> None:
         """Refuse a fault (an open interlock, overheating) and temperatures out of limits."""
-        self._look(commands.STATUS)
+        self._check_status(commands.STATUS)
         for template, name in (
             (commands.DIODE_TEMPERATURE, "diode_c"),
             (commands.CAVITY_TEMPERATURE, "cavity_c"),
         ):
-            value = self._asked(template)
+            value = self._query_number(template)
             low, high = getattr(self.limits, name)
             if not low <= value <= high:
-                raise self._wrong(
+                raise self._error(
                     template,
                     f"{value:g}",
                     f"The laser is at {value:g} C, and its limit `{name}` is {low:g} to {high:g}.",
@@ -122,7 +122,7 @@ class TLB6700(AbstractLaser):
 
     def wavelength(self) -> float:
         """As sensed, nm."""
-        return self._asked(commands.SENSED_WAVELENGTH)
+        return self._query_number(commands.SENSED_WAVELENGTH)
 
     def set_wavelength(self, nm: float, *, timeout_s: float = 60.0) -> float:
         """Move there with tracking on, wait until it is there, and switch tracking off.
@@ -133,12 +133,12 @@ class TLB6700(AbstractLaser):
         self._set(commands.WAVELENGTH, f"{nm:.2f}", nm, THRESHOLDS.wavelength_tolerance_nm)
         self.track(True)
         try:
-            self._wait(timeout_s)
+            self._wait_until_done(timeout_s)
             there = self.wavelength()
         finally:
             self.track(False)
         if not abs(there - nm) <= THRESHOLDS.wavelength_error_nm:
-            raise self._wrong(
+            raise self._error(
                 commands.SENSED_WAVELENGTH,
                 f"{there:g}",
                 f"The laser should be at {nm:g} nm.",
@@ -152,10 +152,10 @@ class TLB6700(AbstractLaser):
 
     def piezo(self) -> float:
         """As set, percent of the range."""
-        return self._asked(f"{commands.PIEZO}?")
+        return self._query_number(f"{commands.PIEZO}?")
 
     def set_piezo(self, percent: float) -> None:
-        """Go there from where it is, a percent at a time: a piezo that is let jump creeps."""
+        """Go there from where it is, a percent at a time: a piezo that jumps creeps."""
         self.limits.check("piezo_percent", percent)
         now, step = self.piezo(), THRESHOLDS.piezo_step_percent
         while abs(percent - now) > THRESHOLDS.piezo_rounding_percent:
@@ -164,7 +164,7 @@ class TLB6700(AbstractLaser):
 
     def current(self) -> float:
         """Of the diode as sensed, mA."""
-        return self._asked(commands.SENSED_CURRENT)
+        return self._query_number(commands.SENSED_CURRENT)
 
     def set_current(self, ma: float) -> None:
         """Of the diode, mA."""
@@ -173,12 +173,12 @@ class TLB6700(AbstractLaser):
 
     def emits(self) -> bool:
         """Whether the diode is on."""
-        return self._asked(f"{commands.OUTPUT}?") == 1.0
+        return self._query_number(f"{commands.OUTPUT}?") == 1.0
 
     def check_emission(self) -> None:
         """Refuse a laser that is off: there would be no fringes."""
         if not self.emits():
-            raise self._wrong(
+            raise self._error(
                 f"{commands.OUTPUT}?", "0", "The laser is off.", "Switch it on and let it settle."
             )
 
@@ -187,9 +187,9 @@ class TLB6700(AbstractLaser):
         if on:
             self.check()
         self._set(commands.OUTPUT, str(int(on)))
-        self._wait(THRESHOLDS.switch_s)
+        self._wait_until_done(THRESHOLDS.switch_s)
         if self.emits() != on:
-            raise self._wrong(
+            raise self._error(
                 f"{commands.OUTPUT}?",
                 str(int(not on)),
                 "It was told otherwise.",
@@ -215,7 +215,7 @@ class TLB6700(AbstractLaser):
         self._set(commands.SCAN_END)
 
     def snapshot(self) -> dict[str, str]:
-        """Every setting and sensed value, as the controller tells it."""
+        """Every setting and sensed value, as the controller reports it."""
         settings = {
             "head": commands.MODEL, "emits": commands.OUTPUT, "tracking": commands.TRACK,
             "wavelength_set_nm": commands.WAVELENGTH, "piezo_set_percent": commands.PIEZO,
@@ -227,11 +227,11 @@ class TLB6700(AbstractLaser):
             "cavity_c": commands.CAVITY_TEMPERATURE,
         }  # fmt: skip
         queries = {name: f"{query}?" for name, query in settings.items()} | sensed
-        told = {name: self._told(query, r".+", "") for name, query in queries.items()}
-        return {"identity": self.identity} | told
+        values = {name: self._query_text(query, r".+", "") for name, query in queries.items()}
+        return {"identity": self.identity} | values
 
     def close(self) -> None:
-        """Stop scan and tracking, give the front panel back, and hang up."""
+        """Stop scan and tracking, return control to the front panel, and disconnect."""
         try:
             self.stop_scan()
             self.track(False)
@@ -251,25 +251,27 @@ class TLB6700(AbstractLaser):
         reply = self._link.query(command)
         if reply != "OK":
             faults = self._faults()
-            raise self._wrong(command, "; ".join([reply, *map(_spelt, faults)]), *_cure(faults))
-        self._look(command)
+            raise self._error(
+                command, "; ".join([reply, *map(_format_fault, faults)]), *_remedy(faults)
+            )
+        self._check_status(command)
         if expected is not None:
-            read = self._asked(f"{template}?")
+            read = self._query_number(f"{template}?")
             if not abs(read - expected) <= tolerance:
-                raise self._wrong(
+                raise self._error(
                     command,
                     f"{read:g}",
                     "The controller has another setting than the one it was given.",
                     "See whether someone else operates it.",
                 )
 
-    def _look(self, command: str) -> None:
+    def _check_status(self, command: str) -> None:
         """Raise where a fault waits."""
-        status = self._told(commands.STATUS, r"\+?\d{1,3}", "This is no status.")
+        status = self._query_text(commands.STATUS, r"\+?\d{1,3}", "This is no status.")
         if int(status):
             faults = self._faults()
-            told = "; ".join(map(_spelt, faults)) or f"{commands.STATUS} {status}"
-            raise self._wrong(command, told, *_cure(faults))
+            listed = "; ".join(map(_format_fault, faults)) or f"{commands.STATUS} {status}"
+            raise self._error(command, listed, *_remedy(faults))
 
     def _faults(self) -> list[tuple[int, str]]:
         found = []
@@ -278,51 +280,51 @@ class TLB6700(AbstractLaser):
             try:
                 entry = commands.fault(line)
             except ValueError as error:
-                raise self._wrong(
+                raise self._error(
                     commands.ERROR, line, f"The answer cannot be used: {error}.", "Look at it."
                 ) from None
             if entry[0] == 0:
                 return found
             found.append(entry)
-        raise self._wrong(
+        raise self._error(
             commands.ERROR, "", "The fault queue does not end.", "Restart the controller."
         )
 
-    def _wait(self, seconds: float) -> None:
+    def _wait_until_done(self, seconds: float) -> None:
         until = self._link.now() + seconds
-        while self._told(commands.DONE, r"[01]", "This is no answer to it.") != "1":
-            self._look(commands.DONE)
+        while self._query_text(commands.DONE, r"[01]", "This is no answer to it.") != "1":
+            self._check_status(commands.DONE)
             if self._link.now() >= until:
-                raise self._wrong(
+                raise self._error(
                     commands.DONE, "0", f"It is still moving after {seconds:g} s.", "Wait longer."
                 )
             self._link.sleep(THRESHOLDS.poll_s)
-        self._look(commands.DONE)
+        self._check_status(commands.DONE)
 
-    def _asked(self, query: str) -> float:
+    def _query_number(self, query: str) -> float:
         line = self._link.query(query)
         try:
             return _reply.number(line.strip())
         except ValueError as error:
-            raise self._wrong(
+            raise self._error(
                 query, line, f"The answer cannot be used: {error}.", "Ask again."
             ) from None
 
-    def _told(self, query: str, pattern: str, why: str) -> str:
+    def _query_text(self, query: str, pattern: str, why: str) -> str:
         line = self._link.query(query).strip()
         if not re.fullmatch(pattern, line, re.IGNORECASE):
-            raise self._wrong(query, line, why, "Check the address and the head. Nothing was set.")
+            raise self._error(query, line, why, "Check the address and the head. Nothing was set.")
         return line
 
-    def _wrong(self, command: str, reply: str, why: str, cure: str) -> InstrumentError:
+    def _error(self, command: str, reply: str, why: str, cure: str) -> InstrumentError:
         return InstrumentError(self.resource, command, reply, why=why, cure=cure)
 
 
-def _spelt(fault: tuple[int, str]) -> str:
+def _format_fault(fault: tuple[int, str]) -> str:
     return f'{fault[0]},"{fault[1]}"'
 
 
-def _cure(faults: list[tuple[int, str]]) -> tuple[str, str]:
+def _remedy(faults: list[tuple[int, str]]) -> tuple[str, str]:
     cures = [commands.CURES[code] for code, _ in faults if code in commands.CURES]
     return (
         "The controller refuses the command, or reports a fault.",

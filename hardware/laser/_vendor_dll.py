@@ -12,7 +12,7 @@ from typing import Any
 from hardware._errors import InstrumentError
 
 from . import _commands as commands
-from ._link import AbstractLaserLink, answer_of
+from ._link import AbstractLaserLink, select_answer
 
 PRODUCT = 0x100A
 _INFO_BYTES = 4096
@@ -54,7 +54,7 @@ class VendorDllLink(AbstractLaserLink):
             raise ValueError(f"A command has fewer than {commands.MOST_BYTES} bytes: {command!r}.")
         packet = ctypes.create_string_buffer(data, commands.MOST_BYTES)
         if self._dll.newp_usb_send_ascii(self._id, packet, ctypes.c_ulong(len(data))) != 0:
-            raise self._failed(command, "The library could not send it.")
+            raise self._error(command, "The library could not send it.")
         until = self.now() + self.timeout_s
         while True:
             lines = self._read(command)
@@ -62,14 +62,14 @@ class VendorDllLink(AbstractLaserLink):
             if any(asked or not commands.is_stray(line) for line in lines):
                 break
             if self.now() >= until:
-                raise self._failed(command, "There was no answer in time.")
+                raise self._error(command, "There was no answer in time.")
         try:
-            return answer_of(command, lines)
+            return select_answer(command, lines)
         except ValueError as error:
-            raise self._failed(command, f"The answer cannot be used: {error}.", lines) from None
+            raise self._error(command, f"The answer cannot be used: {error}.", lines) from None
 
     def close(self) -> None:
-        """Let go of the library; more than once does no harm."""
+        """Release the library; more than once does no harm."""
         if self._id is not None:
             self._id = None
             self._dll.newp_usb_uninit_system()
@@ -80,7 +80,7 @@ class VendorDllLink(AbstractLaserLink):
         buffer, count = ctypes.create_string_buffer(commands.MOST_BYTES + 1), ctypes.c_ulong(0)
         size = ctypes.c_ulong(commands.MOST_BYTES)
         if self._dll.newp_usb_get_ascii(self._id, buffer, size, ctypes.byref(count)) != 0:
-            raise self._failed(command, "The library could not read an answer.")
+            raise self._error(command, "The library could not read an answer.")
         text = buffer.value.decode("ascii", "backslashreplace")
         return [line.strip() for line in text.splitlines() if line.strip()]
 
@@ -88,7 +88,7 @@ class VendorDllLink(AbstractLaserLink):
         self._dll.newp_usb_init_product(PRODUCT)
         info = ctypes.create_string_buffer(_INFO_BYTES)
         if self._dll.newp_usb_get_device_info(info) != 0:
-            raise self._failed("(connect)", "The library does not list its instruments.")
+            raise self._error("(connect)", "The library does not list its instruments.")
         listed = info.value.decode("ascii", "backslashreplace")
         for entry in filter(None, listed.split(";")):
             number, _, about = entry.partition(",")
@@ -96,11 +96,11 @@ class VendorDllLink(AbstractLaserLink):
                 self._id = int(number)
                 return
         self._dll.newp_usb_uninit_system()
-        raise self._failed(
+        raise self._error(
             "(connect)", f"There is no controller {self._serial} among those found.", [listed]
         )
 
-    def _failed(self, command: str, why: str, lines: list[str] | None = None) -> InstrumentError:
+    def _error(self, command: str, why: str, lines: list[str] | None = None) -> InstrumentError:
         self.close()  # the library stays in its error until it is opened anew
         return InstrumentError(
             self.resource,

@@ -1,4 +1,4 @@
-"""The way to an instrument: bytes out and in, with a deadline on each."""
+"""The interface of a connection to an instrument: bytes out and in, each with a deadline."""
 
 import abc
 from typing import NamedTuple
@@ -42,8 +42,8 @@ class AbstractLink(abc.ABC):
 
     @abc.abstractmethod
     def reconnect(self, deadline: float) -> None:
-        """Start afresh: nothing that was sent or asked before can be answered on the new way."""
+        """Connect anew: nothing that was asked before can be answered on the new connection."""
 
     @abc.abstractmethod
     def close(self) -> None:
-        """Hang up; more than once does no harm."""
+        """Disconnect; more than once does no harm."""

@@ -1,4 +1,4 @@
-"""What an instrument may answer, read strictly: lines, numbers, error entries, blocks."""
+"""Strict parsing of replies: lines, numbers, error entries, blocks."""
 
 import math
 import re

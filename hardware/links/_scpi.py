@@ -1,4 +1,4 @@
-"""A session with one SCPI instrument: what is asked is answered in time, or an error says why."""
+"""A session with one SCPI instrument: every query is answered in time, or an error is raised."""
 
 import contextlib
 import re
@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TypeVar
 
-from hardware._errors import InstrumentError, LinkError, shown, silent
+from hardware._errors import InstrumentError, LinkError, escape, timed_out
 
 from . import _reply
 from ._link import AbstractLink, Received
+from ._synchronisation import Synchronisation
 from ._thresholds import THRESHOLDS
-from ._trust import Trust
 
 _T = TypeVar("_T")
 _MOST_BYTES = 999_999
@@ -35,7 +35,7 @@ class Scpi:
         self._link = link
         self.timeout_s = timeout_s
         self._identity: str | None = None
-        self._trust = Trust(link.resource)
+        self._synchronisation = Synchronisation(link.resource)
 
     @property
     def resource(self) -> str:
@@ -83,7 +83,7 @@ class Scpi:
         """
         with self._call(query, timeout_s) as deadline:
             self._send(query.encode("ascii"), deadline)
-            return _reply.read_block(_Listener(self._link, deadline), limit=limit, size=size)
+            return _reply.read_block(_Receiver(self._link, deadline), limit=limit, size=size)
 
     def command(
         self, command: str, block: bytes | None = None, *, timeout_s: float | None = None
@@ -105,11 +105,11 @@ class Scpi:
             status = self._ask("*ESR?", _status, deadline)
             errors = self._errors(deadline)
         if errors or status & _BAD_STATUS:
-            told = "; ".join(f'{code},"{text}"' for code, text in errors) or f"*ESR? {status}"
+            listed = "; ".join(f'{code},"{text}"' for code, text in errors) or f"*ESR? {status}"
             raise InstrumentError(
                 self.resource,
                 label,
-                told,
+                listed,
                 why="The instrument refuses the command, or reports an earlier fault.",
                 cure=_CURE,
             )
@@ -126,7 +126,7 @@ class Scpi:
             pass
 
     def close(self) -> None:
-        """Hang up."""
+        """Disconnect."""
         self._link.close()
 
     def _errors(self, deadline: float) -> list[tuple[int, str]]:
@@ -143,7 +143,7 @@ class Scpi:
 
     def _ask(self, query: str, parse: Callable[[str], _T], deadline: float) -> _T:
         self._send(query.encode("ascii"), deadline)
-        line = _reply.read_line(_Listener(self._link, deadline))
+        line = _reply.read_line(_Receiver(self._link, deadline))
         try:
             return parse(line)
         except ValueError as error:
@@ -160,8 +160,8 @@ class Scpi:
     @contextlib.contextmanager
     def _call(self, label: str, timeout_s: float | None = None) -> Iterator[float]:
         deadline = self.now() + (self.timeout_s if timeout_s is None else timeout_s)
-        with self._trust.call(label):
-            if self._trust.lost:
+        with self._synchronisation.call(label):
+            if self._synchronisation.lost:
                 self._reconnect(deadline)
             yield deadline
 
@@ -171,14 +171,14 @@ class Scpi:
             identity = self._ask("*IDN?", str, deadline)
             if identity != self._identity:
                 raise LinkError(
-                    f"After connecting again, another instrument answers: '{shown(identity)}'.",
+                    f"After connecting again, another instrument answers: '{escape(identity)}'.",
                     "Check the address.",
                     identity.encode(),
                 )
-        self._trust.lost = False
+        self._synchronisation.lost = False
 
 
-class _Listener:
+class _Receiver:
     """Receives until a deadline, and remembers the first bytes for a message."""
 
     def __init__(self, link: AbstractLink, deadline: float) -> None:
@@ -187,8 +187,8 @@ class _Listener:
         self._got = bytearray()
 
     def __call__(self, count: int) -> Received:
-        if self._link.now() >= self._deadline:  # a peer that never stops is not heard for ever
-            raise silent(self._deadline - self._began, bytes(self._got))
+        if self._link.now() >= self._deadline:  # a peer that never stops is not read for ever
+            raise timed_out(self._deadline - self._began, bytes(self._got))
         try:
             received = self._link.receive(count, self._deadline)
         except LinkError as error:

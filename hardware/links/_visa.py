@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-from hardware._errors import InstrumentError, LinkError, closed, silent
+from hardware._errors import InstrumentError, LinkError, disconnected, timed_out
 from rapi_jax.io import printable
 
 from ._link import AbstractLink, Received
@@ -60,12 +60,12 @@ class VisaLink(AbstractLink):
                 self._visa.timeout = self._left(deadline, began) * 1e3
                 written = self._visa.write_raw(data)
                 if written != len(data):
-                    raise closed()
+                    raise disconnected()
                 return
             for at in range(0, len(data), _CHUNK):
                 left = self._left(deadline, began)
                 if not select.select([], [self._socket], [], left)[1]:
-                    raise silent(deadline - began)
+                    raise timed_out(deadline - began)
                 self._socket.settimeout(left)
                 self._visa.write_raw(data[at : at + _CHUNK])
 
@@ -77,10 +77,10 @@ class VisaLink(AbstractLink):
             if self._socket is None:
                 return self._message(min(count, THRESHOLDS.message_bytes), left)
             if not select.select([self._socket], [], [], left)[0]:
-                raise silent(deadline - began)
+                raise timed_out(deadline - began)
             there = len(self._socket.recv(min(count, _CHUNK), socket.MSG_PEEK))
             if there == 0:
-                raise closed()
+                raise disconnected()
             return Received(self._visa.read_bytes(there, chunk_size=there), False)
 
     def unread(self) -> bytes:
@@ -92,7 +92,7 @@ class VisaLink(AbstractLink):
                 return b""
             there = self._socket.recv(_CHUNK, socket.MSG_PEEK)
             if not there:
-                raise closed()
+                raise disconnected()
             return there
 
     def reconnect(self, deadline: float) -> None:
@@ -151,7 +151,7 @@ class VisaLink(AbstractLink):
     def _left(self, deadline: float, began: float) -> float:
         left = deadline - self.now()
         if left <= 0:
-            raise silent(deadline - began)
+            raise timed_out(deadline - began)
         return left
 
     @contextlib.contextmanager
@@ -160,22 +160,22 @@ class VisaLink(AbstractLink):
         from pyvisa.constants import StatusCode
 
         if self._visa is None:
-            raise closed()
+            raise disconnected()
         try:
             yield
         except LinkError:
             raise
         except TimeoutError as error:
-            raise silent(seconds) from error
+            raise timed_out(seconds) from error
         except pyvisa.VisaIOError as error:
             if error.error_code == StatusCode.error_timeout:
-                raise silent(seconds) from error
+                raise timed_out(seconds) from error
             raise LinkError(
                 f"VISA reports: {_cause(error)}.", "Check the cable, and connect again."
             ) from error
         # pyvisa-py's HiSLIP: a dropped connection, a header that is none, an answer out of turn.
         except (pyvisa.Error, OSError, ValueError, RuntimeError, AssertionError) as error:
-            raise closed() from error
+            raise disconnected() from error
 
 
 @contextlib.contextmanager

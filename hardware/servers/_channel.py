@@ -29,7 +29,7 @@ class Channel:
         """All of `data`; raises `OSError` where it cannot be."""
         left = memoryview(data)
         while left:
-            self._look()
+            self._raise_if_stopped()
             with contextlib.suppress(TimeoutError):
                 left = left[self._connection.send(left) :]
 
@@ -37,13 +37,13 @@ class Channel:
         """Let time pass; raises `OSError` where the client hangs up meanwhile."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0 and not until.wait(min(left, THRESHOLDS.tick_s)):
-            self._look()
+            self._raise_if_stopped()
             readable = select.select([self._connection], [], [], 0.0)[0]
             if readable and not self._connection.recv(1, socket.MSG_PEEK):
                 raise ConnectionAbortedError
 
     def close(self) -> None:
-        """Hang up; a thread that waits here ends."""
+        """Disconnect; a thread that waits here ends."""
         with contextlib.suppress(OSError):
             self._connection.shutdown(socket.SHUT_RDWR)
         self._connection.close()
@@ -51,7 +51,7 @@ class Channel:
     def _exactly(self, count: int, until: float) -> bytes:
         got = bytearray()
         while len(got) < count:
-            self._look()
+            self._raise_if_stopped()
             if time.monotonic() > until:
                 raise Malformed("no message came")
             with contextlib.suppress(TimeoutError):
@@ -61,6 +61,6 @@ class Channel:
                 got += data
         return bytes(got)
 
-    def _look(self) -> None:
+    def _raise_if_stopped(self) -> None:
         if self._stop.is_set():
             raise ConnectionAbortedError

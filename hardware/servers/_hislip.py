@@ -16,7 +16,7 @@ from ._thresholds import THRESHOLDS
 
 
 class HislipServer(AbstractListener):
-    """Serves one session after the other, to this computer alone if not told otherwise.
+    """Serves one session after the other, by default to this computer alone.
 
     Synchronized mode of HiSLIP 1.0, without locks and service requests. Each answer says which
     message it is to, so that a late one is never taken for the next; a new session ends the one
@@ -43,7 +43,7 @@ class HislipServer(AbstractListener):
         if self._session is not None:
             self._session.end()
 
-    def _meet(self, connection: socket.socket) -> None:
+    def _handle(self, connection: socket.socket) -> None:
         self._admit(Channel(connection, self._stop))
 
     def _admit(self, channel: Channel) -> None:
@@ -89,16 +89,16 @@ class _Session:
 
     def end(self) -> None:
         """Hang up, and wait for the threads."""
-        self._hang_up()
+        self._disconnect()
         for thread in self._threads:
             thread.join()
 
     def _guarded(self, serve: Callable[[Channel], None], channel: Channel) -> None:
         with contextlib.suppress(OSError, ValueError):  # a closed socket has no number to wait for
             serve(channel)
-        self._hang_up()
+        self._disconnect()
 
-    def _hang_up(self) -> None:
+    def _disconnect(self) -> None:
         for channel in (self._first, self._second):
             if channel is not None:
                 channel.close()
@@ -112,7 +112,7 @@ class _Session:
                 for answer in self._instrument.feed(payload):
                     if self._cleared.is_set():
                         break
-                    self._give(answer, header.parameter)
+                    self._send_answer(answer, header.parameter)
             elif header.kind == Kind.CLEAR_COMPLETE:
                 self._cleared.clear()
                 self._instrument.connected()
@@ -120,7 +120,7 @@ class _Session:
             elif header.kind != Kind.TRIGGER:
                 channel.send(message(Kind.ERROR, 1))
 
-    def _give(self, answer: Answer, number: int) -> None:
+    def _send_answer(self, answer: Answer, number: int) -> None:
         self._first.wait(answer.after_s, self._cleared)
         if answer.data and not self._cleared.is_set():
             room = wire.MOST - wire.SIZE

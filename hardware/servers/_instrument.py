@@ -1,4 +1,4 @@
-"""What a simulated instrument is, whatever carries its bytes."""
+"""The interface of a simulated instrument, whatever transport carries its bytes."""
 
 import abc
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""What listens at a port and meets one client after the other in a thread of its own."""
+"""A server that listens at a port and handles one client after the other in its own thread."""
 
 import abc
 import select
@@ -13,7 +13,7 @@ LOOPBACK = "127.0.0.1"
 
 
 class AbstractListener(ClosesOnExit):
-    """A server of this computer alone, if not told otherwise; a context manager."""
+    """A server, by default for this computer alone; a context manager."""
 
     def __init__(self, port: int = 0, *, host: str = LOOPBACK) -> None:
         """`port`: 0 for any that is free; `host`: the address to listen at."""
@@ -34,7 +34,7 @@ class AbstractListener(ClosesOnExit):
         """Its VISA address."""
 
     @abc.abstractmethod
-    def _meet(self, connection: socket.socket) -> None:
+    def _handle(self, connection: socket.socket) -> None:
         """Serve a new connection, or have it served; whoever does closes it."""
 
     def close(self) -> None:
@@ -50,6 +50,6 @@ class AbstractListener(ClosesOnExit):
             connection, _ = self._socket.accept()
             try:
                 connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                self._meet(connection)
+                self._handle(connection)
             except OSError:
                 connection.close()

@@ -12,7 +12,7 @@ _QUICKACK = getattr(socket, "TCP_QUICKACK", None)  # Linux
 
 
 class TcpServer(AbstractListener):
-    """Serves one connection after the other, to this computer alone if not told otherwise.
+    """Serves one connection after the other, by default to this computer alone.
 
     Acknowledges at once: a small upload would otherwise stall for 44 ms, where a client waits for
     the acknowledgement of one piece before it sends the next. A context manager.
@@ -30,12 +30,12 @@ class TcpServer(AbstractListener):
         """Its VISA address."""
         return f"TCPIP::{self.host}::{self.port}::SOCKET"
 
-    def _meet(self, connection: socket.socket) -> None:
+    def _handle(self, connection: socket.socket) -> None:
         with connection:
             self._instrument.connected()
-            self._converse(connection)
+            self._serve(connection)
 
-    def _converse(self, connection: socket.socket) -> None:
+    def _serve(self, connection: socket.socket) -> None:
         while not self._stop.is_set():
             if not select.select([connection], [], [], THRESHOLDS.tick_s)[0]:
                 continue
@@ -45,10 +45,10 @@ class TcpServer(AbstractListener):
             if not data:
                 return
             for answer in self._instrument.feed(data):
-                if not self._give(connection, answer):
+                if not self._send_answer(connection, answer):
                     return
 
-    def _give(self, connection: socket.socket, answer: Answer) -> bool:
+    def _send_answer(self, connection: socket.socket, answer: Answer) -> bool:
         """Whether the connection goes on."""
         if answer.after_s and not self._wait(connection, answer.after_s):
             return False
@@ -58,7 +58,7 @@ class TcpServer(AbstractListener):
                 return False
             if select.select([], [connection], [], THRESHOLDS.tick_s)[1]:
                 data = data[connection.send(data[: THRESHOLDS.send_bytes]) :]
-            elif self._gone(connection):
+            elif self._peer_closed(connection):
                 return False
         while answer.deaf and not self._stop.wait(THRESHOLDS.tick_s):
             pass
@@ -67,11 +67,11 @@ class TcpServer(AbstractListener):
     def _wait(self, connection: socket.socket, seconds: float) -> bool:
         until = time.monotonic() + seconds
         while (left := until - time.monotonic()) > 0:
-            if self._stop.wait(min(left, THRESHOLDS.tick_s)) or self._gone(connection):
+            if self._stop.wait(min(left, THRESHOLDS.tick_s)) or self._peer_closed(connection):
                 return False
         return True
 
-    def _gone(self, connection: socket.socket) -> bool:
+    def _peer_closed(self, connection: socket.socket) -> bool:
         if not select.select([connection], [], [], 0.0)[0]:
             return False
         return not connection.recv(1, socket.MSG_PEEK)

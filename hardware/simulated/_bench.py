@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hardware.bench._base import AbstractBench, at_piezo, checked
+from hardware.bench._base import AbstractBench, amplify, check_drives
 from hardware.bench._thresholds import THRESHOLDS
 from rapi_jax import AfgWaveform, Drive, DriveLimits, Recording
 from rapi_jax.examples import paper_device
@@ -124,8 +124,8 @@ class SimulatedBench(AbstractBench):
     def _allowed(self, drives: Drive | Sequence[Drive]) -> tuple[Drive, ...]:
         several = (drives,) if isinstance(drives, Drive) else tuple(drives)
         amplifier = self.laboratory.device.amplifier
-        behind = [at_piezo(d, gain=amplifier.gain, offset_v=amplifier.offset_v) for d in several]
-        checked(behind, self.limits)
+        behind = [amplify(d, gain=amplifier.gain, offset_v=amplifier.offset_v) for d in several]
+        check_drives(behind, self.limits)
         return several
 
     def _play(self, drive: Drive) -> tuple[Fringes, Drive]:

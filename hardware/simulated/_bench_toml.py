@@ -1,4 +1,4 @@
-"""A `bench.toml` for the simulated laboratory, to start one's own from."""
+"""A `bench.toml` for the simulated laboratory, as a template."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""The physics of the whole bench: a waveform in, raw photodiode records out."""
+"""The physics of a bench without instruments: a waveform in, raw photodiode records out."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""The simulated laboratory behind wires: generator, laser controller and oscilloscope as peers."""
+"""The simulated laboratory as instruments on a network: generator, laser, oscilloscope."""
 
 import contextlib
 import dataclasses
@@ -27,7 +27,7 @@ class WiredLaboratory:
     The generator's channel 1 drives it; its trigger output is at the oscilloscope's external
     trigger; the interferometer is at the oscilloscope's input 1, the cavity at 2.
 
-    - `clock`: gives the time, s, for all of them. `seed`: of all noise.
+    - `clock`: the time, s, for all of them. `seed`: of all noise.
     - `trigger_connected`: whether the generator's trigger output is at the oscilloscope.
     """
 

@@ -24,8 +24,8 @@ class SimulatedAFG31052(AbstractScpiInstrument):
     - `digits`: levels are rounded to 0.1 mV or so many digits; 5 for 0.1 mV up to 10 V.
     - `ignores`: headers (upper case, as sent) of commands that it silently does not obey.
 
-    `seen` tells, for each channel, what its load has felt: the extremes while the output was on,
-    and the largest jump by a level or a relay.
+    `seen` holds, for each channel, the voltages that its load has seen: the extremes while the
+    output was on, and the largest jump by a level or a relay.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
 
     @property
     def seen(self) -> dict[int, Seen]:
-        """What each channel's load has felt so far."""
+        """Voltages that each channel's load has seen so far."""
         return {n: output.seen for n, output in self._outputs.items()}
 
     def output(self, n: int) -> AfgWaveform | None:
@@ -62,7 +62,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         def level(name: str) -> Callable[[int, Unit], None]:
             return lambda n, unit: self._outputs[n].set_level(name, number(unit))
 
-        def told(name: str) -> Callable[[int, Unit], str]:
+        def query(name: str) -> Callable[[int, Unit], str]:
             return lambda n, unit: f"{self._outputs[n].level(name):.4E}"
 
         return {
@@ -70,7 +70,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
             "OUTPut{n}[:STATe]": self._switch,
             "OUTPut{n}[:STATe]?": lambda n, unit: str(int(self._outputs[n].on)),
             "OUTPut{n}:IMPedance": self._set_load,
-            "OUTPut{n}:IMPedance?": self._told_load,
+            "OUTPut{n}:IMPedance?": self._query_load,
             "OUTPut:TRIGger[:MODE]": self._choose("output", ("TRIG", "SYNC")),
             "OUTPut:TRIGger[:MODE]?": lambda n, unit: self.trigger["output"],
             "TRIGger[:SEQuence]:SOURce": self._choose("source", ("TIM", "EXT")),
@@ -81,13 +81,13 @@ class SimulatedAFG31052(AbstractScpiInstrument):
             "SOURce{n}:FREQuency[:CW]": self._set_frequency,
             "SOURce{n}:FREQuency[:CW]?": lambda n, u: f"{self._outputs[n].frequency_hz:.10E}",
             "SOURce{n}:VOLTage[:LEVel][:IMMediate]:HIGH": level("high"),
-            "SOURce{n}:VOLTage[:LEVel][:IMMediate]:HIGH?": told("high"),
+            "SOURce{n}:VOLTage[:LEVel][:IMMediate]:HIGH?": query("high"),
             "SOURce{n}:VOLTage[:LEVel][:IMMediate]:LOW": level("low"),
-            "SOURce{n}:VOLTage[:LEVel][:IMMediate]:LOW?": told("low"),
+            "SOURce{n}:VOLTage[:LEVel][:IMMediate]:LOW?": query("low"),
             "SOURce{n}:VOLTage:LIMit:HIGH": level("clamp_high"),
-            "SOURce{n}:VOLTage:LIMit:HIGH?": told("clamp_high"),
+            "SOURce{n}:VOLTage:LIMit:HIGH?": query("clamp_high"),
             "SOURce{n}:VOLTage:LIMit:LOW": level("clamp_low"),
-            "SOURce{n}:VOLTage:LIMit:LOW?": told("clamp_low"),
+            "SOURce{n}:VOLTage:LIMit:LOW?": query("clamp_low"),
             "DATA[:DATA]": self._upload,
             "DATA[:DATA]?": self._read_back,
             "DATA:POINts?": lambda n, unit: str(self._memory[_memory(unit)].size),
@@ -110,7 +110,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
             raise ScpiFault(-222, word)
         self._outputs[n].set_load(ohm)
 
-    def _told_load(self, n: int, unit: Unit) -> str:
+    def _query_load(self, n: int, unit: Unit) -> str:
         ohm = self._outputs[n].set_ohm
         return "9.9E+37" if math.isinf(ohm) else f"{ohm:.4E}"
 

@@ -1,4 +1,4 @@
-"""One output of the simulated generator: levels, clamp, load and relay, and what the load felt."""
+"""One output of the simulated generator: levels, clamp, load, relay, and the load's voltages."""
 
 import dataclasses
 import math
@@ -11,7 +11,7 @@ _LEAST_PP = 0.002  # V into high impedance
 
 @dataclasses.dataclass
 class Seen:
-    """What a load has felt: V at the load itself, whatever the instrument reckons with.
+    """Voltages that a load has seen, V at the load itself, whatever load the instrument is set to.
 
     - `low_v`, `high_v`: extremes while the output was on. `jump_v`: the largest change of a level
       meanwhile. `relay_v`: the largest voltage at which the relay opened or closed.
@@ -66,15 +66,15 @@ class AfgOutput:
             raise ScpiFault(-221 if "clamp" in name else -222, "voltage limit")
         before = self.at_load()
         self._volts = new
-        self._felt(before)
+        self._record_voltages(before)
 
     def set_load(self, ohm: float) -> None:
-        """Reckon with another load: the same source, other volts."""
+        """Set another load: the same source, other voltages."""
         before = self.at_load()
         ratio = _share(ohm) / _share(self.set_ohm)
         self._volts = {name: value * ratio for name, value in self._volts.items()}
         self.set_ohm = ohm
-        self._felt(before)
+        self._record_voltages(before)
 
     def switch(self, on: bool) -> None:
         """Close or open the relay."""
@@ -83,9 +83,9 @@ class AfgOutput:
             self.seen.times_on += on
         self.on = on
         if on:
-            self._felt(self.at_load())
+            self._record_voltages(self.at_load())
 
-    def _felt(self, before: tuple[float, float]) -> None:
+    def _record_voltages(self, before: tuple[float, float]) -> None:
         if not self.on:
             return
         low, high = self.at_load()

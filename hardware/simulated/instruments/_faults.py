@@ -1,4 +1,4 @@
-"""Peers that misbehave: wrappers round an instrument, each with one fault."""
+"""Faulty peers: wrappers around an instrument, each with one fault."""
 
 import abc
 import dataclasses
@@ -9,7 +9,7 @@ from hardware.servers._instrument import AbstractInstrument, Answer
 
 
 class AbstractFault(abc.ABC):
-    """What becomes of an instrument's answers."""
+    """A change of an instrument's answers."""
 
     @abc.abstractmethod
     def __call__(self, answers: Iterable[Answer]) -> Iterable[Answer]:
@@ -21,7 +21,7 @@ class Silent(AbstractFault):
     """Nothing is answered."""
 
     def __call__(self, answers: Iterable[Answer]) -> Iterable[Answer]:
-        """Carry out, and say nothing."""
+        """Obey, and answer nothing."""
         for _ in answers:
             pass
         return ()

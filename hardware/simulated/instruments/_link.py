@@ -1,8 +1,8 @@
-"""A simulated instrument in the same process, on a clock of its own: no time is really spent."""
+"""A connection to a simulated instrument in the same process, on a simulated clock."""
 
 from collections.abc import Iterator
 
-from hardware._errors import closed, silent
+from hardware._errors import disconnected, timed_out
 from hardware.links._link import AbstractLink, Received
 from hardware.servers._instrument import AbstractInstrument, Answer
 
@@ -75,7 +75,7 @@ class SimulatedLink(AbstractLink):
             piece = data[at : at + _PIECE]
             self._arrive()
             if self._hung_up:
-                raise closed()
+                raise disconnected()
             self._pass(self._per_byte_s * len(piece), began, deadline)
             if self._deaf:
                 self._pass(deadline - self.clock_s + 1e-9, began, deadline)
@@ -89,7 +89,7 @@ class SimulatedLink(AbstractLink):
         self._arrive()
         while not self._inbox:
             if self._hung_up:
-                raise closed()
+                raise disconnected()
             if self._next is None or self._due > deadline:
                 self._pass(deadline - self.clock_s + 1e-9, began, deadline)
             self.clock_s = max(self.clock_s, self._due)
@@ -104,7 +104,7 @@ class SimulatedLink(AbstractLink):
         """What has come and was not read."""
         self._arrive()
         if self._hung_up and not self._inbox:
-            raise closed()
+            raise disconnected()
         return bytes(self._inbox[:64])
 
     def reconnect(self, deadline: float) -> None:
@@ -153,4 +153,4 @@ class SimulatedLink(AbstractLink):
     def _pass(self, seconds: float, began: float, deadline: float) -> None:
         self.clock_s += max(seconds, 0.0)
         if self.clock_s > deadline:
-            raise silent(deadline - began)
+            raise timed_out(deadline - began)

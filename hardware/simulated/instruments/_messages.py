@@ -1,4 +1,4 @@
-"""SCPI program messages out of a stream of bytes, and headers out of their units."""
+"""Parsing of SCPI program messages: a stream of bytes into messages, units and headers."""
 
 import functools
 import re

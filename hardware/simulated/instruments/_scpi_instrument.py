@@ -1,4 +1,4 @@
-"""What simulated SCPI instruments share: messages in, handlers by header, status, one answer."""
+"""The base of simulated SCPI instruments: messages, handlers by header, status, answers."""
 
 import abc
 import math
@@ -52,7 +52,7 @@ class AbstractScpiInstrument(AbstractInstrument):
         answers = []
         try:
             for message in self._messages.feed(data):
-                replies = [r for unit in units(message) if (r := self._do(unit)) is not None]
+                replies = [r for unit in units(message) if (r := self._execute(unit)) is not None]
                 if replies:
                     wait, self._busy_s = self._busy_s, 0.0
                     answers.append(Answer(b";".join(replies) + b"\n", wait))
@@ -60,7 +60,7 @@ class AbstractScpiInstrument(AbstractInstrument):
             self.status.report(-223)
         return answers
 
-    def _do(self, unit: Unit | None) -> bytes | None:
+    def _execute(self, unit: Unit | None) -> bytes | None:
         try:
             if unit is None:
                 raise ScpiFault(-102)

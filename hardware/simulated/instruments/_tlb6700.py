@@ -51,7 +51,7 @@ class SimulatedTLB6700(AbstractInstrument):
         self._clock = clock
         self._at_nm, self._goals = 770.0, [770.0]
         self._speed = _TRACK_NM_S
-        self._looked = clock()
+        self._updated_s = clock()
         self._faults: list[int] = []
         self._buffer = bytearray()
         self._answered = 0
@@ -87,8 +87,8 @@ class SimulatedTLB6700(AbstractInstrument):
     def wavelength(self) -> float:
         """Where the motor is now, nm."""
         now = self._clock()
-        left = max(now - self._looked, 0.0) * self._speed
-        self._looked = now
+        left = max(now - self._updated_s, 0.0) * self._speed
+        self._updated_s = now
         while self._goals and left > 0:
             way = self._goals[0] - self._at_nm
             step = min(abs(way), left)
@@ -100,14 +100,14 @@ class SimulatedTLB6700(AbstractInstrument):
 
     def _answer(self, line: str) -> Answer:
         header, _, parameter = line.partition(" ")
-        reply = self._do(header.upper(), parameter.strip())
+        reply = self._execute(header.upper(), parameter.strip())
         self._answered += 1
         data = f"{reply}\r\n"[: table.MOST_BYTES]
         if self.stray_every and self._answered % self.stray_every == 0:
             data += f"{self.identity}\r\n"
         return Answer(data.encode("ascii"))
 
-    def _do(self, header: str, parameter: str) -> str:
+    def _execute(self, header: str, parameter: str) -> str:
         for pattern, run in self._table:
             if pattern.fullmatch(header):
                 try:

@@ -1,4 +1,4 @@
-"""The digitizer: volts to codes."""
+"""An ideal analogue-to-digital converter: volts to codes."""
 
 import dataclasses
 

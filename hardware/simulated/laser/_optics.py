@@ -8,7 +8,7 @@ _C = 299_792_458.0  # m/s
 _TWO_PI = np.float32(2.0 * np.pi)
 
 
-def turns(cycles: np.ndarray) -> np.ndarray:
+def wrapped_angle(cycles: np.ndarray) -> np.ndarray:
     """The angle (rad, float32) of a number of cycles, of which whole ones are dropped first."""
     return (cycles - np.floor(cycles)).astype(np.float32) * _TWO_PI
 
@@ -35,7 +35,7 @@ class Interferometer:
 
     def light(self, nu: np.ndarray, noise: np.ndarray | None, phase: float) -> np.ndarray:
         """Photodiode volts at frequencies `nu` (GHz); `noise`: phase over the delay, rad."""
-        angle = turns(nu * (self.delay_s * 1e9) + phase)
+        angle = wrapped_angle(nu * (self.delay_s * 1e9) + phase)
         if noise is not None:
             angle += noise
         signal = np.cos(angle, out=angle)
@@ -64,7 +64,7 @@ class Cavity:
 
     def light(self, nu: np.ndarray, noise: np.ndarray | None) -> np.ndarray:
         """Photodiode volts at frequencies `nu` (GHz); `noise`: of the frequency, Hz."""
-        angle = turns((nu - self.offset_ghz) * (1.0 / self.fsr_ghz))
+        angle = wrapped_angle((nu - self.offset_ghz) * (1.0 / self.fsr_ghz))
         if noise is not None:
             angle += noise * np.float32(2e-9 * np.pi / self.fsr_ghz)
         signal = np.cos(angle, out=angle)  # sin^2(x/2) = (1 - cos x)/2

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from benches import bench_file
 
-from hardware import AFG31000, InstrumentError, LabBench, Scpi, allowed, dry_run, read_bench
+from hardware import (
+    AFG31000,
+    InstrumentError,
+    LabBench,
+    Scpi,
+    check_against_bench,
+    dry_run,
+    read_bench,
+)
 from hardware.simulated import SimulatedLink
 from rapi_jax import DataError, LimitError, triangle
 
@@ -125,9 +133,9 @@ def test_limits_hold_behind_the_amplifier(tmp_path):
     with dry_run(file).bench as bench:
         assert (bench.channel.limits.low_v, bench.channel.limits.high_v) == (-1.25, 2.5)
         assert bench.channel.limits.slew_v_per_s == 1000.0
-    allowed(triangle([40.0], amplitude=1.0, bias=1.0), file)
+    check_against_bench(triangle([40.0], amplitude=1.0, bias=1.0), file)
     with pytest.raises(LimitError):
-        allowed(triangle([40.0], amplitude=1.0, bias=2.4), file)
+        check_against_bench(triangle([40.0], amplitude=1.0, bias=2.4), file)
 
 
 def test_a_load_that_would_double_the_voltage(dry, tmp_path):

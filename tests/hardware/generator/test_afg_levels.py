@@ -9,13 +9,13 @@ from hypothesis import given
 from hardware import DriveLimits
 from hardware.generator._levels import (
     Levels,
-    around,
     ceil_level,
+    enclosing_levels,
     floor_level,
-    inside,
-    order,
-    parked,
-    path,
+    park_levels,
+    ramp_levels,
+    settable_limits,
+    setting_order,
 )
 from hardware.generator._thresholds import THRESHOLDS
 from rapi_jax import LimitError
@@ -51,8 +51,8 @@ def test_levels_are_settable_and_enclose(value):
 
 @given(volts, volts)
 def test_levels_around_a_drive_stay_within_the_limits(a, b):
-    limits = inside(DriveLimits(-10.0, 10.0, 1.0, 1.0, 1.0), 10.0)
-    levels = around(min(a, b), max(a, b), limits)
+    limits = settable_limits(DriveLimits(-10.0, 10.0, 1.0, 1.0, 1.0), 10.0)
+    levels = enclosing_levels(min(a, b), max(a, b), limits)
     assert limits.low_v <= levels.low_v <= min(a, b) + 1e-8
     assert limits.high_v >= levels.high_v >= max(a, b) - 1e-8
     assert levels.pp >= THRESHOLDS.park_pp_v - 1e-9
@@ -61,7 +61,7 @@ def test_levels_around_a_drive_stay_within_the_limits(a, b):
 @given(pairs(), pairs())
 def test_no_illegal_pair_is_passed(now, then):
     pair = {"low": now.low_v, "high": now.high_v}
-    for which in order(now, then):
+    for which in setting_order(now, then):
         pair[which] = then.low_v if which == "low" else then.high_v
         assert pair["high"] - pair["low"] >= 0.002 - 1e-9
     assert pair == {"low": then.low_v, "high": then.high_v}
@@ -71,7 +71,7 @@ def test_no_illegal_pair_is_passed(now, then):
 def test_a_path_takes_small_legal_steps_between_its_ends(now, then, step_v):
     low, high = min(now.low_v, then.low_v), max(now.high_v, then.high_v)
     before = now
-    for levels in path(now, then, step_v):
+    for levels in ramp_levels(now, then, step_v):
         assert all(settable(level) for level in levels)
         assert low - 1e-12 <= levels.low_v < levels.high_v <= high + 1e-12
         assert levels.pp >= 0.002 - 1e-9
@@ -83,8 +83,8 @@ def test_a_path_takes_small_legal_steps_between_its_ends(now, then, step_v):
 
 @given(st.floats(-9.0, 9.0), st.floats(0.01, 1.0), volts)
 def test_parked_as_near_as_the_limits_allow(low, width, park):
-    limits = inside(DriveLimits(low, low + width, 1.0, 1.0, 1.0), 10.0)
-    levels = parked(park, limits)
+    limits = settable_limits(DriveLimits(low, low + width, 1.0, 1.0, 1.0), 10.0)
+    levels = park_levels(park, limits)
     nearest = min(max(park, limits.low_v), limits.high_v)
     assert limits.low_v <= levels.low_v < levels.high_v <= limits.high_v
     assert max(abs(level - nearest) for level in levels) <= 2 * THRESHOLDS.park_pp_v + 2e-3
@@ -94,9 +94,9 @@ def test_parked_as_near_as_the_limits_allow(low, width, park):
 def test_a_missing_limit_is_refused(name):
     limits = {"slew_v_per_s": 1.0, "step_v": 1.0, "max_frequency_hz": 1.0} | {name: math.inf}
     with pytest.raises(LimitError, match=name):
-        inside(DriveLimits(0.0, 5.0, **limits), 10.0)
+        settable_limits(DriveLimits(0.0, 5.0, **limits), 10.0)
 
 
 def test_limits_beyond_the_instrument_are_refused():
     with pytest.raises(LimitError, match="5 V of either sign"):
-        inside(DriveLimits(0.0, 7.5, 1.0, 1.0, 1.0), 5.0)
+        settable_limits(DriveLimits(0.0, 7.5, 1.0, 1.0, 1.0), 5.0)

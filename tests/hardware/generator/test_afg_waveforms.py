@@ -11,7 +11,7 @@ from generated_waveforms import KINDS, LIMITS, Generator, legal, waveform
 from hypothesis import example, given, settings
 
 from hardware import AFG31000, DriveLimits, InstrumentError, Scpi
-from hardware.generator._check import checked_codes
+from hardware.generator._check import check_codes
 from hardware.simulated import SimulatedAFG31052, SimulatedLink
 from rapi_jax import AfgWaveform, DataError, LimitError, triangle
 
@@ -219,12 +219,12 @@ def test_a_waveform_in_codes_is_judged_by_the_drive_it_stands_for(points):
     assert (channel.read_back() == loaded.codes).all()
     assert np.abs(loaded.volts - wave.volts).max() <= 4.5 / 16382
     tight = DriveLimits(0.0, 6.5, steepest * 1.001, 1.0, 100.0)
-    checked_codes(wave, tight)
+    check_codes(wave, tight)
     for slew, step in ((steepest * 0.99, 1.0), (1e9, 2 * 4.5 / points * 0.9)):
         with pytest.raises(LimitError, match="changes faster"):
-            checked_codes(wave, DriveLimits(0.0, 6.5, slew, step, 100.0))
+            check_codes(wave, DriveLimits(0.0, 6.5, slew, step, 100.0))
     with pytest.raises(LimitError, match="high_v"):
-        checked_codes(wave, DriveLimits(0.0, 5.0, 1e9, 1.0, 100.0))
+        check_codes(wave, DriveLimits(0.0, 5.0, 1e9, 1.0, 100.0))
 
 
 @pytest.mark.parametrize("at", [0, 1, 200, 398, 399])
@@ -232,7 +232,7 @@ def test_one_code_out_of_line_is_refused(at):
     codes = np.full(400, 8000)
     codes[at] += 60  # the limit allows 0.111 V a sample
     wave = AfgWaveform(codes, 0.0, 6.0, 90.0)
-    assert (checked_codes(wave, LIMITS) == wave.volts).all()
+    assert (check_codes(wave, LIMITS) == wave.volts).all()
     codes[at] += 400
     generator = Generator()
     before = generator.bytes

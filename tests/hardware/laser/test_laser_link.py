@@ -7,7 +7,7 @@ import pytest
 
 from hardware import Bridge, InstrumentError, VendorDllLink, VisaLaserLink
 from hardware.laser._commands import fault, is_stray
-from hardware.laser._link import answer_of
+from hardware.laser._link import select_answer
 from hardware.simulated import (
     Closing,
     Cut,
@@ -39,12 +39,12 @@ def test_an_identity_is_told_from_an_answer(line, stray):
 
 
 def test_the_line_that_answers():
-    assert answer_of("SOURce:WAVElength?", ["770.50", IDENTITY]) == "770.50"
-    assert answer_of("*IDN?", [IDENTITY]) == IDENTITY
+    assert select_answer("SOURce:WAVElength?", ["770.50", IDENTITY]) == "770.50"
+    assert select_answer("*IDN?", [IDENTITY]) == IDENTITY
     with pytest.raises(ValueError, match="no line"):
-        answer_of("OUTPut:STATe 1", [IDENTITY])
+        select_answer("OUTPut:STATe 1", [IDENTITY])
     with pytest.raises(ValueError, match="more than one"):
-        answer_of("OUTPut:STATe 1", ["OK", "770.50"])
+        select_answer("OUTPut:STATe 1", ["OK", "770.50"])
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""One program at a time: an instrument that a bench has opened is held against all others here."""
+"""Locks on instruments: one program of a user at a time opens each."""
 
 import contextlib
 import hashlib
@@ -10,10 +10,10 @@ from rapi_jax.io import printable
 
 
 @contextlib.contextmanager
-def held(resources: Iterable[str]) -> Iterator[None]:
-    """Hold instruments by their addresses, as written, against other processes of this user.
+def lock_instruments(resources: Iterable[str]) -> Iterator[None]:
+    """Lock instruments by their addresses, as written, against other processes of this user.
 
-    A process that ends in any way lets go. Raises `InstrumentError` where one is held already.
+    The end of the process releases them. Raises `InstrumentError` where one is locked already.
     """
     wanted = sorted(set(resources))
     try:

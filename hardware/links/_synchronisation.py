@@ -1,4 +1,4 @@
-"""Whether what comes over a connection still answers what was asked."""
+"""Whether the replies on a connection still belong to the queries that were sent."""
 
 import contextlib
 from collections.abc import Iterator
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from hardware._errors import InstrumentError, LinkError
 
 
-class Trust:
+class Synchronisation:
     """`lost` after any call that did not end well: an answer to it may still be on its way."""
 
     def __init__(self, resource: str) -> None:

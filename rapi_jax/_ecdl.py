@@ -167,7 +167,7 @@ def respond(
     return optical_side(ecdl.effects, drives, nu)
 
 
-_respond = eqx.filter_jit(respond)
+compiled_respond = eqx.filter_jit(respond)
 
 
 @float64
@@ -182,5 +182,5 @@ def predict(ecdl: ECDL, drive: Drive, *, initial: Any = None) -> Float[Array, " 
     row = row_of(drive, 0.0, lead=bool(ecdl.effects))
     drives = on_device(batch([drive], [row]))
     given = None if initial is None else jnp.asarray(initial, dtype=jnp.float64)[None, :]
-    answer = np.asarray(_respond(ecdl, drives, given))[0, : row.sample.size]
+    answer = np.asarray(compiled_respond(ecdl, drives, given))[0, : row.sample.size]
     return jnp.asarray(answer[row.sample >= 0])

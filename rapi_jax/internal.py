@@ -3,11 +3,18 @@
 Imports nothing that `import rapi_jax` does not, so it costs nothing.
 """
 
+from ._ecdl import compiled_respond as compiled_respond
 from ._ecdl import drive_side as drive_side
 from ._ecdl import laws as laws
+from ._ecdl import operator_response as operator_response
 from ._ecdl import optical_side as optical_side
+from ._ecdl import respond as respond
+from ._limits import closing_step as closing_step
+from ._parameter import follow as follow
 from ._precision import float64 as float64
+from ._recording import Waveform as Waveform
 from ._threshold import threshold as threshold
+from .inversion._inverse_effects import refuse as refuse
 from .io._safe import StrPath as StrPath
 from .io._safe import cause as cause
 from .io._safe import inside as inside
@@ -18,5 +25,10 @@ from .io.drives._afg_waveform import FULL as FULL
 from .io.drives._afg_waveform import POINTS as POINTS
 from .io.drives._afg_waveform import codes_of as codes_of
 from .io.drives._afg_waveform import period_volts as period_volts
+from .plays._contact_intervals import Band as Band
+from .sampling._batch import Batch as Batch
 from .sampling._batch import DriveBatch as DriveBatch
 from .sampling._batch import on_device as on_device
+from .sampling._batch import to_batch as to_batch
+from .sampling._batch import usable as usable
+from .sampling._phase import branch_fraction as branch_fraction

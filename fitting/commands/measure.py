@@ -63,8 +63,8 @@ def measure(
     )
     from hardware import dry_run as dry
     from rapi_jax import repeated
+    from rapi_jax.internal import located
     from rapi_jax.io import printable, read_drive, write_atomic, write_recording
-    from rapi_jax.io._safe import located
 
     from ._out import console, output_folder, print_json, progress
     from ._plugins import load_plugins, plugin_classes

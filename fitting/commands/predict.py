@@ -77,7 +77,7 @@ def _predict_runs(
 
     from rapi_jax import ModelError
     from rapi_jax import predict as respond
-    from rapi_jax.sampling._batch import usable
+    from rapi_jax.internal import usable
 
     for kind in ("response_unit", "drive_unit"):
         if about[kind] != getattr(data, kind):

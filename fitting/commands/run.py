@@ -1,6 +1,6 @@
 """Running a command: exit codes, one-line errors, interrupts."""
 
-import _thread
+import _thread  # noqa: PLC2701 (of the standard library)
 import os
 import sys
 import threading

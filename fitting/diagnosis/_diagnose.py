@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from rapi_jax import ECDL, DriveLimits, ModelError, Recording, effects
-from rapi_jax._precision import float64
 from rapi_jax.effects import AbstractEffect
+from rapi_jax.internal import float64
 
 from ._data_checks import check_arguments, check_data, shown_faults
 from ._diagnosis import Diagnosis, Verdict

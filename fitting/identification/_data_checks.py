@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from rapi_jax import DataError, Drive, Recording, Run
-from rapi_jax.sampling._batch import usable
+from rapi_jax.internal import usable
 
 from ._step_detection import detect_steps
 from ._thresholds import THRESHOLDS

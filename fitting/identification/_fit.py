@@ -9,7 +9,7 @@ import numpy as np
 
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, RAPI, DataError, GeneralRAPI, InverseRAPI, Recording, parameters
-from rapi_jax._precision import float64
+from rapi_jax.internal import float64
 
 from ._convergence import refine
 from ._covariance import estimate_uncertainty

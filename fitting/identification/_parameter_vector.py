@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array
 
 from rapi_jax import ECDL, ModelError, Parameter, parameters
-from rapi_jax._parameter import follow
+from rapi_jax.internal import follow
 
 Module = TypeVar("Module", bound=eqx.Module)
 

@@ -17,8 +17,7 @@ from fitting.solver._bound_transform import Bounds
 from fitting.solver._identifiability import is_determined, scale_columns
 from fitting.solver._least_squares import LeastSquares, SolverOptions, least_squares, linearise
 from rapi_jax import ECDL, Recording
-from rapi_jax._ecdl import respond
-from rapi_jax.sampling._batch import Batch, DriveBatch, to_batch
+from rapi_jax.internal import Batch, DriveBatch, respond, to_batch
 
 from ._parameter_vector import ParameterVector, as_device
 from ._thresholds import THRESHOLDS

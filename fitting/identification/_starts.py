@@ -10,7 +10,7 @@ import numpy as np
 
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, RAPI, AbstractOperator, GeneralRAPI, Recording
-from rapi_jax._parameter import follow
+from rapi_jax.internal import follow
 
 from ._convergence import unidentifiable
 from ._problem import Problem, Solution

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from rapi_jax.plays._contact_intervals import Band
+from rapi_jax.internal import Band
 
 from ._convergence import gain_tolerance, remaining_step, unidentifiable
 from ._cross_validation import HeldOut

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rapi_jax import Recording, Run
-from rapi_jax.sampling._batch import usable
+from rapi_jax.internal import usable
 
 from ._thresholds import THRESHOLDS
 

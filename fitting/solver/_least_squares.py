@@ -21,7 +21,7 @@ import numpy as np
 import optimistix as optx
 from jaxtyping import Array
 
-from rapi_jax._precision import float64
+from rapi_jax.internal import float64
 
 from ._bound_transform import Bounds
 from ._identifiability import inverse_gram, qr_factor, scale_columns, singular_directions

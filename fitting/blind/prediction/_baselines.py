@@ -30,8 +30,8 @@ from fitting.diagnosis.which._screen import (
     search_ranges,
 )
 from rapi_jax import Recording
-from rapi_jax._precision import float64
 from rapi_jax.effects import AbstractEffect
+from rapi_jax.internal import float64
 
 LEVEL = 0.01  # nominal, one look
 MOST = 3  # effects that forward selection adds

@@ -53,7 +53,7 @@ def put_on(answers: Path) -> list[str]:
     refused: list[str] = []
     hidden = [_spelt(os.path.realpath(answers)), *_sources()]
     sys.addaudithook(_hook(hidden, _spelt(answers.name), refused))
-    import _posixsubprocess  # what multiprocessing starts programs with is not reported
+    import _posixsubprocess  # what multiprocessing starts programs with is not reported  # noqa: PLC2701 (of the standard library)
 
     def no_program(*arguments: Any) -> int:
         del arguments

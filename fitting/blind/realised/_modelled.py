@@ -7,9 +7,7 @@ import numpy.typing as npt
 
 from fitting.blind.simulator._scan import Scan
 from rapi_jax import ECDL, Drive, Recording
-from rapi_jax._ecdl import _respond
-from rapi_jax._precision import float64
-from rapi_jax.sampling._batch import to_batch
+from rapi_jax.internal import compiled_respond, float64, to_batch
 
 Array = npt.NDArray[np.float64]
 
@@ -29,7 +27,7 @@ def model_response(ecdl: ECDL, scans: Sequence[Scan]) -> list[Array]:
     """
     drives = [drive_of(scan) for scan in scans]
     data = to_batch(Recording.of(drives, [drive.value for drive in drives]), lead=True)
-    rows = np.asarray(_respond(ecdl, data.device(), None))
+    rows = np.asarray(compiled_respond(ecdl, data.device(), None))
     out = []
     for k, drive in enumerate(drives):
         answer = np.full(drive.size, np.nan)

@@ -17,7 +17,7 @@ from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.where._gap import Gap, measure_gap
 from rapi_jax import NotInvertible
-from rapi_jax.inversion._inverse_effects import refuse
+from rapi_jax.internal import refuse
 
 from ._cross_validation import CrossValidation
 

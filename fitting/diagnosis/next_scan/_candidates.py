@@ -13,10 +13,18 @@ from typing import Any
 
 import numpy as np
 
-from rapi_jax import Drive, DriveLimits, Identified, LimitError, Recording
-from rapi_jax._limits import closing_step
-from rapi_jax._recording import Waveform
-from rapi_jax._waveform import multisine, sine, step_and_hold, triangle
+from rapi_jax import (
+    Drive,
+    DriveLimits,
+    Identified,
+    LimitError,
+    Recording,
+    multisine,
+    sine,
+    step_and_hold,
+    triangle,
+)
+from rapi_jax.internal import Waveform, closing_step
 
 _RATES = (1.0, 1.5, 2.5, 4.0, 6.5, 10.0)  # times the fastest rate seen
 _INNER = 0.8  # of the widest swing: well inside what was recorded

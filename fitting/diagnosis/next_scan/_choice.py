@@ -18,8 +18,8 @@ from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import Drive, DriveLimits, Identified, Recording
-from rapi_jax._precision import float64
 from rapi_jax.effects import AbstractEffect
+from rapi_jax.internal import float64
 
 from ._candidates import Candidate, candidate_scans
 from ._discrimination import Rival, Seen, Trials, linear_discrimination, ratio

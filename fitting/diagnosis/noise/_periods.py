@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from rapi_jax import Recording, Run
-from rapi_jax.sampling._batch import Batch
+from rapi_jax.internal import Batch
 
 from ._thresholds import THRESHOLDS
 

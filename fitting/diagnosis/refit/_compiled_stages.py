@@ -9,9 +9,8 @@ from jaxtyping import Array, Float, Int
 
 from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import AbstractOperator
-from rapi_jax._ecdl import drive_side, laws, operator_response, optical_side
 from rapi_jax.effects import AbstractDriveEffect, AbstractEffect, AbstractLawEffect, Law
-from rapi_jax.sampling._batch import DriveBatch
+from rapi_jax.internal import DriveBatch, drive_side, laws, operator_response, optical_side
 
 from ._effect_vector import Effects
 

@@ -8,8 +8,9 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from rapi_jax._parameter import follow, parameters
+from rapi_jax import parameters
 from rapi_jax.effects import AbstractEffect
+from rapi_jax.internal import follow
 
 Effects = tuple[AbstractEffect, ...]
 

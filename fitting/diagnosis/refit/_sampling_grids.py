@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.diagnosis.noise._periods import PeriodBlock
-from rapi_jax.sampling._batch import DriveBatch, on_device
+from rapi_jax.internal import DriveBatch, on_device
 
 from ._shape_bucketing import pad_drives, repeat_rows, round_up
 

@@ -20,7 +20,7 @@ from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.noise._whitening import Whitener
 from rapi_jax import AbstractOperator, Recording
 from rapi_jax.effects import AbstractDriveEffect, AbstractLawEffect, AbstractSwitch
-from rapi_jax.sampling._batch import DriveBatch, to_batch
+from rapi_jax.internal import DriveBatch, to_batch
 
 from ._compiled_stages import (
     OperatorInput,

@@ -10,7 +10,7 @@ import numpy as np
 from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.noise._spectrum import Spectrum
 from rapi_jax import Drive, Recording
-from rapi_jax.sampling._phase import branch_fraction
+from rapi_jax.internal import branch_fraction
 
 from ._gap import Gap, Sums, measure_gap, sums
 

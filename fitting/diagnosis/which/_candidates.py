@@ -14,8 +14,7 @@ from fitting.diagnosis.refit._effect_vector import (
     with_values,
 )
 from fitting.diagnosis.refit._gauss_newton import Refit, State
-from rapi_jax import RAPI
-from rapi_jax._parameter import parameters
+from rapi_jax import RAPI, parameters
 from rapi_jax.effects import ALL, AbstractEffect
 
 from ._flexible_base import flexible_base

@@ -7,8 +7,7 @@ import numpy as np
 
 from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
-from rapi_jax import RAPI
-from rapi_jax._parameter import parameters
+from rapi_jax import RAPI, parameters
 from rapi_jax.operators import GeneralRAPI
 
 PLAYS = 24

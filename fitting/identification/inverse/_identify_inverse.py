@@ -7,9 +7,7 @@ import numpy as np
 from fitting.identification._fit import Progress, fit
 from fitting.identification._result import FitResult, UntrustedFit
 from fitting.identification._thresholds import THRESHOLDS
-from rapi_jax import ECDL, AbstractOperator, InverseRAPI, Recording, predict
-from rapi_jax._waveform import triangle
-from rapi_jax.inversion._identified import Identified
+from rapi_jax import ECDL, AbstractOperator, Identified, InverseRAPI, Recording, predict, triangle
 
 from ._swap import swap as swap
 

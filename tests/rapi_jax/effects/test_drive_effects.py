@@ -201,7 +201,7 @@ def test_the_defaults_do_nothing_and_have_finite_gradients(cls):
 )
 def test_gradients_against_central_differences(effect, field, step):
     """On rows as a fit sees them; laws through the device, the others by themselves."""
-    from rapi_jax._ecdl import _respond
+    from rapi_jax._ecdl import compiled_respond
     from rapi_jax.sampling._batch import batch, on_device
     from rapi_jax.sampling._sampling_grid import row_of
 
@@ -212,7 +212,7 @@ def test_gradients_against_central_differences(effect, field, step):
 
     def answer(value):
         changed = eqx.tree_at(lambda e: getattr(e, field), effect, value)
-        return _respond(ECDL(operator, (changed,)), drives, None)[0]
+        return compiled_respond(ECDL(operator, (changed,)), drives, None)[0]
 
     at = getattr(effect, field)
     found = np.asarray(jax.jacfwd(answer)(at))

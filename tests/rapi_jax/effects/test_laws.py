@@ -87,6 +87,7 @@ def test_every_effect_is_there_under_its_name():
         assert type(effect).name == name
         assert getattr(effects, type(effect).__name__) is type(effect)
         assert type(effect).__doc__ and isinstance(effect.smooth, bool)
+        assert effect.label and effect.remedy.endswith(".")
     exported = {
         cls
         for cls in vars(effects).values()
@@ -230,6 +231,23 @@ def test_jit_vmap_and_plain_calls_agree(name):
     mapped = eqx.filter_jit(eqx.filter_vmap(run))(two)
     np.testing.assert_allclose(mapped[0], plain, rtol=0, atol=1e-9)
     np.testing.assert_allclose(mapped[1], run(idle), rtol=0, atol=1e-9)
+
+
+# --- linear effects
+
+
+@pytest.mark.parametrize(
+    "name", sorted(n for n, e in EXAMPLES.items() if isinstance(e, AbstractLinearEffect))
+)
+def test_the_response_to_a_sine_is_given_by_the_transfer_function(name):
+    effect, count, period = EXAMPLES[name], 2000, 0.05
+    t = np.arange(2 * count) * (period / count)
+    for harmonic in (1, 5):
+        wave = np.exp(2j * np.pi * harmonic * t / period)
+        found = forward(effect, t, wave.real, period)[count:]
+        want = (effect.transfer(np.array([harmonic / period]))[0] * wave[count:]).real
+        # A sine that is straight between samples misses the true one by this much at most.
+        assert np.abs(found - want).max() <= (2 * np.pi * harmonic / count) ** 2
 
 
 # --- undoing

@@ -14,8 +14,10 @@ class NormalEquations(lx.AbstractLinearSolver):
     """Corrected semi-normal equations: Cholesky of `A'A`, one step of refinement, guarded by QR.
 
     Several times faster than QR for a matrix of thousands of rows and tens of columns, since almost
-    all of the work is one matrix product. The refinement tells how much of the solution is
-    rounding; where that is more than rounding, or the factor does not exist, QR solves instead.
+    all of the work is one matrix product. The refinement measures the rounding error of
+    the solution; where that is too large, or the factor does not exist, QR solves instead.
+    `lineax.Normal(lineax.Cholesky())` would do without both, and so lose as many digits as the
+    squared condition number has, unnoticed.
     """
 
     def init(self, operator: lx.AbstractLinearOperator, options: dict[str, Any]) -> Any:

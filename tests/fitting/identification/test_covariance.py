@@ -5,7 +5,6 @@ import pytest
 
 from fitting.identification._covariance import (
     _model_autocovariance,
-    _toeplitz_product,
     correlated_covariance,
 )
 
@@ -22,14 +21,6 @@ def ar1(rng, size, rho):
 def test_autocovariance_of_an_ar1_process():
     gamma = _model_autocovariance(np.array([0.8]), 1 - 0.64, 50)
     np.testing.assert_allclose(gamma, 0.8 ** np.arange(50), rtol=1e-9, atol=1e-12)
-
-
-def test_toeplitz_product_is_the_matrix_product():
-    from scipy.linalg import toeplitz
-
-    rng = np.random.default_rng(0)
-    gamma, columns = 0.9 ** np.arange(30), rng.standard_normal((30, 4))
-    np.testing.assert_allclose(_toeplitz_product(gamma, columns), toeplitz(gamma) @ columns)
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.9, 0.98])

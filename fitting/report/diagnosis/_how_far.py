@@ -32,9 +32,9 @@ def tabulate_shrinkage(found: dict, scale: Scale, named: bool) -> dict[str, Any]
             }
             for key, name in steps.items()
         ],
-        "shows": _shows(found, values, scale),
-        "parts": [_part(p, start, scale) for p in parts],
-        "parts_shows": _spread(parts),
+        "shows": _summarise_refit(found, values, scale),
+        "parts": [_tabulate_part(p, start, scale) for p in parts],
+        "parts_shows": _summarise_parts(parts),
         "zero": -start / (1.0 - start),
         "low": format_percent(start),
         "held_out": words.join_items([str(name) for name in found.get("held_out") or []]),
@@ -46,7 +46,7 @@ def tabulate_shrinkage(found: dict, scale: Scale, named: bool) -> dict[str, Any]
     }
 
 
-def _shows(found: dict, values: dict[str, float | None], scale: Scale) -> str:
+def _summarise_refit(found: dict, values: dict[str, float | None], scale: Scale) -> str:
     if values["after"] is None:
         return f"The model alone leaves {scale(values['before'])} rms on data left out."
     text = f"The residual on data left out goes from {scale(values['before'])} to "
@@ -59,7 +59,7 @@ def _shows(found: dict, values: dict[str, float | None], scale: Scale) -> str:
     return f"{text}: {format_interval(closed)} of the gap above the noise is closed."
 
 
-def _spread(parts: list[dict]) -> str:
+def _summarise_parts(parts: list[dict]) -> str:
     known = [
         (value, str(p.get("part") or "?"))
         for p in parts
@@ -74,17 +74,17 @@ def _spread(parts: list[dict]) -> str:
     return f"The gap closed is least on {where}, {lowest}, and at most {highest}."
 
 
-def _part(p: dict, start: float, scale: Scale) -> dict[str, Any]:
+def _tabulate_part(p: dict, start: float, scale: Scale) -> dict[str, Any]:
     return {
         "name": str(p.get("part") or "?"),
         "before": scale.bare(p.get("before")),
         "after": scale.bare(p.get("after")),
         "closed": format_interval(p.get("closed_fraction")),
-        "whisker": _whisker(p.get("closed_fraction"), start),
+        "whisker": _place_interval(p.get("closed_fraction"), start),
     }
 
 
-def _whisker(fraction: Any, start: float) -> dict[str, float] | None:
+def _place_interval(fraction: Any, start: float) -> dict[str, float] | None:
     """Value and interval as fractions of an axis from `start` to 1."""
     f = fraction if isinstance(fraction, dict) else {}
     value = finite_or_none(f.get("value"))

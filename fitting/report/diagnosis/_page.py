@@ -52,10 +52,12 @@ def render_page(diagnosis: dict, labels: words.Labels | None = None) -> str:
             f"verdict, but its schema is {schema!r} and its keys are {sorted(diagnosis)}. Make one "
             "with `rapi diagnose`."
         )
-    return _template().render(**_context(diagnosis, words.packaged_labels() | dict(labels or {})))
+    return _load_template().render(
+        **_make_context(diagnosis, words.packaged_labels() | dict(labels or {}))
+    )
 
 
-def _context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
+def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
     gap = diagnosis.get("gap") or {}
     refit = diagnosis.get("shrinkage") or {}
     where = [e for e in diagnosis.get("where") or [] if isinstance(e, dict)]
@@ -89,14 +91,14 @@ def _context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
         "calibration": describe_calibration(diagnosis),
         "provenance": list_provenance(diagnosis, drive_unit),
         "drawings": [{key: p[key] for key in ("key", "data", "layout")} for p in panels],
-        "style": _part("diagnosis.css"),
-        "script": _part("diagnosis.js"),
-        "plotly": _plotly() if panels else "",
+        "style": _read_asset("diagnosis.css"),
+        "script": _read_asset("diagnosis.js"),
+        "plotly": _load_plotly() if panels else "",
     }
 
 
 @functools.cache
-def _template() -> jinja2.Template:
+def _load_template() -> jinja2.Template:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("fitting.report.diagnosis"),
         autoescape=True,
@@ -108,13 +110,13 @@ def _template() -> jinja2.Template:
     return environment.get_template("diagnosis.html")
 
 
-def _part(name: str) -> Markup:
+def _read_asset(name: str) -> Markup:
     file = resources.files("fitting.report.diagnosis").joinpath("templates", name)
     return Markup(file.read_text("utf-8"))  # noqa: S704
 
 
 @functools.cache
-def _plotly() -> Markup:
+def _load_plotly() -> Markup:
     from plotly.offline import get_plotlyjs
 
     # Within a script element these would end it.

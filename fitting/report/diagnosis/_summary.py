@@ -63,8 +63,8 @@ def write_subtitle(diagnosis: dict, drive_unit: str) -> str:
     parts = [
         str(recording.get("name") or ""),
         "" if runs is None else f"{runs:.0f}{SPACE}run{'' if runs == 1 else 's'}",
-        _settings(recording.get("rates_hz"), "Hz"),
-        _settings(recording.get("amplitudes"), drive_unit),
+        _format_settings(recording.get("rates_hz"), "Hz"),
+        _format_settings(recording.get("amplitudes"), drive_unit),
     ]
     return " · ".join(filter(None, parts))
 
@@ -75,12 +75,12 @@ def list_provenance(diagnosis: dict, drive_unit: str) -> list[tuple[str, str]]:
     versions = diagnosis.get("versions") or {}
     lines = [
         ("Recording", str(recording.get("name") or "")),
-        ("Runs", _count(recording.get("runs"))),
-        ("Samples", _count(recording.get("samples"))),
-        ("Scan rates", _settings(recording.get("rates_hz"), "Hz")),
-        ("Amplitudes", _settings(recording.get("amplitudes"), drive_unit)),
-        ("Periods a run", _range(recording.get("periods"))),
-        ("Model", _model(model)),
+        ("Runs", _format_count(recording.get("runs"))),
+        ("Samples", _format_count(recording.get("samples"))),
+        ("Scan rates", _format_settings(recording.get("rates_hz"), "Hz")),
+        ("Amplitudes", _format_settings(recording.get("amplitudes"), drive_unit)),
+        ("Periods a run", _format_range(recording.get("periods"))),
+        ("Model", _describe_model(model)),
         ("Model file", str(model.get("file") or "")),
         ("Calibration", describe_calibration(diagnosis)),
         (
@@ -97,12 +97,12 @@ def list_provenance(diagnosis: dict, drive_unit: str) -> list[tuple[str, str]]:
 def describe_calibration(diagnosis: dict) -> str:
     """The simulated devices that calibrate the probabilities; empty where none is named."""
     found = diagnosis.get("calibration") or {}
-    worlds = _count(found.get("worlds"))
+    worlds = _format_count(found.get("worlds"))
     parts = [str(found.get("bank") or ""), f"{worlds} devices" if worlds else ""]
     return ", ".join(filter(None, [*parts, str(found.get("date") or "")]))
 
 
-def _model(model: dict) -> str:
+def _describe_model(model: dict) -> str:
     effects = words.join_items([str(name) for name in model.get("effects") or []])
     parts = [" with ".join(filter(None, [str(model.get("operator") or ""), effects]))]
     for key, yes, no in (
@@ -114,17 +114,17 @@ def _model(model: dict) -> str:
     return ", ".join(filter(None, parts))
 
 
-def _count(value: Any) -> str:
+def _format_count(value: Any) -> str:
     x = finite_or_none(value)
     return "" if x is None else f"{x:,.0f}".replace(",", _THIN)
 
 
-def _settings(values: Any, unit: str) -> str:
+def _format_settings(values: Any, unit: str) -> str:
     known = [format_setting(v, "") for v in values or [] if finite_or_none(v) is not None]
     return f"{', '.join(known)}{SPACE}{unit_text(unit)}".strip() if known else ""
 
 
-def _range(counts: Any) -> str:
+def _format_range(counts: Any) -> str:
     known = sorted(c for c in counts or [] if finite_or_none(c) is not None)
     if not known:
         return ""

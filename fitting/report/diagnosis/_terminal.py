@@ -11,11 +11,11 @@ from rich.text import Text
 from ._text import describe_linearity_gain
 
 
-def _number(value: Any, digits: int = 3) -> str:
+def _format_number(value: Any, digits: int = 3) -> str:
     return "-" if value is None else f"{value:.{digits}g}"
 
 
-def _interval(closed: dict[str, float] | None) -> str:
+def _format_interval(closed: dict[str, float] | None) -> str:
     if closed is None:
         return "-"
     return f"{closed['value']:.0%} ({closed['low']:.0%} to {closed['high']:.0%})"
@@ -25,13 +25,14 @@ def render_lines(diagnosis: dict[str, Any]) -> Group:
     """The diagnosis for a rich console, from the dictionary of `diagnosis.json`."""
     verdict, gap, unit = diagnosis["verdict"], diagnosis["gap"], diagnosis["unit"]
     head = Text(verdict["sentence"], style="bold")
-    parts = [f"gap {_number(gap['total'])} {unit} rms"]
+    parts = [f"gap {_format_number(gap['total'])} {unit} rms"]
     parts += [
-        f"{name} {_number(gap[name])}" for name in ("parametric", "structural", "noise_floor")
+        f"{name} {_format_number(gap[name])}"
+        for name in ("parametric", "structural", "noise_floor")
     ]
     where = gap.get("sentence") or "no part of the scan stands out."
     rows: list[Any] = [head, Text(verdict["advice"]), Text(", ".join(parts).replace("_", " "))]
-    rows += [Text(where), _hypotheses(diagnosis)]
+    rows += [Text(where), _tabulate_hypotheses(diagnosis)]
     if factor := describe_linearity_gain(diagnosis):
         rows.append(Text(f"a scan compensated with the effect should be straighter: {factor}"))
     if len(verdict["set"]) > 1:
@@ -43,21 +44,21 @@ def render_lines(diagnosis: dict[str, Any]) -> Group:
     return Group(*rows)
 
 
-def _hypotheses(diagnosis: dict[str, Any]) -> Table:
+def _tabulate_hypotheses(diagnosis: dict[str, Any]) -> Table:
     table = Table(title="Hypotheses", title_justify="left")
     for name in ("effect", "probability", "gap closed, held out", "parameters"):
         table.add_column(name, justify="right" if name == "probability" else "left")
     for h in diagnosis["hypotheses"][:6]:
         found = h.get("parameters", {})
         values = ", ".join(
-            f"{name} {_number(p['value'], 4)} ± {_number(p['stderr'], 2)}"
+            f"{name} {_format_number(p['value'], 4)} ± {_format_number(p['stderr'], 2)}"
             + (f" {p['unit']}" if p["unit"] != "1" else "")
             for name, p in found.items()
         )
         table.add_row(
             escape(h["name"]),
             f"{h['probability']:.3f}",
-            _interval(h.get("closed_fraction")),
+            _format_interval(h.get("closed_fraction")),
             escape(values),
         )
     return table

@@ -60,7 +60,7 @@ def tabulate_residuals(where: list[dict], scale: Scale, drive_unit: str) -> dict
     """Residuals by run (down) and by direction and region (across), each with its share."""
     if not where:
         return None
-    columns = list(dict.fromkeys(_place(e) for e in where))
+    columns = list(dict.fromkeys(_column_of(e) for e in where))
     columns.sort(key=lambda place: {"up": 0, "down": 1}.get(place[0], 2))
     largest = max((finite_or_none(e.get("share")) or 0.0 for e in where), default=0.0)
     rows: dict[Any, dict[str, Any]] = {}
@@ -71,11 +71,11 @@ def tabulate_residuals(where: list[dict], scale: Scale, drive_unit: str) -> dict
             e.get("run"),
             {"scan": scan, "name": "" if name == scan else name, "cells": [None] * len(columns)},
         )
-        row["cells"][columns.index(_place(e))] = _cell(e, largest, scale)
+        row["cells"][columns.index(_column_of(e))] = _make_cell(e, largest, scale)
     shows = ""
     if largest > 0:
         top = max(where, key=lambda e: finite_or_none(e.get("share")) or 0.0)
-        direction, region = _place(top)
+        direction, region = _column_of(top)
         shows = (
             f"The largest share of the gap, {format_percent(top.get('share'))}, lies in the "
             f"{region} of the {direction} scan at {words.label_run(top, drive_unit)}: "
@@ -85,11 +85,11 @@ def tabulate_residuals(where: list[dict], scale: Scale, drive_unit: str) -> dict
     return {"columns": heads, "rows": list(rows.values()), "shows": shows, "unit": scale.unit}
 
 
-def _place(entry: dict) -> tuple[str, str]:
+def _column_of(entry: dict) -> tuple[str, str]:
     return str(entry.get("direction") or ""), str(entry.get("region") or "")
 
 
-def _cell(entry: dict, largest: float, scale: Scale) -> dict[str, Any]:
+def _make_cell(entry: dict, largest: float, scale: Scale) -> dict[str, Any]:
     share = finite_or_none(entry.get("share"))
     tint = max(share, 0.0) / largest if share is not None and largest > 0 else 0.0
     return {"rms": scale.bare(entry.get("rms")), "share": format_percent(share), "tint": tint}

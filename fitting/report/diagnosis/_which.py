@@ -22,7 +22,7 @@ def tabulate_hypotheses(diagnosis: dict, labels: words.Labels) -> dict[str, Any]
     found = [h for h in diagnosis.get("hypotheses") or [] if isinstance(h, dict)]
     if not found:
         return None
-    entries = [_hypothesis(h, set(inside), labels) for h in found]
+    entries = [_describe_entry(h, set(inside), labels) for h in found]
     entries.sort(key=lambda h: -(h["probability"] or 0.0))
     shown = [h for h in entries if h["inside"] or (h["probability"] or 0.0) >= _SHOWN_AT_LENGTH]
     rest = [h for h in entries if h not in shown]
@@ -31,13 +31,13 @@ def tabulate_hypotheses(diagnosis: dict, labels: words.Labels) -> dict[str, Any]
     members = words.list_alternatives(inside, labels)
     return {
         "shown": shown,
-        "others": _others(rest) if rest else None,
+        "others": _tabulate_others(rest) if rest else None,
         "shows": f"The smallest set with at least 95 % of the probability: {members}{together}. "
         "A line at the left marks it.",
     }
 
 
-def _others(rest: list[dict[str, Any]]) -> Table:
+def _tabulate_others(rest: list[dict[str, Any]]) -> Table:
     head = ["hypothesis", "probability", "survival", "change of χ²", "gap closed"]
     rows = [[h["name"], *(h["numbers"].get(name, DASH) for name in head[1:])] for h in rest]
     odds = format_percent(sum(h["probability"] or 0.0 for h in rest))
@@ -45,7 +45,7 @@ def _others(rest: list[dict[str, Any]]) -> Table:
     return Table(f"{len(rest)} other {plural}, {odds} in all", head, rows)
 
 
-def _hypothesis(h: dict, inside: set[str], labels: words.Labels) -> dict[str, Any]:
+def _describe_entry(h: dict, inside: set[str], labels: words.Labels) -> dict[str, Any]:
     name = str(h.get("name") or "?")
     numbers = {
         "probability": format_percent(h.get("probability")),

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from fitting.identification._result import FitResult
 
 
-def _number(value: float, digits: int = 4) -> str:
+def _format_number(value: float, digits: int = 4) -> str:
     return "-" if value is None or not np.isfinite(value) else f"{value:.{digits}g}"
 
 
@@ -34,18 +34,24 @@ def render_tables(result: "FitResult") -> Group:
     colour, word = ("green", "trusted") if result.verdict.trusted else ("red", "NOT to be trusted")
     head = Text(f"{type(result.ecdl.operator).__name__} with {result.ecdl.operator.count} plays: ")
     head.append(word, style=f"bold {colour}")
-    head.append(f"   rmse {_number(result.rmse)} {unit}")
+    head.append(f"   rmse {_format_number(result.rmse)} {unit}")
     if np.isfinite(result.rmse_held_out):
-        head.append(f", held out {_number(result.rmse_held_out)} {unit}")
+        head.append(f", held out {_format_number(result.rmse_held_out)} {unit}")
     lines: list[Text | Table] = [head]
     for reason in result.verdict.reasons:
         lines.append(Text(f"  x {reason}", style=colour))
     for note in result.verdict.notes:
         lines.append(Text(f"  - {note}"))
-    return Group(*lines, _parameters(result), _runs(result), _held(result), _starts(result))
+    return Group(
+        *lines,
+        _tabulate_parameters(result),
+        _tabulate_runs(result),
+        _tabulate_held_out(result),
+        _tabulate_starts(result),
+    )
 
 
-def _parameters(result: "FitResult") -> Table:
+def _tabulate_parameters(result: "FitResult") -> Table:
     table = Table(title="Parameters", title_justify="left")
     for name in ("name", "value", "std. error", "unit", "remark"):
         table.add_column(name, justify="left" if name in ("name", "unit", "remark") else "right")
@@ -58,7 +64,7 @@ def _parameters(result: "FitResult") -> Table:
     return table
 
 
-def _runs(result: "FitResult") -> Table:
+def _tabulate_runs(result: "FitResult") -> Table:
     unit = result.recording.response_unit
     table = Table(title="Runs", title_justify="left")
     heads = (
@@ -76,18 +82,18 @@ def _runs(result: "FitResult") -> Table:
     for run in result.runs:
         table.add_row(
             escape(run.name),
-            _number(run.excitation_hz) if run.excitation_hz else "-",
+            _format_number(run.excitation_hz) if run.excitation_hz else "-",
             str(run.periods),
-            _number(100 * run.hysteresis, 3),
-            _number(run.weight, 3),
-            _number(run.rmse),
-            _number(100 * run.rmse_fraction, 3),
-            _number(run.rho, 3),
+            _format_number(100 * run.hysteresis, 3),
+            _format_number(run.weight, 3),
+            _format_number(run.rmse),
+            _format_number(100 * run.rmse_fraction, 3),
+            _format_number(run.rho, 3),
         )
     return table
 
 
-def _held(result: "FitResult") -> Table:
+def _tabulate_held_out(result: "FitResult") -> Table:
     unit = result.recording.response_unit
     table = Table(title="Left out of the fit, then predicted", title_justify="left")
     for name in (
@@ -102,15 +108,15 @@ def _held(result: "FitResult") -> Table:
         name = escape(h.scheme) + (" (own origin)" if h.origin_from_data else "")
         table.add_row(
             name,
-            _number(h.rmse),
-            _number(h.std),
-            _number(100 * h.fraction, 3),
-            _number(h.train_rmse),
+            _format_number(h.rmse),
+            _format_number(h.std),
+            _format_number(100 * h.fraction, 3),
+            _format_number(h.train_rmse),
         )
     return table
 
 
-def _starts(result: "FitResult") -> Table:
+def _tabulate_starts(result: "FitResult") -> Table:
     table = Table(title="Starts", title_justify="left")
     for name in ("start", "steps", "cost", "end"):
         table.add_column(name, justify="right" if name in ("steps", "cost") else "left")
@@ -118,7 +124,7 @@ def _starts(result: "FitResult") -> Table:
         table.add_row(
             start.origin,
             str(start.steps),
-            _number(start.cost, 7),
+            _format_number(start.cost, 7),
             "best" if start.agrees else "elsewhere",
         )
     return table

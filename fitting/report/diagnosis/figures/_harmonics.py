@@ -14,7 +14,7 @@ def draw_harmonics(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure |
     """Amplitude by harmonic and run, in decades of colour; a dot where it stands above noise."""
     rows = {e.get("run"): e for e in found.get("rows") or []}
     entries = [rows[run["run"]] for run in sort_by_rate(list(runs.values())) if run["run"] in rows]
-    cells = [_cells(e, scale) for e in entries]
+    cells = [_cells_by_order(e, scale) for e in entries]
     known = [(cell, i) for i, row in enumerate(cells) for cell in row.values() if cell["amplitude"]]
     if not known:
         return None
@@ -38,7 +38,7 @@ def draw_harmonics(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure |
             for row in cells
         ],
         "customdata": [
-            [_hover(escape_text(labels[i]), n, row.get(n), scale) for n in orders]
+            [_write_hover(escape_text(labels[i]), n, row.get(n), scale) for n in orders]
             for i, row in enumerate(cells)
         ],
         "hovertemplate": "%{customdata}<extra></extra>",
@@ -100,7 +100,7 @@ def draw_harmonics(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure |
     )
 
 
-def _cells(entry: dict, scale: Scale) -> dict[int, dict]:
+def _cells_by_order(entry: dict, scale: Scale) -> dict[int, dict]:
     orders = finite_values(entry.get("harmonic"))
     amplitude = finite_values(entry.get("amplitude"))
     floor, flags = finite_values(entry.get("floor")), list(entry.get("significant") or [])
@@ -125,7 +125,7 @@ def _cells(entry: dict, scale: Scale) -> dict[int, dict]:
     }
 
 
-def _hover(label: str, order: int, cell: dict | None, scale: Scale) -> str:
+def _write_hover(label: str, order: int, cell: dict | None, scale: Scale) -> str:
     if cell is None:
         return label
     unit = escape_text(scale.unit)

@@ -19,8 +19,7 @@ class DigitizerThresholds:
     trigger_level_v: float = threshold(
         1.5,
         unit="V",
-        origin="the generator's trigger output has TTL levels: the middle of 0.8 V and 2.4 V, "
-        "rounded",
+        origin="the generator's trigger output has TTL levels; between low and high",
     )
     bytes_per_s: float = threshold(
         2e5, unit="bytes/s", origin="a slow line: what a record may take beyond the usual time"
@@ -28,12 +27,12 @@ class DigitizerThresholds:
     most_samples: int = threshold(
         1 << 23,
         unit="samples",
-        origin="beyond the memory of the series: a description with more is refused",
+        origin="a description of a record with more is refused; set by trial",
     )
     setting_tolerance: float = threshold(
         0.01,
         unit="of a setting",
-        origin="an instrument rounds settings to three digits or to a ladder; set by trial",
+        origin="what an instrument may round a setting by; set by trial",
     )
     setting_floor: float = threshold(
         1e-6,
@@ -49,10 +48,10 @@ class DigitizerThresholds:
         1.01, unit="times the time before the trigger", origin="its share of `span_reserve`"
     )
     column_bytes: int = threshold(
-        1 << 30, unit="bytes", origin="largest column read from a file that is not trusted"
+        1 << 30, unit="bytes", origin="largest column read from a file; set by trial"
     )
     head_bytes: int = threshold(
-        1 << 16, unit="bytes", origin="largest description read from a file that is not trusted"
+        1 << 16, unit="bytes", origin="largest description read from a file; set by trial"
     )
 
 

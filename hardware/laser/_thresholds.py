@@ -26,7 +26,7 @@ class LaserThresholds:
     piezo_tolerance_percent: float = threshold(
         0.051,
         unit="% of the range",
-        origin="half a step of 0.1 %, in which some controllers read it back",
+        origin="half a step of 0.1 % and rounding; set by trial",
     )
     current_tolerance_ma: float = threshold(
         0.11, unit="mA", origin="one step of 0.1 mA, in which it is written"

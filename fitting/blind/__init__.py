@@ -4,6 +4,6 @@ The simulator (`fitting.blind.simulator`) rests on
 NumPy and SciPy only. It shares no code with the model or the estimator, so that a diagnosis is
 never scored on data made by its own code.
 
-`draw` in `fitting.blind.simulator._world` gives one world, `bank` in
+`draw` in `fitting.blind.simulator._simulated_device` gives one world, `bank` in
 `fitting.blind.simulator._bank` the specifications of many.
 """

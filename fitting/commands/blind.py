@@ -1,4 +1,4 @@
-"""`rapi blind`: the withheld-effect check. Banks are committed to, made, predicted and scored."""
+"""`rapi blind`: make a bank of simulated lasers, diagnose it, score and calibrate."""
 
 import contextlib
 from collections.abc import Callable, Iterator
@@ -26,8 +26,8 @@ app = App(
 def commit(bank: Path, /, *, json: Json = False) -> int:
     """Commit to a sealed bank in the folder BANK: draw its secret, print the hash to publish.
 
-    Publish the hash before `rapi blind make BANK --tier sealed`: the worlds follow from the secret
-    and from the code as it is when they are made.
+    Publish the hash before `rapi blind make BANK --tier sealed`: the seed of the bank is computed
+    from the secret and from the code at the time it is made.
 
     Parameters
     ----------
@@ -37,11 +37,11 @@ def commit(bank: Path, /, *, json: Json = False) -> int:
         Print one JSON object on standard output.
     """
     from fitting.blind.protocol._folder import BankFolder
-    from fitting.blind.protocol._sealed import commit as committed
+    from fitting.blind.protocol._sealed import commit_to_secret
 
     from ._out import console, print_json
 
-    value = committed(BankFolder(bank))
+    value = commit_to_secret(BankFolder(bank))
     if json:
         print_json({"schema": "rapi.blind-commitment/1", "secret_sha256": value})
     else:
@@ -59,7 +59,7 @@ def make(
     seed: Seed = None,
     json: Json = False,
 ) -> int:
-    """Make a bank of simulated lasers in the folder BANK, or what is missing of it.
+    """Simulate a bank of lasers in the folder BANK, or what is missing of it.
 
     Parameters
     ----------
@@ -67,22 +67,22 @@ def make(
         Folder for the bank; made if missing.
     tier
         `open`: for development; `calibration`: for thresholds and probabilities; `nulls`: no
-        effect at all; `withheld`: the true effect is taken from the candidates; `sealed`: drawn
-        from the code and a secret, used once.
+        effect at all; `withheld`: the true effect is not among the candidates; `sealed`: seeded by
+        the code and a secret, to be scored once.
     count
         How many lasers.
     seed
-        By default each tier's own.
+        Seed of the bank; by default each tier has one of its own.
     json
         Print one JSON object on standard output.
     """
     from fitting.blind.protocol._folder import BankFolder
-    from fitting.blind.protocol._make import make as made
+    from fitting.blind.protocol._make import make_bank
 
     from ._out import console, print_json
 
-    with _progress("making") as say:
-        about = made(BankFolder(bank), tier, count=count, seed=seed, progress=say)
+    with _progress("making") as report:
+        about = make_bank(BankFolder(bank), tier, count=count, seed=seed, progress=report)
     if json:
         print_json(about)
     else:
@@ -101,9 +101,9 @@ def predict(
     baselines: bool = True,
     json: Json = False,
 ) -> int:
-    """Diagnose the recordings of BANK, blindfolded: no answer can be read meanwhile.
+    """Diagnose the recordings of BANK in processes that cannot read the answers.
 
-    What is there already is kept. `rapi blind score` does the same, and goes on.
+    Predictions that exist are kept. `rapi blind score` makes missing predictions too.
 
     Parameters
     ----------
@@ -112,20 +112,20 @@ def predict(
     workers
         Processes; by default two, or one where there is one processor.
     limit
-        Only the first so many.
+        Diagnose only the first so many recordings.
     baselines
-        Also what simpler methods say.
+        Also record the verdicts of simpler methods.
     json
         Print one JSON object on standard output.
     """
-    from fitting.blind.prediction._predictions import predict as predicted
+    from fitting.blind.prediction._predictions import predict_bank
     from fitting.blind.protocol._folder import BankFolder
 
     from ._out import console, print_json
 
-    with _progress("predicting") as say:
-        done = predicted(
-            BankFolder(bank), workers=workers, limit=limit, baselines=baselines, progress=say
+    with _progress("predicting") as report:
+        done = predict_bank(
+            BankFolder(bank), workers=workers, limit=limit, baselines=baselines, progress=report
         )
     if json:
         print_json({"schema": "rapi.blind-progress/1", **done})
@@ -142,30 +142,30 @@ def predict(
 def score(
     bank: Path, /, *, follow: Follow = 40, workers: Workers = None, json: Json = False
 ) -> int:
-    """Predict what is missing, close the predictions, reveal the answers of BANK and score.
+    """Diagnose what is missing, freeze the predictions, reveal the answers of BANK and score.
 
-    Writes `scores.json`, `scores.md` and `failures.csv` to BANK. Where an answer or a prediction is
-    not the one committed to, nothing is scored.
+    Writes `scores.json`, `scores.md` and `failures.csv` to BANK. Nothing is scored where an answer
+    or a prediction is not the one committed to.
 
     Parameters
     ----------
     bank
         A folder that `rapi blind make` wrote.
     follow
-        How many devices with several causes left are measured once more, after the scan that was
-        advised and after one at random, and diagnosed again.
+        How many devices whose credible set holds several causes are measured once more, with the
+        advised scan and with a random one, and diagnosed again.
     workers
         Processes; by default two, or one where there is one processor.
     json
         Print `scores.json` on standard output.
     """
     from fitting.blind.protocol._folder import BankFolder
-    from fitting.blind.scoring._examine import FAILURES, SCORES, TABLE, examine
+    from fitting.blind.scoring._score_bank import FAILURES, SCORES, TABLE, score_bank
 
     from ._out import console, print_json
 
-    with _progress("scoring") as say:
-        scores = examine(BankFolder(bank), follow=follow, workers=workers, progress=say)
+    with _progress("scoring") as report:
+        scores = score_bank(BankFolder(bank), follow=follow, workers=workers, progress=report)
     if json:
         print_json(scores)
         return 0
@@ -184,15 +184,14 @@ def calibrate(
     workers: int | None = None,
     json: Json = False,
 ) -> int:
-    """Fit the diagnosis' probabilities to BANK: predict what is missing, close, reveal, fit.
+    """Calibrate the diagnosis' probabilities on BANK: diagnose what is missing, reveal, fit.
 
-    Writes a calibration file. A version of this package comes with one; it takes another where that
-    is put in its place.
+    Writes a calibration file, which takes effect where it replaces the one in this package.
 
     Parameters
     ----------
     bank
-        A bank of tier calibration (or open): a sealed one is for judging alone.
+        A bank of tier calibration (or open), not a sealed one: that is for scoring only.
     output
         File for the calibration.
     workers
@@ -201,12 +200,12 @@ def calibrate(
         Print the calibration on standard output.
     """
     from fitting.blind.protocol._folder import BankFolder, write_json
-    from fitting.blind.scoring._calibrate import calibrate as calibrated
+    from fitting.blind.scoring._calibrate import calibrate_to_bank
 
     from ._out import console, print_json
 
-    with _progress("predicting") as say:
-        found, losses = calibrated(BankFolder(bank), workers=workers, progress=say)
+    with _progress("predicting") as report:
+        found, losses = calibrate_to_bank(BankFolder(bank), workers=workers, progress=report)
     write_json(output, found.to_dict())
     if json:
         print_json({**found.to_dict(), "loss": losses})
@@ -219,7 +218,7 @@ def calibrate(
 
 @contextlib.contextmanager
 def _progress(title: str) -> Iterator[Callable[[int, int, str], None]]:
-    """Done of all, time left and the last name on standard error; silent where no terminal is."""
+    """Show progress on standard error, where that is a terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
     from rich.progress import TimeRemainingColumn as TimeLeft
@@ -235,7 +234,7 @@ def _progress(title: str) -> Iterator[Callable[[int, int, str], None]]:
     with Progress(*columns, console=target, transient=True, disable=not target.is_terminal) as bar:
         task = bar.add_task(title, total=None, name="")
 
-        def say(done: int, total: int, name: str) -> None:
+        def report(done: int, total: int, name: str) -> None:
             bar.update(task, completed=done, total=total, name=name)
 
-        yield say
+        yield report

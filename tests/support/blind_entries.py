@@ -3,8 +3,8 @@
 import dataclasses
 from typing import Any
 
-from fitting.blind.realised._modelled import model_response
-from fitting.blind.simulator._scan import Scan, placed
+from fitting.blind.realised._model_response import model_response
+from fitting.blind.simulator._scan import Scan, place_in_time
 
 
 def answer(name: str, kind: str, *truth: str, size: float = 10.0, misfit: bool = False) -> dict:
@@ -59,7 +59,7 @@ def session() -> tuple[Scan, ...]:
     """Four runs at three rates and two swings."""
     rows = [(10.0, 4.5), (20.0, 4.5), (40.0, 4.5), (20.0, 2.5)]
     scans = [Scan(rate, swing, 3.0, "triangle", 3, 200) for rate, swing in rows]
-    return placed(scans, 1.0)
+    return place_in_time(scans, 1.0)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -68,5 +68,5 @@ class OurLaser:
 
     ecdl: Any
 
-    def answer(self, scans: Any) -> list:
+    def simulate(self, scans: Any) -> list:
         return model_response(self.ecdl, scans)

@@ -42,7 +42,7 @@ Classes = Sequence[type[AbstractEffect]]
 
 @float64
 @np.errstate(over="ignore", invalid="ignore")  # a refit that runs away has no finite cost
-def baselines(
+def baseline_verdicts(
     recording: Recording, candidates: Classes, *, seed: int, fitted: FittedBase | None = None
 ) -> dict[str, str]:
     """What each baseline answers: `none`, names joined by +, or `unlisted`.
@@ -64,15 +64,15 @@ def baselines(
     rng = np.random.default_rng(seed)
     names = [NONE, *(cls.name for cls in candidates), UNLISTED]
     return {
-        "correlation": correlated(state, best),
-        "jacobian": projected(best),
-        "aic": selected(refit, state, candidates, best),
+        "correlation": largest_correlation(state, best),
+        "jacobian": largest_score(best),
+        "aic": forward_selection(refit, state, candidates, best),
         "lowpass": LOWPASS,
         "random": str(rng.choice(names)),
     }
 
 
-def correlated(state: State, screened: dict[str, list[Screened]]) -> str:
+def largest_correlation(state: State, screened: dict[str, list[Screened]]) -> str:
     """The largest correlation, if it is beyond what white noise of as many samples has."""
     # The fall of chi-square along one signature is its correlation squared, times chi-square.
     falls = {name: max((s.fall for s in found), default=0.0) for name, found in screened.items()}
@@ -85,7 +85,7 @@ def correlated(state: State, screened: dict[str, list[Screened]]) -> str:
     )
 
 
-def projected(screened: dict[str, list[Screened]]) -> str:
+def largest_score(screened: dict[str, list[Screened]]) -> str:
     """The largest score, if it is beyond chi-square's 1 % point for one look."""
     falls = {
         name: max((s.fall_rich for s in found), default=0.0) for name, found in screened.items()
@@ -94,13 +94,13 @@ def projected(screened: dict[str, list[Screened]]) -> str:
     return name if fall > chi2.isf(LEVEL, 1) else NONE
 
 
-def selected(
+def forward_selection(
     refit: Refit, state: State, candidates: Classes, screened: dict[str, list[Screened]]
 ) -> str:
     """Effects added one by one while `chi2 + 2 k` falls, three at most."""
     effects_found: Effects = ()
     while len(effects_found) < MOST:
-        found = _one_more(refit, state, screened)
+        found = _best_addition(refit, state, screened)
         if found is None or _aic(found) >= _aic(state):
             break
         state, effects_found = found, found.effects
@@ -114,7 +114,7 @@ def selected(
     return hypothesis_name(effects_found)
 
 
-def _one_more(refit: Refit, state: State, screened: dict[str, list[Screened]]) -> State | None:
+def _best_addition(refit: Refit, state: State, screened: dict[str, list[Screened]]) -> State | None:
     """The refit with the one more effect that leaves least by Akaike's criterion."""
     best = [max(found, key=lambda one: one.fall_rich) for found in screened.values() if found]
     best = sorted(best, key=lambda one: -one.fall_rich)[:LOOKS]

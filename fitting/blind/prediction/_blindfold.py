@@ -14,13 +14,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-WORLDS = (
+WITHHELD_MODULES = (
     "fitting.blind.simulator._bank",
-    "fitting.blind.simulator._world",
+    "fitting.blind.simulator._simulated_device",
     "fitting.blind.simulator.effects._kinds",
 )
 # They open files in C, where no hook is asked. Recordings here are text.
-UNSEEN = ("_sqlite3", "h5netcdf", "h5py", "netCDF4", "sqlite3")
+UNAUDITED_READERS = ("_sqlite3", "h5netcdf", "h5py", "netCDF4", "sqlite3")
 _STARTS = (
     "ctypes.dlsym",
     "os.exec",
@@ -37,28 +37,28 @@ _NO_PATHS = ("os.putenv", "os.unsetenv")
 _ON_PATHS = ("open", "glob", "mmap", "os", "pathlib", "shutil", "sqlite3", "tempfile")
 
 
-class Blindfold(PermissionError):
+class BlindfoldError(PermissionError):
     """Something was tried that is not for a diagnosis to do."""
 
 
-def put_on(answers: Path) -> list[str]:
+def install(answers: Path) -> list[str]:
     """Refuse, from now on and for good, all that could show what is in the folder `answers`.
 
     Returns a list that grows by a word for each refusal. Raises `RuntimeError` where a module that
     must not be there is loaded already.
     """
-    loaded = [name for name in (*WORLDS, *UNSEEN) if name in sys.modules]
+    loaded = [name for name in (*WITHHELD_MODULES, *UNAUDITED_READERS) if name in sys.modules]
     if loaded:
         raise RuntimeError(f"the blindfold comes too late: {', '.join(loaded)} is loaded already.")
     refused: list[str] = []
-    hidden = [_spelt(os.path.realpath(answers)), *_sources()]
-    sys.addaudithook(_hook(hidden, _spelt(answers.name), refused))
+    hidden = [_normalised(os.path.realpath(answers)), *_sources()]
+    sys.addaudithook(_hook(hidden, _normalised(answers.name), refused))
     import _posixsubprocess  # what multiprocessing starts programs with is not reported  # noqa: PLC2701 (of the standard library)
 
     def no_program(*arguments: Any) -> int:
         del arguments
         refused.append("fork_exec")
-        raise Blindfold(errno.EACCES, "no program is started under the blindfold")
+        raise BlindfoldError(errno.EACCES, "no program is started under the blindfold")
 
     _posixsubprocess.fork_exec = no_program
     return refused
@@ -72,13 +72,13 @@ def _sources() -> list[str]:
     home = Path(os.path.realpath(__file__)).parents[3]
     tag = sys.implementation.cache_tag
     found = []
-    for name in WORLDS:
+    for name in WITHHELD_MODULES:
         source = home.joinpath(*name.split(".")).with_suffix(".py")
         found += [source, source.parent / "__pycache__" / f"{source.stem}.{tag}.pyc"]
-    return [_spelt(str(path)) for path in found]
+    return [_normalised(str(path)) for path in found]
 
 
-def _spelt(path: str) -> str:
+def _normalised(path: str) -> str:
     return os.path.normcase(path).casefold()  # some file systems do not tell letters apart
 
 
@@ -87,7 +87,7 @@ def _hook(
 ) -> Callable[[str, tuple[Any, ...]], None]:
     # All that is called here is bound now: a name that is replaced later changes nothing.
     real, decode, absolute = os.path.realpath, os.fsdecode, os.path.isabs
-    spelt, separator = _spelt, os.sep
+    spelt, separator = _normalised, os.sep
 
     def names_hidden(value: Any) -> bool:
         if not isinstance(value, str | bytes | os.PathLike):
@@ -107,7 +107,7 @@ def _hook(
     def hook(event: str, arguments: tuple[Any, ...]) -> None:
         if event == "import":
             name = str(arguments[0])
-            bad = name in WORLDS or name.partition(".")[0] in UNSEEN
+            bad = name in WITHHELD_MODULES or name.partition(".")[0] in UNAUDITED_READERS
         elif event in _STARTS:
             bad = True
         elif event == "ctypes.dlopen":
@@ -118,6 +118,6 @@ def _hook(
             return
         if bad:
             refused.append(event)
-            raise Blindfold(errno.EACCES, f"{event} is refused under the blindfold")
+            raise BlindfoldError(errno.EACCES, f"{event} is refused under the blindfold")
 
     return hook

@@ -38,13 +38,13 @@ def predict_one(job: "Job", refused: Sequence[str] = ()) -> None:
         "baselines": {},
         "files": {},
     }
-    candidates = allowed(job.withheld)
+    candidates = allowed_effects(job.withheld)
     try:
-        report = _diagnosed(recording, candidates, job.scan)
+        report = _diagnose(recording, candidates, job.scan)
     except MemoryError:
         raise  # of this machine, and no answer
     except Exception as error:
-        prediction["error"] = _words(error)
+        prediction["error"] = _describe(error)
     else:
         prediction["diagnosis"] = {k: v for k, v in report.to_dict().items() if k != "maps"}
         prediction["files"] = _write_files(report, output / job.name)
@@ -55,12 +55,12 @@ def predict_one(job: "Job", refused: Sequence[str] = ()) -> None:
         except MemoryError:
             raise
         except Exception as error:
-            prediction["baselines_error"] = _words(error)
+            prediction["baselines_error"] = _describe(error)
     prediction["refused"] = list(refused[before:])
     write_json(output / f"{job.name}.json", prediction)
 
 
-def allowed(withheld: str | None) -> tuple[type[effects.AbstractEffect], ...]:
+def allowed_effects(withheld: str | None) -> tuple[type[effects.AbstractEffect], ...]:
     """The effects that a diagnosis may name."""
     names = [effect.name for effect in effects.ALL]
     if withheld is not None and withheld not in names:
@@ -70,12 +70,12 @@ def allowed(withheld: str | None) -> tuple[type[effects.AbstractEffect], ...]:
     return tuple(effect for effect in effects.ALL if effect.name != withheld)
 
 
-def seed_of(recording: Recording) -> int:
+def recording_seed(recording: Recording) -> int:
     """A seed that nobody chose, and that is the same wherever the recording is."""
     return int(recording.sha256()[:8], 16)
 
 
-def whole(job: "Job", path: Path, recording: Recording) -> dict[str, Any]:
+def read_own_prediction(job: "Job", path: Path, recording: Recording) -> dict[str, Any]:
     """The prediction in `path`. Raises `DataError` where it is not of this job, or was changed."""
     prediction = read_json(path)
     wanted = {
@@ -91,11 +91,11 @@ def whole(job: "Job", path: Path, recording: Recording) -> dict[str, Any]:
                 f"{printable(path)}: `{key}` is not this recording's and this version's, so the "
                 "prediction is of other code, or was changed. Remove the predictions to begin anew."
             )
-    check_files(path, prediction)
+    check_prediction_files(path, prediction)
     return prediction
 
 
-def check_files(path: Path, prediction: dict[str, Any]) -> None:
+def check_prediction_files(path: Path, prediction: dict[str, Any]) -> None:
     """Raise `DataError` where a model beside the prediction is not the one it was written with."""
     for name, promised in prediction["files"].items():
         file = path.with_suffix("") / name
@@ -111,7 +111,7 @@ def sha256_of(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def _diagnosed(
+def _diagnose(
     recording: Recording, candidates: tuple[type[effects.AbstractEffect], ...], scan: bool
 ) -> "Diagnosis":
     from fitting.diagnosis import diagnose
@@ -122,12 +122,12 @@ def _diagnosed(
 def _baselines(
     recording: Recording, candidates: tuple[type[effects.AbstractEffect], ...]
 ) -> dict[str, str]:
-    from ._baselines import baselines
+    from ._baselines import baseline_verdicts
 
-    return baselines(recording, candidates, seed=seed_of(recording))
+    return baseline_verdicts(recording, candidates, seed=recording_seed(recording))
 
 
-def _words(error: Exception) -> str:
+def _describe(error: Exception) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 

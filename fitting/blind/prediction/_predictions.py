@@ -10,22 +10,22 @@ from fitting.blind.protocol._folder import (
     BankFolder,
     make_folder,
     read_json,
-    refuse_foreign,
+    refuse_unknown_files,
     write_json,
 )
 from fitting.blind.protocol._frozen import tree_sha256
-from fitting.blind.protocol._sealed import check_tree, now
+from fitting.blind.protocol._sealed import check_code, utc_now
 from rapi_jax import DataError
 from rapi_jax.io import OutputError, printable, read_recording
 
-from ._predict import check_files, sha256_of, whole
+from ._predict import check_prediction_files, read_own_prediction, sha256_of
 from ._workers import Job, default_workers, predict_in_workers
 
 SCHEMA = "rapi.blind-predictions/1"
 Progress = Callable[[int, int, str], None]  # done, total, last name
 
 
-def predict(
+def predict_bank(
     folder: BankFolder,
     *,
     workers: int | None = None,
@@ -43,26 +43,26 @@ def predict(
         raise DataError(
             f"{printable(folder.root)}: predictions are closed. {used}: make a new bank."
         )
-    check_tree(folder)
+    check_code(folder)
     tree = tree_sha256()
     jobs = [
         Job(str(folder.recordings / name), withheld, str(folder.predictions), tree, baselines)
         for name, withheld in folder.entries[:limit]
     ]
     names = [name for name, _ in folder.entries]
-    refuse_foreign(folder.predictions, {*names, *(f"{name}.json" for name in names)})
-    kept = carry_out(folder, jobs, workers=workers, progress=progress)
+    refuse_unknown_files(folder.predictions, {*names, *(f"{name}.json" for name in names)})
+    kept = run_missing(folder, jobs, workers=workers, progress=progress)
     raised = sum("error" in read_json(folder.predictions / f"{job.name}.json") for job in jobs)
     count = len(jobs)
     return {"predictions": count, "kept": kept, "new": count - kept, "raised": raised}
 
 
-def carry_out(
+def run_missing(
     folder: BankFolder, jobs: list[Job], *, workers: int | None, progress: Progress | None
 ) -> int:
     """Do those jobs that are not done yet; how many were done already."""
     say = progress or (lambda done, total, name: None)
-    missing = [job for job in jobs if not _done(job)]
+    missing = [job for job in jobs if not _is_done(job)]
     kept = len(jobs) - len(missing)
     say(kept, len(jobs), "")
     if missing:
@@ -76,15 +76,15 @@ def carry_out(
     return kept
 
 
-def close(path: Path, predictions: dict[str, Path], tree: str) -> None:
+def close_predictions(path: Path, predictions: dict[str, Path], tree: str) -> None:
     """Write the hashes of all predictions, once."""
     if path.exists():
         raise OutputError(f"{printable(path)} is there already: predictions are closed once.")
     hashes = {name: sha256_of(file) for name, file in predictions.items()}
-    write_json(path, {"schema": SCHEMA, "closed": now(), "tree_sha256": tree, "sha256": hashes})
+    write_json(path, {"schema": SCHEMA, "closed": utc_now(), "tree_sha256": tree, "sha256": hashes})
 
 
-def read_checked(path: Path, predictions: dict[str, Path]) -> dict[str, dict[str, Any]]:
+def read_closed(path: Path, predictions: dict[str, Path]) -> dict[str, dict[str, Any]]:
     """All predictions, as they were closed. Raises `DataError` where one was changed."""
     promised = read_json(path).get("sha256", {})
     if set(promised) != set(predictions):
@@ -99,19 +99,19 @@ def read_checked(path: Path, predictions: dict[str, Path]) -> dict[str, dict[str
                 "Restore it; nothing is scored until then."
             )
         read[name] = read_json(file)
-        check_files(file, read[name])
+        check_prediction_files(file, read[name])
     return read
 
 
-def files(folder: BankFolder) -> dict[str, Path]:
+def prediction_paths(folder: BankFolder) -> dict[str, Path]:
     """Where each recording's prediction is."""
     return {name: folder.predictions / f"{name}.json" for name, _ in folder.entries}
 
 
-def _done(job: Job) -> bool:
+def _is_done(job: Job) -> bool:
     """Whether the prediction is there; refuses one that is not this job's."""
     path = Path(job.output) / f"{job.name}.json"
     if not path.exists():
         return False
-    whole(job, path, read_recording(job.recording))
+    read_own_prediction(job, path, read_recording(job.recording))
     return True

@@ -162,10 +162,10 @@ def _initialise(answers: str) -> None:
     """Prepare a worker process: the parent alone interrupts it, and the blindfold is installed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    from . import _blindfold
+    from ._blindfold import install
 
     global _refused
-    _refused = _blindfold.put_on(Path(answers))
+    _refused = install(Path(answers))
 
 
 def _end_with_parent() -> None:

@@ -19,36 +19,36 @@ from ._folder import BankFolder, json_bytes
 
 if TYPE_CHECKING:
     from fitting.blind.simulator._bank import Spec
-    from fitting.blind.simulator._world import World
+    from fitting.blind.simulator._simulated_device import SimulatedDevice
 
 SALT_BYTES = 32
 SPEC = ("seed", "kind", "effect", "sigma", "base_misfit")
 
 
-def answer(spec: "Spec", world: "World", recording_sha256: str) -> dict[str, Any]:
+def answer_record(spec: "Spec", device: "SimulatedDevice", recording_sha256: str) -> dict[str, Any]:
     """What is withheld of a world: what was asked for, and what was achieved.
 
     `recording_sha256` binds the recording to the answer.
     """
     return {
         **dataclasses.asdict(spec),
-        "name": world.name,
-        "truth": list(world.truth),
-        "asked": world.asked,
-        "size": world.size,
-        "alone": list(world.alone),
-        "parameters": world.parameters,
-        "noise_ghz": world.noise.rms,
+        "name": device.name,
+        "truth": list(device.truth),
+        "asked": device.requested_size,
+        "size": device.size,
+        "alone": list(device.single_sizes),
+        "parameters": device.parameters,
+        "noise_ghz": device.noise.rms,
         "recording_sha256": recording_sha256,
     }
 
 
 def answer_bytes(value: dict[str, Any]) -> bytes:
     """The answer as it is committed to and stored."""
-    return json_bytes(json.loads(json.dumps(value, default=_plain)))
+    return json_bytes(json.loads(json.dumps(value, default=_to_builtin)))
 
 
-def salt_of(secret: bytes, name: str) -> bytes:
+def answer_salt(secret: bytes, name: str) -> bytes:
     """The salt of one recording's answer."""
     return hmac.digest(secret, name.encode(), "sha256")
 
@@ -60,7 +60,7 @@ def commitment(content: bytes, salt: bytes) -> str:
     return hashlib.sha256(content + salt).hexdigest()
 
 
-def holds(promised: str, content: bytes, salt: bytes) -> bool:
+def matches_commitment(promised: str, content: bytes, salt: bytes) -> bool:
     """Whether answer and salt are those that were committed to."""
     return len(salt) == SALT_BYTES and hmac.compare_digest(commitment(content, salt), promised)
 
@@ -68,7 +68,7 @@ def holds(promised: str, content: bytes, salt: bytes) -> bool:
 def write_answer(folder: BankFolder, value: dict[str, Any], secret: bytes) -> None:
     """Write answer and salt; the answer last, so that it tells that both are there."""
     name = value["name"]
-    write_atomic(folder.answers / f"{name}.salt", salt_of(secret, name))
+    write_atomic(folder.answers / f"{name}.salt", answer_salt(secret, name))
     write_atomic(folder.answers / f"{name}.json", answer_bytes(value))
 
 
@@ -88,7 +88,7 @@ def read_answer(folder: BankFolder, name: str) -> tuple[dict[str, Any], str]:
     return value, promised
 
 
-def revealed(folder: BankFolder) -> list[dict[str, Any]]:
+def reveal(folder: BankFolder) -> list[dict[str, Any]]:
     """All answers in the bank's order. Raises `DataError` where one is not what was promised."""
     answers = []
     for name, _ in folder.entries:
@@ -102,7 +102,7 @@ def revealed(folder: BankFolder) -> list[dict[str, Any]]:
     return answers
 
 
-def spec_of(value: Mapping[str, Any]) -> "Spec":
+def read_spec(value: Mapping[str, Any]) -> "Spec":
     """What was asked for, from which the world can be drawn again."""
     from fitting.blind.simulator._bank import Spec
 
@@ -117,6 +117,6 @@ def _bytes(folder: BankFolder, file: str) -> bytes:
         raise DataError(f"{printable(path)}: no such file. Restore it.") from None
 
 
-def _plain(value: Any) -> Any:
+def _to_builtin(value: Any) -> Any:
     """NumPy scalars and arrays as plain numbers and lists."""
     return value.tolist()

@@ -173,7 +173,7 @@ def make_folder(path: Path, *, private: bool = False) -> Path:
     return path
 
 
-def refuse_foreign(folder: Path, known: set[str] | None = None) -> None:
+def refuse_unknown_files(folder: Path, known: set[str] | None = None) -> None:
     """Raise `OutputError` where `folder` holds a file that is none of `known` (a bank's parts)."""
     if not folder.is_dir():
         if folder.exists():

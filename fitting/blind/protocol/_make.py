@@ -7,17 +7,17 @@ from typing import Any
 from rapi_jax import DataError
 from rapi_jax.io import OutputError, printable, read_recording
 
-from ._answers import answer, read_answer, salt_of, spec_of, write_answer
-from ._exchange import recording_of, write_exact
-from ._folder import SCHEMA, BankFolder, make_folder, refuse_foreign, write_json
+from ._answers import answer_record, answer_salt, read_answer, read_spec, write_answer
+from ._exchange import to_recording, write_verified
+from ._folder import SCHEMA, BankFolder, make_folder, refuse_unknown_files, write_json
 from ._frozen import sealed_seed, tree_sha256
-from ._sealed import committed_secret, new_secret, read_secret
-from ._tiers import SEEDS, Entry, entries
+from ._sealed import committed_secret, draw_secret, read_secret
+from ._tiers import SEEDS, BankEntry, bank_entries
 
 Progress = Callable[[int, int, str], None]  # done, total, last name
 
 
-def make(
+def make_bank(
     folder: BankFolder,
     tier: str = "open",
     *,
@@ -32,14 +32,14 @@ def make(
     `DataError` where a part was changed, or a sealed bank has no commitment.
     """
     say = progress or (lambda done, total, name: None)
-    refuse_foreign(folder.root)
+    refuse_unknown_files(folder.root)
     tree = tree_sha256()
     secret, seed = _secret_and_seed(folder, tier, seed, tree)
-    drawn = entries(tier, seed, count)
+    drawn = bank_entries(tier, seed, count)
     names = {entry.name for entry in drawn}
-    refuse_foreign(folder.recordings, names)
+    refuse_unknown_files(folder.recordings, names)
     files = {f"{name}{end}" for name in names for end in (".json", ".salt")}
-    refuse_foreign(folder.answers, files | {"secret"})
+    refuse_unknown_files(folder.answers, files | {"secret"})
     about = {
         "schema": SCHEMA,
         "tier": tier,
@@ -56,7 +56,9 @@ def make(
     commitments = {}
     say(0, count, "")
     for done, entry in enumerate(drawn, 1):
-        commitments[entry.name] = _kept(folder, entry, secret) or _drawn(folder, entry, secret)
+        commitments[entry.name] = _existing_commitment(folder, entry, secret) or _simulate_entry(
+            folder, entry, secret
+        )
         say(done, count, entry.name)
     if folder.bank.exists():
         if folder.about["commitments"] != commitments:
@@ -88,7 +90,7 @@ def _secret_and_seed(
             f"{printable(folder.root)} is committed to a sealed bank. Make it with --tier sealed, "
             "or choose another folder."
         )
-    secret = read_secret(folder) if folder.secret.exists() else new_secret(folder)
+    secret = read_secret(folder) if folder.secret.exists() else draw_secret(folder)
     return secret, SEEDS[tier] if seed is None else seed
 
 
@@ -103,7 +105,7 @@ def _check_same(folder: BankFolder, wanted: dict[str, Any]) -> None:
             )
 
 
-def _kept(folder: BankFolder, entry: Entry, secret: bytes) -> str | None:
+def _existing_commitment(folder: BankFolder, entry: BankEntry, secret: bytes) -> str | None:
     """The commitment of what is there already; `None` where it is not all there."""
     name = entry.name
     if not (folder.answers / f"{name}.json").exists():
@@ -112,8 +114,8 @@ def _kept(folder: BankFolder, entry: Entry, secret: bytes) -> str | None:
     recording = folder.recordings / name
     try:
         same = (
-            spec_of(value) == entry.spec
-            and (folder.answers / f"{name}.salt").read_bytes() == salt_of(secret, name)
+            read_spec(value) == entry.spec
+            and (folder.answers / f"{name}.salt").read_bytes() == answer_salt(secret, name)
             and read_recording(recording).sha256() == value["recording_sha256"]
         )
     except (KeyError, TypeError):
@@ -126,10 +128,10 @@ def _kept(folder: BankFolder, entry: Entry, secret: bytes) -> str | None:
     return promised
 
 
-def _drawn(folder: BankFolder, entry: Entry, secret: bytes) -> str:
+def _simulate_entry(folder: BankFolder, entry: BankEntry, secret: bytes) -> str:
     """Draw a world, write its recording, then its answer; return the commitment."""
-    world = entry.spec.draw()
-    recording = recording_of(world.runs)
-    write_exact(recording, folder.recordings / entry.name)
-    write_answer(folder, answer(entry.spec, world, recording.sha256()), secret)
+    device = entry.spec.draw()
+    recording = to_recording(device.runs)
+    write_verified(recording, folder.recordings / entry.name)
+    write_answer(folder, answer_record(entry.spec, device, recording.sha256()), secret)
     return read_answer(folder, entry.name)[1]

@@ -8,35 +8,35 @@ import secrets
 from rapi_jax import DataError
 from rapi_jax.io import OutputError, printable, write_atomic
 
-from ._folder import BankFolder, make_folder, read_json, refuse_foreign, write_json
+from ._folder import BankFolder, make_folder, read_json, refuse_unknown_files, write_json
 from ._frozen import sealed_seed, tree_sha256
 
 SECRET_BYTES = 32
 
 
-def now() -> str:
+def utc_now() -> str:
     """The time in UTC."""
     return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
 
 
-def commit(folder: BankFolder) -> str:
+def commit_to_secret(folder: BankFolder) -> str:
     """Write a new secret, and its hash to publish; return the hash.
 
     Raises `OutputError` where the bank has one already: a second try would be a choice.
     """
-    refuse_foreign(folder.root)
+    refuse_unknown_files(folder.root)
     if folder.commitment.exists() or folder.secret.exists() or folder.bank.exists():
         raise OutputError(
             f"{printable(folder.root)} is committed or made already, and a secret is drawn once. "
             "Choose another folder."
         )
-    secret = new_secret(folder)
+    secret = draw_secret(folder)
     value = hashlib.sha256(secret).hexdigest()
-    write_json(folder.commitment, {"secret_sha256": value, "written": now()})
+    write_json(folder.commitment, {"secret_sha256": value, "written": utc_now()})
     return value
 
 
-def new_secret(folder: BankFolder) -> bytes:
+def draw_secret(folder: BankFolder) -> bytes:
     """Draw the bank's secret and write it for its owner alone."""
     make_folder(folder.root)
     make_folder(folder.answers, private=True)
@@ -77,7 +77,7 @@ def committed_secret(folder: BankFolder) -> bytes:
     return secret
 
 
-def check_tree(folder: BankFolder) -> None:
+def check_code(folder: BankFolder) -> None:
     """Raise `DataError` where a sealed bank meets other code than it was drawn for."""
     drawn = folder.about["tree_sha256"]
     tree = tree_sha256()
@@ -88,15 +88,15 @@ def check_tree(folder: BankFolder) -> None:
         )
 
 
-def check_drawn(folder: BankFolder, specs: list[object]) -> bytes:
+def check_sealed_specs(folder: BankFolder, specs: list[object]) -> bytes:
     """Check that a sealed bank holds the worlds its tree and secret give; return the secret."""
-    from ._tiers import entries
+    from ._tiers import bank_entries
 
     about, secret = folder.about, committed_secret(folder)
     if hashlib.sha256(secret).hexdigest() != about["secret_sha256"]:
         raise DataError(f"{printable(folder.bank)}: of another secret. Nothing can be scored.")
     seed = sealed_seed(about["tree_sha256"], secret)
-    drawn = entries("sealed", seed, about["count"])
+    drawn = bank_entries("sealed", seed, about["count"])
     if [entry.spec for entry in drawn] != specs:
         raise DataError(
             f"{printable(folder.bank)}: its worlds are not those that tree and secret give, so "

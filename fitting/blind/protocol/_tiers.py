@@ -12,7 +12,7 @@ TIERS = (*SEEDS, "sealed")
 
 
 @dataclass(frozen=True)
-class Entry:
+class BankEntry:
     """A world to be drawn, and the effect that is taken from its diagnosis' candidates."""
 
     spec: Spec
@@ -24,7 +24,7 @@ class Entry:
         return f"world-{self.spec.seed}"
 
 
-def entries(tier: str, seed: int, count: int) -> list[Entry]:
+def bank_entries(tier: str, seed: int, count: int) -> list[BankEntry]:
     """The worlds of a tier, in an order that tells nothing.
 
     `open`, `calibration` and `sealed` hold all kinds; `nulls` no effect, every other one with base
@@ -37,32 +37,32 @@ def entries(tier: str, seed: int, count: int) -> list[Entry]:
     if count < 1:
         raise ValueError(f"Argument `count` must be 1 or more, but it is {count}.")
     if tier == "nulls":
-        return [Entry(spec, None) for spec in _nulls(seed, count)]
+        return [BankEntry(spec, None) for spec in _null_specs(seed, count)]
     if tier == "withheld":
-        return [Entry(spec, spec.effect) for spec in _listed(seed, count)]
-    return [Entry(spec, None) for spec in bank(seed, count, unseen=tier == "sealed")]
+        return [BankEntry(spec, spec.effect) for spec in _withheld_specs(seed, count)]
+    return [BankEntry(spec, None) for spec in bank(seed, count, unseen=tier == "sealed")]
 
 
-def _nulls(seed: int, count: int) -> list[Spec]:
+def _null_specs(seed: int, count: int) -> list[Spec]:
     rng = np.random.default_rng([seed, 2])
-    seeds = _seeds(rng, seed, count)
+    seeds = _distinct_seeds(rng, seed, count)
     misfit = rng.permutation(np.arange(count) % 2 == 0).tolist()
     return [Spec(s, "null", "", 0.0, m) for s, m in zip(seeds, misfit, strict=True)]
 
 
-def _listed(seed: int, count: int) -> list[Spec]:
+def _withheld_specs(seed: int, count: int) -> list[Spec]:
     rng = np.random.default_rng([seed, 3])
     names = rng.permutation(sorted(LISTED)).tolist()
     specs = []
-    for k, world in enumerate(_seeds(rng, seed, count)):
+    for k, device in enumerate(_distinct_seeds(rng, seed, count)):
         turn, place = divmod(k, len(names))
         sigma = float(np.exp(rng.uniform(*np.log((LARGE, SIGMA[1])))))
         misfit = (place + turn) % 2 == 0
-        specs.append(Spec(world, "listed", names[place], round(sigma, 3), misfit))
+        specs.append(Spec(device, "listed", names[place], round(sigma, 3), misfit))
     return [specs[k] for k in rng.permutation(count).tolist()]
 
 
-def _seeds(rng: np.random.Generator, seed: int, count: int) -> list[int]:
+def _distinct_seeds(rng: np.random.Generator, seed: int, count: int) -> list[int]:
     """Distinct seeds of worlds."""
     drawn = np.random.SeedSequence([seed, 1]).generate_state(2 * count + 8, np.uint32)
     return rng.permutation(np.unique(drawn))[:count].tolist()

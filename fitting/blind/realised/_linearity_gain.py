@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from fitting.blind.simulator._scan import Scan, sampled
+from fitting.blind.simulator._scan import Scan, scan_from_samples
 from rapi_jax import ECDL, Identified, Recording, Run, compensate, linear_scan, linearity, predict
 
-from ._modelled import drive_of, model_response
-from ._realised_gap import Array, Laser
+from ._model_response import model_response, to_drive
+from ._realised_gap import Array, NoiseFreeDevice
 
 SHARE = 0.8  # of the base model's span
 PERIODS = 3
@@ -18,7 +18,10 @@ PAUSE_S = 2.0
 
 
 def linearity_gain(
-    world: Laser, session: Sequence[Scan], models: tuple[ECDL, ECDL], promised: Mapping[str, Any]
+    device: NoiseFreeDevice,
+    session: Sequence[Scan],
+    models: tuple[ECDL, ECDL],
+    promised: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Nonlinearity (rms, GHz) under either model's drive, and by what factor it fell.
 
@@ -28,10 +31,10 @@ def linearity_gain(
     `inside`: whether the factor lies in the interval promised (`straighter`). `foreseen`: the
     nonlinearity that the model with the effects says the base's drive leaves.
     """
-    scan = _usual(session)
+    scan = _reference_scan(session)
     span = SHARE * float(np.ptp(model_response(models[1], session)[list(session).index(scan)]))
     (target,) = linear_scan(scan.rate_hz, span=span)
-    drives = [drive_of(one) for one in session]
+    drives = [to_drive(one) for one in session]
     seen = Identified.of(Recording.of(drives, [drive.value for drive in drives]))
     record: dict[str, Any] = {"rate_hz": scan.rate_hz, "span": span, "refused": None}
     found: dict[str, float] = {}
@@ -41,11 +44,11 @@ def linearity_gain(
         except Exception as error:  # any reason there is counts as a refusal, and is said
             record["refused"] = f"{name}: {type(error).__name__}: {error}"
             return record
-        played = _played(session, made.drive.value, scan.rate_hz)
-        found[name] = nonlinearity(played, world.answer([*session, played])[-1])
+        played = _repeat_after_session(session, made.drive.value, scan.rate_hz)
+        found[name] = nonlinearity(played, device.simulate([*session, played])[-1])
         if name == "before":
             found["foreseen"] = nonlinearity(
-                played, np.asarray(predict(models[0], drive_of(played)))
+                played, np.asarray(predict(models[0], to_drive(played)))
             )
     factor = found["before"] / found["after"] if found["after"] > 0 else None
     interval = promised.get("straighter") or {}
@@ -67,16 +70,16 @@ def nonlinearity(scan: Scan, answer: Array) -> float:
 
     About each ramp's own line, in the middle 80 % of its time (Section 4.1 of the paper).
     """
-    up, down = linearity(Run(dataclasses.replace(drive_of(scan), start_s=0.0), answer)).rms_ghz
+    up, down = linearity(Run(dataclasses.replace(to_drive(scan), start_s=0.0), answer)).rms_ghz
     return float(np.sqrt((up**2 + down**2) / 2))
 
 
-def _played(session: Sequence[Scan], volts: Array, rate_hz: float) -> Scan:
+def _repeat_after_session(session: Sequence[Scan], volts: Array, rate_hz: float) -> Scan:
     begin = session[-1].start_s + session[-1].duration_s + PAUSE_S
-    return sampled(volts, rate_hz, periods=PERIODS, start_s=begin, waveform="triangle")
+    return scan_from_samples(volts, rate_hz, periods=PERIODS, start_s=begin, waveform="triangle")
 
 
-def _usual(session: Sequence[Scan]) -> Scan:
+def _reference_scan(session: Sequence[Scan]) -> Scan:
     widest = max(scan.swing for scan in session)
     full = sorted(
         (scan for scan in session if scan.swing > 0.98 * widest), key=lambda scan: scan.rate_hz

@@ -9,21 +9,24 @@ import numpy.typing as npt
 from fitting.blind.simulator._scan import Scan
 from rapi_jax import ECDL
 
-from ._modelled import model_response
-from ._unseen import KINDS, unseen
+from ._model_response import model_response
+from ._new_scans import KINDS, new_scans
 
 Array = npt.NDArray[np.float64]
 
 
 @runtime_checkable
-class Laser(Protocol):
+class NoiseFreeDevice(Protocol):
     """What is asked of a world: noise-free answers of its device, GHz."""
 
-    def answer(self, scans: Sequence[Scan]) -> list[Array]: ...  # noqa: D102
+    def simulate(self, scans: Sequence[Scan]) -> list[Array]: ...  # noqa: D102
 
 
 def realised_gap(
-    world: Laser, session: Sequence[Scan], models: tuple[ECDL, ECDL], promised: Mapping[str, Any]
+    device: NoiseFreeDevice,
+    session: Sequence[Scan],
+    models: tuple[ECDL, ECDL],
+    promised: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Realised closed fractions of the model with the effects named beside the base alone.
 
@@ -33,42 +36,47 @@ def realised_gap(
     each run's mean, since origins may drift; whether `closed` lies `inside` the interval promised,
     and whether it is `no_worse` than its lower end.
     """
-    new = unseen(session)
+    new = new_scans(session)
     scans = [*session, *new.values()]
-    truth = world.answer(scans)[-len(new) :]
+    truth = device.simulate(scans)[-len(new) :]
     model, base = (
         [a - t for a, t in zip(model_response(ecdl, scans)[-len(new) :], truth, strict=True)]
         for ecdl in models
     )
-    found = {kind: _closed([model[k]], [base[k]]) for k, kind in enumerate(new)}
-    found["all"] = _closed(model, base)
+    found = {kind: _closed_fractions([model[k]], [base[k]]) for k, kind in enumerate(new)}
+    found["all"] = _closed_fractions(model, base)
     interval = promised.get("foreseen")
     return {
         "promised": interval,
-        **{kind: one | _judged(one["closed"], interval) for kind, one in found.items()},
+        **{
+            kind: one | _compare_with_interval(one["closed"], interval)
+            for kind, one in found.items()
+        },
     }
 
 
-def _closed(model: Sequence[Array], base: Sequence[Array]) -> dict[str, float | None]:
+def _closed_fractions(model: Sequence[Array], base: Sequence[Array]) -> dict[str, float | None]:
     about = [[e - e.mean() for e in errors] for errors in (model, base)]
     return {
-        "rms_base": _root(base),
-        "rms_model": _root(model),
-        "closed": _part(model, base),
-        "closed_about_mean": _part(*about),
+        "rms_base": _rms(base),
+        "rms_model": _rms(model),
+        "closed": _closed_fraction(model, base),
+        "closed_about_mean": _closed_fraction(*about),
     }
 
 
-def _part(model: Sequence[Array], base: Sequence[Array]) -> float | None:
+def _closed_fraction(model: Sequence[Array], base: Sequence[Array]) -> float | None:
     before = float(sum(e @ e for e in base))
     return 1 - float(sum(e @ e for e in model)) / before if before > 0 else None
 
 
-def _root(errors: Sequence[Array]) -> float:
+def _rms(errors: Sequence[Array]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
 
-def _judged(closed: float | None, interval: Mapping[str, float] | None) -> dict[str, bool | None]:
+def _compare_with_interval(
+    closed: float | None, interval: Mapping[str, float] | None
+) -> dict[str, bool | None]:
     """`None` where nothing was promised, or the base had nothing to close."""
     low, high = ((interval or {}).get(end) for end in ("low", "high"))
     if closed is None or low is None or high is None:

@@ -13,8 +13,14 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from fitting.blind.prediction._predictions import Progress, close, files, predict, read_checked
-from fitting.blind.protocol._answers import revealed
+from fitting.blind.prediction._predictions import (
+    Progress,
+    close_predictions,
+    predict_bank,
+    prediction_paths,
+    read_closed,
+)
+from fitting.blind.protocol._answers import reveal
 from fitting.blind.protocol._folder import BankFolder
 from fitting.blind.protocol._frozen import tree_sha256
 from fitting.blind.protocol._verdict_names import correct_verdict
@@ -61,16 +67,16 @@ class Case:
         return cls(Evidence.from_dict(report["evidence"]), closed, right)
 
 
-def loss(cases: Sequence[Case], calibration: Calibration) -> float:
+def log_loss(cases: Sequence[Case], calibration: Calibration) -> float:
     """Mean of the negative logarithm of the probability of the right answer."""
     total = 0.0
     for case in cases:
         found = dict(hypothesis_probabilities(case.evidence, case.closed, calibration))
-        total -= float(np.log(_LEAST + (1.0 - _LEAST) * found.get(case.right, 0.0)))
+        total -= float(np.log(_LEAST + (1.0 - _LEAST) * found.get(case.correct, 0.0)))
     return total / len(cases)
 
 
-def fitted(
+def fit_calibration(
     cases: Sequence[Case], start: Calibration, provenance: str, *, steps: int = _STEPS
 ) -> Calibration:
     """The calibration that fits `cases` best, from `start`. Raises ValueError for no cases."""
@@ -87,14 +93,14 @@ def fitted(
         return dataclasses.replace(start, **values, provenance=provenance)
 
     def cost(x: np.ndarray) -> float:
-        return len(cases) * loss(cases, at(x)) + 0.5 * float(x @ x)
+        return len(cases) * log_loss(cases, at(x)) + 0.5 * float(x @ x)
 
     options = {"maxfev": steps, "xtol": 1e-2, "ftol": 1e-4}
     found = minimize(cost, np.zeros(width.size), method="Powell", options=options)
     return at(np.asarray(found.x))
 
 
-def calibrate(
+def calibrate_to_bank(
     folder: BankFolder, *, workers: int | None = None, progress: Progress | None = None
 ) -> tuple[Calibration, dict[str, float]]:
     """A calibration from a bank, and the loss before and after.
@@ -108,15 +114,15 @@ def calibrate(
             "tier `calibration`."
         )
     if not folder.closed.exists():
-        predict(folder, workers=workers, baselines=False, progress=progress)
-        close(folder.closed, files(folder), tree_sha256())
-    predictions = read_checked(folder.closed, files(folder))
-    found = [Case.of(value, predictions[value["name"]]) for value in revealed(folder)]
+        predict_bank(folder, workers=workers, baselines=False, progress=progress)
+        close_predictions(folder.closed, prediction_paths(folder), tree_sha256())
+    predictions = read_closed(folder.closed, prediction_paths(folder))
+    found = [Case.of(value, predictions[value["name"]]) for value in reveal(folder)]
     cases = [case for case in found if case is not None]
     about, start = folder.about, load_calibration()
     provenance = (
         f"{len(cases)} devices of tier {about['tier']}, seed SHA-256 {about['seed_sha256'][:12]}, "
         f"diagnosed by tree SHA-256 {next(iter(predictions.values()))['tree_sha256'][:12]}"
     )
-    best = fitted(cases, start, provenance)
-    return best, {"before": loss(cases, start), "after": loss(cases, best)}
+    best = fit_calibration(cases, start, provenance)
+    return best, {"before": log_loss(cases, start), "after": log_loss(cases, best)}

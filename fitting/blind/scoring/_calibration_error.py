@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ._entry import Entry
-from ._wilson import judged
+from ._outcome import Outcome
+from ._wilson import compare_with_target
 
 Array = npt.NDArray[np.float64]
 BINS = 10
@@ -19,18 +19,18 @@ DRAWS = 2000
 LEAST = 1e-6  # a hypothesis that is not shown has no more: the logarithm stays finite
 
 
-def calibration_measures(entries: Sequence[Entry], *, seed: int = 0) -> dict[str, Any]:
+def calibration_scores(entries: Sequence[Outcome], *, seed: int = 0) -> dict[str, Any]:
     """Calibration errors with 95 % intervals, and both scores beside those of the base rate."""
     confidence = np.array([e.confidence for e in entries], dtype=float)
-    right = np.array([e.said == e.right for e in entries], dtype=float)
+    right = np.array([e.verdict == e.correct for e in entries], dtype=float)
     mass, width = (
         _with_interval(confidence, right, equal_mass, seed) for equal_mass in (True, False)
     )
-    scores = _scores(entries)
+    scores = _proper_scores(entries)
     return {
-        "ece_equal_mass": judged(mass["value"], len(entries), most=0.05) | mass,
-        "ece_equal_width": judged(width["value"], len(entries), most=0.05) | width,
-        "reliability": reliability(confidence, right),
+        "ece_equal_mass": compare_with_target(mass["value"], len(entries), most=0.05) | mass,
+        "ece_equal_width": compare_with_target(width["value"], len(entries), most=0.05) | width,
+        "reliability": reliability_diagram(confidence, right),
         **scores,
     }
 
@@ -44,7 +44,7 @@ def calibration_error(confidence: Array, right: Array, *, equal_mass: bool) -> f
     return total / max(confidence.size, 1)
 
 
-def reliability(confidence: Array, right: Array) -> list[dict[str, Any]]:
+def reliability_diagram(confidence: Array, right: Array) -> list[dict[str, Any]]:
     """The curve itself, in bins of equal mass: mean confidence, share right, and how many."""
     return [
         {
@@ -84,16 +84,16 @@ def _with_interval(confidence: Array, right: Array, equal_mass: bool, seed: int)
     }
 
 
-def _scores(entries: Sequence[Entry]) -> dict[str, Any]:
+def _proper_scores(entries: Sequence[Outcome]) -> dict[str, Any]:
     """Brier and log score over all hypotheses; less is better.
 
     The base rate is that of this very bank, known to the last world: the best that a forecaster
     could do who looks at no recording.
     """
-    seen = Counter(e.right for e in entries)
+    seen = Counter(e.correct for e in entries)
     rate = {name: count / len(entries) for name, count in seen.items()}
-    mine = [_both(e.probability, e.right) for e in entries]
-    base = [_both(rate, e.right) for e in entries]
+    mine = [_brier_and_log(e.probability, e.correct) for e in entries]
+    base = [_brier_and_log(rate, e.correct) for e in entries]
     out = {}
     for k, name in enumerate(("brier", "log")):
         own, other = _mean([m[k] for m in mine]), _mean([b[k] for b in base])
@@ -102,7 +102,7 @@ def _scores(entries: Sequence[Entry]) -> dict[str, Any]:
     return out
 
 
-def _both(probability: Any, right: str) -> tuple[float, float]:
+def _brier_and_log(probability: Any, right: str) -> tuple[float, float]:
     names = set(probability) | {right}
     brier = sum((probability.get(name, 0.0) - (name == right)) ** 2 for name in names)
     return float(brier), float(-np.log(max(probability.get(right, 0.0), LEAST)))

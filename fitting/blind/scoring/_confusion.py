@@ -4,22 +4,22 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from ._entry import Entry
+from ._outcome import Outcome
 
 
-def confusion(entries: Sequence[Entry]) -> dict[str, Any]:
+def confusion(entries: Sequence[Outcome]) -> dict[str, Any]:
     """Counts by truth and verdict; unlisted effects keep the names of what they are."""
     rows: dict[str, Counter[str]] = {}
     for entry in entries:
-        rows.setdefault(_truth(entry), Counter())[entry.said] += 1
+        rows.setdefault(_truth(entry), Counter())[entry.verdict] += 1
     return {
         name: dict(sorted(counts.items(), key=lambda pair: (-pair[1], pair[0])))
         for name, counts in sorted(rows.items(), key=lambda pair: _order(pair[0]))
     }
 
 
-def _truth(entry: Entry) -> str:
-    name = "+".join(sorted(entry.answer["truth"])) or entry.right
+def _truth(entry: Outcome) -> str:
+    name = "+".join(sorted(entry.answer["truth"])) or entry.correct
     return f"{name} (form)" if entry.kind == "form" else name
 
 

@@ -5,8 +5,8 @@ from typing import Any
 
 from fitting.blind.protocol._verdict_names import FAILED, NONE, UNLISTED
 
-from ._counts import LARGE, LISTED, SEEN
-from ._entry import Entry
+from ._outcome import Outcome
+from ._rates import LARGE, LISTED, SEEN
 
 FIELDS = (
     "name", "kind", "truth", "size", "base_misfit", "withheld", "verdict", "probability", "set",
@@ -14,13 +14,13 @@ FIELDS = (
 )  # fmt: skip
 
 
-def failures(entries: Sequence[Entry]) -> list[dict[str, Any]]:
+def list_failures(entries: Sequence[Outcome]) -> list[dict[str, Any]]:
     """Wrong verdicts, and right ones outside their own set; the largest effects first."""
-    wrong = [e for e in entries if e.said != e.right or e.right not in e.names]
+    wrong = [e for e in entries if e.verdict != e.correct or e.correct not in e.credible_set]
     return [_row(e) for e in sorted(wrong, key=lambda e: (-e.size, e.name))]
 
 
-def _row(entry: Entry) -> dict[str, Any]:
+def _row(entry: Outcome) -> dict[str, Any]:
     return {
         "name": entry.name,
         "kind": entry.kind,
@@ -28,30 +28,30 @@ def _row(entry: Entry) -> dict[str, Any]:
         "size": entry.size,
         "base_misfit": entry.base_misfit,
         "withheld": entry.withheld,
-        "verdict": entry.said,
+        "verdict": entry.verdict,
         "probability": None if entry.error else entry.confidence,
-        "set": list(entry.names),
-        "against": against(entry),
+        "set": list(entry.credible_set),
+        "against": failed_measures(entry),
         "error": entry.error,
     }
 
 
-def against(entry: Entry) -> list[str]:
+def failed_measures(entry: Outcome) -> list[str]:
     """The measures that this verdict speaks against; none for an effect too small to be judged."""
-    wrong = entry.said != entry.right
+    wrong = entry.verdict != entry.correct
     seen, large = entry.size >= SEEN, entry.size >= LARGE
     found = {
         "leave one out": entry.withheld is not None and wrong,
-        "false alarm": entry.null and wrong,
-        "detection": not entry.null and seen and entry.said in (NONE, FAILED),
+        "false alarm": entry.is_null and wrong,
+        "detection": not entry.is_null and seen and entry.verdict in (NONE, FAILED),
         "top-1": entry.kind == "listed" and large and entry.separable and wrong,
         "form": entry.kind == "form" and large and wrong,
         "pair": entry.kind == "pair" and large and wrong,
         "unlisted": entry.kind == "unlisted" and large and wrong,
         "listed called unlisted": entry.kind in LISTED
         and large
-        and entry.said in (UNLISTED, FAILED),
-        "set": (entry.null or seen) and entry.right not in entry.names,
+        and entry.verdict in (UNLISTED, FAILED),
+        "set": (entry.is_null or seen) and entry.correct not in entry.credible_set,
     }
     if entry.withheld is not None:
         return [name for name in ("leave one out", "set") if found[name]]

@@ -8,18 +8,18 @@ from typing import Any
 from fitting.blind.realised._linearity_gain import linearity_gain
 from fitting.blind.realised._realised_gap import WHICH, realised_gap
 from fitting.blind.simulator._bank import Spec
-from fitting.blind.simulator._world import World
+from fitting.blind.simulator._simulated_device import SimulatedDevice
 from rapi_jax import ECDL
 from rapi_jax.io import read_model
 
-from ._entry import Entry
-from ._wilson import count_share
+from ._outcome import Outcome
+from ._wilson import proportion
 
-Draw = Callable[[Mapping[str, Any]], World]
+Draw = Callable[[Mapping[str, Any]], SimulatedDevice]
 Progress = Callable[[str], None]
 
 
-def draw_again(answer: Mapping[str, Any]) -> World:
+def redraw(answer: Mapping[str, Any]) -> SimulatedDevice:
     """The world of an answer, drawn anew."""
     return Spec(
         seed=int(answer["seed"]),
@@ -30,52 +30,53 @@ def draw_again(answer: Mapping[str, Any]) -> World:
     ).draw()
 
 
-def realise(
-    entries: Sequence[Entry], *, draw: Draw = draw_again, progress: Progress | None = None
+def evaluate_realised(
+    entries: Sequence[Outcome], *, draw: Draw = redraw, progress: Progress | None = None
 ) -> dict[str, Any]:
     """Every diagnosis that names effects and left its models, tried on its own device.
 
     `unseen`: see `shrunk`; `compensated`: see `straighter`; `worlds`: one record each, with what
     kept it from being tried. A diagnosis with nothing promised is tried but not counted.
     """
-    named = [entry for entry in entries if entry.named]
+    named = [entry for entry in entries if entry.names_effects]
     records = []
     for entry in named:
         if progress is not None:
             progress(f"trying {entry.name}")
-        records.append(tried(entry, draw))
+        records.append(evaluate_device(entry, draw))
     return {
         "named": len(named),
-        "unseen": _unseen(records) | {"named_rightly": _unseen([r for r in records if r["right"]])},
-        "compensated": _compensated(records)
-        | {"named_rightly": _compensated([r for r in records if r["right"]])},
+        "unseen": _summarise_gap(records)
+        | {"named_rightly": _summarise_gap([r for r in records if r["right"]])},
+        "compensated": _summarise_linearity(records)
+        | {"named_rightly": _summarise_linearity([r for r in records if r["right"]])},
         "worlds": records,
     }
 
 
-def tried(entry: Entry, draw: Draw = draw_again) -> dict[str, Any]:
+def evaluate_device(entry: Outcome, draw: Draw = redraw) -> dict[str, Any]:
     """One record; whatever goes wrong is said there by name and never ends the check."""
     record: dict[str, Any] = {
-        "name": entry.name, "verdict": entry.said, "right": entry.said == entry.right,
+        "name": entry.name, "verdict": entry.verdict, "right": entry.verdict == entry.correct,
         "error": None, "unseen": None, "compensated": None,
     }  # fmt: skip
     try:
         models = _models(entry.folder)
-        world = draw(entry.answer)
-        if sorted(world.truth) != sorted(entry.answer["truth"]):
+        device = draw(entry.answer)
+        if sorted(device.truth) != sorted(entry.answer["truth"]):
             raise ValueError(
-                f"the world drawn now holds {', '.join(world.truth) or 'no effect'}, which is not "
+                f"the world drawn now holds {', '.join(device.truth) or 'no effect'}, which is not "
                 "what its answer says. Score with the version that made the bank."
             )
-        session = [run.scan for run in world.runs]
+        session = [run.scan for run in device.runs]
     except Exception as error:
-        return record | {"error": _said(error)}
+        return record | {"error": _describe(error)}
     promised = entry.diagnosis.get("shrinkage") or {}
     for name, judge in (("unseen", realised_gap), ("compensated", linearity_gain)):
         try:
-            record[name] = judge(world, session, models, promised)
+            record[name] = judge(device, session, models, promised)
         except Exception as error:
-            record["error"] = f"{name}: {_said(error)}"
+            record["error"] = f"{name}: {_describe(error)}"
     return record
 
 
@@ -87,18 +88,18 @@ def _models(folder: Path | None) -> tuple[ECDL, ECDL]:
     return model, base
 
 
-def _said(error: Exception) -> str:
+def _describe(error: Exception) -> str:
     return f"{type(error).__name__}: {error}"
 
 
-def _unseen(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _summarise_gap(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     found = [r["unseen"] for r in records if r["unseen"] is not None]
     inside, no_worse, closed = {}, {}, {}
     for which in WHICH:
         ones = [f[which] for f in found]
         judged = [one for one in ones if one["inside"] is not None]
-        inside[which] = count_share(sum(one["inside"] for one in judged), len(judged), least=0.90)
-        no_worse[which] = count_share(
+        inside[which] = proportion(sum(one["inside"] for one in judged), len(judged), least=0.90)
+        no_worse[which] = proportion(
             sum(one["no_worse"] for one in judged), len(judged), least=0.90
         )
         closed[which] = {
@@ -107,14 +108,14 @@ def _unseen(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return {"inside": inside, "no_worse": no_worse, "median": closed}
 
 
-def _compensated(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _summarise_linearity(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     found = [r for r in records if r["compensated"] is not None]
     played = [r["compensated"] for r in found if r["compensated"]["refused"] is None]
     judged = [p for p in played if p["inside"] is not None]
     return {
         # A drive that was refused helps nobody.
-        "down": count_share(sum(p["down"] for p in played), len(found)),
-        "inside": count_share(sum(p["inside"] for p in judged), len(judged)),
+        "down": proportion(sum(p["down"] for p in played), len(found)),
+        "inside": proportion(sum(p["inside"] for p in judged), len(judged)),
         "median_factor": _median([p["factor"] for p in played]),
         "median_ratio": _median([p["ratio"] for p in played]),
         "median_foreseen": _median([p["before"] / p["foreseen"] for p in played if p["foreseen"]]),

@@ -7,7 +7,7 @@ Record = Mapping[str, Any]
 Row = tuple[str, str, str, str]
 
 
-def measures(scores: Record) -> list[Row]:
+def summary_rows(scores: Record) -> list[Row]:
     """One row a measure, in the order in which a diagnosis is made."""
     alarms, kinds, sets = scores["false_alarms"], scores["by_kind"], scores["sets"]
     unlisted, honesty, named = scores["unlisted"], scores["honesty"], scores["realised"]
@@ -34,9 +34,9 @@ def measures(scores: Record) -> list[Row]:
         *(_share(f"- unseen {k}", seen["inside"][k]) for k in ("rate", "amplitude", "waveform")),
         _share("- not worse than promised", seen["no_worse"]["all"]),
         _share("- where the cause is named rightly", seen["named_rightly"]["inside"]["all"]),
-        _straighter(drives),
+        _linearity_row(drives),
         _share("- by the factor promised", drives["inside"]),
-        _foreseen(drives),
+        _predicted_linearity_row(drives),
         _error("calibration error, equal mass", honesty["ece_equal_mass"]),
         _error("calibration error, equal width", honesty["ece_equal_width"]),
         _score("Brier score", honesty["brier"]),
@@ -84,7 +84,7 @@ def _closed(record: Record) -> Row:
     return "closed fraction, cause rightly named", target, seen, _met(record["met"])
 
 
-def _straighter(record: Record) -> Row:
+def _linearity_row(record: Record) -> Row:
     down, seen = record["down"], "-"
     if down["n"]:
         seen = f"{down['k']} of {down['n']} straighter"
@@ -95,7 +95,7 @@ def _straighter(record: Record) -> Row:
     return "compensated scan with the effect named", "straighter", seen, ""
 
 
-def _foreseen(record: Record) -> Row:
+def _predicted_linearity_row(record: Record) -> Row:
     found = record["median_foreseen"]
     seen = "-" if found is None else f"{found:.3g} times that foreseen (median)"
     return "- nonlinearity without the effect, on the device", "", seen, ""

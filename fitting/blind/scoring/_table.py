@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from ._rows import count, measures
+from ._rows import count, summary_rows
 
 Scores = Mapping[str, Any]
 
@@ -11,7 +11,7 @@ Scores = Mapping[str, Any]
 def markdown(scores: Scores) -> str:
     """All tables of `score`'s dictionary."""
     parts = [
-        _table(("measure", "target", "seen", "met"), measures(scores)),
+        _table(("measure", "target", "seen", "met"), summary_rows(scores)),
         "## By size",
         "Right verdicts; size in multiples of the noise, after projection off the base.",
         _by_size(scores),

@@ -7,7 +7,7 @@ from scipy.stats import binomtest
 CONFIDENCE = 0.95
 
 
-def wilson(k: int, n: int, *, confidence: float = CONFIDENCE) -> tuple[float, float]:
+def wilson_interval(k: int, n: int, *, confidence: float = CONFIDENCE) -> tuple[float, float]:
     """Wilson's score interval for the proportion of which `k` of `n` is a sample; (0, 1) for n = 0.
 
     All proportions p with `|k/n - p| <= z sqrt(p (1 - p)/n)`, z the normal quantile of the
@@ -21,7 +21,7 @@ def wilson(k: int, n: int, *, confidence: float = CONFIDENCE) -> tuple[float, fl
     return float(interval.low), float(interval.high)
 
 
-def count_share(
+def proportion(
     k: int, n: int, *, least: float | None = None, most: float | None = None
 ) -> dict[str, Any]:
     """`k` of `n` as a record: share, its interval, and whether the target is met.
@@ -29,7 +29,7 @@ def count_share(
     The target is `least` or `most`; `met` judges the share itself and is `None` without a target,
     or where nothing was counted.
     """
-    low, high = wilson(k, n)
+    low, high = wilson_interval(k, n)
     share = k / n if n else None
     met = None
     if share is not None and least is not None:
@@ -42,7 +42,7 @@ def count_share(
     }  # fmt: skip
 
 
-def judged(
+def compare_with_target(
     value: float | None, n: int, *, least: float | None = None, most: float | None = None
 ) -> dict[str, Any]:
     """A figure that is no share, with its target, as a record."""

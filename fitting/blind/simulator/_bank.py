@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._world import World, draw
+from ._simulated_device import SimulatedDevice, draw_device
 from .effects._kinds import MIX, SIGMA, names_of
 
 LARGE = 4.0  # multiples of the noise; what a diagnosis is expected to name
@@ -20,10 +20,10 @@ class Spec:
     sigma: float  # 0 for a null
     base_misfit: bool
 
-    def draw(self) -> World:
+    def draw(self) -> SimulatedDevice:
         """The world."""
         sigma = self.sigma if self.kind != "null" else None
-        return draw(self.seed, self.kind, self.effect, sigma, base_misfit=self.base_misfit)
+        return draw_device(self.seed, self.kind, self.effect, sigma, base_misfit=self.base_misfit)
 
 
 UNSEEN = {"form": 2, "unlisted": 3}

@@ -24,7 +24,7 @@ def lowpass(x: Array, step: float, tau: float) -> Array:
     return lag(x, step, tau, (float(x[0]), float(x[0])))
 
 
-def filtered(x: Array, step: float, top: list[float], bottom: list[float]) -> Array:
+def rational_filter(x: Array, step: float, top: list[float], bottom: list[float]) -> Array:
     """`top(s)/bottom(s)`, highest power first, settled at the first value."""
     made: Any = signal.cont2discrete((top, bottom), step, method="foh")
     b, a = np.ravel(made[0]), np.ravel(made[1])
@@ -33,24 +33,24 @@ def filtered(x: Array, step: float, top: list[float], bottom: list[float]) -> Ar
     return gain * x[0] + np.asarray(signal.lfilter(b, a, x - x[0]))
 
 
-def mode(frequency: float, damping: float) -> list[float]:
+def second_order(frequency: float, damping: float) -> list[float]:
     """`s^2/w^2 + 2 z s/w + 1` as coefficients, highest power first; frequency in Hz."""
     w = 2 * np.pi * frequency
     return [1 / w**2, 2 * damping / w, 1.0]
 
 
-def delayed(x: Array, step: float, tau: Array | float) -> Array:
+def delay_signal(x: Array, step: float, tau: Array | float) -> Array:
     """`x(t - tau)`, by straight lines; before the first point its value is held."""
     t = np.arange(len(x)) * step
     return np.interp(t - tau, t, x)
 
 
-def slope(x: Array, step: float) -> Array:
+def derivative(x: Array, step: float) -> Array:
     """Time derivative by central differences."""
     return np.gradient(x, step)
 
 
-def limited(x: Array, step: float, limit: float) -> Array:
+def limit_slope(x: Array, step: float, limit: float) -> Array:
     """`x` followed at no more than `limit` a second."""
     most = limit * step
     if np.max(np.abs(np.diff(x))) <= most:

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ._plays import memory, stretches, turning_points
+from ._plays import play_memory, stretch_index, turning_points
 
 Array = npt.NDArray[np.float64]
 
 
-def _same(x: float) -> float:
+def _identity(x: float) -> float:
     return x
 
 
@@ -37,9 +37,9 @@ class Piezo:
     weight: Array  # a, GHz/V
     decay: float  # b, 1/V
     power: float  # q
-    bow: float  # 1/V, curvature of the falling bound
+    curvature: float  # 1/V, curvature of the falling bound
     line: Array  # d_0 to d_4, GHz/V^k
-    rate_law: Callable[[float], float] = _same  # Hz to effective Hz
+    rate_law: Callable[[float], float] = _identity  # Hz to effective Hz
     swing_law: Callable[[float], float] = _one  # V to a factor on the threshold
 
     def thresholds(self, rate: float, swing: float) -> Array:
@@ -58,9 +58,9 @@ class Piezo:
         r = self.thresholds(rate, swing)
         p = self.weights(r)
         ends = turning_points(u)
-        held = memory(u, ends, (r,), (self.lam, self.eta * r), self.bow)
-        where = stretches(ends, len(u))
-        curve = self.bow * (u - 3) ** 2
+        held = play_memory(u, ends, (r,), (self.lam, self.eta * r), self.curvature)
+        where = stretch_index(ends, len(u))
+        curve = self.curvature * (u - 3) ** 2
         total = np.polynomial.polynomial.polyval(u, self.line)
         middle = (p.sum() * (u + curve) + (p @ self.lam) * u + p @ (r * (self.eta - 1))) / 2
         summed = np.zeros_like(u)
@@ -76,7 +76,7 @@ class Piezo:
         return total + summed, summed - middle
 
 
-def draw_inside(rng: np.random.Generator) -> Piezo:
+def draw_paper_form(rng: np.random.Generator) -> Piezo:
     """A device that the paper's operator fits exactly, scattered about the published one."""
     n = int(rng.integers(8, 15))
     scale = float(rng.uniform(0.6, 1.05))
@@ -89,12 +89,12 @@ def draw_inside(rng: np.random.Generator) -> Piezo:
         weight=scale * float(rng.uniform(5.0, 7.5)) / n * ones,
         decay=float(rng.uniform(0.05, 0.25)),
         power=1.0,
-        bow=0.0,
+        curvature=0.0,
         line=_line(rng, scale, 0.0),
     )
 
 
-def draw_outside(rng: np.random.Generator) -> Piezo:
+def draw_other_form(rng: np.random.Generator) -> Piezo:
     """A device that the paper's operator fits nearly: 30 to 60 operators under other laws.
 
     Its thresholds stay linear in rate and swing but for a part in a thousand: more would be the
@@ -115,7 +115,7 @@ def draw_outside(rng: np.random.Generator) -> Piezo:
         weight=scale * float(rng.uniform(4.5, 7.0)) * density / density.sum(),
         decay=float(rng.uniform(0.1, 0.3)),
         power=float(rng.uniform(1.2, 2.0)),
-        bow=float(rng.uniform(-0.01, 0.01)),
+        curvature=float(rng.uniform(-0.01, 0.01)),
         line=_line(rng, scale, 0.003),
         rate_law=lambda f: f * (1 + kappa * (f / 40.0 - 1)),
     )

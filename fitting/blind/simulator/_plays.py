@@ -22,8 +22,8 @@ def turning_points(u: Array) -> Index:
     return np.concatenate(([0], moving[turned + 1], [len(u) - 1]))
 
 
-def memory(
-    u: Array, ends: Index, low: tuple[Array, ...], high: tuple[Array, ...], bow: float
+def play_memory(
+    u: Array, ends: Index, low: tuple[Array, ...], high: tuple[Array, ...], curvature: float
 ) -> Array:
     """Values held over each stretch, shape (stretches, operators). The first sample is one alone.
 
@@ -33,15 +33,15 @@ def memory(
     """
     (r,), (slope, offset) = low, high
     least = float(np.min(u))
-    value = np.maximum(least - r, slope * least + offset + bow * (least - 3) ** 2)
+    value = np.maximum(least - r, slope * least + offset + curvature * (least - 3) ** 2)
     held = np.empty((len(ends), len(r)))
     for k, end in enumerate(ends):
         held[k] = value
         v = u[end]
-        value = np.maximum(v - r, np.minimum(slope * v + offset + bow * (v - 3) ** 2, value))
+        value = np.maximum(v - r, np.minimum(slope * v + offset + curvature * (v - 3) ** 2, value))
     return held
 
 
-def stretches(ends: Index, length: int) -> Index:
+def stretch_index(ends: Index, length: int) -> Index:
     """For each sample the number of its stretch, shape (length,)."""
     return np.searchsorted(ends, np.arange(length), side="left")

@@ -67,7 +67,7 @@ class Scan:
         )
 
 
-def sampled(
+def scan_from_samples(
     volts: Array, rate_hz: float, *, periods: int = 5, start_s: float = 0.0, waveform: str = "other"
 ) -> Scan:
     """A scan that repeats `volts`, one period of equally spaced values in V."""
@@ -84,7 +84,9 @@ def sampled(
     )
 
 
-def placed(scans: Sequence[Scan], begin_s: float, *, pause_s: float = 2.0) -> tuple[Scan, ...]:
+def place_in_time(
+    scans: Sequence[Scan], begin_s: float, *, pause_s: float = 2.0
+) -> tuple[Scan, ...]:
     """The same scans one after the other from `begin_s` on, with pauses between them."""
     out = []
     for scan in scans:
@@ -93,14 +95,14 @@ def placed(scans: Sequence[Scan], begin_s: float, *, pause_s: float = 2.0) -> tu
     return tuple(out)
 
 
-def draw_session(rng: np.random.Generator) -> tuple[Scan, ...]:
+def draw_scans(rng: np.random.Generator) -> tuple[Scan, ...]:
     """Six to nine runs on one clock: at least four rates at the full swing, two or three swings.
 
     Triangles mostly, one or two sines. In one of three sessions the corners lie off the
     sampling grid, in one of three a run of small swing has another bias.
     """
     count = int(rng.integers(6, 10))
-    rates = _apart(rng, count)
+    rates = _draw_rates(rng, count)
     bias = float(rng.uniform(2.9, 3.1))
     full = float(rng.uniform(4.0, 4.8))
     swings = [full, full * float(rng.uniform(0.55, 0.75)), full * float(rng.uniform(0.35, 0.5))]
@@ -130,7 +132,7 @@ def draw_session(rng: np.random.Generator) -> tuple[Scan, ...]:
     return tuple(scans)
 
 
-def _apart(rng: np.random.Generator, count: int) -> list[float]:
+def _draw_rates(rng: np.random.Generator, count: int) -> list[float]:
     """Rates in Hz, one a run: four differ at the full swing, and a small swing repeats one."""
     while True:
         rates = rng.choice(RATES, size=count, replace=True).astype(float)

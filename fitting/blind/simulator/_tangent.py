@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._piezo import Piezo
-from ._plays import memory, stretches, turning_points
+from ._plays import play_memory, stretch_index, turning_points
 from ._scan import Scan
 
 Array = npt.NDArray[np.float64]
@@ -40,7 +40,7 @@ class Tangent:
         return float(np.sqrt((g @ g + rest) / count))
 
 
-def tangent(piezo: Piezo, scans: Sequence[Scan], oversample: int) -> Tangent:
+def base_tangent(piezo: Piezo, scans: Sequence[Scan], oversample: int) -> Tangent:
     """The tangent space at `piezo`, each run weighted by the root of its number of periods."""
     columns = [np.sqrt(s.periods) * _columns(piezo, s, oversample) for s in scans]
     stacked = np.concatenate(columns)
@@ -59,12 +59,12 @@ def _columns(piezo: Piezo, scan: Scan, oversample: int) -> Array:
     u = scan.voltage((np.arange(2 * fine + 1) - fine) * scan.step_s / oversample)
     ends = turning_points(u)
     rows = fine + oversample * np.arange(scan.samples)
-    v, where = u[rows], stretches(ends, len(u))[rows]
+    v, where = u[rows], stretch_index(ends, len(u))[rows]
     r = piezo.thresholds(scan.rate_hz, scan.swing)
 
     def plays(threshold: Array, lam: Array, eta: Array) -> Array:
-        held = memory(u, ends, (threshold,), (lam, eta * threshold), piezo.bow)
-        high = v[:, None] * lam + eta * threshold + piezo.bow * ((v - 3) ** 2)[:, None]
+        held = play_memory(u, ends, (threshold,), (lam, eta * threshold), piezo.curvature)
+        high = v[:, None] * lam + eta * threshold + piezo.curvature * ((v - 3) ** 2)[:, None]
         return np.maximum(v[:, None] - threshold, np.minimum(high, held[where]))
 
     p, n = piezo.weights(r), len(r)

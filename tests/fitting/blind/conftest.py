@@ -8,7 +8,7 @@ import pytest
 
 from fitting.blind.prediction import _predict, _predictions
 from fitting.blind.protocol._folder import BankFolder
-from fitting.blind.protocol._make import make
+from fitting.blind.protocol._make import make_bank
 from rapi_jax import triangle
 from rapi_jax.examples import paper_device
 
@@ -19,7 +19,7 @@ COUNT = 3
 def made_once(tmp_path_factory):
     """A bank of nulls."""
     folder = BankFolder(tmp_path_factory.mktemp("bank") / "nulls")
-    make(folder, "nulls", count=COUNT)
+    make_bank(folder, "nulls", count=COUNT)
     return folder
 
 
@@ -55,7 +55,7 @@ def at_once(monkeypatch):
             names.append(job.name)
             yield job.name
 
-    monkeypatch.setattr(_predict, "_diagnosed", diagnosed)
+    monkeypatch.setattr(_predict, "_diagnose", diagnosed)
     monkeypatch.setattr(_predictions, "predict_in_workers", predicted)
     return names
 

@@ -11,11 +11,11 @@ import tomllib
 import numpy as np
 import pytest
 
-from fitting.blind.protocol._answers import read_answer, spec_of
-from fitting.blind.protocol._exchange import recording_of, write_exact
+from fitting.blind.protocol._answers import read_answer, read_spec
+from fitting.blind.protocol._exchange import to_recording, write_verified
 from fitting.blind.protocol._folder import BankFolder
-from fitting.blind.protocol._make import make
-from fitting.blind.protocol._tiers import TIERS, entries
+from fitting.blind.protocol._make import make_bank
+from fitting.blind.protocol._tiers import TIERS, bank_entries
 from fitting.blind.simulator.effects._kinds import LISTED
 from rapi_jax import DataError
 from rapi_jax.io import OutputError, read_recording
@@ -36,7 +36,7 @@ def mode(path):
 def test_every_number_of_a_world_comes_back(made_once):
     name, withheld = made_once.entries[0]
     value, _ = read_answer(made_once, name)
-    world = spec_of(value).draw()
+    world = read_spec(value).draw()
     recording = read_recording(made_once.recordings / name)
     assert (world.name, withheld) == (name, None)
     assert (recording.response_unit, recording.drive_unit) == ("GHz", "V")
@@ -62,7 +62,7 @@ def test_a_bank_says_what_it_holds_and_hides_what_it_withholds(made_once):
 
 def test_a_recording_tells_nothing_of_its_answer(tmp_path):
     folder = BankFolder(tmp_path / "bank")
-    make(folder, "withheld", count=1)
+    make_bank(folder, "withheld", count=1)
     ((name, withheld),) = folder.entries
     value, _ = read_answer(folder, name)
     assert value["truth"] == [withheld] and value["kind"] == "listed" and 3.9 < value["size"] < 21
@@ -77,8 +77,8 @@ def test_a_recording_tells_nothing_of_its_answer(tmp_path):
 
 @pytest.mark.parametrize("tier", TIERS)
 def test_tiers_hold_distinct_worlds_and_the_same_ones_each_time(tier):
-    drawn = entries(tier, 5, 60)
-    assert drawn == entries(tier, 5, 60) != entries(tier, 6, 60)
+    drawn = bank_entries(tier, 5, 60)
+    assert drawn == bank_entries(tier, 5, 60) != bank_entries(tier, 6, 60)
     assert len({entry.name for entry in drawn}) == len(drawn) == 60
     if tier == "nulls":
         assert {(e.spec.kind, e.spec.effect, e.spec.sigma) for e in drawn} == {("null", "", 0.0)}
@@ -102,16 +102,16 @@ def test_going_on_gives_the_same_bytes(made_once, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        make(folder, "nulls", count=3, progress=stop)
+        make_bank(folder, "nulls", count=3, progress=stop)
     assert not folder.bank.exists() and len(list(folder.recordings.iterdir())) == 2
     there = {path: path.stat().st_mtime_ns for path in folder.recordings.rglob("*.csv")}
     last = max(folder.answers.glob("*.json"), key=lambda path: path.stat().st_mtime_ns)
     last.unlink()  # as if stopped between a recording and its answer
-    make(folder, "nulls", count=3)
+    make_bank(folder, "nulls", count=3)
     assert contents(folder) == contents(made_once)
     assert all(path.stat().st_mtime_ns == then for path, then in there.items())
     before = contents(folder)
-    assert make(folder, "nulls", count=3) == made_once.about
+    assert make_bank(folder, "nulls", count=3) == made_once.about
     assert contents(folder) == before
 
 
@@ -127,7 +127,7 @@ def test_a_changed_answer_is_refused(nulls, end):
     nulls.bank.unlink()
     change(nulls.answers / f"{nulls_name(nulls)}{end}")
     with pytest.raises(DataError, match=nulls_name(nulls)):
-        make(nulls, "nulls", count=3)
+        make_bank(nulls, "nulls", count=3)
 
 
 def nulls_name(folder):
@@ -140,10 +140,10 @@ def test_a_changed_recording_is_refused(nulls):
     text[5] = ",".join([*text[5].split(",")[:2], "0.125"])
     path.write_text("\n".join(text))
     with pytest.raises(DataError, match="were changed|was changed|one of them"):
-        make(nulls, "nulls", count=3)
+        make_bank(nulls, "nulls", count=3)
     (nulls.answers / f"{nulls_name(nulls)}.json").unlink()  # the recording alone
     with pytest.raises(DataError, match="another recording than its world's"):
-        make(nulls, "nulls", count=3)
+        make_bank(nulls, "nulls", count=3)
 
 
 def test_changed_commitments_are_refused(nulls):
@@ -151,7 +151,7 @@ def test_changed_commitments_are_refused(nulls):
     about["commitments"][nulls_name(nulls)] = "0" * 64
     nulls.bank.write_text(json.dumps(about))
     with pytest.raises(DataError, match="commitments"):
-        make(BankFolder(nulls.root), "nulls", count=3)
+        make_bank(BankFolder(nulls.root), "nulls", count=3)
 
 
 @pytest.mark.parametrize("place", [".", "recordings", "answers"])
@@ -159,7 +159,7 @@ def test_a_foreign_file_is_refused(nulls, place):
     (nulls.root / place / "thesis.tex").write_text("mine")
     before = contents(nulls)
     with pytest.raises(OutputError, match=r"thesis\.tex"):
-        make(nulls, "nulls", count=3)
+        make_bank(nulls, "nulls", count=3)
     assert contents(nulls) == before
 
 
@@ -170,7 +170,7 @@ def test_a_foreign_file_is_refused(nulls, place):
 def test_a_bank_of_another_kind_is_refused(nulls, tier, options):
     before = contents(nulls)
     with pytest.raises(OutputError, match="another"):
-        make(nulls, tier, **{"count": 3, **options})
+        make_bank(nulls, tier, **{"count": 3, **options})
     assert contents(nulls) == before
 
 
@@ -178,7 +178,7 @@ def test_where_no_folder_can_be(tmp_path):
     (tmp_path / "file").write_text("")
     for place in (tmp_path / "file", tmp_path / "file" / "bank"):
         with pytest.raises(OutputError, match="file"):
-            make(BankFolder(place), "nulls", count=1)
+            make_bank(BankFolder(place), "nulls", count=1)
 
 
 @pytest.mark.parametrize(
@@ -201,7 +201,7 @@ def test_a_damaged_bank_json(tmp_path, text, words):
 
 def test_steps_have_no_rate(tmp_path, made_once):
     value, _ = read_answer(made_once, made_once.entries[0][0])
-    run = spec_of(value).draw().runs[0]
-    recording = recording_of([dataclasses.replace(run, waveform="step")])
-    write_exact(recording, tmp_path / "step")
+    run = read_spec(value).draw().runs[0]
+    recording = to_recording([dataclasses.replace(run, waveform="step")])
+    write_verified(recording, tmp_path / "step")
     assert read_recording(tmp_path / "step").runs[0].drive.excitation_hz is None

@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from fitting.blind.simulator._piezo import Piezo, draw_inside, draw_outside
-from fitting.blind.simulator._plays import memory, stretches, turning_points
+from fitting.blind.simulator._piezo import Piezo, draw_other_form, draw_paper_form
+from fitting.blind.simulator._plays import play_memory, stretch_index, turning_points
 from fitting.blind.simulator._scan import Scan
-from fitting.blind.simulator._world import World, draw
+from fitting.blind.simulator._simulated_device import SimulatedDevice, draw_device
 
 
-def looped(u, r, slope, offset, bow):
+def looped(u, r, slope, offset, curvature):
     """One operator, sample by sample."""
     least = u.min()
-    y = max(least - r, slope * least + offset + bow * (least - 3) ** 2)
+    y = max(least - r, slope * least + offset + curvature * (least - 3) ** 2)
     out = []
     for v in u:
-        y = max(v - r, min(slope * v + offset + bow * (v - 3) ** 2, y))
+        y = max(v - r, min(slope * v + offset + curvature * (v - 3) ** 2, y))
         out.append(y)
     return np.array(out)
 
@@ -29,18 +29,18 @@ def test_operators_of_whole_records_equal_the_loop(seed):
     if seed % 2:
         u = np.round(u, 1)
     r, slope = rng.uniform(0, 1.5, 7), rng.uniform(0.7, 1.7, 7)
-    offset, bow = rng.uniform(0.0, 1.5, 7), float(rng.uniform(-0.05, 0.05))
+    offset, curvature = rng.uniform(0.0, 1.5, 7), float(rng.uniform(-0.05, 0.05))
     ends = turning_points(u)
-    held = memory(u, ends, (r,), (slope, offset), bow)[stretches(ends, len(u))]
-    high = u[:, None] * slope + offset + bow * ((u - 3) ** 2)[:, None]
+    held = play_memory(u, ends, (r,), (slope, offset), curvature)[stretch_index(ends, len(u))]
+    high = u[:, None] * slope + offset + curvature * ((u - 3) ** 2)[:, None]
     found = np.maximum(u[:, None] - r, np.minimum(high, held))
     for i in range(7):
         np.testing.assert_allclose(
-            found[:, i], looped(u, r[i], slope[i], offset[i], bow), atol=1e-12
+            found[:, i], looped(u, r[i], slope[i], offset[i], curvature), atol=1e-12
         )
 
 
-@pytest.mark.parametrize("make", [draw_inside, draw_outside])
+@pytest.mark.parametrize("make", [draw_paper_form, draw_other_form])
 def test_a_base_is_the_sum_of_its_operators_and_its_polynomial(make):
     piezo = make(np.random.default_rng(3))
     u = Scan(20.0, 4.0, 3.0, "sine", 2, 150, phase=0.3).drive
@@ -48,16 +48,16 @@ def test_a_base_is_the_sum_of_its_operators_and_its_polynomial(make):
     p = piezo.weight * np.exp(-((piezo.decay * r) ** piezo.power))
     plays = [
         looped(u, *of)
-        for of in zip(r, piezo.lam, piezo.eta * r, np.full(len(r), piezo.bow), strict=True)
+        for of in zip(r, piezo.lam, piezo.eta * r, np.full(len(r), piezo.curvature), strict=True)
     ]
     expected = p @ np.array(plays) + sum(d * u**k for k, d in enumerate(piezo.line))
-    total, opening = piezo.respond(u, 20.0, 4.0)
+    total, hysteresis_part = piezo.respond(u, 20.0, 4.0)
     np.testing.assert_allclose(total, expected, atol=1e-9)
     middle = [
-        (u - r[i] + piezo.lam[i] * u + piezo.eta[i] * r[i] + piezo.bow * (u - 3) ** 2) / 2
+        (u - r[i] + piezo.lam[i] * u + piezo.eta[i] * r[i] + piezo.curvature * (u - 3) ** 2) / 2
         for i in range(len(r))
     ]
-    np.testing.assert_allclose(opening, p @ (np.array(plays) - np.array(middle)), atol=1e-9)
+    np.testing.assert_allclose(hysteresis_part, p @ (np.array(plays) - np.array(middle)), atol=1e-9)
 
 
 def test_the_published_device_has_the_published_nonlinearity():
@@ -65,7 +65,7 @@ def test_the_published_device_has_the_published_nonlinearity():
     n, ones = 10, np.ones(10)
     piezo = Piezo(
         share=0.28110 * np.arange(1, n + 1) / n, zeta=6.7126e-3 * ones, lam=1.6 * ones, eta=ones,
-        weight=0.63170 * ones, decay=0.1, power=1.0, bow=0.0,
+        weight=0.63170 * ones, decay=0.1, power=1.0, curvature=0.0,
         line=np.array([0.0, 18.787, -1.0789, 0.010040, 0.0]),
     )  # fmt: skip
     published = {10: (0.435, 3.28), 20: (0.400, 3.24), 30: (0.391, 3.12), 40: (0.400, 3.03)}
@@ -79,9 +79,9 @@ def test_the_published_device_has_the_published_nonlinearity():
             assert np.sqrt(np.mean(left**2)) == pytest.approx(rms, rel=0.012)
 
 
-def rms_of_fit(world: World, answers: tuple[np.ndarray, ...]) -> float:
+def rms_of_fit(world: SimulatedDevice, answers: tuple[np.ndarray, ...]) -> float:
     """Rms in GHz that the paper's operator leaves on noise-free answers of a world."""
-    n = 12 if world.base_misfit else len(world.device.piezo.share)
+    n = 12 if world.base_misfit else len(world.signal_path.piezo.share)
     ones, k = np.ones(n), np.arange(1, n + 1)
     parts, apart, count = [], 0.0, 0
     for run, nu in zip(world.runs, answers, strict=True):
@@ -117,7 +117,7 @@ def rms_of_fit(world: World, answers: tuple[np.ndarray, ...]) -> float:
 
 @pytest.mark.parametrize("seed", [0, 6])
 def test_the_papers_operator_fits_half_of_the_bases_and_only_nearly_the_other_half(seed):
-    inside, outside = (draw(seed, "null", base_misfit=misfit) for misfit in (False, True))
+    inside, outside = (draw_device(seed, "null", base_misfit=misfit) for misfit in (False, True))
     assert rms_of_fit(inside, inside.noise_free) < 1e-3
     assert 0.015 < rms_of_fit(outside, outside.noise_free) < 0.15
 
@@ -125,5 +125,5 @@ def test_the_papers_operator_fits_half_of_the_bases_and_only_nearly_the_other_ha
 @pytest.mark.parametrize("name", ["delay", "slew_limit", "pickup"])
 def test_the_size_of_an_effect_is_about_what_a_refit_leaves_of_it(name):
     """The tangent space is wider than the paper's operator, so a refit leaves a little more."""
-    w = draw(62, "listed", name, 6.0, base_misfit=False)
+    w = draw_device(62, "listed", name, 6.0, base_misfit=False)
     assert 0.95 < rms_of_fit(w, w.noise_free) / (w.size * w.noise.rms) < 1.6

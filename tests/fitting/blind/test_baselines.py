@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from worlds import TRUTHS, recorded
 
-from fitting.blind.prediction._baselines import baselines
+from fitting.blind.prediction._baselines import baseline_verdicts
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import fit_base
 from fitting.diagnosis.which._screen import screen_effect
@@ -26,20 +26,20 @@ def fitted(strong):
 
 
 def test_each_answers_and_a_strong_effect_is_named(strong, fitted):
-    found = baselines(strong, FEW, seed=3, fitted=fitted)
+    found = baseline_verdicts(strong, FEW, seed=3, fitted=fitted)
     assert list(found) == ["correlation", "jacobian", "aic", "lowpass", "random"]
     assert found["jacobian"] == "resonance"
     assert "resonance" in found["aic"].split("+")
     assert len(found["aic"].split("+")) <= 3
     assert found["correlation"] in ANSWERS - {"none", "unlisted"}
     assert found["lowpass"] == "amplifier_lowpass"
-    assert found == baselines(strong, FEW, seed=3, fitted=fitted)
+    assert found == baseline_verdicts(strong, FEW, seed=3, fitted=fitted)
 
 
 def test_an_effect_left_out_is_never_named(strong, fitted):
     few = tuple(cls for cls in FEW if cls is not Resonance)
     for seed in range(2):
-        found = baselines(strong, few, seed=seed, fitted=fitted)
+        found = baseline_verdicts(strong, few, seed=seed, fitted=fitted)
         assert "resonance" not in "+".join(found.values())
 
 
@@ -60,6 +60,6 @@ def test_the_random_answer_is_any_of_all():
     """Without candidates there is nothing to search, and two answers are left."""
     recording = recorded((), noise=0.02)
     base = fit_base(WhitenedModel.of(recording), None)
-    drawn = [baselines(recording, (), seed=seed, fitted=base) for seed in range(30)]
+    drawn = [baseline_verdicts(recording, (), seed=seed, fitted=base) for seed in range(30)]
     assert {found["random"] for found in drawn} == {"none", "unlisted"}
     assert {(d["correlation"], d["jacobian"], d["aic"]) for d in drawn} == {("none",) * 3}

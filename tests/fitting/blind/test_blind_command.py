@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
+from fitting.blind.prediction import _follow_up as _follow
 from fitting.blind.prediction import _predict, _predictions
-from fitting.blind.prediction import _second_sessions as _follow
 from fitting.blind.protocol import _make, _sealed
-from fitting.blind.protocol._answers import read_answer, spec_of
+from fitting.blind.protocol._answers import read_answer, read_spec
 from fitting.blind.protocol._folder import BankFolder
 from fitting.blind.protocol._frozen import tree_sha256
-from fitting.blind.protocol._tiers import entries
-from fitting.blind.scoring import _examine
+from fitting.blind.protocol._tiers import bank_entries
+from fitting.blind.scoring import _score_bank
 from fitting.cli import app
 from fitting.commands.run import run
 
@@ -139,7 +139,7 @@ def test_a_diagnosis_that_raises_is_a_prediction(rapi, nulls, at_once, monkeypat
     def raises(recording, candidates, scan):
         raise ZeroDivisionError("in\nhere")
 
-    monkeypatch.setattr(_predict, "_diagnosed", raises)
+    monkeypatch.setattr(_predict, "_diagnose", raises)
     code, out, _ = rapi("predict", nulls.root, "--json")
     assert code == 0 and json.loads(out)["raised"] == 3
     said = json.loads((nulls.predictions / f"{nulls.entries[0][0]}.json").read_text())
@@ -149,8 +149,8 @@ def test_a_diagnosis_that_raises_is_a_prediction(rapi, nulls, at_once, monkeypat
 def test_an_interrupt_leaves_whole_predictions(rapi, nulls, at_once, monkeypatch):
     ours = _predictions.predict_in_workers
 
-    def stopped(jobs, answers, workers):
-        for done, name in enumerate(ours(jobs, answers, workers)):
+    def stopped(jobs, answers, workers, *, compiled):
+        for done, name in enumerate(ours(jobs, answers, workers, compiled=compiled)):
             if done == 1:
                 raise KeyboardInterrupt
             yield name
@@ -226,9 +226,11 @@ def test_the_answers_are_out_of_reach_meanwhile(rapi, nulls, at_once, scoring, m
 
     for module in (_make, _follow):
         monkeypatch.setattr(module, "read_answer", watched)
-    revealed = _examine.revealed
+    revealed = _score_bank.reveal
     monkeypatch.setattr(
-        _examine, "revealed", lambda folder: read.append(folder.closed.exists()) or revealed(folder)
+        _score_bank,
+        "reveal",
+        lambda folder: read.append(folder.closed.exists()) or revealed(folder),
     )
     assert rapi("score", nulls.root, *ONE)[0] == 0
     assert read and all(read)
@@ -257,14 +259,14 @@ def test_sealed(rapi, tmp_path, at_once, scoring, monkeypatch):
     tree = tree_sha256()
     seed = int(hashlib.sha256(bytes.fromhex(tree) + secret).hexdigest(), 16)
     folder = BankFolder(bank)
-    specs = [spec_of(read_answer(folder, name)[0]) for name, _ in folder.entries]
-    assert specs == [entry.spec for entry in entries("sealed", seed, 2)]
+    specs = [read_spec(read_answer(folder, name)[0]) for name, _ in folder.entries]
+    assert specs == [entry.spec for entry in bank_entries("sealed", seed, 2)]
     assert folder.about["tree_sha256"] == tree
     assert folder.about["secret_sha256"] == hashlib.sha256(secret).hexdigest()
 
     # Other code is refused before predictions are closed, and may reveal after.
     with monkeypatch.context() as other:
-        for module in (_sealed, _predictions, _examine, _follow, _make):
+        for module in (_sealed, _predictions, _score_bank, _follow, _make):
             other.setattr(module, "tree_sha256", lambda: "f" * 64)
         for command in ("predict", "score"):
             assert_one_line(rapi(command, bank), 3, tree[:12], "f" * 12)
@@ -274,7 +276,7 @@ def test_sealed(rapi, tmp_path, at_once, scoring, monkeypatch):
     assert scored["secret"] == secret.hex()
     count = len(at_once)
     with monkeypatch.context() as other:
-        for module in (_sealed, _predictions, _examine, _follow, _make):
+        for module in (_sealed, _predictions, _score_bank, _follow, _make):
             other.setattr(module, "tree_sha256", lambda: "f" * 64)
         assert rapi("score", bank, *ONE)[0] == 0
         assert_one_line(rapi("predict", bank), 3, "used once")

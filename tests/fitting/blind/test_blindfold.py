@@ -13,14 +13,14 @@ from pathlib import Path
 bank = Path(sys.argv[1])
 {before}
 if sys.argv[2] == "blind":
-    from fitting.blind.prediction._blindfold import Blindfold, put_on
-    refused = put_on(bank / "answers")
+    from fitting.blind.prediction._blindfold import BlindfoldError, install
+    refused = install(bank / "answers")
 else:
-    class Blindfold(Exception): ...
+    class BlindfoldError(Exception): ...
     refused = []
 try:
     {attempt}
-except Blindfold as error:
+except BlindfoldError as error:
     assert isinstance(error, PermissionError) and refused
     print("refused")
 except BaseException as error:
@@ -67,10 +67,11 @@ ATTEMPTS = {
     "unreported program": "__import__('multiprocessing.util').util.spawnv_passfds("
     "b'/bin/true', ['true'], [])",
     "ctypes": "__import__('ctypes').CDLL(None).getpid()",
-    "world": "from fitting.blind.simulator._world import draw",
+    "world": "from fitting.blind.simulator._simulated_device import draw",
     "bank": "import fitting.blind.simulator._bank",
     "kinds": "__import__('importlib').import_module('fitting.blind.simulator.effects._kinds')",
-    "source": "open(__import__('fitting.blind').blind.__path__[0] + '/simulator/_world.py').read()",
+    "source": "open(__import__('fitting.blind').blind.__path__[0]"
+    " + '/simulator/_simulated_device.py').read()",
 }
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.blind.protocol._folder import BankFolder
-from fitting.blind.scoring._calibrate import Case, calibrate, fitted, loss
+from fitting.blind.scoring._calibrate import Case, calibrate_to_bank, fit_calibration, log_loss
 from fitting.diagnosis.which._calibration import Calibration, load_calibration
 from fitting.diagnosis.which._evidence import Evidence, Left
 from fitting.diagnosis.which._probability import credible_set, hypothesis_probabilities
@@ -84,17 +84,17 @@ def test_a_calibration_learns_how_often_the_likelier_is_right():
     rng = np.random.default_rng(0)
     cases, others = overconfident(rng, 60), overconfident(rng, 60)
     start = dataclasses.replace(BY_HAND, temperature=1.0, form=1e-6)
-    found = fitted(cases, start, "test", steps=800)
+    found = fit_calibration(cases, start, "test", steps=800)
     assert dict(hypothesis_probabilities(cases[0].evidence, cases[0].closed, start))["creep"] > 0.99
     share = dict(hypothesis_probabilities(cases[0].evidence, cases[0].closed, found))["creep"]
     assert share == pytest.approx(0.7, abs=0.12)
-    assert loss(others, found) < loss(others, start) - 0.1
+    assert log_loss(others, found) < log_loss(others, start) - 0.1
     assert found.provenance == "test"
 
 
 def test_few_cases_move_little():
     case = Case(evidence(40.0, creep=1.0), {"creep": 0.999}, "creep")
-    found = fitted([case], BY_HAND, "one", steps=300)
+    found = fit_calibration([case], BY_HAND, "one", steps=300)
     for name, value in dataclasses.asdict(found).items():
         if name != "provenance":
             assert value == pytest.approx(getattr(BY_HAND, name), rel=0.5, abs=0.5)
@@ -102,7 +102,7 @@ def test_few_cases_move_little():
 
 def test_no_cases_are_refused():
     with pytest.raises(ValueError, match="at least one"):
-        fitted([], BY_HAND, "none")
+        fit_calibration([], BY_HAND, "none")
 
 
 def test_evidence_and_calibrations_survive_their_files():
@@ -114,12 +114,12 @@ def test_evidence_and_calibrations_survive_their_files():
 
 
 def test_a_sealed_bank_calibrates_nothing(tmp_path):
-    from fitting.blind.protocol._sealed import commit
+    from fitting.blind.protocol._sealed import commit_to_secret
 
     folder = BankFolder(tmp_path / "bank")
-    commit(folder)
-    from fitting.blind.protocol._make import make
+    commit_to_secret(folder)
+    from fitting.blind.protocol._make import make_bank
 
-    make(folder, "sealed", count=1, seed=None)
+    make_bank(folder, "sealed", count=1, seed=None)
     with pytest.raises(DataError, match="for judging alone"):
-        calibrate(folder)
+        calibrate_to_bank(folder)

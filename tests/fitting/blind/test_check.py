@@ -9,7 +9,7 @@ import shutil
 
 import pytest
 
-from fitting.blind.protocol._answers import holds
+from fitting.blind.protocol._answers import matches_commitment
 from fitting.blind.protocol._folder import BankFolder
 from fitting.cli import app
 from fitting.commands.run import run
@@ -88,7 +88,7 @@ def test_commitments_hold(bank, pairs):
         name = answer["name"]
         content = (bank.answers / f"{name}.json").read_bytes()
         salt = (bank.answers / f"{name}.salt").read_bytes()
-        assert holds(bank.about["commitments"][name], content, salt)
+        assert matches_commitment(bank.about["commitments"][name], content, salt)
 
 
 def test_large_effects_are_seen_and_most_named(pairs):

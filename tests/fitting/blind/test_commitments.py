@@ -13,8 +13,14 @@ from hypothesis import strategies as st
 import fitting.diagnosis
 import rapi_jax
 from fitting.blind.prediction._predict import sha256_of
-from fitting.blind.prediction._predictions import close, read_checked
-from fitting.blind.protocol._answers import answer_bytes, commitment, holds, revealed, salt_of
+from fitting.blind.prediction._predictions import close_predictions, read_closed
+from fitting.blind.protocol._answers import (
+    answer_bytes,
+    answer_salt,
+    commitment,
+    matches_commitment,
+    reveal,
+)
 from fitting.blind.protocol._folder import BankFolder
 from fitting.blind.protocol._frozen import sealed_seed, tree_sha256
 from rapi_jax import DataError
@@ -25,28 +31,32 @@ SECRET = bytes(range(32))
 
 
 def test_a_commitment_is_sha_256_of_answer_and_salt():
-    content, salt = answer_bytes(ANSWER), salt_of(SECRET, "world-7")
+    content, salt = answer_bytes(ANSWER), answer_salt(SECRET, "world-7")
     assert json.loads(content) == ANSWER
     assert content == answer_bytes(dict(reversed(ANSWER.items())))
     assert salt == hmac.new(SECRET, b"world-7", hashlib.sha256).digest()
     assert commitment(content, salt) == hashlib.sha256(content + salt).hexdigest()
-    assert salt != salt_of(SECRET, "world-8") and holds(commitment(content, salt), content, salt)
+    assert salt != answer_salt(SECRET, "world-8") and matches_commitment(
+        commitment(content, salt), content, salt
+    )
 
 
 @given(st.data(), st.integers(1, 255))
 def test_any_changed_byte_of_answer_or_salt_breaks_it(data, flip):
-    content, salt = answer_bytes(ANSWER), salt_of(SECRET, "world-7")
+    content, salt = answer_bytes(ANSWER), answer_salt(SECRET, "world-7")
     both = bytearray(content + salt)
     both[data.draw(st.integers(0, len(both) - 1))] ^= flip
     changed = bytes(both)
-    assert not holds(commitment(content, salt), changed[: len(content)], changed[len(content) :])
+    assert not matches_commitment(
+        commitment(content, salt), changed[: len(content)], changed[len(content) :]
+    )
 
 
 @pytest.mark.parametrize("by", [-1, 1])
 def test_bytes_cannot_move_between_answer_and_salt(by):
-    content, salt = answer_bytes(ANSWER), salt_of(SECRET, "world-7")
+    content, salt = answer_bytes(ANSWER), answer_salt(SECRET, "world-7")
     both, cut = content + salt, len(content) + by
-    assert not holds(commitment(content, salt), both[:cut], both[cut:])
+    assert not matches_commitment(commitment(content, salt), both[:cut], both[cut:])
     with pytest.raises(ValueError, match="salt"):
         commitment(both[:cut], both[cut:])
 
@@ -67,24 +77,24 @@ def closed(tmp_path_factory):
     model.write_bytes(b"a model of some bytes")
     said = {"name": "world-7", "files": {"model.rapi": sha256_of(model)}, "verdict": "creep"}
     (root / "world-7.json").write_text(json.dumps(said))
-    close(root / "predictions.json", {"world-7": root / "world-7.json"}, "tree")
+    close_predictions(root / "predictions.json", {"world-7": root / "world-7.json"}, "tree")
     return root
 
 
 @given(st.data(), st.integers(1, 255))
 def test_any_changed_byte_on_disk_stops_the_reveal(bank, data, flip):
-    assert [value["kind"] for value in revealed(bank)] == ["null"] * 3
+    assert [value["kind"] for value in reveal(bank)] == ["null"] * 3
     files = sorted(path for path in bank.answers.iterdir() if path.name != "secret")
     path = data.draw(st.sampled_from(files))
-    refuses_changed(path, lambda: revealed(bank), data, flip)
+    refuses_changed(path, lambda: reveal(bank), data, flip)
 
 
 @given(st.data(), st.integers(1, 255))
 def test_any_changed_byte_of_a_prediction_or_model_is_seen(closed, data, flip):
     files = {"world-7": closed / "world-7.json"}
-    assert read_checked(closed / "predictions.json", files)["world-7"]["verdict"] == "creep"
+    assert read_closed(closed / "predictions.json", files)["world-7"]["verdict"] == "creep"
     path = data.draw(st.sampled_from([files["world-7"], closed / "world-7" / "model.rapi"]))
-    refuses_changed(path, lambda: read_checked(closed / "predictions.json", files), data, flip)
+    refuses_changed(path, lambda: read_closed(closed / "predictions.json", files), data, flip)
 
 
 def refuses_changed(path, read, data, flip):
@@ -101,7 +111,7 @@ def refuses_changed(path, read, data, flip):
 def test_predictions_are_closed_once(closed):
     before = (closed / "predictions.json").read_bytes()
     with pytest.raises(OutputError, match="closed once"):
-        close(closed / "predictions.json", {"world-7": closed / "world-7.json"}, "tree")
+        close_predictions(closed / "predictions.json", {"world-7": closed / "world-7.json"}, "tree")
     assert (closed / "predictions.json").read_bytes() == before
 
 
@@ -110,10 +120,10 @@ def test_a_prediction_that_is_gone_or_was_not_closed_is_seen(closed, tmp_path):
     path = tmp_path / "copy" / "predictions.json"
     first = {"world-7": tmp_path / "copy" / "world-7.json"}
     with pytest.raises(DataError, match="recordings"):
-        read_checked(path, first | {"world-8": first["world-7"]})
+        read_closed(path, first | {"world-8": first["world-7"]})
     first["world-7"].unlink()
     with pytest.raises(DataError, match=r"world-7\.json"):
-        read_checked(path, first)
+        read_closed(path, first)
 
 
 @pytest.fixture

@@ -5,17 +5,17 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fitting.blind.prediction._second_sessions import (
+from fitting.blind.prediction._follow_up import (
     CLOSED,
     KINDS,
-    advised_scan,
-    again,
-    closed,
-    files,
-    random_scan,
-    tied,
+    append_run,
+    closed_follow_ups,
+    draw_random_scan,
+    files_by_key,
+    read_advised_scan,
+    select_ambiguous,
 )
-from fitting.blind.protocol._answers import read_answer, spec_of
+from fitting.blind.protocol._answers import read_answer, read_spec
 from fitting.blind.protocol._folder import BankFolder, write_json
 from fitting.blind.simulator._scan import Scan
 from rapi_jax import Identified, sine, step_and_hold, triangle
@@ -29,7 +29,7 @@ def device(made_once):
     """A world and its recording."""
     name = made_once.entries[0][0]
     value, _ = read_answer(made_once, name)
-    return spec_of(value).draw(), read_recording(made_once.recordings / name)
+    return read_spec(value).draw(), read_recording(made_once.recordings / name)
 
 
 def end(world):
@@ -43,7 +43,7 @@ def test_a_random_scan_keeps_to_the_limits_of_an_advised_one(device):
     seen = set()
     for k in range(40):
         runs = (dataclasses.replace(recording.runs[0], name=f"other{k}"), *recording.runs[1:])
-        scan = random_scan(dataclasses.replace(recording, runs=runs), LIKE)
+        scan = draw_random_scan(dataclasses.replace(recording, runs=runs), LIKE)
         seen.add((scan.waveform, scan.rate_hz, scan.swing, scan.bias))
         drive = scan.drive
         assert limits.low_v - 1e-9 <= drive.min() and drive.max() <= limits.high_v + 1e-9
@@ -55,7 +55,7 @@ def test_a_random_scan_keeps_to_the_limits_of_an_advised_one(device):
 
 def test_a_random_scan_follows_from_the_recording_alone(device):
     world, recording = device
-    one, two = random_scan(recording, LIKE), random_scan(recording, LIKE)
+    one, two = draw_random_scan(recording, LIKE), draw_random_scan(recording, LIKE)
     assert dataclasses.astuple(one)[:-1] == dataclasses.astuple(two)[:-1]
     lead = max(2, np.ceil(0.1 * one.rate_hz)) / one.rate_hz
     assert one.start_s - lead - end(world) == pytest.approx(60.0, abs=1e-3)
@@ -88,8 +88,8 @@ def test_the_advised_drive_is_the_one_that_is_played(device, advice, waveform):
     (drive,) = DRIVES[waveform]
     low, high = float(drive.value.min()), float(drive.value.max())
     folder, said = advice(drive, amplitude=high - low, bias=(high + low) / 2)
-    scan = advised_scan(folder, "world-1", said, world)
-    second = again(recording, world, scan, 1)
+    scan = read_advised_scan(folder, "world-1", said, world)
+    second = append_run(recording, world, scan, 1)
     assert [run.name for run in second.runs[:-1]] == [run.name for run in recording.runs]
     for one, two in zip(recording.runs, second.runs[:-1], strict=True):
         np.testing.assert_array_equal(one.response, two.response)
@@ -100,7 +100,7 @@ def test_the_advised_drive_is_the_one_that_is_played(device, advice, waveform):
     assert last.name == f"run{len(recording.runs):02d}"
     lead = max(2, np.ceil(0.1 * scan.rate_hz)) / scan.rate_hz
     assert last.drive.start_s - lead - end(world) == pytest.approx(60.0, abs=1e-3)
-    clean = world.answer([*(run.scan for run in world.runs), scan])[-1]
+    clean = world.simulate([*(run.scan for run in world.runs), scan])[-1]
     left = last.response - clean
     assert 0.5 * world.noise.rms < np.sqrt(np.mean(left**2)) < 2 * world.noise.rms
 
@@ -110,7 +110,7 @@ def test_a_sharp_triangle_keeps_its_corners_between_samples(device, advice):
     world, _ = device
     (drive,) = DRIVES["triangle"]
     folder, said = advice(drive, amplitude=1.5, bias=3.0)
-    scan = advised_scan(folder, "world-1", said, world)
+    scan = read_advised_scan(folder, "world-1", said, world)
     top = scan.voltage(np.array([0.5 / 90.0]))
     assert top == pytest.approx(3.75, abs=1e-9) and drive.value.max() < 3.75 - 1e-4
 
@@ -120,7 +120,7 @@ def test_a_bent_triangle_is_played_from_its_table(device, advice):
     (drive,) = DRIVES["sine"]
     bent = dataclasses.replace(drive, waveform="triangle")
     folder, said = advice(bent, amplitude=2.5, bias=3.1)
-    scan = advised_scan(folder, "world-1", said, world)
+    scan = read_advised_scan(folder, "world-1", said, world)
     np.testing.assert_allclose(scan.drive, drive.value, atol=1e-9)
 
 
@@ -128,7 +128,7 @@ def test_which_devices_are_measured_again(tmp_path):
     def said(names, files=("next_drive.csv",), withheld=None):
         return {
             "diagnosis": {"verdict": {"set": names}},
-            "files": {file: "" for file in files},
+            "files": {file: "" for file in files_by_key},
             "withheld": withheld,
         }
 
@@ -138,13 +138,13 @@ def test_which_devices_are_measured_again(tmp_path):
     predictions["world-2"] = said(two, files=())
     predictions["world-3"] = said(two, withheld="creep")
     predictions["world-4"] = {"error": "ValueError: no", "files": {}, "withheld": None}
-    names = tied(predictions)
+    names = select_ambiguous(predictions)
     assert len(names) == 56 and names[:2] == ["world-0", "world-5"] and names[-1] == "world-59"
     # Of these, those that were measured again are the ones that were closed.
     folder = BankFolder(tmp_path)
     folder.follow.mkdir(parents=True)
     promised = {f"{kind}/{name}": "" for kind in KINDS for name in names[:3]}
     write_json(folder.follow / CLOSED, {"sha256": promised})
-    found = closed(folder, predictions)
+    found = closed_follow_ups(folder, predictions)
     assert [pair.name for pair in found] == names[:3]
-    assert set(files(found)) == set(promised)
+    assert set(files_by_key(found)) == set(promised)

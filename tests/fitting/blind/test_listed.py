@@ -6,29 +6,29 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fitting.blind.simulator._device import Device, Moment
-from fitting.blind.simulator._scan import Scan, placed
-from fitting.blind.simulator._world import World, draw
+from fitting.blind.simulator._scan import Scan, place_in_time
+from fitting.blind.simulator._signal_path import RunState, SignalPath
+from fitting.blind.simulator._simulated_device import SimulatedDevice, draw_device
 from fitting.blind.simulator.effects._kinds import LISTED
-from fitting.blind.simulator.effects._listed_optical import creeping
+from fitting.blind.simulator.effects._listed_optical import creep_response
 
 TRIANGLE = Scan(40.0, 4.2, 3.0, "triangle", 3, 400)
 
 
 @functools.cache
-def world(name: str, seed: int = 5) -> World:
-    return draw(seed, "listed", name, 6.0)
+def world(name: str, seed: int = 5) -> SimulatedDevice:
+    return draw_device(seed, "listed", name, 6.0)
 
 
-def parameters(w: World) -> dict:
+def parameters(w: SimulatedDevice) -> dict:
     return w.parameters[w.truth[0]]
 
 
-def difference(w: World) -> list[np.ndarray]:
+def difference(w: SimulatedDevice) -> list[np.ndarray]:
     return [a - b for a, b in zip(w.noise_free, w.without, strict=True)]
 
 
-def clock(w: World) -> list[np.ndarray]:
+def clock(w: SimulatedDevice) -> list[np.ndarray]:
     return [run.start_s + run.time_s for run in w.runs]
 
 
@@ -38,11 +38,11 @@ def straight(n: int = 400, periods: int = 3) -> np.ndarray:
     return np.minimum(np.abs(place - 0.5), 0.5 - np.abs(place - 0.5)) > 0.05
 
 
-def driven(w: World, scan: Scan) -> np.ndarray:
+def driven(w: SimulatedDevice, scan: Scan) -> np.ndarray:
     """What the drive of one scan becomes."""
-    (moment,) = w.device.path([scan])
+    (moment,) = w.signal_path.path([scan])
     count = scan.periods * scan.samples
-    return moment.drive[:: w.device.oversample][-count:]
+    return moment.drive[:: w.signal_path.oversample][-count:]
 
 
 @pytest.mark.parametrize("name", sorted(LISTED))
@@ -58,7 +58,9 @@ def test_delay_is_the_scan_shifted():
     tau = parameters(w)["tau"]
     sine = replace(TRIANGLE, waveform="sine", phase=0.2)
     late = replace(sine, phase=0.2 - tau * 40.0)
-    np.testing.assert_allclose(w.answer([sine])[0], w.answer_without([late])[0], atol=2e-4)
+    np.testing.assert_allclose(
+        w.simulate([sine])[0], w.simulate_without_effects([late])[0], atol=2e-4
+    )
 
 
 def test_lowpass_lags_a_ramp_by_its_slope_times_tau():
@@ -106,9 +108,9 @@ def test_quantisation_rounds_to_its_step():
 def test_rate_law_is_a_power_of_the_rate():
     w = world("rate_law")
     p = parameters(w)
-    law = w.device.effects[0].law
+    law = w.signal_path.effects[0].law
     assert law is not None
-    piezo = law(w.device.piezo)
+    piezo = law(w.signal_path.piezo)
     zeta = (piezo.thresholds(2 * p["reference"], 0.0)) / (piezo.thresholds(p["reference"], 0.0))
     np.testing.assert_allclose(np.log2(zeta), 1 + p["sign"] * p["far"])
     np.testing.assert_allclose(piezo.thresholds(p["reference"], 0.0), p["reference"] * piezo.zeta)
@@ -121,13 +123,15 @@ def test_amplitude_law_is_a_power_of_the_swing():
         half = replace(TRIANGLE, swing=p["reference"] / 2)
         factor = 2.0 ** (-p["sign"] * p["exponent"])
         if p["on"] == "gain":
-            found, bare = w.answer([half])[0], w.answer_without([half])[0]
-            np.testing.assert_allclose(found - w.device.rest, factor * (bare - w.device.rest))
+            found, bare = w.simulate([half])[0], w.simulate_without_effects([half])[0]
+            np.testing.assert_allclose(
+                found - w.signal_path.rest, factor * (bare - w.signal_path.rest)
+            )
         else:
-            law = w.device.effects[0].law
+            law = w.signal_path.effects[0].law
             assert law is not None
-            r = law(w.device.piezo).thresholds(0.0, half.swing)
-            np.testing.assert_allclose(r, factor * w.device.piezo.share * half.swing / 2)
+            r = law(w.signal_path.piezo).thresholds(0.0, half.swing)
+            np.testing.assert_allclose(r, factor * w.signal_path.piezo.share * half.swing / 2)
 
 
 def test_creep_answers_a_step_by_the_logarithm_and_forgets_between_runs():
@@ -136,13 +140,13 @@ def test_creep_answers_a_step_by_the_logarithm_and_forgets_between_runs():
     weights = np.full(12, np.log10(taus[1] / taus[0]))
     t: np.ndarray = np.arange(1, 20001) * step
     x = np.ones(20000)
-    at_rest = Moment(TRIANGLE, 0, t, step, x, x, x, x, 0.0, None, 0.0, {})
-    y = creeping(x, at_rest, taus, weights)
+    at_rest = RunState(TRIANGLE, 0, t, step, x, x, x, x, 0.0, None, 0.0, {})
+    y = creep_response(x, at_rest, taus, weights)
     decades = np.interp([0.02, 0.2, 2.0], t, y)
     np.testing.assert_allclose(np.diff(decades), 1.0, atol=0.03)
     # Four seconds later, at rest, the lags hold what the law says of a step back.
-    later = Moment(TRIANGLE, 1, t + 24.0, step, x, x, x, x, 0.0, None, 0.0, at_rest.state)
-    held = creeping(np.zeros(20000), later, taus, weights)
+    later = RunState(TRIANGLE, 1, t + 24.0, step, x, x, x, x, 0.0, None, 0.0, at_rest.state)
+    held = creep_response(np.zeros(20000), later, taus, weights)
     expected = np.sum(weights * -np.expm1(-20.0 / taus) * np.exp(-(4.0 + step) / taus))
     assert held[0] == pytest.approx(expected, rel=1e-3)
 
@@ -150,14 +154,19 @@ def test_creep_answers_a_step_by_the_logarithm_and_forgets_between_runs():
 def test_creep_of_a_world_is_linear_in_its_gain_about_rest():
     w = world("creep")
     g = parameters(w)["gain"]
-    whole = Device(w.device.piezo, (), w.device.oversample, w.device.rest)
+    whole = SignalPath(w.signal_path.piezo, (), w.signal_path.oversample, w.signal_path.rest)
     moments = whole.path([run.scan for run in w.runs])
     taus = np.geomspace(5e-3, 20.0, 12)
     weights = np.full(12, np.log10(taus[1] / taus[0]))
     state: dict = {}
     for moment, d in zip(moments, difference(w), strict=True):
-        y = creeping(moment.moved - w.device.rest, replace(moment, state=state), taus, weights)
-        np.testing.assert_allclose(d, g * y[:: w.device.oversample][-len(d) :], atol=1e-9)
+        y = creep_response(
+            moment.operator_response - w.signal_path.rest,
+            replace(moment, state=state),
+            taus,
+            weights,
+        )
+        np.testing.assert_allclose(d, g * y[:: w.signal_path.oversample][-len(d) :], atol=1e-9)
 
 
 def test_drift_is_an_exponential_of_the_session():
@@ -184,13 +193,13 @@ def test_mode_hop_is_a_switch_with_two_thresholds():
     p = parameters(w)
     hopped_at_all = 0
     for run, d in zip(w.runs, difference(w), strict=True):
-        fine = replace(run.scan, samples=run.scan.samples * w.device.oversample)
+        fine = replace(run.scan, samples=run.scan.samples * w.signal_path.oversample)
         on, states = False, []
-        for nu in w.answer_without([fine])[0]:
+        for nu in w.simulate_without_effects([fine])[0]:
             on = True if nu > p["up"] else False if nu < p["down"] else on
             states.append(on)
         first = run.scan.samples  # the loop knows nothing before the first sample
-        expected = p["sign"] * p["jump"] * np.array(states, float)[:: w.device.oversample]
+        expected = p["sign"] * p["jump"] * np.array(states, float)[:: w.signal_path.oversample]
         np.testing.assert_allclose(d[first:], expected[first:], atol=1e-9)
         hopped_at_all += int(np.any(states))
     assert hopped_at_all
@@ -218,7 +227,7 @@ def test_pickup_is_a_sine_of_the_sessions_time():
 def test_current_coupling_adds_the_drives_slope():
     w = world("current_coupling")
     p = parameters(w)
-    d = w.answer([TRIANGLE])[0] - w.answer_without([TRIANGLE])[0]
+    d = w.simulate([TRIANGLE])[0] - w.simulate_without_effects([TRIANGLE])[0]
     slope = np.where(np.arange(1200) % 400 < 200, 1, -1) * 2 * 40.0 * 4.2
     np.testing.assert_allclose(d[straight()], p["sign"] * p["k"] * slope[straight()], rtol=1e-6)
 
@@ -226,8 +235,11 @@ def test_current_coupling_adds_the_drives_slope():
 def test_resonance_answers_a_slow_sine_by_its_transfer_function():
     w = world("resonance")
     p = parameters(w)
-    slow = placed([Scan(5.0, 1e-3, 3.0, "sine", 3, 200)], 5.0)
-    d, nu = w.answer(slow)[0] - w.answer_without(slow)[0], w.answer_without(slow)[0]
+    slow = place_in_time([Scan(5.0, 1e-3, 3.0, "sine", 3, 200)], 5.0)
+    d, nu = (
+        w.simulate(slow)[0] - w.simulate_without_effects(slow)[0],
+        w.simulate_without_effects(slow)[0],
+    )
     # 1/(1 + a s) to first order: the lag is 2 z/w0.
     lag = p["damping"] * p["period"] / np.pi
     expected = -lag * np.gradient(nu, slow[0].step_s)

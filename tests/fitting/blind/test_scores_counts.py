@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from scipy.stats import norm
 
 from fitting.blind.protocol._verdict_names import correct_verdict
-from fitting.blind.scoring._entry import Entry
+from fitting.blind.scoring._outcome import Outcome
 from fitting.blind.scoring._scores import score
-from fitting.blind.scoring._wilson import count_share, wilson
+from fitting.blind.scoring._wilson import proportion, wilson_interval
 
 BANK = [
     # nulls: one alarm, with base misfit
@@ -129,10 +129,10 @@ def test_an_error_is_wrong_everywhere():
 
 
 def test_a_missing_prediction_is_an_error():
-    entry = Entry.of(answer("x", "null"), None)
-    assert entry.said == "error"
+    entry = Outcome.of(answer("x", "null"), None)
+    assert entry.verdict == "error"
     assert "no prediction" in str(entry.error)
-    assert Entry.of(answer("x", "null"), {"diagnosis": {}}).said == "error"
+    assert Outcome.of(answer("x", "null"), {"diagnosis": {}}).verdict == "error"
 
 
 def test_nothing_to_count_is_no_target_met():
@@ -197,7 +197,7 @@ def test_names_of_truths():
 )
 def test_wilson_as_published(k, n, low, high):
     """Newcombe, Statistics in Medicine 17 (1998) 857, Table I, method 3."""
-    assert wilson(k, n) == (pytest.approx(low, abs=5e-5), pytest.approx(high, abs=5e-5))
+    assert wilson_interval(k, n) == (pytest.approx(low, abs=5e-5), pytest.approx(high, abs=5e-5))
 
 
 @given(st.integers(1, 400).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
@@ -205,20 +205,20 @@ def test_wilson_by_its_definition(pair):
     """The ends of all p with |k/n - p| <= z sqrt(p (1 - p)/n), as roots of a quadratic in p."""
     (k, n), z = pair, norm.ppf(0.975)
     roots = np.roots([1 + z * z / n, -(2 * k + z * z) / n, (k / n) ** 2])
-    np.testing.assert_allclose(wilson(k, n), np.sort(roots.real), atol=1e-9)
-    low, high = wilson(k, n)
+    np.testing.assert_allclose(wilson_interval(k, n), np.sort(roots.real), atol=1e-9)
+    low, high = wilson_interval(k, n)
     assert 0 <= low <= k / n <= high <= 1
 
 
 def test_wilson_refuses_more_than_all():
     with pytest.raises(ValueError, match="between 0 and `n`"):
-        wilson(3, 2)
+        wilson_interval(3, 2)
 
 
 def test_targets():
-    assert count_share(98, 100, least=0.98)["met"] is True
-    assert count_share(97, 100, least=0.98)["met"] is False
-    assert count_share(3, 100, most=0.03)["met"] is True
-    assert count_share(4, 100, most=0.03)["met"] is False
-    assert count_share(4, 100)["met"] is None
-    assert count_share(0, 0, least=0.9)["met"] is None
+    assert proportion(98, 100, least=0.98)["met"] is True
+    assert proportion(97, 100, least=0.98)["met"] is False
+    assert proportion(3, 100, most=0.03)["met"] is True
+    assert proportion(4, 100, most=0.03)["met"] is False
+    assert proportion(4, 100)["met"] is None
+    assert proportion(0, 0, least=0.9)["met"] is None

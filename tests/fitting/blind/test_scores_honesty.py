@@ -7,11 +7,11 @@ from blind_entries import FAILED, answer, prediction
 from fitting.blind.scoring._calibration_error import (
     LEAST,
     calibration_error,
-    calibration_measures,
-    reliability,
+    calibration_scores,
+    reliability_diagram,
 )
-from fitting.blind.scoring._entry import Entry
-from fitting.blind.scoring._paired import paired
+from fitting.blind.scoring._outcome import Outcome
+from fitting.blind.scoring._scan_comparison import compare_scans
 
 BOTH = pytest.mark.parametrize("equal_mass", [True, False])
 
@@ -19,7 +19,7 @@ BOTH = pytest.mark.parametrize("equal_mass", [True, False])
 def entry(truth, said, sure=1.0, other="none", *names):
     kind = "listed" if truth else "null"
     found = prediction(said, *(names or (said,)), sure=sure, other=other)
-    return Entry.of(answer("x", kind, *truth), found)
+    return Outcome.of(answer("x", kind, *truth), found)
 
 
 @BOTH
@@ -45,7 +45,7 @@ def test_bins_differ():
     right = np.repeat([1.0, 0.9], 500)
     assert calibration_error(sure, right, equal_mass=False) == pytest.approx(0.0, abs=1e-12)
     assert calibration_error(sure, right, equal_mass=True) == pytest.approx(0.09)
-    curve = reliability(sure, right)
+    curve = reliability_diagram(sure, right)
     assert [(c["n"], c["confidence"]) for c in curve[::9]] == [
         (100, pytest.approx(0.91)), (100, pytest.approx(0.99)),
     ]  # fmt: skip
@@ -54,14 +54,14 @@ def test_bins_differ():
 def test_the_interval_holds_the_error_and_chance_is_told():
     rng = np.random.default_rng(1)
     entries = [entry(("creep",) if rng.random() < 0.8 else (), "creep", 0.8) for _ in range(60)]
-    found = calibration_measures(entries)["ece_equal_width"]
+    found = calibration_scores(entries)["ece_equal_width"]
     assert found["low"] <= found["value"] <= found["high"]
     assert found["by_chance"] == pytest.approx(np.sqrt(2 / np.pi * 0.16 / 60), rel=0.1)
 
 
 def test_brier_and_log_by_hand():
     entries = [entry(("creep",), "creep", 0.8), entry((), "creep", 0.6), entry((), "none")]
-    found = calibration_measures(entries)
+    found = calibration_scores(entries)
     brier = (2 * 0.2**2 + 2 * 0.6**2 + 0) / 3
     assert found["brier"]["value"] == pytest.approx(brier)
     assert found["log"]["value"] == pytest.approx(-(np.log(0.8) + np.log(0.4)) / 3)
@@ -72,7 +72,7 @@ def test_brier_and_log_by_hand():
 
 
 def test_a_truth_that_was_not_considered_costs_much_but_not_all():
-    found = calibration_measures([entry(("drift",), "creep")])
+    found = calibration_scores([entry(("drift",), "creep")])
     assert found["log"]["value"] == pytest.approx(-np.log(LEAST))
     assert found["log"]["met"] is False
     assert found["brier"]["value"] == 2.0
@@ -85,22 +85,22 @@ def test_a_better_next_scan_is_significant():
         other = entry(("creep",), "creep", 0.6, "none", "creep", "none")
         return first, advised, other
 
-    found = paired([three(k) for k in range(12)])
+    found = compare_scans([three(k) for k in range(12)])
     assert found["set_size"]["advised"] == 1.0
     assert (found["set_size"]["better"], found["set_size"]["worse"]) == (12, 0)
     assert found["set_size"]["p_sign"] == pytest.approx(2.0**-12)
     assert found["probability_of_truth"]["p_signed_rank"] == pytest.approx(2.0**-12)
     assert found["met"] is True
-    swapped = paired([(a, c, b) for a, b, c in [three(k) for k in range(12)]])
+    swapped = compare_scans([(a, c, b) for a, b, c in [three(k) for k in range(12)]])
     assert swapped["met"] is False
     assert swapped["set_size"]["p_sign"] == 1.0
 
 
 def test_ties_and_failures_of_the_next_scan():
     same = entry((), "none")
-    found = paired([(same, same, same)])
+    found = compare_scans([(same, same, same)])
     assert (found["set_size"]["p_signed_rank"], found["met"]) == (1.0, False)
-    failed = Entry.of(answer("broken", "null"), FAILED)
-    found = paired([(same, failed, same)])
+    failed = Outcome.of(answer("broken", "null"), FAILED)
+    found = compare_scans([(same, failed, same)])
     assert (found["n"], found["failed"], found["met"]) == (0, ["x"], None)
-    assert paired([])["met"] is None
+    assert compare_scans([])["met"] is None

@@ -10,14 +10,14 @@ import pytest
 from blind_entries import OurLaser, answer, prediction, session
 
 from fitting.blind.realised._linearity_gain import linearity_gain
-from fitting.blind.realised._modelled import drive_of, model_response
+from fitting.blind.realised._model_response import model_response, to_drive
+from fitting.blind.realised._new_scans import KINDS, new_scans
 from fitting.blind.realised._realised_gap import realised_gap
-from fitting.blind.realised._unseen import KINDS, unseen
-from fitting.blind.scoring._entry import Entry
-from fitting.blind.scoring._realised import draw_again, realise, tried
+from fitting.blind.scoring._outcome import Outcome
+from fitting.blind.scoring._realised import evaluate_device, evaluate_realised, redraw
 from fitting.blind.simulator._bank import bank
-from fitting.blind.simulator._scan import sampled
-from fitting.blind.simulator._world import draw
+from fitting.blind.simulator._scan import scan_from_samples
+from fitting.blind.simulator._simulated_device import draw_device
 from rapi_jax import ECDL, predict
 from rapi_jax.effects import AmplifierLowpass, Pickup
 from rapi_jax.examples import paper_device
@@ -32,8 +32,8 @@ SURE = {"foreseen": {"value": 0.99, "low": 0.98, "high": 1.0}, "straighter": Non
 def test_unseen_scans_were_not_recorded():
     """Whatever the session: within its range, after its end, in order of time."""
     for seed in range(30):
-        scans = [run.scan for run in draw(seed, "null").runs]
-        new = unseen(scans)
+        scans = [run.scan for run in draw_device(seed, "null").runs]
+        new = new_scans(scans)
         assert tuple(new) == KINDS
         rates, swings = [s.rate_hz for s in scans], [s.swing for s in scans]
         assert min(abs(math.log(new["rate"].rate_hz / r)) for r in rates) > 0.03
@@ -50,7 +50,7 @@ def test_unseen_scans_were_not_recorded():
 def test_one_scan_gives_the_answer_of_predict():
     (scan, *_) = session()
     np.testing.assert_allclose(
-        model_response(LAG, [scan])[0], predict(LAG, drive_of(scan)), atol=1e-9
+        model_response(LAG, [scan])[0], predict(LAG, to_drive(scan)), atol=1e-9
     )
 
 
@@ -67,7 +67,7 @@ def test_answers_are_on_the_clock_of_the_session():
 
 def test_drives_of_any_table_repeat():
     volts = 3 + np.sin(2 * np.pi * np.arange(100) / 100) + np.sin(4 * np.pi * np.arange(100) / 100)
-    assert drive_of(sampled(volts, 10.0)).repeats
+    assert to_drive(scan_from_samples(volts, 10.0)).repeats
 
 
 def test_where_the_model_is_the_truth_all_is_closed():
@@ -125,7 +125,7 @@ def entry(tmp_path):
     for name, ecdl in (("model", LAG), ("base", BASE)):
         write_model(tmp_path / f"{name}.rapi", ecdl, response_unit="GHz", drive_unit="V")
     said = prediction("amplifier_lowpass", closed=0.95)
-    return Entry.of(answer("w", "listed", "amplifier_lowpass"), said, tmp_path)
+    return Outcome.of(answer("w", "listed", "amplifier_lowpass"), said, tmp_path)
 
 
 def world(ecdl, *truth):
@@ -134,7 +134,7 @@ def world(ecdl, *truth):
 
 
 def test_realised_counts_and_names(entry):
-    found = realise([entry], draw=lambda a: world(LAG, "amplifier_lowpass"))
+    found = evaluate_realised([entry], draw=lambda a: world(LAG, "amplifier_lowpass"))
     (record,) = found["worlds"]
     assert record["error"] is None
     assert record["unseen"]["all"]["closed"] == pytest.approx(1.0)
@@ -152,11 +152,11 @@ def test_a_world_is_drawn_anew_from_its_answer(entry):
     written = dataclasses.asdict(spec) | {
         "name": world.name, "truth": list(world.truth), "size": world.size
     }  # fmt: skip
-    again = draw_again(json.loads(json.dumps(written)))
+    again = redraw(json.loads(json.dumps(written)))
     assert again.truth == world.truth
     for a, b in zip(again.runs, world.runs, strict=True):
         np.testing.assert_array_equal(a.response, b.response)
-    record = tried(dataclasses.replace(entry, answer=written, right="other"))
+    record = evaluate_device(dataclasses.replace(entry, answer=written, right="other"))
     assert record["error"] is None
     assert record["right"] is False
     assert record["unseen"]["all"]["rms_base"] > 0
@@ -166,12 +166,12 @@ def test_nothing_ends_the_check(entry, tmp_path):
     def broken(a):
         raise RuntimeError("no such world")
 
-    assert tried(entry, broken)["error"] == "RuntimeError: no such world"
-    other = tried(entry, lambda a: world(LAG, "creep"))["error"]
+    assert evaluate_device(entry, broken)["error"] == "RuntimeError: no such world"
+    other = evaluate_device(entry, lambda a: world(LAG, "creep"))["error"]
     assert "not what its answer says" in other
     (tmp_path / "base.rapi").unlink()
-    found = realise([entry], draw=lambda a: world(LAG, "amplifier_lowpass"))
+    found = evaluate_realised([entry], draw=lambda a: world(LAG, "amplifier_lowpass"))
     assert "base.rapi" in found["worlds"][0]["error"]
     assert found["unseen"]["inside"]["all"]["n"] == 0
-    nulls = Entry.of(answer("n", "null"), prediction("none"))
-    assert realise([nulls], draw=broken)["named"] == 0
+    nulls = Outcome.of(answer("n", "null"), prediction("none"))
+    assert evaluate_realised([nulls], draw=broken)["named"] == 0

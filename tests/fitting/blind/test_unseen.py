@@ -12,10 +12,10 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from fitting.blind.protocol._tiers import TIERS, entries
+from fitting.blind.protocol._tiers import TIERS, bank_entries
 from fitting.blind.simulator._bank import bank
-from fitting.blind.simulator._scan import draw_session
-from fitting.blind.simulator._world import World, draw
+from fitting.blind.simulator._scan import draw_scans
+from fitting.blind.simulator._simulated_device import SimulatedDevice, draw_device
 from fitting.blind.simulator.effects._kinds import LISTED, makers, names_of
 from fitting.blind.simulator.effects._recipe import Setting
 
@@ -23,11 +23,11 @@ NEW = [(kind, name) for kind in ("form", "unlisted") for name in names_of(kind, 
 
 
 @functools.cache
-def world(kind: str, name: str, seed: int = 5, sigma: float = 6.0) -> World:
-    return draw(seed, kind, name, sigma)
+def world(kind: str, name: str, seed: int = 5, sigma: float = 6.0) -> SimulatedDevice:
+    return draw_device(seed, kind, name, sigma)
 
 
-def parts(w: World) -> list[np.ndarray]:
+def parts(w: SimulatedDevice) -> list[np.ndarray]:
     return [a - b for a, b in zip(w.noise_free, w.without, strict=True)]
 
 
@@ -75,7 +75,7 @@ def test_they_come_in_turn_at_all_sizes_with_and_without_base_misfit():
 
 @pytest.mark.parametrize("tier", TIERS)
 def test_only_the_sealed_tier_draws_them(tier):
-    assert any(unseen(e.spec) for e in entries(tier, 5, 60)) == (tier == "sealed")
+    assert any(unseen(e.spec) for e in bank_entries(tier, 5, 60)) == (tier == "sealed")
 
 
 def test_names_tell_them_apart_and_truths_are_the_listed_ones():
@@ -105,11 +105,11 @@ def test_without_strength_they_are_nothing(case):
     kind, name = NEW[case]
     w = world(kind, name, 21)
     scans = tuple(run.scan for run in w.runs)
-    setting = Setting(scans, w.without, w.device.rest, w.noise.rms)
+    setting = Setting(scans, w.without, w.signal_path.rest, w.noise.rms)
     recipe = makers(kind, name)[0](np.random.default_rng(3), setting)
     # A hop's thresholds, and time constants, have no zero of their own.
     effect = recipe.build(1e-12)
-    found = dataclasses.replace(w.device, effects=(effect,)).answer(scans)
+    found = dataclasses.replace(w.signal_path, effects=(effect,)).simulate(scans)
     for a, b in zip(found, w.without, strict=True):
         np.testing.assert_allclose(a, b, atol=1e-5)
 
@@ -118,10 +118,10 @@ def test_without_strength_they_are_nothing(case):
 def test_they_answer_again_as_recorded_and_go_on_after_the_session(case):
     w = world(*NEW[case], 22)
     scans = [run.scan for run in w.runs]
-    for found, kept in zip(w.answer(scans), w.noise_free, strict=True):
+    for found, kept in zip(w.simulate(scans), w.noise_free, strict=True):
         np.testing.assert_array_equal(found, kept)
-    later = draw_session(np.random.default_rng(1))[0]
+    later = draw_scans(np.random.default_rng(1))[0]
     later = dataclasses.replace(later, start_s=w.runs[-1].start_s + 40.0)
-    difference = w.answer([*scans, later])[-1] - w.answer_without([*scans, later])[-1]
+    difference = w.simulate([*scans, later])[-1] - w.simulate_without_effects([*scans, later])[-1]
     assert np.isfinite(difference).all()
     assert np.max(np.abs(difference)) < 300 * w.size * w.noise.rms

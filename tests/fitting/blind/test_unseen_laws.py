@@ -7,44 +7,44 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from fitting.blind.simulator._device import Device, Moment
-from fitting.blind.simulator._scan import Scan, placed
-from fitting.blind.simulator._world import World, draw
-from fitting.blind.simulator.effects._listed_optical import creeping
-from fitting.blind.simulator.effects._second_forms_optical import stretched
+from fitting.blind.simulator._scan import Scan, place_in_time
+from fitting.blind.simulator._signal_path import RunState, SignalPath
+from fitting.blind.simulator._simulated_device import SimulatedDevice, draw_device
+from fitting.blind.simulator.effects._listed_optical import creep_response
+from fitting.blind.simulator.effects._second_forms_optical import stretched_exponential
 
 TRIANGLE = Scan(40.0, 4.2, 3.0, "triangle", 3, 400, start_s=5.0)
 
 
 @functools.cache
-def world(name: str, kind: str = "form", seed: int = 5) -> World:
-    return draw(seed, kind, f"{name}/2" if kind == "form" else name, 6.0)
+def world(name: str, kind: str = "form", seed: int = 5) -> SimulatedDevice:
+    return draw_device(seed, kind, f"{name}/2" if kind == "form" else name, 6.0)
 
 
-def parameters(w: World) -> dict:
+def parameters(w: SimulatedDevice) -> dict:
     return w.parameters[w.truth[0]]
 
 
-def difference(w: World) -> list[np.ndarray]:
+def difference(w: SimulatedDevice) -> list[np.ndarray]:
     return [a - b for a, b in zip(w.noise_free, w.without, strict=True)]
 
 
-def clock(w: World) -> list[np.ndarray]:
+def clock(w: SimulatedDevice) -> list[np.ndarray]:
     return [run.start_s + run.time_s for run in w.runs]
 
 
-def ends(w: World) -> tuple[float, float]:
+def ends(w: SimulatedDevice) -> tuple[float, float]:
     scans = [run.scan for run in w.runs]
     return min(s.drive.min() for s in scans), max(s.drive.max() for s in scans)
 
 
-def driven(w: World, scan: Scan) -> np.ndarray:
-    (moment,) = w.device.path([scan])
+def driven(w: SimulatedDevice, scan: Scan) -> np.ndarray:
+    (moment,) = w.signal_path.path([scan])
     count = scan.periods * scan.samples
-    return moment.drive[:: w.device.oversample][-count:]
+    return moment.drive[:: w.signal_path.oversample][-count:]
 
 
-def end_s(w: World) -> float:
+def end_s(w: SimulatedDevice) -> float:
     return w.runs[-1].start_s + w.runs[-1].scan.duration_s
 
 
@@ -79,7 +79,7 @@ def test_slew_limit_2():
     low, high = ends(w)
     scan = max((r.scan for r in w.runs), key=lambda s: s.swing * s.rate_hz)
     steep = replace(scan, swing=high - low, bias=(high + low) / 2, rate_hz=1.3 * scan.rate_hz)
-    (moment,) = w.device.path([steep])
+    (moment,) = w.signal_path.path([steep])
     slope = np.diff(moment.drive) / moment.step
     height = (moment.drive[:-1] - low) / (high - low)
     most = (1 - p["cut"]) * p["steepest"] * (1 + p["bend"] * (1 - height))
@@ -120,9 +120,9 @@ def test_quantisation_2():
 def test_rate_law_2():
     w = world("rate_law")
     p = parameters(w)
-    law = w.device.effects[0].law
+    law = w.signal_path.effects[0].law
     assert law is not None
-    bare, changed = w.device.piezo, law(w.device.piezo)
+    bare, changed = w.signal_path.piezo, law(w.signal_path.piezo)
     for f in (5.0, 20.0, 80.0):
         more = changed.thresholds(f, 4.0) - bare.thresholds(f, 4.0)
         loss = (2 / (1 + 1j * f / p["peak"])).imag  # of a Debye relaxator, 1 at its peak
@@ -134,15 +134,18 @@ def test_amplitude_law_2():
     p = parameters(w)
     for part in (1.0, 0.5):
         scan = replace(TRIANGLE, swing=part * p["reference"])
-        d, nu = w.answer([scan])[0] - w.answer_without([scan])[0], w.answer_without([scan])[0]
-        (moment,) = Device(w.device.piezo, (), w.device.oversample, 0.0).path([scan])
-        wide = np.ptp(moment.opening)
+        d, nu = (
+            w.simulate([scan])[0] - w.simulate_without_effects([scan])[0],
+            w.simulate_without_effects([scan])[0],
+        )
+        (moment,) = SignalPath(w.signal_path.piezo, (), w.signal_path.oversample, 0.0).path([scan])
+        wide = np.ptp(moment.hysteresis_part)
         assert np.ptp(d) == pytest.approx((1 - part) * p["part"] * wide, rel=0.02)
         # In the second half of a triangle the loop's opening has changed sides, and so has this.
         up, down = nu[50:150], nu[350:250:-1]
         more = -p["sign"] * (1 - part) * p["part"]
         change = d[50:150] - d[350:250:-1]
-        inside = moment.opening[:: w.device.oversample][-1200:]
+        inside = moment.hysteresis_part[:: w.signal_path.oversample][-1200:]
         np.testing.assert_allclose(change, more * (inside[50:150] - inside[350:250:-1]), atol=1e-9)
         assert (down > up).all()
 
@@ -150,25 +153,32 @@ def test_amplitude_law_2():
 def test_creep_2():
     w = world("creep")
     p = parameters(w)
-    taus, weights = stretched(p["tau"], p["beta"])
+    taus, weights = stretched_exponential(p["tau"], p["beta"])
     assert (weights > 0).all() and weights.sum() == pytest.approx(1.0)
     step = p["tau"] / 2000
     t: np.ndarray = np.arange(1, 20001) * step
     x = np.ones(20000)
-    at_rest = Moment(TRIANGLE, 0, t, step, x, x, x, x, 0.0, None, 0.0, {})
-    y = creeping(x, at_rest, taus, weights)
+    at_rest = RunState(TRIANGLE, 0, t, step, x, x, x, x, 0.0, None, 0.0, {})
+    y = creep_response(x, at_rest, taus, weights)
     np.testing.assert_allclose(y[100:], 1 - np.exp(-((t[100:] / p["tau"]) ** p["beta"])), atol=5e-3)
-    bare = Device(w.device.piezo, (), w.device.oversample, w.device.rest)
+    bare = SignalPath(w.signal_path.piezo, (), w.signal_path.oversample, w.signal_path.rest)
     state: dict = {}
     for moment, d in zip(bare.path([r.scan for r in w.runs]), difference(w), strict=True):
-        y = creeping(moment.moved - w.device.rest, replace(moment, state=state), taus, weights)
-        np.testing.assert_allclose(d, p["gain"] * y[:: w.device.oversample][-len(d) :], atol=1e-9)
+        y = creep_response(
+            moment.operator_response - w.signal_path.rest,
+            replace(moment, state=state),
+            taus,
+            weights,
+        )
+        np.testing.assert_allclose(
+            d, p["gain"] * y[:: w.signal_path.oversample][-len(d) :], atol=1e-9
+        )
 
 
 @pytest.mark.parametrize("beta", np.linspace(0.35, 0.6, 11).tolist())
 @pytest.mark.parametrize("tau", [0.1, 0.37, 2.0])
 def test_creep_2_steps(beta, tau):
-    taus, weights = stretched(tau, beta)
+    taus, weights = stretched_exponential(tau, beta)
     t = tau * np.geomspace(1e-3, 10.0, 50)
     found = weights @ -np.expm1(-t / taus[:, None])
     np.testing.assert_allclose(found, 1 - np.exp(-((t / tau) ** beta)), atol=5e-3)
@@ -180,14 +190,14 @@ def test_resonance_2():
     p = parameters(w)
     for start in (0.0, end_s(w)):
         f = (1 + p["shift"] * (1 - np.exp(-start / p["warming_s"]))) / p["period"]
-        slow = placed([Scan(5.0, 1e-3, 3.0, "sine", 3, 200)], start)
-        nu = w.answer_without(slow)[0]
+        slow = place_in_time([Scan(5.0, 1e-3, 3.0, "sine", 3, 200)], start)
+        nu = w.simulate_without_effects(slow)[0]
         expected = -p["damping"] / (np.pi * f) * np.gradient(nu, slow[0].step_s)
-        d = w.answer(slow)[0] - nu
+        d = w.simulate(slow)[0] - nu
         assert np.max(np.abs((d - expected)[2:-2])) < 0.1 * np.max(np.abs(expected))
         # After a corner it rings at f.
-        fast = placed([replace(TRIANGLE, rate_hz=7.0, samples=4000, periods=1)], start)
-        d = w.answer(fast)[0] - w.answer_without(fast)[0]
+        fast = place_in_time([replace(TRIANGLE, rate_hz=7.0, samples=4000, periods=1)], start)
+        d = w.simulate(fast)[0] - w.simulate_without_effects(fast)[0]
         count = int(min(6 / f, 0.06) / fast[0].step_s)
         x: np.ndarray = np.arange(count) * fast[0].step_s
         fits = {}
@@ -228,13 +238,13 @@ def test_mode_hop_2():
     assert p["second"] > p["up"]
     seen = set()
     for run, d in zip(w.runs, difference(w), strict=True):
-        fine = replace(run.scan, samples=run.scan.samples * w.device.oversample)
+        fine = replace(run.scan, samples=run.scan.samples * w.signal_path.oversample)
         on, counts = [False, False], []
-        for nu in w.answer_without([fine])[0]:
+        for nu in w.simulate_without_effects([fine])[0]:
             for k, up in enumerate((p["up"], p["second"])):
                 on[k] = True if nu > up else False if nu < up - p["width"] else on[k]
             counts.append(sum(on))
-        expected = p["sign"] * p["jump"] * np.array(counts, float)[:: w.device.oversample]
+        expected = p["sign"] * p["jump"] * np.array(counts, float)[:: w.signal_path.oversample]
         first = run.scan.samples
         np.testing.assert_allclose(d[first:], expected[first:], atol=1e-9)
         seen |= set(counts)
@@ -271,7 +281,7 @@ def test_current_coupling_2():
     low, high = ends(w)
     charge = lambda u: p["k"] * ((1 - p["bend"]) * u + p["bend"] * (u - low) ** 2 / (high - low))  # noqa: E731
     sine = replace(TRIANGLE, waveform="sine", samples=500)
-    d = w.answer([sine])[0] - w.answer_without([sine])[0]
+    d = w.simulate([sine])[0] - w.simulate_without_effects([sine])[0]
     step = 1e-6
     flow = charge(sine.voltage(sine.time_s + step)) - charge(sine.voltage(sine.time_s - step))
     expected = p["sign"] * flow / (2 * step)
@@ -283,9 +293,9 @@ def test_unlisted_a():
     p = parameters(w)
     scan = replace(TRIANGLE, phase=0.1)
     late = replace(scan, phase=0.1 - p["late_s"] * scan.rate_hz)
-    nu, other = w.answer_without([scan])[0], w.answer_without([late])[0]
+    nu, other = w.simulate_without_effects([scan])[0], w.simulate_without_effects([late])[0]
     expected = (1 - p["part"]) * nu + p["part"] * other
-    np.testing.assert_allclose(w.answer([scan])[0], expected, atol=2e-2 * p["part"])
+    np.testing.assert_allclose(w.simulate([scan])[0], expected, atol=2e-2 * p["part"])
 
 
 def test_unlisted_b():
@@ -308,10 +318,10 @@ def test_unlisted_c():
     limit = (1 - p["cut"]) * p["fastest"]
     touched = []
     for run, d in zip(w.runs, difference(w), strict=True):
-        fine = replace(run.scan, samples=run.scan.samples * w.device.oversample)
-        bare = w.answer_without([fine])[0]
+        fine = replace(run.scan, samples=run.scan.samples * w.signal_path.oversample)
+        bare = w.simulate_without_effects([fine])[0]
         missed = np.diff(bare) - np.clip(np.diff(bare), -limit * fine.step_s, limit * fine.step_s)
-        lost = np.concatenate(([0.0], np.cumsum(missed)))[:: w.device.oversample]
+        lost = np.concatenate(([0.0], np.cumsum(missed)))[:: w.signal_path.oversample]
         np.testing.assert_allclose(d, -lost, atol=1e-6 + 1e-3 * np.max(np.abs(lost)))
         assert d[0] == 0
         touched.append(bool(np.max(np.abs(d)) > 1e-9))
@@ -327,7 +337,7 @@ def test_unlisted_d():
         late.append(float(np.mean(wrong)))
         # A stale reading is a reading of at most its duration before.
         fine = replace(run.scan, samples=run.scan.samples * 8)
-        bare = w.answer_without([fine])[0]
+        bare = w.simulate_without_effects([fine])[0]
         reach = int(np.ceil(p["duration"] / fine.step_s)) + 1
         for k in np.flatnonzero(wrong)[::7]:
             past = bare[max(8 * k - reach, 0) : 8 * k + 1]

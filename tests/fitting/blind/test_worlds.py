@@ -7,17 +7,17 @@ import pytest
 
 from fitting.blind.simulator._bank import bank
 from fitting.blind.simulator._noise import Noise, draw_noise
-from fitting.blind.simulator._piezo import draw_inside, draw_outside
-from fitting.blind.simulator._scan import Scan, draw_session, placed, sampled
-from fitting.blind.simulator._tangent import tangent
-from fitting.blind.simulator._world import World, draw
+from fitting.blind.simulator._piezo import draw_other_form, draw_paper_form
+from fitting.blind.simulator._scan import Scan, draw_scans, place_in_time, scan_from_samples
+from fitting.blind.simulator._simulated_device import SimulatedDevice, draw_device
+from fitting.blind.simulator._tangent import base_tangent
 from fitting.blind.simulator.effects._kinds import LISTED, names_of
-from fitting.blind.simulator.effects._projected_size import solve
+from fitting.blind.simulator.effects._projected_size import solve_strength
 
 SINGLE = [(kind, name) for kind in ("listed", "form", "unlisted") for name in names_of(kind)]
 
 
-def folded_gap(w: World) -> float:
+def folded_gap(w: SimulatedDevice) -> float:
     """What a base cannot touch of the effect, whatever it is: what does not repeat, GHz rms."""
     total, count = 0.0, 0
     for run, a, b in zip(w.runs, w.noise_free, w.without, strict=True):
@@ -28,7 +28,7 @@ def folded_gap(w: World) -> float:
 
 @pytest.mark.parametrize(("kind", "name"), SINGLE)
 def test_single_effects_have_the_size_asked_for(kind, name):
-    w = draw(21, kind, name, 5.0)
+    w = draw_device(21, kind, name, 5.0)
     raw = np.sqrt(
         np.mean(np.concatenate([a - b for a, b in zip(w.noise_free, w.without, strict=True)]) ** 2)
     )
@@ -40,23 +40,23 @@ def test_single_effects_have_the_size_asked_for(kind, name):
 
 @pytest.mark.parametrize("pair", ["creep+etalon", "delay+resonance", "gain_drift+quantisation"])
 def test_pairs_have_the_size_asked_for_together_and_both_show(pair):
-    w = draw(22, "pair", pair, 8.0)
+    w = draw_device(22, "pair", pair, 8.0)
     assert sorted(w.truth) == pair.split("+")
     assert w.size == pytest.approx(8.0, rel=0.1)
-    assert min(w.alone) > 0.3 * w.size
+    assert min(w.single_sizes) > 0.3 * w.size
 
 
 def test_a_null_holds_nothing():
     for misfit in (False, True):
-        w = draw(3, "null", base_misfit=misfit)
-        assert (w.truth, w.size, w.asked, w.parameters) == ((), 0.0, 0.0, {})
+        w = draw_device(3, "null", base_misfit=misfit)
+        assert (w.truth, w.size, w.requested_size, w.parameters) == ((), 0.0, 0.0, {})
         assert w.base_misfit == misfit
         for a, b in zip(w.noise_free, w.without, strict=True):
             np.testing.assert_array_equal(a, b)
 
 
 def test_the_same_seed_gives_the_same_world_and_another_another():
-    a, b, c = draw(11, "listed"), draw(11, "listed"), draw(12, "listed")
+    a, b, c = draw_device(11, "listed"), draw_device(11, "listed"), draw_device(12, "listed")
     assert (a.name, a.truth, a.size, a.parameters) == (b.name, b.truth, b.size, b.parameters)
     for one, two in zip(a.runs, b.runs, strict=True):
         np.testing.assert_array_equal(one.response, two.response)
@@ -66,8 +66,8 @@ def test_the_same_seed_gives_the_same_world_and_another_another():
 
 def test_an_effect_and_its_null_share_session_and_actuator():
     null, other = (
-        draw(31, "null", base_misfit=True),
-        draw(31, "listed", "etalon", 4.0, base_misfit=True),
+        draw_device(31, "null", base_misfit=True),
+        draw_device(31, "listed", "etalon", 4.0, base_misfit=True),
     )
     for a, b in zip(null.noise_free, other.without, strict=True):
         np.testing.assert_array_equal(a, b)
@@ -75,17 +75,17 @@ def test_an_effect_and_its_null_share_session_and_actuator():
 
 @pytest.mark.parametrize("name", ["creep", "quantisation", "drift", "mode_hop", "delay"])
 def test_answers_to_the_recorded_drives_are_the_recorded_ones(name):
-    w = draw(41, "listed", name, 5.0)
+    w = draw_device(41, "listed", name, 5.0)
     scans = [run.scan for run in w.runs]
     for _ in range(2):
-        for found, kept in zip(w.answer(scans), w.noise_free, strict=True):
+        for found, kept in zip(w.simulate(scans), w.noise_free, strict=True):
             np.testing.assert_array_equal(found, kept)
-    for found, kept in zip(w.answer_without(scans), w.without, strict=True):
+    for found, kept in zip(w.simulate_without_effects(scans), w.without, strict=True):
         np.testing.assert_array_equal(found, kept)
 
 
 def test_readings_are_rounded_and_noisy_as_said():
-    w = draw(51, "listed", "drift", 3.0)
+    w = draw_device(51, "listed", "drift", 3.0)
     left = []
     for run, nu in zip(w.runs, w.noise_free, strict=True):
         steps = run.response / w.noise.step
@@ -96,13 +96,15 @@ def test_readings_are_rounded_and_noisy_as_said():
 
 
 def test_new_scans_are_measured_with_noise_of_their_own():
-    w = draw(52, "unlisted", "stiction", 6.0)
+    w = draw_device(52, "unlisted", "stiction", 6.0)
     last = w.runs[-1]
     t = np.arange(300) / 300
     shape = 3.0 + 1.5 * np.sin(2 * np.pi * t) + 0.3 * np.sin(6 * np.pi * t)
-    scans = placed([Scan(17.0, 3.7, 3.0, "sine", 3, 240), sampled(shape, 33.0)], last.start_s + 9.0)
+    scans = place_in_time(
+        [Scan(17.0, 3.7, 3.0, "sine", 3, 240), scan_from_samples(shape, 33.0)], last.start_s + 9.0
+    )
     one, same, other = w.measure(scans, 1), w.measure(scans, 1), w.measure(scans, 2)
-    for k, nu in enumerate(w.answer(scans)):
+    for k, nu in enumerate(w.simulate(scans)):
         np.testing.assert_array_equal(one[k].response, same[k].response)
         assert np.any(one[k].response != other[k].response)
         assert np.sqrt(np.mean((one[k].response - nu) ** 2)) == pytest.approx(w.noise.rms, rel=0.3)
@@ -110,27 +112,27 @@ def test_new_scans_are_measured_with_noise_of_their_own():
 
 
 def test_a_table_of_a_sine_is_answered_as_the_sine():
-    w = draw(53, "listed", "etalon", 5.0)
+    w = draw_device(53, "listed", "etalon", 5.0)
     sine = Scan(20.0, 4.0, 3.0, "sine", 3, 500, start_s=9.0)
-    table = sampled(sine.drive[:500], 20.0, periods=3, start_s=9.0)
-    np.testing.assert_allclose(w.answer([table])[0], w.answer([sine])[0], atol=5e-3)
+    table = scan_from_samples(sine.drive[:500], 20.0, periods=3, start_s=9.0)
+    np.testing.assert_allclose(w.simulate([table])[0], w.simulate([sine])[0], atol=5e-3)
 
 
 def test_wrong_requests_are_refused_by_name():
-    w = draw(54, "null")
+    w = draw_device(54, "null")
     with pytest.raises(ValueError, match=re.escape("Argument `kind` must be one of null, listed")):
-        draw(1, "other")
+        draw_device(1, "other")
     with pytest.raises(ValueError, match="Argument `effect` must be one of .* 'stiction'"):
-        draw(1, "listed", "stiction")
+        draw_device(1, "listed", "stiction")
     with pytest.raises(ValueError, match="in order of time"):
-        w.answer([Scan(10.0, 4.0, 3.0, "sine", 3, 200), Scan(10.0, 4.0, 3.0, "sine", 3, 200)])
+        w.simulate([Scan(10.0, 4.0, 3.0, "sine", 3, 200), Scan(10.0, 4.0, 3.0, "sine", 3, 200)])
     with pytest.raises(ValueError, match="only triangle and sine need no table"):
-        w.answer([Scan(10.0, 4.0, 3.0, "square", 3, 200)])
+        w.simulate([Scan(10.0, 4.0, 3.0, "square", 3, 200)])
 
 
 @pytest.mark.parametrize("seed", range(8))
 def test_sessions_can_tell_effects_apart(seed):
-    scans = draw_session(np.random.default_rng(seed))
+    scans = draw_scans(np.random.default_rng(seed))
     full = max(s.swing for s in scans)
     at_full = {s.rate_hz for s in scans if s.swing == full}
     assert 6 <= len(scans) <= 9
@@ -146,11 +148,11 @@ def test_sessions_can_tell_effects_apart(seed):
         assert np.ptp(s.drive) == pytest.approx(s.swing, rel=0.02)
 
 
-@pytest.mark.parametrize("make", [draw_inside, draw_outside])
+@pytest.mark.parametrize("make", [draw_paper_form, draw_other_form])
 def test_what_the_base_can_do_is_projected_away_and_nothing_else(make):
     rng = np.random.default_rng(9)
-    piezo, scans = make(rng), draw_session(rng)
-    space = tangent(piezo, scans, 8)
+    piezo, scans = make(rng), draw_scans(rng)
+    space = base_tangent(piezo, scans, 8)
 
     def answers(**changed) -> list[np.ndarray]:
         other = type(piezo)(**{**vars(piezo), **changed})
@@ -167,10 +169,10 @@ def test_what_the_base_can_do_is_projected_away_and_nothing_else(make):
         {"weight": piezo.weight * 1.05}, {"line": piezo.line + [1.0, 0.2, 0.01, 0.003, 1e-4]},
         {"eta": piezo.eta + 0.002}, {"decay": piezo.decay * 1.02},
     ):  # fmt: skip
-        moved = [a - b for a, b in zip(answers(**changed), here, strict=True)]
-        raw = np.sqrt(np.mean(np.concatenate(moved) ** 2))
+        operator_response = [a - b for a, b in zip(answers(**changed), here, strict=True)]
+        raw = np.sqrt(np.mean(np.concatenate(operator_response) ** 2))
         assert raw > 1e-4
-        assert space.left(moved) < 0.05 * raw, changed.keys()
+        assert space.left(operator_response) < 0.05 * raw, changed.keys()
     alternating = [np.repeat(np.resize([1.0, -1.0], s.periods), s.samples) for s in scans]
     even = [s.periods % 2 == 0 for s in scans]
     kept = [a if e else 0 * a for a, e in zip(alternating, even, strict=True)]
@@ -199,13 +201,13 @@ def test_noise_has_its_power_and_its_correlation(taus):
 
 
 def test_strengths_are_found_on_curves_steps_and_ends():
-    assert solve(lambda x: 3 * x**0.6, 7.0, 1e-3, 1e3)[1] == pytest.approx(7.0, rel=0.02)
-    assert solve(lambda x: max(0.0, x - 0.9) ** 2, 4e-3, 1e-3, 1.0)[1] == pytest.approx(
+    assert solve_strength(lambda x: 3 * x**0.6, 7.0, 1e-3, 1e3)[1] == pytest.approx(7.0, rel=0.02)
+    assert solve_strength(lambda x: max(0.0, x - 0.9) ** 2, 4e-3, 1e-3, 1.0)[1] == pytest.approx(
         4e-3, rel=0.02
     )
-    assert solve(lambda x: float(np.floor(10 * x)), 3.2, 0.01, 1.0)[1] == 3.0
-    assert solve(lambda x: x, 5.0, 0.1, 2.0) == pytest.approx((2.0, 2.0))
-    assert solve(lambda x: x, 0.01, 0.1, 2.0) == pytest.approx((0.1, 0.1))
+    assert solve_strength(lambda x: float(np.floor(10 * x)), 3.2, 0.01, 1.0)[1] == 3.0
+    assert solve_strength(lambda x: x, 5.0, 0.1, 2.0) == pytest.approx((2.0, 2.0))
+    assert solve_strength(lambda x: x, 0.01, 0.1, 2.0) == pytest.approx((0.1, 0.1))
 
 
 def test_a_bank_of_200_holds_what_it_should():

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting.blind.simulator._device import Effect
-from fitting.blind.simulator._filters import delayed, limited, lowpass
+from fitting.blind.simulator._filters import delay_signal, limit_slope, lowpass
+from fitting.blind.simulator._signal_path import Effect
 
-from ._recipe import Recipe, Setting, levels
+from ._recipe import Recipe, Setting, drive_range
 
 
 def amplifier_lowpass(rng: np.random.Generator, setting: Setting) -> Recipe:
@@ -27,7 +27,7 @@ def delay(rng: np.random.Generator, setting: Setting) -> Recipe:
     del rng, setting
     return Recipe(
         name="delay", strength="tau", low=1e-6, high=1e-3, parameters={},
-        build=lambda tau: Effect("delay", drive=lambda u, now: delayed(u, now.step, tau)),
+        build=lambda tau: Effect("delay", drive=lambda u, now: delay_signal(u, now.step, tau)),
     )  # fmt: skip
 
 
@@ -38,7 +38,7 @@ def slew_limit(rng: np.random.Generator, setting: Setting) -> Recipe:
 
     def build(cut: float) -> Effect:
         limit = (1 - cut) * steepest
-        return Effect("slew_limit", drive=lambda u, now: limited(u, now.step, limit))
+        return Effect("slew_limit", drive=lambda u, now: limit_slope(u, now.step, limit))
 
     return Recipe(
         name="slew_limit", strength="cut", low=1e-5, high=0.6, build=build,
@@ -48,7 +48,7 @@ def slew_limit(rng: np.random.Generator, setting: Setting) -> Recipe:
 
 def saturation(rng: np.random.Generator, setting: Setting) -> Recipe:
     """Clipped at one end; strength: the clipped part of the session's drive range."""
-    low, high = levels(setting.scans)
+    low, high = drive_range(setting.scans)
     top = bool(rng.random() < 0.5)
 
     def build(part: float) -> Effect:

@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fitting.blind.simulator._device import Effect, Moment, level
-from fitting.blind.simulator._filters import filtered, lag, mode, slope
+from fitting.blind.simulator._filters import derivative, lag, rational_filter, second_order
+from fitting.blind.simulator._signal_path import Effect, RunState, mean_at_crossings
 
 from ._recipe import Array, Recipe, Setting, log_uniform
 
 
-def creeping(x: Array, now: Moment, taus: Array, weights: Array) -> Array:
+def creep_response(x: Array, now: RunState, taus: Array, weights: Array) -> Array:
     """`sum_k w_k L_k[x]`; the lags decay while the displacement rests between runs."""
     held = now.state.get("creep")
     total = np.zeros_like(x)
@@ -38,7 +38,7 @@ def creep_of(taus: Array, parameters: dict[str, Any]) -> Recipe:
         name="creep", strength="gain", low=5e-4, high=0.05, parameters=parameters,
         build=lambda g: Effect(
             "creep",
-            displacement=lambda nu, now: nu + g * creeping(nu - now.rest, now, taus, weights),
+            displacement=lambda nu, now: nu + g * creep_response(nu - now.rest, now, taus, weights),
         ),
     )  # fmt: skip
 
@@ -52,7 +52,9 @@ def resonance(rng: np.random.Generator, setting: Setting) -> Recipe:
         parameters={"damping": z},
         build=lambda period: Effect(
             "resonance",
-            displacement=lambda nu, now: filtered(nu, now.step, [1.0], mode(1 / period, z)),
+            displacement=lambda nu, now: rational_filter(
+                nu, now.step, [1.0], second_order(1 / period, z)
+            ),
         ),
     )  # fmt: skip
 
@@ -75,8 +77,8 @@ def gain_drift(rng: np.random.Generator, setting: Setting) -> Recipe:
     end = setting.end_s
 
     def build(x: float) -> Effect:
-        def light(nu: Array, now: Moment) -> Array:
-            centre = level(now.moved, now.drive, now.scan.bias)
+        def light(nu: Array, now: RunState) -> Array:
+            centre = mean_at_crossings(now.operator_response, now.drive, now.scan.bias)
             return centre + (nu - centre) * (1 + sign * x * now.t / end)
 
         return Effect("gain_drift", light=light)
@@ -87,7 +89,7 @@ def gain_drift(rng: np.random.Generator, setting: Setting) -> Recipe:
     )  # fmt: skip
 
 
-def hopped(nu: Array, up: float, down: float) -> npt.NDArray[np.bool_]:
+def hop_states(nu: Array, up: float, down: float) -> npt.NDArray[np.bool_]:
     """Whether the laser has hopped: set above `up`, reset below `down`, kept between, first not."""
     mark = np.where(nu > up, 1, np.where(nu < down, 0, -1))
     known = np.maximum.accumulate(np.where(mark >= 0, np.arange(len(nu)), -1))
@@ -110,7 +112,7 @@ def mode_hop(rng: np.random.Generator, setting: Setting) -> Recipe:
         name="mode_hop", strength="jump", low=0.2, high=4.0,
         parameters={"up": up, "down": down, "sign": sign},
         build=lambda jump: Effect(
-            "mode_hop", light=lambda nu, now: nu + sign * jump * hopped(nu, up, down)
+            "mode_hop", light=lambda nu, now: nu + sign * jump * hop_states(nu, up, down)
         ),
     )  # fmt: skip
 
@@ -156,6 +158,6 @@ def current_coupling(rng: np.random.Generator, setting: Setting) -> Recipe:
         name="current_coupling", strength="k", low=1e-7, high=1e-2, parameters={"sign": sign},
         build=lambda k: Effect(
             "current_coupling",
-            light=lambda nu, now: nu + sign * k * slope(now.drive, now.step),
+            light=lambda nu, now: nu + sign * k * derivative(now.drive, now.step),
         ),
     )  # fmt: skip

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting.blind.simulator._device import Effect, Moment, level
-from fitting.blind.simulator._filters import filtered, lowpass, mode, slope
+from fitting.blind.simulator._filters import derivative, lowpass, rational_filter, second_order
+from fitting.blind.simulator._signal_path import Effect, RunState, mean_at_crossings
 
-from ._listed_optical import creep_of, hop_places, hopped, pickup_frequency
-from ._recipe import Array, Recipe, Setting, levels, log_uniform, path_in_time
+from ._listed_optical import creep_of, hop_places, hop_states, pickup_frequency
+from ._recipe import Array, Recipe, Setting, drive_range, log_uniform, path_in_time
 
 
 def creep(rng: np.random.Generator, setting: Setting) -> Recipe:
@@ -24,8 +24,10 @@ def resonance(rng: np.random.Generator, setting: Setting) -> Recipe:
     z, ratio = log_uniform(rng, 0.015, 0.1), float(rng.uniform(1.3, 2.0))
 
     def build(period: float) -> Effect:
-        top, bottom = mode(ratio / period, z), mode(1 / period, z)
-        return Effect("resonance", displacement=lambda nu, now: filtered(nu, now.step, top, bottom))
+        top, bottom = second_order(ratio / period, z), second_order(1 / period, z)
+        return Effect(
+            "resonance", displacement=lambda nu, now: rational_filter(nu, now.step, top, bottom)
+        )
 
     return Recipe(
         name="resonance", strength="period", low=1 / 25e3, high=1 / 150.0, build=build,
@@ -49,7 +51,7 @@ def amplifier_lowpass(rng: np.random.Generator, setting: Setting) -> Recipe:
 def saturation(rng: np.random.Generator, setting: Setting) -> Recipe:
     """A soft knee at the upper end, as wide as the part cut off."""
     del rng
-    low, high = levels(setting.scans)
+    low, high = drive_range(setting.scans)
 
     def build(part: float) -> Effect:
         cut = part * (high - low)
@@ -117,8 +119,8 @@ def gain_drift(rng: np.random.Generator, setting: Setting) -> Recipe:
     tau = setting.end_s * log_uniform(rng, 0.2, 0.6)
 
     def build(x: float) -> Effect:
-        def light(nu: Array, now: Moment) -> Array:
-            centre = level(now.moved, now.drive, now.scan.bias)
+        def light(nu: Array, now: RunState) -> Array:
+            centre = mean_at_crossings(now.operator_response, now.drive, now.scan.bias)
             return centre + (nu - centre) * (1 - x * np.exp(-now.t / tau))
 
         return Effect("gain_drift", light=light)
@@ -140,7 +142,7 @@ def mode_hop(rng: np.random.Generator, setting: Setting) -> Recipe:
         build=lambda jump: Effect(
             "mode_hop",
             light=lambda nu, now: (
-                nu - jump * lowpass(hopped(nu, up, down).astype(float), now.step, settle_s)
+                nu - jump * lowpass(hop_states(nu, up, down).astype(float), now.step, settle_s)
             ),
         ),
     )  # fmt: skip
@@ -166,7 +168,7 @@ def pickup(rng: np.random.Generator, setting: Setting) -> Recipe:
     f, p, q = pickup_frequency(rng), *rng.uniform(0, 2 * np.pi, 2).tolist()
 
     def build(x: float) -> Effect:
-        def light(nu: Array, now: Moment) -> Array:
+        def light(nu: Array, now: RunState) -> Array:
             turn = 2 * np.pi * f * now.t
             return nu + x * (np.sin(turn + p) + 0.4 * np.sin(3 * turn + q))
 
@@ -187,7 +189,7 @@ def current_coupling(rng: np.random.Generator, setting: Setting) -> Recipe:
         parameters={"form": "lagged", "tau": tau},
         build=lambda k: Effect(
             "current_coupling",
-            light=lambda nu, now: nu + k * lowpass(slope(now.drive, now.step), now.step, tau),
+            light=lambda nu, now: nu + k * lowpass(derivative(now.drive, now.step), now.step, tau),
         ),
     )  # fmt: skip
 

@@ -8,7 +8,7 @@ CLOSE = 0.02  # of the size asked for
 STEPS = 16
 
 
-def solve(
+def solve_strength(
     size: Callable[[float], float], target: float, low: float, high: float
 ) -> tuple[float, float]:
     """Strength and size nearest to `target`, for a size that grows with the strength.

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fitting.blind.simulator._device import Effect
 from fitting.blind.simulator._scan import Scan
+from fitting.blind.simulator._signal_path import Effect
 
 Array = npt.NDArray[np.float64]
 
@@ -73,7 +73,7 @@ def path_in_time(horizon: float, grid: Array, values: Array) -> Callable[[Array]
     return lambda t: np.interp(t, grid[kept], values[kept])
 
 
-def levels(scans: Sequence[Scan]) -> tuple[float, float]:
+def drive_range(scans: Sequence[Scan]) -> tuple[float, float]:
     """Least and largest drive of the session, V."""
     return (
         min(s.bias - s.swing / 2 for s in scans),

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting.blind.simulator._device import Effect, Moment
-from fitting.blind.simulator._filters import delayed
+from fitting.blind.simulator._filters import delay_signal
 from fitting.blind.simulator._piezo import Piezo
+from fitting.blind.simulator._signal_path import Effect, RunState
 
-from ._recipe import Array, Recipe, Setting, levels, log_uniform
+from ._recipe import Array, Recipe, Setting, drive_range, log_uniform
 
 
 def unequal_lags(x: Array, step: float, rising: float, falling: float) -> Array:
@@ -54,12 +54,14 @@ def delay(rng: np.random.Generator, setting: Setting) -> Recipe:
         parameters={"form": "settling", "start": start, "settling_s": tau},
         build=lambda x: Effect(
             "delay",
-            drive=lambda u, now: delayed(u, now.step, x * (1 + start * np.exp(-now.t / tau))),
+            drive=lambda u, now: delay_signal(u, now.step, x * (1 + start * np.exp(-now.t / tau))),
         ),
     )  # fmt: skip
 
 
-def bounded(x: Array, step: float, limit: float, bend: float, ends: tuple[float, float]) -> Array:
+def bounded_slope(
+    x: Array, step: float, limit: float, bend: float, ends: tuple[float, float]
+) -> Array:
     """`x` followed at no more than `limit (1 + bend (1 - h))` a second, h its height in `ends`."""
     low, high = ends
     y = float(x[0])
@@ -73,27 +75,31 @@ def bounded(x: Array, step: float, limit: float, bend: float, ends: tuple[float,
 
 def slew_limit(rng: np.random.Generator, setting: Setting) -> Recipe:
     """A current limit into a capacitance that grows with the voltage: least slope at the top."""
-    bend, ends, steepest = float(rng.uniform(0.1, 0.4)), levels(setting.scans), setting.steepest
+    bend, ends, steepest = (
+        float(rng.uniform(0.1, 0.4)),
+        drive_range(setting.scans),
+        setting.steepest,
+    )
     return Recipe(
         name="slew_limit", strength="cut", low=1e-5, high=0.6,
         parameters={"form": "by height", "bend": bend, "steepest": steepest},
         build=lambda cut: Effect(
             "slew_limit",
-            drive=lambda u, now: bounded(u, now.step, (1 - cut) * steepest, bend, ends),
+            drive=lambda u, now: bounded_slope(u, now.step, (1 - cut) * steepest, bend, ends),
         ),
     )  # fmt: skip
 
 
 def saturation(rng: np.random.Generator, setting: Setting) -> Recipe:
     """A rail that carries its rectifier's ripple; strength: its mean cut, of the drive's range."""
-    low, high = levels(setting.scans)
+    low, high = drive_range(setting.scans)
     f, p = float(rng.choice([100.0, 120.0])), float(rng.uniform(0, 2 * np.pi))
     share = float(rng.uniform(0.2, 0.6))
 
     def build(part: float) -> Effect:
         cut = part * (high - low)
 
-        def drive(u: Array, now: Moment) -> Array:
+        def drive(u: Array, now: RunState) -> Array:
             return np.minimum(u, high - cut * (1 + share * np.sin(2 * np.pi * f * now.t + p)))
 
         return Effect("saturation", drive=drive)
@@ -114,7 +120,7 @@ def quantisation(rng: np.random.Generator, setting: Setting) -> Recipe:
     errors = spread * rng.standard_normal(CODES)
 
     def build(step: float) -> Effect:
-        def drive(u: Array, now: Moment) -> Array:
+        def drive(u: Array, now: RunState) -> Array:
             del now
             code = np.round(u / step)
             return step * (code + errors[code.astype(int) % CODES])
@@ -157,7 +163,7 @@ def amplitude_law(rng: np.random.Generator, setting: Setting) -> Recipe:
         build=lambda x: Effect(
             "amplitude_law",
             displacement=lambda nu, now: (
-                nu + sign * x * (now.scan.swing / reference - 1) * now.opening
+                nu + sign * x * (now.scan.swing / reference - 1) * now.hysteresis_part
             ),
         ),
     )  # fmt: skip

@@ -3,14 +3,14 @@
 import numpy as np
 from scipy import optimize, special
 
-from fitting.blind.simulator._device import Effect, Moment, level
-from fitting.blind.simulator._filters import filtered, mode, slope
+from fitting.blind.simulator._filters import derivative, rational_filter, second_order
+from fitting.blind.simulator._signal_path import Effect, RunState, mean_at_crossings
 
-from ._listed_optical import creeping, hop_places, hopped
-from ._recipe import Array, Recipe, Setting, levels, log_uniform
+from ._listed_optical import creep_response, hop_places, hop_states
+from ._recipe import Array, Recipe, Setting, drive_range, log_uniform
 
 
-def stretched(tau: float, beta: float) -> tuple[Array, Array]:
+def stretched_exponential(tau: float, beta: float) -> tuple[Array, Array]:
     """Lags, and weights of sum 1, that answer a step as `1 - exp(-(t/tau)^beta)`."""
     taus = tau * np.geomspace(1e-6, 30.0, 25)
     t = tau * np.geomspace(1e-6, 100.0, 400)
@@ -26,13 +26,13 @@ def creep(rng: np.random.Generator, setting: Setting) -> Recipe:
     """A stretched exponential in place of the logarithm; strength: its end value."""
     del setting
     tau, beta = log_uniform(rng, 0.1, 2.0), float(rng.uniform(0.35, 0.6))
-    taus, weights = stretched(tau, beta)
+    taus, weights = stretched_exponential(tau, beta)
     return Recipe(
         name="creep", strength="gain", low=5e-4, high=0.2,
         parameters={"form": "stretched", "tau": tau, "beta": beta},
         build=lambda g: Effect(
             "creep",
-            displacement=lambda nu, now: nu + g * creeping(nu - now.rest, now, taus, weights),
+            displacement=lambda nu, now: nu + g * creep_response(nu - now.rest, now, taus, weights),
         ),
     )  # fmt: skip
 
@@ -43,9 +43,11 @@ def resonance(rng: np.random.Generator, setting: Setting) -> Recipe:
     shift = float(rng.uniform(0.03, 0.12)) * float(rng.choice([-1, 1]))
 
     def build(period: float) -> Effect:
-        def displacement(nu: Array, now: Moment) -> Array:
+        def displacement(nu: Array, now: RunState) -> Array:
             warm = -float(np.expm1(-now.scan.start_s / tau))
-            return filtered(nu, now.step, [1.0], mode((1 + shift * warm) / period, z))
+            return rational_filter(
+                nu, now.step, [1.0], second_order((1 + shift * warm) / period, z)
+            )
 
         return Effect("resonance", displacement=displacement)
 
@@ -60,7 +62,7 @@ def drift(rng: np.random.Generator, setting: Setting) -> Recipe:
     onset, tau = setting.end_s * rng.uniform([-0.1, 0.05], [0.4, 0.5])
     sign = 1 if rng.random() < 0.5 else -1
 
-    def light(nu: Array, now: Moment, x: float) -> Array:
+    def light(nu: Array, now: RunState, x: float) -> Array:
         since = np.maximum(now.t - onset, 1e-9)
         return nu + sign * x * special.erfc(np.sqrt(tau / since))
 
@@ -77,8 +79,8 @@ def gain_drift(rng: np.random.Generator, setting: Setting) -> Recipe:
     p = float(rng.uniform(0, 2 * np.pi))
 
     def build(x: float) -> Effect:
-        def light(nu: Array, now: Moment) -> Array:
-            centre = level(now.moved, now.drive, now.scan.bias)
+        def light(nu: Array, now: RunState) -> Array:
+            centre = mean_at_crossings(now.operator_response, now.drive, now.scan.bias)
             return centre + (nu - centre) * (1 + x * np.sin(2 * np.pi * now.t / cycle + p))
 
         return Effect("gain_drift", light=light)
@@ -97,9 +99,9 @@ def mode_hop(rng: np.random.Generator, setting: Setting) -> Recipe:
     width = up - down
 
     def build(jump: float) -> Effect:
-        def light(nu: Array, now: Moment) -> Array:
+        def light(nu: Array, now: RunState) -> Array:
             del now
-            count = hopped(nu, up, down).astype(float) + hopped(nu, second, second - width)
+            count = hop_states(nu, up, down).astype(float) + hop_states(nu, second, second - width)
             return nu + sign * jump * count
 
         return Effect("mode_hop", light=light)
@@ -149,14 +151,14 @@ def pickup(rng: np.random.Generator, setting: Setting) -> Recipe:
 
 def current_coupling(rng: np.random.Generator, setting: Setting) -> Recipe:
     """`k(u) du/dt`: the current into a capacitance that grows with the voltage."""
-    low, high = levels(setting.scans)
+    low, high = drive_range(setting.scans)
     bend = float(rng.uniform(0.2, 0.6))
     sign = 1 if rng.random() < 0.5 else -1
 
     def build(k: float) -> Effect:
-        def light(nu: Array, now: Moment) -> Array:
+        def light(nu: Array, now: RunState) -> Array:
             height = (now.drive - low) / (high - low)
-            return nu + sign * k * (1 + bend * (2 * height - 1)) * slope(now.drive, now.step)
+            return nu + sign * k * (1 + bend * (2 * height - 1)) * derivative(now.drive, now.step)
 
         return Effect("current_coupling", light=light)
 

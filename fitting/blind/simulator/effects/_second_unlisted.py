@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from fitting.blind.simulator._device import Effect, Moment
-from fitting.blind.simulator._filters import delayed
+from fitting.blind.simulator._filters import delay_signal
+from fitting.blind.simulator._signal_path import Effect, RunState
 
 from ._recipe import Array, Maker, Recipe, Setting, log_uniform
 
 
-def events(rng: np.random.Generator, setting: Setting, mean: float) -> Array:
+def draw_events(rng: np.random.Generator, setting: Setting, mean: float) -> Array:
     """Random times in s on the session's clock and long after it, `mean` s apart."""
     horizon = 3 * setting.end_s + 100
     return np.cumsum(rng.exponential(mean, int(1.2 * horizon / mean) + 50))
@@ -16,7 +16,7 @@ def events(rng: np.random.Generator, setting: Setting, mean: float) -> Array:
 
 def knocks(rng: np.random.Generator, setting: Setting) -> Recipe:
     """The table is knocked at random times and rings down; strength: the typical first swing."""
-    times = events(rng, setting, log_uniform(rng, 0.15, 0.5))
+    times = draw_events(rng, setting, log_uniform(rng, 0.15, 0.5))
     heights = rng.standard_normal(len(times))
     f, tau = log_uniform(rng, 15.0, 90.0), log_uniform(rng, 0.02, 0.1)
 
@@ -38,10 +38,10 @@ def knocks(rng: np.random.Generator, setting: Setting) -> Recipe:
 def stale(rng: np.random.Generator, setting: Setting) -> Recipe:
     """The reading fails to be renewed at random times; strength: for how long, s."""
     mean = log_uniform(rng, 0.03, 0.15)
-    times = events(rng, setting, mean)
+    times = draw_events(rng, setting, mean)
 
     def build(x: float) -> Effect:
-        def light(nu: Array, now: Moment) -> Array:
+        def light(nu: Array, now: RunState) -> Array:
             before = np.searchsorted(times, now.t, side="right") - 1
             last = times[np.maximum(before, 0)]
             held = (before >= 0) & (now.t - last < x) & (last >= now.t[0])
@@ -67,7 +67,7 @@ def lost_counts(rng: np.random.Generator, setting: Setting) -> Recipe:
     def build(cut: float) -> Effect:
         limit = (1 - cut) * fastest
 
-        def light(nu: Array, now: Moment) -> Array:
+        def light(nu: Array, now: RunState) -> Array:
             most = limit * now.step
             # The counter is set to zero at the run's first sample.
             begin = int(np.argmin(np.abs(now.t - now.scan.start_s)))
@@ -87,7 +87,7 @@ def subharmonic(rng: np.random.Generator, setting: Setting) -> Recipe:
     reference, p = setting.widest.swing, float(rng.uniform(0, 2 * np.pi))
 
     def build(x: float) -> Effect:
-        def displacement(nu: Array, now: Moment) -> Array:
+        def displacement(nu: Array, now: RunState) -> Array:
             periods = now.scan.rate_hz * (now.t - now.scan.start_s) + now.scan.phase
             return nu + x * now.scan.swing / reference * np.sin(np.pi * periods + p)
 
@@ -105,8 +105,8 @@ def echo(rng: np.random.Generator, setting: Setting) -> Recipe:
     late = log_uniform(rng, 3e-3, 9e-3)
 
     def build(x: float) -> Effect:
-        def displacement(nu: Array, now: Moment) -> Array:
-            return nu + x * (delayed(nu, now.step, late) - nu)
+        def displacement(nu: Array, now: RunState) -> Array:
+            return nu + x * (delay_signal(nu, now.step, late) - nu)
 
         return Effect("unlisted:echo", displacement=displacement)
 

@@ -5,17 +5,23 @@ from collections.abc import Callable
 import numpy as np
 from scipy import signal
 
-from fitting.blind.simulator._device import Effect, Moment
-from fitting.blind.simulator._filters import delayed, filtered, lowpass, mode, slope
-from fitting.blind.simulator._plays import stretches, turning_points
+from fitting.blind.simulator._filters import (
+    delay_signal,
+    derivative,
+    lowpass,
+    rational_filter,
+    second_order,
+)
+from fitting.blind.simulator._plays import stretch_index, turning_points
+from fitting.blind.simulator._signal_path import Effect, RunState
 
-from ._recipe import Array, Recipe, Setting, levels, log_uniform, path_in_time
+from ._recipe import Array, Recipe, Setting, drive_range, log_uniform, path_in_time
 
 
-def slipping(u: Array, width: float) -> Array:
+def stick_slip(u: Array, width: float) -> Array:
     """Sticks where the drive turns, until it is `width` away, then slips to it at once."""
     ends = turning_points(u)
-    begins = np.concatenate(([u[0]], u[ends[:-1]]))[stretches(ends, len(u))]
+    begins = np.concatenate(([u[0]], u[ends[:-1]]))[stretch_index(ends, len(u))]
     return np.where(np.abs(u - begins) > width, u, begins)
 
 
@@ -24,7 +30,7 @@ def stiction(rng: np.random.Generator, setting: Setting) -> Recipe:
     del rng, setting
     return Recipe(
         name="unlisted:stiction", strength="width", low=1e-4, high=0.5, parameters={},
-        build=lambda w: Effect("unlisted:stiction", drive=lambda u, now: slipping(u, w)),
+        build=lambda w: Effect("unlisted:stiction", drive=lambda u, now: stick_slip(u, w)),
     )  # fmt: skip
 
 
@@ -34,7 +40,7 @@ def absorption(rng: np.random.Generator, setting: Setting) -> Recipe:
     half = log_uniform(rng, 0.3, 2.0)
 
     def build(x: float) -> Effect:
-        def light(nu: Array, now: Moment) -> Array:
+        def light(nu: Array, now: RunState) -> Array:
             del now
             far = (nu - line) / half
             return nu - x * 2 * far / (1 + far**2)
@@ -55,7 +61,7 @@ def telegraph(rng: np.random.Generator, setting: Setting) -> Recipe:
     first = int(rng.integers(2))
 
     def build(x: float) -> Effect:
-        def light(nu: Array, now: Moment) -> Array:
+        def light(nu: Array, now: RunState) -> Array:
             return nu + x * ((np.searchsorted(jumps, now.t) + first) % 2 - 0.5)
 
         return Effect("unlisted:telegraph", light=light)
@@ -72,9 +78,9 @@ def fatigue(rng: np.random.Generator, setting: Setting) -> Recipe:
     total = sum(scan.periods for scan in setting.scans)
 
     def build(x: float) -> Effect:
-        def displacement(nu: Array, now: Moment) -> Array:
+        def displacement(nu: Array, now: RunState) -> Array:
             driven = now.cycles + (now.t - now.t[0]) * now.scan.rate_hz
-            return nu + x * driven / total * now.opening
+            return nu + x * driven / total * now.hysteresis_part
 
         return Effect("unlisted:fatigue", displacement=displacement)
 
@@ -86,13 +92,13 @@ def fatigue(rng: np.random.Generator, setting: Setting) -> Recipe:
 
 def drive_delay(rng: np.random.Generator, setting: Setting) -> Recipe:
     """A delay that grows with the square of the drive's height; strength: at the highest, s."""
-    low, high = levels(setting.scans)
+    low, high = drive_range(setting.scans)
     down = bool(rng.random() < 0.5)
 
     def build(x: float) -> Effect:
-        def drive(u: Array, now: Moment) -> Array:
+        def drive(u: Array, now: RunState) -> Array:
             height = np.clip((u - low) / (high - low), 0.0, 1.0)
-            return delayed(u, now.step, x * (1 - height if down else height) ** 2)
+            return delay_signal(u, now.step, x * (1 - height if down else height) ** 2)
 
         return Effect("unlisted:drive_delay", drive=drive)
 
@@ -141,7 +147,9 @@ def notch(rng: np.random.Generator, setting: Setting) -> Recipe:
         parameters={"centre": centre, "damping": z},
         build=lambda x: Effect(
             "unlisted:notch",
-            drive=lambda u, now: filtered(u, now.step, mode(centre, z * (1 - x)), mode(centre, z)),
+            drive=lambda u, now: rational_filter(
+                u, now.step, second_order(centre, z * (1 - x)), second_order(centre, z)
+            ),
         ),
     )  # fmt: skip
 
@@ -149,10 +157,10 @@ def notch(rng: np.random.Generator, setting: Setting) -> Recipe:
 def earlier_maximum(rng: np.random.Generator, setting: Setting) -> Recipe:
     """The gain remembers how far the run before went, and forgets it; strength: a part of it."""
     tau = log_uniform(rng, 0.1, 1.0)
-    low, high = levels(setting.scans)
+    low, high = drive_range(setting.scans)
 
     def build(x: float) -> Effect:
-        def displacement(nu: Array, now: Moment) -> Array:
+        def displacement(nu: Array, now: RunState) -> Array:
             before, here = now.earlier, now.scan
             if before is None:
                 return nu
@@ -174,8 +182,8 @@ def self_heating(rng: np.random.Generator, setting: Setting) -> Recipe:
     steepest = setting.steepest
 
     def build(x: float) -> Effect:
-        def displacement(nu: Array, now: Moment) -> Array:
-            power = (slope(now.drive, now.step) / steepest) ** 2
+        def displacement(nu: Array, now: RunState) -> Array:
+            power = (derivative(now.drive, now.step) / steepest) ** 2
             power[0] = 0.0  # cold before the lead-in
             return nu + x * lowpass(power, now.step, tau)
 

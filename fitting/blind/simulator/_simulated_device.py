@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ._device import Device, Effect, Moment, level
 from ._noise import LEAST, MOST, Noise, draw_noise
-from ._piezo import draw_inside, draw_outside
-from ._scan import Scan, draw_session
-from ._tangent import tangent
+from ._piezo import draw_other_form, draw_paper_form
+from ._scan import Scan, draw_scans
+from ._signal_path import Effect, RunState, SignalPath, mean_at_crossings
+from ._tangent import base_tangent
 from .effects._kinds import MIX, SIGMA, makers, names_of
 from .effects._recipe import Setting, log_uniform
-from .effects._strength import NEAR, Sized, sized
+from .effects._strength import NEAR, ScaledEffects, scale_to_size
 
 Array = npt.NDArray[np.float64]
 
@@ -40,55 +40,55 @@ class Run:
 
 
 @dataclass(frozen=True, eq=False)
-class World:
+class SimulatedDevice:
     """A simulated laser, its recorded session, and the answer that is withheld."""
 
     name: str  # tells nothing of the answer
     seed: int
     kind: str  # null, listed, form, pair, unlisted
     truth: tuple[str, ...]  # names of effects, () for none, ("unlisted:stiction",)
-    asked: float  # size asked for, in multiples of the noise; 0 for a null
+    requested_size: float  # size asked for, in multiples of the noise; 0 for a null
     size: float  # size achieved: projected rms of the noise-free effect over the noise's rms
-    alone: tuple[float, ...]  # size of each effect by itself, in the order of `truth`
+    single_sizes: tuple[float, ...]  # size of each effect by itself, in the order of `truth`
     parameters: dict[str, dict[str, Any]]  # of each effect
     base_misfit: bool  # whether the paper's operator can fit the base only nearly
     runs: tuple[Run, ...]
     noise_free: tuple[Array, ...]  # GHz, with the effects
     without: tuple[Array, ...]  # GHz, noise-free, without the effects
     noise: Noise
-    device: Device
+    signal_path: SignalPath
 
-    def answer(self, scans: Sequence[Scan]) -> list[Array]:
+    def simulate(self, scans: Sequence[Scan]) -> list[Array]:
         """Noise-free frequencies in GHz for a session of any drives, recorded or new.
 
         `start_s` of each scan says where on the session's clock it lies; scans must be in order of
         time. What is fixed in absolute time goes on past the recorded session.
         """
-        return self.device.answer(_in_order(scans))
+        return self.signal_path.simulate(_in_order(scans))
 
-    def answer_without(self, scans: Sequence[Scan]) -> list[Array]:
+    def simulate_without_effects(self, scans: Sequence[Scan]) -> list[Array]:
         """The same laser's answers without its effects, GHz."""
-        device = self.device
-        bare = Device(device.piezo, (), device.oversample, device.rest)
-        return bare.answer(_in_order(scans))
+        signal_path = self.signal_path
+        bare = SignalPath(signal_path.piezo, (), signal_path.oversample, signal_path.rest)
+        return bare.simulate(_in_order(scans))
 
     def measure(self, scans: Sequence[Scan], seed: int) -> tuple[Run, ...]:
         """New readings with noise and rounding; the same `seed` gives the same noise."""
         rng = np.random.default_rng([self.seed, _READINGS, 1 + seed])
-        return _read(scans, self.answer(scans), self.noise, rng)
+        return _read(scans, self.simulate(scans), self.noise, rng)
 
 
 _SESSION, _PIEZO, _NOISE, _CHOICE, _EFFECT, _READINGS = range(6)
 
 
-def draw(
+def draw_device(
     seed: int,
     kind: str | None = None,
     effect: str | None = None,
     sigma: float | None = None,
     *,
     base_misfit: bool | None = None,
-) -> World:
+) -> SimulatedDevice:
     """The world of a seed; what is not asked for is drawn, in the mix of `_kinds.MIX`.
 
     `effect` is a name of `_kinds.names_of(kind)`, two names joined by `+` for a pair. `sigma` is
@@ -101,64 +101,66 @@ def draw(
     kind = drawn if kind is None else kind
     named = str(choice.choice(names_of(kind)))
     effect = named if effect is None else effect
-    asked = log_uniform(choice, *SIGMA)
+    requested_size = log_uniform(choice, *SIGMA)
     misfit = bool(choice.random() < 0.5)
-    asked = asked if sigma is None else float(sigma)
+    requested_size = requested_size if sigma is None else float(sigma)
     misfit = misfit if base_misfit is None else base_misfit
     made = makers(kind, effect)
 
-    scans = draw_session(np.random.default_rng([seed, _SESSION]))
+    scans = draw_scans(np.random.default_rng([seed, _SESSION]))
     rng = np.random.default_rng([seed, _PIEZO])
     oversample = int(rng.integers(8, 17))
-    piezo = draw_outside(rng) if misfit else draw_inside(rng)
+    piezo = draw_other_form(rng) if misfit else draw_paper_form(rng)
     noise = draw_noise(np.random.default_rng([seed, _NOISE]))
 
-    bare = Device(piezo, (), oversample, 0.0)
+    bare = SignalPath(piezo, (), oversample, 0.0)
     known = bare.path(scans)
     first = known[0]
-    rest = level(first.moved, first.drive, first.scan.bias)
-    bare = Device(piezo, (), oversample, rest)
+    rest = mean_at_crossings(first.operator_response, first.drive, first.scan.bias)
+    bare = SignalPath(piezo, (), oversample, rest)
     known = bare.path(scans)
-    without = tuple(bare.answer(scans, known))
-    found = Sized((), {}, 0.0, ())
+    without = tuple(bare.simulate(scans, known))
+    found = ScaledEffects((), {}, 0.0, ())
     if made:
-        setting = Setting(scans, without, rest, asked * noise.rms)
-        space = tangent(piezo, scans, oversample)
+        setting = Setting(scans, without, rest, requested_size * noise.rms)
+        space = base_tangent(piezo, scans, oversample)
 
         def size(effects: tuple[Effect, ...]) -> float:
-            answers = _answers(Device(piezo, effects, oversample, rest), scans, known)
+            answers = _answers(SignalPath(piezo, effects, oversample, rest), scans, known)
             return space.left([a - b for a, b in zip(answers, without, strict=True)])
 
-        found = sized(np.random.default_rng([seed, _EFFECT]), made, setting, size)
-        wanted = found.size / (asked * noise.rms)
+        found = scale_to_size(np.random.default_rng([seed, _EFFECT]), made, setting, size)
+        wanted = found.size / (requested_size * noise.rms)
         if abs(wanted - 1) > NEAR:
             least, most = LEAST / noise.rms, MOST / noise.rms
             noise = noise.scaled(float(np.clip(wanted, least, most)))
-    device = Device(piezo, found.effects, oversample, rest)
-    clean = tuple(_answers(device, scans, known))
+    signal_path = SignalPath(piezo, found.effects, oversample, rest)
+    clean = tuple(_answers(signal_path, scans, known))
     readings = np.random.default_rng([seed, _READINGS, 0])
-    return World(
+    return SimulatedDevice(
         name=f"world-{seed}",
         seed=seed,
         kind=kind,
         truth=tuple(effect.name for effect in found.effects),
-        asked=asked if made else 0.0,
+        requested_size=requested_size if made else 0.0,
         size=found.size / noise.rms,
-        alone=tuple(part / noise.rms for part in found.alone),
+        single_sizes=tuple(part / noise.rms for part in found.single_sizes),
         parameters=found.parameters,
         base_misfit=misfit,
         runs=_read(scans, clean, noise, readings),
         noise_free=clean,
         without=without,
         noise=noise,
-        device=device,
+        signal_path=signal_path,
     )
 
 
-def _answers(device: Device, scans: Sequence[Scan], known: Sequence[Moment]) -> list[Array]:
+def _answers(
+    signal_path: SignalPath, scans: Sequence[Scan], known: Sequence[RunState]
+) -> list[Array]:
     """Answers, with the hysteresis taken from `known` where the effects leave it as it is."""
-    same = all(effect.after_hysteresis for effect in device.effects)
-    return device.answer(scans, known if same else None)
+    same = all(effect.after_hysteresis for effect in signal_path.effects)
+    return signal_path.simulate(scans, known if same else None)
 
 
 def _read(

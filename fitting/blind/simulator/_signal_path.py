@@ -23,7 +23,7 @@ LEAD_S = 0.1
 
 
 @dataclass
-class Moment:
+class RunState:
     """What an effect may know of the run it acts on; arrays are on the fine clock."""
 
     scan: Scan
@@ -32,15 +32,15 @@ class Moment:
     step: float  # s
     command: Array  # V
     drive: Array  # V, after the effects on the drive
-    moved: Array  # GHz, the hysteresis' answer
-    opening: Array  # GHz, that part of it which the loop's opening makes
+    operator_response: Array  # GHz, the hysteresis' answer
+    hysteresis_part: Array  # GHz, that part of it which the loop's opening makes
     rest: float  # GHz, the response at rest
     earlier: Scan | None  # the run before
     cycles: float  # periods driven before this run
     state: dict[str, Any] = field(default_factory=dict)  # carried from run to run
 
 
-Law = Callable[[Array, Moment], Array]
+Law = Callable[[Array, RunState], Array]
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ ORDER = ("gain_drift", "drift", "current_coupling", "mode_hop", "etalon", "picku
 
 
 @dataclass(frozen=True)
-class Device:
+class SignalPath:
     """A laser with its effects."""
 
     piezo: Piezo
@@ -71,7 +71,9 @@ class Device:
     oversample: int
     rest: float  # GHz
 
-    def path(self, scans: Sequence[Scan], known: Sequence[Moment] | None = None) -> list[Moment]:
+    def path(
+        self, scans: Sequence[Scan], known: Sequence[RunState] | None = None
+    ) -> list[RunState]:
         """Each run up to the drive and the loop's opening, with `known` ones of the same laws."""
         if known is not None:
             return list(known)
@@ -85,23 +87,27 @@ class Device:
             first = -lead * scan.samples * self.oversample
             last = (scan.periods * scan.samples - 1) * self.oversample
             local = np.arange(first, last + 1, dtype=float) * float(step)
-            command = turned(scan, local, self.oversample)
-            moment = Moment(
+            command = drive_with_corners(scan, local, self.oversample)
+            moment = RunState(
                 scan, number, scan.start_s + local, step, command, command, command, command,
                 self.rest, earlier, cycles,
             )  # fmt: skip
             for effect in self.effects:
                 moment.drive = effect.drive(moment.drive, moment) if effect.drive else moment.drive
-            moment.moved, moment.opening = piezo.respond(moment.drive, scan.rate_hz, scan.swing)
+            moment.operator_response, moment.hysteresis_part = piezo.respond(
+                moment.drive, scan.rate_hz, scan.swing
+            )
             moments.append(moment)
             earlier, cycles = scan, cycles + lead + scan.periods
         return moments
 
-    def answer(self, scans: Sequence[Scan], known: Sequence[Moment] | None = None) -> list[Array]:
+    def simulate(
+        self, scans: Sequence[Scan], known: Sequence[RunState] | None = None
+    ) -> list[Array]:
         """Frequency in GHz at the samples of each run, without noise."""
         answers, state = [], {}
         for moment in self.path(scans, known):
-            nu, now = moment.moved, replace(moment, state=state)
+            nu, now = moment.operator_response, replace(moment, state=state)
             for act in ("displacement", "light"):
                 for effect in self.effects:
                     law = getattr(effect, act)
@@ -111,7 +117,7 @@ class Device:
         return answers
 
 
-def turned(scan: Scan, local: Array, oversample: int) -> Array:
+def drive_with_corners(scan: Scan, local: Array, oversample: int) -> Array:
     """The drive on the fine clock, with turning points of a triangle that lie between its ticks.
 
     The tick next to each takes the extreme value, but for ticks that are samples. Missing it by a
@@ -137,14 +143,16 @@ def turned(scan: Scan, local: Array, oversample: int) -> Array:
     return command
 
 
-def level(moved: Array, drive: Array, volts: float) -> float:
+def mean_at_crossings(operator_response: Array, drive: Array, volts: float) -> float:
     """Mean response in GHz where the drive crosses `volts`, over both directions."""
     above = drive >= volts
     crossed = np.flatnonzero(above[1:] != above[:-1])
     if len(crossed) == 0:
-        return float(np.mean(moved))
+        return float(np.mean(operator_response))
     part = (volts - drive[crossed]) / (drive[crossed + 1] - drive[crossed])
-    values = moved[crossed] + part * (moved[crossed + 1] - moved[crossed])
+    values = operator_response[crossed] + part * (
+        operator_response[crossed + 1] - operator_response[crossed]
+    )
     rising = above[crossed + 1]
     sides = [float(np.mean(v)) for v in (values[rising], values[~rising]) if len(v)]
     return sum(sides) / len(sides)

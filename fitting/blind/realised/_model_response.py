@@ -12,7 +12,7 @@ from rapi_jax.internal import compiled_respond, float64, to_batch
 Array = npt.NDArray[np.float64]
 
 
-def drive_of(scan: Scan) -> Drive:
+def to_drive(scan: Scan) -> Drive:
     """The drive that a recording of `scan` holds; one with a table repeats as well."""
     known = ("triangle", "sine")
     waveform = scan.waveform if scan.waveform in known else "multisine"
@@ -25,7 +25,7 @@ def model_response(ecdl: ECDL, scans: Sequence[Scan]) -> list[Array]:
 
     Effects see the session's time, and what has a memory of earlier runs keeps it.
     """
-    drives = [drive_of(scan) for scan in scans]
+    drives = [to_drive(scan) for scan in scans]
     data = to_batch(Recording.of(drives, [drive.value for drive in drives]), lead=True)
     rows = np.asarray(compiled_respond(ecdl, data.device(), None))
     out = []

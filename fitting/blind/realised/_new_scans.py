@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.blind.simulator._scan import Scan, placed, sampled
+from fitting.blind.simulator._scan import Scan, place_in_time, scan_from_samples
 
 KINDS = ("rate", "amplitude", "waveform")
 SAMPLES = 400
@@ -14,7 +14,7 @@ RISE = 0.7  # share of the period on the way up, where the session's are half
 PAUSE_S = 2.0
 
 
-def unseen(scans: Sequence[Scan]) -> dict[str, Scan]:
+def new_scans(scans: Sequence[Scan]) -> dict[str, Scan]:
     """One scan of each kind within the session's range, one after the other behind the session.
 
     - `rate`: a triangle of the full swing, in the widest gap between recorded rates.
@@ -24,26 +24,28 @@ def unseen(scans: Sequence[Scan]) -> dict[str, Scan]:
     widest = max(scans, key=lambda scan: scan.swing)
     rates = sorted(scan.rate_hz for scan in scans if scan.swing > 0.98 * widest.swing)
     known = rates[len(rates) // 2]
-    new_rate = math.exp(_between([math.log(rate) for rate in _two({s.rate_hz for s in scans})]))
-    new_swing = _between(_two({round(scan.swing, 6) for scan in scans}))
+    new_rate = math.exp(
+        _widest_gap_middle([math.log(rate) for rate in _at_least_two({s.rate_hz for s in scans})])
+    )
+    new_swing = _widest_gap_middle(_at_least_two({round(scan.swing, 6) for scan in scans}))
     rise = round(RISE * SAMPLES)
     up, down = np.arange(rise) / rise, 1 - np.arange(SAMPLES - rise) / (SAMPLES - rise)
     skewed = widest.bias + widest.swing * (np.concatenate([up, down]) - 0.5)
     made = (
         Scan(new_rate, widest.swing, widest.bias, "triangle", PERIODS, SAMPLES),
         Scan(known, new_swing, widest.bias, "triangle", PERIODS, SAMPLES),
-        sampled(skewed, known, periods=PERIODS, waveform="triangle"),
+        scan_from_samples(skewed, known, periods=PERIODS, waveform="triangle"),
     )
     begin = scans[-1].start_s + scans[-1].duration_s + PAUSE_S
-    return dict(zip(KINDS, placed(made, begin, pause_s=PAUSE_S), strict=True))
+    return dict(zip(KINDS, place_in_time(made, begin, pause_s=PAUSE_S), strict=True))
 
 
-def _two(values: set[float]) -> list[float]:
+def _at_least_two(values: set[float]) -> list[float]:
     """In order; a single value gets another below it."""
     return sorted(values) if len(values) > 1 else [0.6 * max(values), max(values)]
 
 
-def _between(values: Sequence[float]) -> float:
+def _widest_gap_middle(values: Sequence[float]) -> float:
     """The middle of the widest gap."""
     at = int(np.argmax(np.diff(values)))
     return (values[at] + values[at + 1]) / 2

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from ._entry import Entry
+from ._outcome import Outcome
 
 SIGNIFICANT = 0.05
 
 
-def paired(follow: Sequence[tuple[Entry, Entry, Entry]]) -> dict[str, Any]:
+def compare_scans(follow: Sequence[tuple[Outcome, Outcome, Outcome]]) -> dict[str, Any]:
     """Set sizes and probabilities of the truth after either scan.
 
     `follow`: the diagnosis before, after the advised scan, after the random one, for each device.
@@ -18,8 +18,8 @@ def paired(follow: Sequence[tuple[Entry, Entry, Entry]]) -> dict[str, Any]:
     advised scan is no better.
     """
     whole = [t for t in follow if all(entry.error is None for entry in t)]
-    sizes = np.array([[len(e.names) for e in t] for t in whole], dtype=float).reshape(-1, 3)
-    truth = np.array([[e.probability.get(e.right, 0.0) for e in t] for t in whole]).reshape(-1, 3)
+    sizes = np.array([[len(e.credible_set) for e in t] for t in whole], dtype=float).reshape(-1, 3)
+    truth = np.array([[e.probability.get(e.correct, 0.0) for e in t] for t in whole]).reshape(-1, 3)
     smaller = _tests(sizes[:, 2] - sizes[:, 1])
     chance = smaller["p_signed_rank"]
     return {
@@ -28,7 +28,7 @@ def paired(follow: Sequence[tuple[Entry, Entry, Entry]]) -> dict[str, Any]:
         "set_size": _means(sizes) | smaller,
         "probability_of_truth": _means(truth) | _tests(truth[:, 1] - truth[:, 2]),
         "truth_in_set": {
-            name: int(sum(t[k].right in t[k].names for t in whole))
+            name: int(sum(t[k].correct in t[k].credible_set for t in whole))
             for k, name in enumerate(("before", "advised", "random"))
         },
         "met": None if chance is None else chance < SIGNIFICANT,

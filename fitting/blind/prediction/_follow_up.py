@@ -14,20 +14,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fitting.blind.protocol._answers import read_answer, spec_of
-from fitting.blind.protocol._exchange import recorded, write_exact
-from fitting.blind.protocol._folder import BankFolder, make_folder, read_json, refuse_foreign
+from fitting.blind.protocol._answers import read_answer, read_spec
+from fitting.blind.protocol._exchange import to_run, write_verified
+from fitting.blind.protocol._folder import BankFolder, make_folder, read_json, refuse_unknown_files
 from fitting.blind.protocol._frozen import tree_sha256
-from fitting.blind.simulator._scan import Scan, sampled
+from fitting.blind.simulator._scan import Scan, scan_from_samples
 from rapi_jax import Drive, Identified, LimitError, Recording
 from rapi_jax.io import read_drive, read_recording
 
-from ._predict import NEXT, seed_of
-from ._predictions import Progress, carry_out, close
+from ._predict import NEXT, recording_seed
+from ._predictions import Progress, close_predictions, run_missing
 from ._workers import Job
 
 if TYPE_CHECKING:
-    from fitting.blind.simulator._world import World
+    from fitting.blind.simulator._simulated_device import SimulatedDevice
 
 MOST = 40
 KINDS = ("advised", "random")
@@ -38,7 +38,7 @@ _TRIES = 1000
 
 
 @dataclass(frozen=True)
-class Pair:
+class FollowUp:
     """The predictions of one device after the advised scan and after the random one."""
 
     name: str
@@ -46,7 +46,7 @@ class Pair:
     random: Path
 
 
-def tied(predictions: dict[str, dict[str, Any]]) -> list[str]:
+def select_ambiguous(predictions: dict[str, dict[str, Any]]) -> list[str]:
     """Names of the recordings with several causes in the set, and a scan advised."""
     return [
         name
@@ -57,24 +57,26 @@ def tied(predictions: dict[str, dict[str, Any]]) -> list[str]:
     ]
 
 
-def closed(folder: BankFolder, predictions: dict[str, dict[str, Any]]) -> list[Pair]:
+def closed_follow_ups(folder: BankFolder, predictions: dict[str, dict[str, Any]]) -> list[FollowUp]:
     """The second predictions that were closed."""
     promised = read_json(folder.follow / CLOSED).get("sha256", {})
-    return pairs(folder, [name for name in tied(predictions) if f"{KINDS[0]}/{name}" in promised])
+    return follow_up_paths(
+        folder, [name for name in select_ambiguous(predictions) if f"{KINDS[0]}/{name}" in promised]
+    )
 
 
-def pairs(folder: BankFolder, names: Sequence[str]) -> list[Pair]:
+def follow_up_paths(folder: BankFolder, names: Sequence[str]) -> list[FollowUp]:
     """Where the second predictions of these recordings are."""
     places = [folder.follow / kind / "predictions" for kind in KINDS]
-    return [Pair(name, *(place / f"{name}.json" for place in places)) for name in names]
+    return [FollowUp(name, *(place / f"{name}.json" for place in places)) for name in names]
 
 
-def files(found: Sequence[Pair]) -> dict[str, Path]:
+def files_by_key(found: Sequence[FollowUp]) -> dict[str, Path]:
     """The second predictions under the names by which they are closed."""
     return {f"{kind}/{p.name}": getattr(p, kind) for p in found for kind in KINDS}
 
 
-def follow(
+def follow_up(
     folder: BankFolder,
     predictions: dict[str, dict[str, Any]],
     *,
@@ -83,21 +85,21 @@ def follow(
     progress: Progress | None = None,
 ) -> None:
     """Measure the first `most`, diagnose and close; what is there already is kept."""
-    names, tree, jobs = tied(predictions)[:most], tree_sha256(), []
+    names, tree, jobs = select_ambiguous(predictions)[:most], tree_sha256(), []
     make_folder(folder.follow)
     for kind in KINDS:
-        refuse_foreign(folder.follow / kind / "recordings", set(names))
+        refuse_unknown_files(folder.follow / kind / "recordings", set(names))
         make_folder(folder.follow / kind / "recordings")
     for name in names:
         value, _ = read_answer(folder, name)
-        world = spec_of(value).draw()
+        device = read_spec(value).draw()
         first = read_recording(folder.recordings / name)
-        advised = advised_scan(folder, name, predictions[name], world)
-        scans = {"advised": advised, "random": random_scan(first, advised)}
+        advised = read_advised_scan(folder, name, predictions[name], device)
+        scans = {"advised": advised, "random": draw_random_scan(first, advised)}
         for number, kind in enumerate(KINDS):
             place = folder.follow / kind
-            second = again(first, world, scans[kind], 1 + number)
-            write_exact(second, place / "recordings" / name)
+            second = append_run(first, device, scans[kind], 1 + number)
+            write_verified(second, place / "recordings" / name)
             jobs.append(
                 Job(
                     str(place / "recordings" / name),
@@ -108,17 +110,19 @@ def follow(
                     scan=False,
                 )
             )
-    carry_out(folder, jobs, workers=workers, progress=progress)
-    close(folder.follow / CLOSED, files(pairs(folder, names)), tree)
+    run_missing(folder, jobs, workers=workers, progress=progress)
+    close_predictions(folder.follow / CLOSED, files_by_key(follow_up_paths(folder, names)), tree)
 
 
-def again(first: Recording, world: "World", scan: Scan, seed: int) -> Recording:
+def append_run(first: Recording, device: "SimulatedDevice", scan: Scan, seed: int) -> Recording:
     """The recorded session with one more run of the same device."""
-    run = world.measure([*(run.scan for run in world.runs), scan], seed)[-1]
-    return replace(first, runs=(*first.runs, recorded(run, f"run{len(first.runs):02d}")))
+    run = device.measure([*(run.scan for run in device.runs), scan], seed)[-1]
+    return replace(first, runs=(*first.runs, to_run(run, f"run{len(first.runs):02d}")))
 
 
-def advised_scan(folder: BankFolder, name: str, prediction: dict[str, Any], world: "World") -> Scan:
+def read_advised_scan(
+    folder: BankFolder, name: str, prediction: dict[str, Any], device: "SimulatedDevice"
+) -> Scan:
     """The scan of a prediction's `next_drive.csv`, as the laboratory plays it."""
     said = prediction["diagnosis"]["next_scan"]
     whole = read_drive(folder.predictions / name / NEXT, waveform=said["waveform"])
@@ -126,22 +130,22 @@ def advised_scan(folder: BankFolder, name: str, prediction: dict[str, Any], worl
     periods = 1 if rate is None else max(round(rate * whole.size * whole.step_s), 1)
     samples = whole.size // periods
     hz = 1 / (samples * whole.step_s) if rate is None else float(rate)
-    scan = sampled(whole.value[:samples], hz, periods=periods, waveform=said["waveform"])
+    scan = scan_from_samples(whole.value[:samples], hz, periods=periods, waveform=said["waveform"])
     if scan.waveform in ("triangle", "sine"):
         plain = replace(scan, swing=said["amplitude"], bias=said["bias"], table=None)
         if np.allclose(plain.drive, whole.value, rtol=0, atol=1e-6 * plain.swing):
             scan = plain  # known between its samples too
-    return _switched_on(scan, world)
+    return _start_after_session(scan, device)
 
 
-def random_scan(recording: Recording, like: Scan) -> Scan:
+def draw_random_scan(recording: Recording, like: Scan) -> Scan:
     """A triangle or sine, drawn from the recording's content, as long as `like`.
 
     Rates from half the slowest to ten times the fastest, evenly in the logarithm; swings from an
     eighth to the whole of the range recorded and 5 % more, at any bias that fits; no steeper than
     an advised scan may be. Steps have no period: their time is cut into five.
     """
-    rng = np.random.default_rng([seed_of(recording), 1])
+    rng = np.random.default_rng([recording_seed(recording), 1])
     limits = Identified.of(recording).limits()
     span = limits.high_v - limits.low_v
     rates = [rate for rate in recording.rates if rate > 0]
@@ -157,24 +161,24 @@ def random_scan(recording: Recording, like: Scan) -> Scan:
             periods=periods,
             samples=samples,
         )
-        scan = replace(scan, start_s=_begin(scan, _end(recording)))
+        scan = replace(scan, start_s=_start_s(scan, _end_s(recording)))
         with contextlib.suppress(LimitError):
             limits.check(Drive(scan.time_s, scan.drive, scan.rate_hz, scan.waveform))  # pyright: ignore
             return scan
-    return replace(like, start_s=_begin(like, _end(recording)))
+    return replace(like, start_s=_start_s(like, _end_s(recording)))
 
 
-def _switched_on(scan: Scan, world: "World") -> Scan:
-    last = world.runs[-1].scan
-    return replace(scan, start_s=_begin(scan, last.start_s + last.duration_s))
+def _start_after_session(scan: Scan, device: "SimulatedDevice") -> Scan:
+    last = device.runs[-1].scan
+    return replace(scan, start_s=_start_s(scan, last.start_s + last.duration_s))
 
 
-def _end(recording: Recording) -> float:
+def _end_s(recording: Recording) -> float:
     last = recording.drives[-1]
     return last.start_s + last.size * last.step_s
 
 
-def _begin(scan: Scan, end_s: float) -> float:
+def _start_s(scan: Scan, end_s: float) -> float:
     """First sample of a drive that is switched on a minute after the session's end, s."""
     lead = max(2.0, np.ceil(_LEAD_S * scan.rate_hz)) / scan.rate_hz
     return round(end_s + PAUSE_S + float(lead), 3)

@@ -5,12 +5,18 @@ import io
 from pathlib import Path
 from typing import Any
 
-from fitting.blind.prediction import _second_sessions as _follow
-from fitting.blind.prediction._predictions import Progress, close, files, predict, read_checked
-from fitting.blind.protocol._answers import revealed, spec_of
+from fitting.blind.prediction import _follow_up as _follow
+from fitting.blind.prediction._predictions import (
+    Progress,
+    close_predictions,
+    predict_bank,
+    prediction_paths,
+    read_closed,
+)
+from fitting.blind.protocol._answers import read_spec, reveal
 from fitting.blind.protocol._folder import BankFolder, make_folder, write_json
 from fitting.blind.protocol._frozen import tree_sha256
-from fitting.blind.protocol._sealed import check_drawn, read_secret
+from fitting.blind.protocol._sealed import check_sealed_specs, read_secret
 from rapi_jax import DataError
 from rapi_jax.io import printable, write_atomic
 
@@ -18,7 +24,7 @@ SCHEMA = "rapi.blind-scores/1"
 SCORES, TABLE, FAILURES = "scores.json", "scores.md", "failures.csv"
 
 
-def examine(
+def score_bank(
     folder: BankFolder,
     *,
     follow: int = _follow.MOST,
@@ -33,13 +39,13 @@ def examine(
     a salt, a recording, a prediction or a model is not the one that was committed to. Raises
     `DataError` in that case.
     """
-    found = files(folder)
+    found = prediction_paths(folder)
     if not folder.closed.exists():
-        predict(folder, workers=workers, progress=progress)
-        close(folder.closed, found, tree_sha256())
-    predictions = read_checked(folder.closed, found)
+        predict_bank(folder, workers=workers, progress=progress)
+        close_predictions(folder.closed, found, tree_sha256())
+    predictions = read_closed(folder.closed, found)
     make_folder(folder.answers, private=True)  # a run that was killed may have left it closed
-    answers = revealed(folder)
+    answers = reveal(folder)
     secret = _secret(folder, answers)
     for value in answers:
         _check_recording(folder, value, predictions[value["name"]])
@@ -48,7 +54,7 @@ def examine(
     entries = [(v, predictions[v["name"]], folder.predictions / v["name"]) for v in answers]
     again = []
     for pair in pairs:
-        after = [second[key] for key in _follow.files([pair])]
+        after = [second[key] for key in _follow.files_by_key([pair])]
         again.append((by_name[pair.name], predictions[pair.name], *after))
     scored = _scored(entries, again, progress)
     about = folder.about
@@ -70,7 +76,7 @@ def examine(
 def _secret(folder: BankFolder, answers: list[dict[str, Any]]) -> bytes:
     """The secret; of a sealed bank it must give the worlds that are there."""
     if folder.sealed:
-        return check_drawn(folder, [spec_of(value) for value in answers])
+        return check_sealed_specs(folder, [read_spec(value) for value in answers])
     return read_secret(folder)
 
 
@@ -88,15 +94,15 @@ def _second(
     most: int,
     workers: int | None,
     progress: Progress | None,
-) -> tuple[list[_follow.Pair], dict[str, dict[str, Any]]]:
+) -> tuple[list[_follow.FollowUp], dict[str, dict[str, Any]]]:
     """Second sessions; none any more where other code closed the first predictions."""
     closed = folder.follow / _follow.CLOSED
     if not closed.exists():
         if any(p["tree_sha256"] != tree_sha256() for p in predictions.values()):
             return [], {}
-        _follow.follow(folder, predictions, most=most, workers=workers, progress=progress)
-    pairs = _follow.closed(folder, predictions)
-    return pairs, read_checked(closed, _follow.files(pairs))
+        _follow.follow_up(folder, predictions, most=most, workers=workers, progress=progress)
+    pairs = _follow.closed_follow_ups(folder, predictions)
+    return pairs, read_closed(closed, _follow.files_by_key(pairs))
 
 
 def _scored(
@@ -110,7 +116,7 @@ def _scored(
     total = len(entries)
     return score(
         entries,
-        draw=lambda value: spec_of(value).draw(),
+        draw=lambda value: read_spec(value).draw(),
         follow=follow,
         progress=lambda line: say(total, total, line),
     )

@@ -11,7 +11,7 @@ Given = tuple[Mapping[str, Any], Mapping[str, Any] | None, Path | None]
 
 
 @dataclass(frozen=True, eq=False)
-class Entry:
+class Outcome:
     """An answer, a prediction, and the folder of its models.
 
     - `size`: of the effect, in multiples of the noise; 0 for a null.
@@ -24,9 +24,9 @@ class Entry:
     kind: str
     size: float
     base_misfit: bool
-    right: str
-    said: str
-    names: tuple[str, ...]
+    correct: str
+    verdict: str
+    credible_set: tuple[str, ...]
     probability: Mapping[str, float]
     withheld: str | None
     answer: Mapping[str, Any]
@@ -41,7 +41,7 @@ class Entry:
         answer: Mapping[str, Any],
         prediction: Mapping[str, Any] | None,
         folder: Path | None = None,
-    ) -> "Entry":
+    ) -> "Outcome":
         """From the two files; a prediction that is missing counts as an error."""
         found = prediction or {"error": "no prediction was made"}
         withheld = found.get("withheld")
@@ -57,9 +57,9 @@ class Entry:
             kind=str(answer["kind"]),
             size=float(answer["size"]),
             base_misfit=bool(answer["base_misfit"]),
-            right=UNLISTED if withheld else correct_verdict(answer["truth"]),
-            said=FAILED if error is not None else str(verdict["name"]),
-            names=tuple(verdict.get("set", ())),
+            correct=UNLISTED if withheld else correct_verdict(answer["truth"]),
+            verdict=FAILED if error is not None else str(verdict["name"]),
+            credible_set=tuple(verdict.get("set", ())),
             probability=probability or {FAILED: 1.0},
             withheld=withheld,
             answer=answer,
@@ -70,25 +70,25 @@ class Entry:
         )
 
     @property
-    def null(self) -> bool:
+    def is_null(self) -> bool:
         """Whether nothing was to be found."""
         return not self.answer["truth"]
 
     @property
     def confidence(self) -> float:
         """The probability of the verdict; 1 for an error, which nothing excuses."""
-        return self.probability.get(self.said, 0.0)
+        return self.probability.get(self.verdict, 0.0)
 
     @property
-    def named(self) -> bool:
+    def names_effects(self) -> bool:
         """Whether the verdict names effects."""
         return bool(self.diagnosis) and bool(self.diagnosis["verdict"]["effects"])
 
     @property
-    def survival(self) -> float | None:
+    def unabsorbed_fraction(self) -> float | None:
         """Share of the true effect that no base absorbs, as the diagnosis saw it, if it did."""
         for hypothesis in self.diagnosis.get("hypotheses", ()):
-            if hypothesis["name"] == self.right:
+            if hypothesis["name"] == self.correct:
                 value = hypothesis.get("survival")
                 return None if value is None else float(value)
         return None
@@ -96,8 +96,8 @@ class Entry:
     @property
     def separable(self) -> bool:
         """Whether the true effect can be told from the base; where that is not known it counts."""
-        survival = self.survival
-        return survival is None or survival >= SEPARABLE
+        unabsorbed_fraction = self.unabsorbed_fraction
+        return unabsorbed_fraction is None or unabsorbed_fraction >= SEPARABLE
 
 
 SEPARABLE = 0.05  # of an effect's signature

@@ -1,9 +1,6 @@
-"""The withheld-effect check: simulated lasers whose effect is known to the examiner alone.
+"""The withheld-effect check: diagnoses scored on simulated lasers of known effect.
 
-The simulator (`fitting.blind.simulator`) rests on
-NumPy and SciPy only. It shares no code with the model or the estimator, so that a diagnosis is
-never scored on data made by its own code.
-
-`draw` in `fitting.blind.simulator._simulated_device` gives one world, `bank` in
-`fitting.blind.simulator._bank` the specifications of many.
+The simulator (`fitting.blind.simulator`) rests on NumPy and SciPy only. It shares no code with the
+model or the estimator, so that a diagnosis is never scored on data made by its own code.
+`draw_device` in `_simulated_device` simulates one device, `bank` in `_bank` specifies many.
 """

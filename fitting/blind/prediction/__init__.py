@@ -1,1 +1,1 @@
-"""Diagnoses under the blindfold, in processes of their own, and simpler methods beside them."""
+"""Diagnoses in processes that cannot read the answers, and baseline methods."""

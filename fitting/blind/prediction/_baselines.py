@@ -1,4 +1,4 @@
-"""Simple ways to name an effect, to be scored beside a diagnosis on the same worlds.
+"""Baseline methods that name an effect, scored beside the diagnosis on the same devices.
 
 - `correlation`: the effect whose signature correlates most with what the fitted base leaves, with
   nothing projected out.
@@ -6,7 +6,7 @@
 - `aic`: forward selection by Akaike's criterion on all the data, refitted with the paper's base.
 - `lowpass`: always the amplifier's low-pass. `random`: any answer, all alike.
 
-Only `random` ever answers `unlisted`.
+Only `random` ever gives the verdict `unlisted`.
 """
 
 import dataclasses
@@ -33,9 +33,8 @@ from rapi_jax import Recording
 from rapi_jax.effects import AbstractEffect
 from rapi_jax.internal import float64
 
-LEVEL = 0.01  # nominal, one look
-MOST = 3  # effects that forward selection adds
-LOOKS, FINISHED = 5, 2  # effects a round: refitted by a few steps, and to the end
+from ._thresholds import THRESHOLDS
+
 LOWPASS = "amplifier_lowpass"
 Classes = Sequence[type[AbstractEffect]]
 
@@ -45,7 +44,7 @@ Classes = Sequence[type[AbstractEffect]]
 def baseline_verdicts(
     recording: Recording, candidates: Classes, *, seed: int, fitted: FittedBase | None = None
 ) -> dict[str, str]:
-    """What each baseline answers: `none`, names joined by +, or `unlisted`.
+    """The verdict of each baseline: `none`, names joined by +, or `unlisted`.
 
     `seed`: of the random answer. `fitted`: the base where it was fitted already.
     """
@@ -80,7 +79,8 @@ def largest_correlation(state: State, screened: dict[str, list[Screened]]) -> st
     size = state.errors.synchronous.size + state.errors.nonsynchronous.size
     return (
         name
-        if fall / (state.synchronous + state.nonsynchronous) > chi2.isf(LEVEL, 1) / size
+        if fall / (state.synchronous + state.nonsynchronous)
+        > chi2.isf(THRESHOLDS.baseline_level, 1) / size
         else NONE
     )
 
@@ -91,7 +91,7 @@ def largest_score(screened: dict[str, list[Screened]]) -> str:
         name: max((s.fall_rich for s in found), default=0.0) for name, found in screened.items()
     }
     name, fall = _largest(falls)
-    return name if fall > chi2.isf(LEVEL, 1) else NONE
+    return name if fall > chi2.isf(THRESHOLDS.baseline_level, 1) else NONE
 
 
 def forward_selection(
@@ -99,13 +99,13 @@ def forward_selection(
 ) -> str:
     """Effects added one by one while `chi2 + 2 k` falls, three at most."""
     effects_found: Effects = ()
-    while len(effects_found) < MOST:
+    while len(effects_found) < THRESHOLDS.selected_effects:
         found = _best_addition(refit, state, screened)
         if found is None or _aic(found) >= _aic(state):
             break
         state, effects_found = found, found.effects
         left = [cls for cls in candidates if cls.name not in {e.name for e in effects_found}]
-        if len(effects_found) < MOST:
+        if len(effects_found) < THRESHOLDS.selected_effects:
             inside = orthonormal_basis(refit.jacobian_base(state))
             grids = _initial_guesses(refit, state, left)
             screened = {
@@ -117,9 +117,12 @@ def forward_selection(
 def _best_addition(refit: Refit, state: State, screened: dict[str, list[Screened]]) -> State | None:
     """The refit with the one more effect that leaves least by Akaike's criterion."""
     best = [max(found, key=lambda one: one.fall_rich) for found in screened.values() if found]
-    best = sorted(best, key=lambda one: -one.fall_rich)[:LOOKS]
+    best = sorted(best, key=lambda one: -one.fall_rich)[: THRESHOLDS.short_refits]
     looks = [look for one in best if (look := short_refit(refit, state, [one])) is not None]
-    ends = [full_refit(refit, look, state.cost) for look in sorted(looks, key=_aic)[:FINISHED]]
+    ends = [
+        full_refit(refit, look, state.cost)
+        for look in sorted(looks, key=_aic)[: THRESHOLDS.full_refits]
+    ]
     return min(ends, key=_aic, default=None)
 
 

@@ -1,8 +1,8 @@
-"""The blindfold: a process that wears it can reach no answer, nor draw a world itself.
+"""The blindfold: audit hooks that keep a process from the answers and from the simulator.
 
 Python reports what it is about to do to audit hooks, and a hook cannot be removed. This one
 refuses whatever names a path among the answers; programs and threads of other processes, which no
-hook would see; and modules that draw worlds, or that open files behind Python's back. It is no
+hook would see; and modules that simulate devices, or that open files behind Python's back. It is no
 defence against code written to break out (Python's own documentation says as much of audit
 hooks): it makes sure that no diagnosis reads an answer by mistake or for convenience.
 """
@@ -38,7 +38,7 @@ _ON_PATHS = ("open", "glob", "mmap", "os", "pathlib", "shutil", "sqlite3", "temp
 
 
 class BlindfoldError(PermissionError):
-    """Something was tried that is not for a diagnosis to do."""
+    """Access that a diagnosis must not have."""
 
 
 def install(answers: Path) -> list[str]:
@@ -87,7 +87,7 @@ def _hook(
 ) -> Callable[[str, tuple[Any, ...]], None]:
     # All that is called here is bound now: a name that is replaced later changes nothing.
     real, decode, absolute = os.path.realpath, os.fsdecode, os.path.isabs
-    spelt, separator = _normalised, os.sep
+    normalised, separator = _normalised, os.sep
 
     def names_hidden(value: Any) -> bool:
         if not isinstance(value, str | bytes | os.PathLike):
@@ -96,10 +96,10 @@ def _hook(
             path = decode(value)
         except (TypeError, ValueError):
             return False
-        if not absolute(path) and folder in spelt(path).split(separator):
+        if not absolute(path) and folder in normalised(path).split(separator):
             return True  # it may be meant from another folder than the current one
         try:
-            found = spelt(real(path))
+            found = normalised(real(path))
         except (OSError, ValueError):
             return False
         return any(found == one or found.startswith(one + separator) for one in hidden)

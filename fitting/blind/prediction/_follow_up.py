@@ -1,4 +1,4 @@
-"""Second sessions of tied devices: after the scan that was advised, and after one at random.
+"""Second measurements of ambiguous devices: with the advised scan, and with a random one.
 
 A device whose diagnosis names more than one possible cause is measured once more, on its own clock,
 first with the scan that its diagnosis advised, then, as if that had not been, with a scan drawn at
@@ -24,17 +24,16 @@ from rapi_jax.io import read_drive, read_recording
 
 from ._predict import NEXT, recording_seed
 from ._predictions import Progress, close_predictions, run_missing
+from ._thresholds import THRESHOLDS
 from ._workers import Job
 
 if TYPE_CHECKING:
     from fitting.blind.simulator._simulated_device import SimulatedDevice
 
-MOST = 40
 KINDS = ("advised", "random")
 CLOSED = "predictions.json"
 PAUSE_S = 60.0
 _LEAD_S = 0.1  # a drive is on for this long, and two periods, before its first sample
-_TRIES = 1000
 
 
 @dataclass(frozen=True)
@@ -80,12 +79,16 @@ def follow_up(
     folder: BankFolder,
     predictions: dict[str, dict[str, Any]],
     *,
-    most: int = MOST,
+    most: int | None = None,
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> None:
     """Measure the first `most`, diagnose and close; what is there already is kept."""
-    names, tree, jobs = select_ambiguous(predictions)[:most], tree_sha256(), []
+    names, tree, jobs = (
+        select_ambiguous(predictions)[: THRESHOLDS.follow_ups if most is None else most],
+        tree_sha256(),
+        [],
+    )
     make_folder(folder.follow)
     for kind in KINDS:
         refuse_unknown_files(folder.follow / kind / "recordings", set(names))
@@ -151,7 +154,7 @@ def draw_random_scan(recording: Recording, like: Scan) -> Scan:
     rates = [rate for rate in recording.rates if rate > 0]
     periods = like.periods if like.periods > 1 else 5
     samples = like.samples if like.periods > 1 else max(like.samples // 5, 16)
-    for _ in range(_TRIES):
+    for _ in range(THRESHOLDS.scan_draws):
         swing = float(rng.uniform(0.125, 1.0)) * span
         scan = Scan(
             rate_hz=float(np.exp(rng.uniform(np.log(min(rates) / 2), np.log(10 * max(rates))))),

@@ -20,7 +20,7 @@ MODEL, BASE, NEXT = "model.rapi", "base.rapi", "next_drive.csv"
 
 
 def predict_one(job: "Job", refused: Sequence[str] = ()) -> None:
-    """Diagnose a recording and write its prediction; a diagnosis that raises is a wrong one.
+    """Diagnose a recording and write its prediction; a diagnosis that raises counts as wrong.
 
     The prediction is written last, and holds the hashes of the files beside it. `refused`: what the
     blindfold has refused so far.
@@ -71,7 +71,7 @@ def allowed_effects(withheld: str | None) -> tuple[type[effects.AbstractEffect],
 
 
 def recording_seed(recording: Recording) -> int:
-    """A seed that nobody chose, and that is the same wherever the recording is."""
+    """A seed from the content of the recording: reproducible, and chosen by nobody."""
     return int(recording.sha256()[:8], 16)
 
 

@@ -1,4 +1,4 @@
-"""All predictions of a bank: made, gone on with, closed for good, and checked before a reveal."""
+"""All predictions of a bank: made, resumed, frozen by their hashes, and verified."""
 
 import contextlib
 import hmac
@@ -60,7 +60,7 @@ def predict_bank(
 def run_missing(
     folder: BankFolder, jobs: list[Job], *, workers: int | None, progress: Progress | None
 ) -> int:
-    """Do those jobs that are not done yet; how many were done already."""
+    """Run the jobs that are not done yet; return how many were done already."""
     say = progress or (lambda done, total, name: None)
     missing = [job for job in jobs if not _is_done(job)]
     kept = len(jobs) - len(missing)

@@ -47,7 +47,9 @@ class _Worker:
 
 def default_workers() -> int:
     """Two, or one where there is one processor."""
-    return min(2, os.cpu_count() or 1)
+    from ._thresholds import THRESHOLDS
+
+    return min(THRESHOLDS.default_workers, os.cpu_count() or 1)
 
 
 def predict_in_workers(

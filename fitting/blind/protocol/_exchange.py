@@ -1,4 +1,4 @@
-"""A simulated world as a recording: what a diagnosis is given, and nothing of the answer."""
+"""A simulated session as a recording, without anything of the answer."""
 
 from collections.abc import Sequence
 from pathlib import Path

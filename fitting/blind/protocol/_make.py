@@ -1,4 +1,4 @@
-"""Making a bank: worlds drawn, recorded, answered and committed to; goes on where it stopped."""
+"""Making a bank: devices simulated, recorded and committed to; resumes where it stopped."""
 
 import hashlib
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Tiers of banks: which worlds each holds, and which effect is withheld from the candidates."""
+"""Tiers of banks: which devices each holds, and which effect is withheld from the candidates."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ TIERS = (*SEEDS, "sealed")
 
 @dataclass(frozen=True)
 class BankEntry:
-    """A world to be drawn, and the effect that is taken from its diagnosis' candidates."""
+    """A device to be simulated, and the effect that is taken from its diagnosis' candidates."""
 
     spec: Spec
     withheld: str | None

@@ -1,1 +1,1 @@
-"""What diagnoses predicted, realised on the simulated device: gap and linearity on unseen scans."""
+"""Realised gap and linearity gain of a diagnosis, measured on the simulated device."""

@@ -1,4 +1,4 @@
-"""Scans compensated with and without the effects named, played on the device itself."""
+"""Linearity gain: scans compensated with and without the effects named, on the device."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -11,8 +11,8 @@ from rapi_jax import ECDL, Identified, Recording, Run, compensate, linear_scan, 
 
 from ._model_response import model_response, to_drive
 from ._realised_gap import Array, NoiseFreeDevice
+from ._thresholds import THRESHOLDS
 
-SHARE = 0.8  # of the base model's span
 PERIODS = 3
 PAUSE_S = 2.0
 
@@ -32,7 +32,9 @@ def linearity_gain(
     nonlinearity that the model with the effects says the base's drive leaves.
     """
     scan = _reference_scan(session)
-    span = SHARE * float(np.ptp(model_response(models[1], session)[list(session).index(scan)]))
+    span = THRESHOLDS.compensated_span * float(
+        np.ptp(model_response(models[1], session)[list(session).index(scan)])
+    )
     (target,) = linear_scan(scan.rate_hz, span=span)
     drives = [to_drive(one) for one in session]
     seen = Identified.of(Recording.of(drives, [drive.value for drive in drives]))
@@ -82,6 +84,7 @@ def _repeat_after_session(session: Sequence[Scan], volts: Array, rate_hz: float)
 def _reference_scan(session: Sequence[Scan]) -> Scan:
     widest = max(scan.swing for scan in session)
     full = sorted(
-        (scan for scan in session if scan.swing > 0.98 * widest), key=lambda scan: scan.rate_hz
+        (scan for scan in session if scan.swing > THRESHOLDS.full_swing * widest),
+        key=lambda scan: scan.rate_hz,
     )
     return full[len(full) // 2]

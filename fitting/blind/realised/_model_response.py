@@ -1,4 +1,4 @@
-"""What a model answers to a whole session of scans, on the session's clock."""
+"""Response of a model to a session of scans, on the session's clock."""
 
 from collections.abc import Sequence
 

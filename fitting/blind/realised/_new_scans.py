@@ -7,10 +7,11 @@ import numpy as np
 
 from fitting.blind.simulator._scan import Scan, place_in_time, scan_from_samples
 
+from ._thresholds import THRESHOLDS
+
 KINDS = ("rate", "amplitude", "waveform")
 SAMPLES = 400
 PERIODS = 4
-RISE = 0.7  # share of the period on the way up, where the session's are half
 PAUSE_S = 2.0
 
 
@@ -22,13 +23,15 @@ def new_scans(scans: Sequence[Scan]) -> dict[str, Scan]:
     - `waveform`: a triangle of the full swing that rises for 70 % of its period.
     """
     widest = max(scans, key=lambda scan: scan.swing)
-    rates = sorted(scan.rate_hz for scan in scans if scan.swing > 0.98 * widest.swing)
+    rates = sorted(
+        scan.rate_hz for scan in scans if scan.swing > THRESHOLDS.full_swing * widest.swing
+    )
     known = rates[len(rates) // 2]
     new_rate = math.exp(
         _widest_gap_middle([math.log(rate) for rate in _at_least_two({s.rate_hz for s in scans})])
     )
     new_swing = _widest_gap_middle(_at_least_two({round(scan.swing, 6) for scan in scans}))
-    rise = round(RISE * SAMPLES)
+    rise = round(THRESHOLDS.rising_fraction * SAMPLES)
     up, down = np.arange(rise) / rise, 1 - np.arange(SAMPLES - rise) / (SAMPLES - rise)
     skewed = widest.bias + widest.swing * (np.concatenate([up, down]) - 0.5)
     made = (

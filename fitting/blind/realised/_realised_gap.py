@@ -1,4 +1,4 @@
-"""By how much the gap has truly shrunk on scans that nobody recorded, against noise-free truth."""
+"""Realised gap: the closed fraction on new scans, against the noise-free response."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol, runtime_checkable
@@ -17,7 +17,7 @@ Array = npt.NDArray[np.float64]
 
 @runtime_checkable
 class NoiseFreeDevice(Protocol):
-    """What is asked of a world: noise-free answers of its device, GHz."""
+    """A device whose noise-free response in GHz is known."""
 
     def simulate(self, scans: Sequence[Scan]) -> list[Array]: ...  # noqa: D102
 

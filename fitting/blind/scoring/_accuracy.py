@@ -1,28 +1,32 @@
-"""How often the right effect was named: first in the list, by size, by what survives the base."""
+"""Top-1 accuracy: by kind, effect, size and unabsorbed fraction; and closed fractions."""
 
 from collections.abc import Sequence
 from typing import Any
 
 from ._outcome import Outcome
-from ._rates import LARGE, LISTED, VerdictOf, diagnosis_verdict, quantile
+from ._rates import LISTED, VerdictOf, diagnosis_verdict, quantile
+from ._thresholds import THRESHOLDS
 from ._wilson import proportion
 
 SIZES = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 20.0, float("inf"))
 SURVIVALS = (0.0, 0.05, 0.1, 0.2, 0.5, float("inf"))
-CLOSED = 0.9
 
 
 def top_1_accuracy(
     entries: Sequence[Outcome], verdict_of: VerdictOf = diagnosis_verdict
 ) -> dict[str, Any]:
     """Separable single listed effects of 4 sigma or more whose verdict is their name."""
-    large = [e for e in entries if e.kind == "listed" and e.size >= LARGE and e.separable]
-    return _accuracy([e for e in large if verdict_of(e) is not None], verdict_of, least=0.95)
+    large = [
+        e for e in entries if e.kind == "listed" and e.size >= THRESHOLDS.nameable and e.separable
+    ]
+    return _accuracy(
+        [e for e in large if verdict_of(e) is not None], verdict_of, least=THRESHOLDS.top_1_target
+    )
 
 
 def accuracy_by_kind(entries: Sequence[Outcome]) -> dict[str, Any]:
     """The same for each kind; `pair_either`: at least one of the two is among the names."""
-    large = [e for e in entries if e.size >= LARGE and e.separable]
+    large = [e for e in entries if e.size >= THRESHOLDS.nameable and e.separable]
     out = {kind: _accuracy([e for e in large if e.kind == kind]) for kind in LISTED}
     pairs = [e for e in large if e.kind == "pair"]
     either = sum(bool(set(e.verdict.split("+")) & set(e.correct.split("+"))) for e in pairs)
@@ -31,7 +35,7 @@ def accuracy_by_kind(entries: Sequence[Outcome]) -> dict[str, Any]:
 
 def accuracy_by_effect(entries: Sequence[Outcome]) -> dict[str, Any]:
     """Right verdicts on single listed effects of 4 sigma or more, whether separable or not."""
-    large = [e for e in entries if e.kind in ("listed", "form") and e.size >= LARGE]
+    large = [e for e in entries if e.kind in ("listed", "form") and e.size >= THRESHOLDS.nameable]
     names = sorted({e.correct for e in large})
     return {name: _accuracy([e for e in large if e.correct == name]) for name in names}
 
@@ -50,8 +54,8 @@ def accuracy_by_size(entries: Sequence[Outcome]) -> list[dict[str, Any]]:
 
 
 def accuracy_by_survival(entries: Sequence[Outcome]) -> list[dict[str, Any]]:
-    """Right verdicts on single listed effects of 4 sigma or more, by what survives the base."""
-    large = [e for e in entries if e.kind in ("listed", "form") and e.size >= LARGE]
+    """Right verdicts on single listed effects of 4 sigma or more, by unabsorbed fraction."""
+    large = [e for e in entries if e.kind in ("listed", "form") and e.size >= THRESHOLDS.nameable]
     rows: list[dict[str, Any]] = []
     for low, high in zip(SURVIVALS, SURVIVALS[1:], strict=False):
         inside = [
@@ -70,11 +74,16 @@ def closed_fraction(entries: Sequence[Outcome]) -> dict[str, Any]:
     right = [e for e in entries if e.kind in LISTED and e.verdict == e.correct]
     found = [e.diagnosis.get("shrinkage", {}).get("closed_fraction") for e in right]
     values = sorted(float(f["value"]) for f in found if f and f.get("value") is not None)
-    record = proportion(sum(v >= CLOSED for v in values), len(values))
+    record = proportion(sum(v >= THRESHOLDS.closed for v in values), len(values))
     median = quantile(values, 0.5) if values else None
-    met = None if median is None else median >= CLOSED
+    met = None if median is None else median >= THRESHOLDS.closed
     unknown = len(right) - len(values)
-    return record | {"target": {"least": CLOSED}, "met": met, "median": median, "unknown": unknown}
+    return record | {
+        "target": {"least": THRESHOLDS.closed},
+        "met": met,
+        "median": median,
+        "unknown": unknown,
+    }
 
 
 def _accuracy(

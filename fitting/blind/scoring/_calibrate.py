@@ -1,4 +1,4 @@
-"""A calibration of the diagnosis' probabilities, fitted to a bank whose answers are known.
+"""Calibration of the diagnosis' probabilities on a bank whose answers are known.
 
 The mean logarithm of the probability that the right answer was given, with each number held near
 the one it starts from: a bank has few worlds of each kind. Evidence is as it was predicted, so
@@ -30,6 +30,8 @@ from fitting.diagnosis.which._probability import hypothesis_probabilities
 from rapi_jax import DataError
 from rapi_jax.io import printable
 
+from ._thresholds import THRESHOLDS
+
 # How far a number may go (one standard deviation): of its logarithm, or as it is.
 _LOGARITHMS = {
     "temperature": 1.0,
@@ -43,13 +45,11 @@ _LOGARITHMS = {
     "nonsynchronous": 0.7,
 }
 _AS_IS = {"named_level": 2.0}
-_LEAST = 1e-3  # a probability that is given to everything, so that one miss does not rule
-_STEPS = 4000
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """What a diagnosis knew of one device, and what it should have said."""
+    """Evidence of one device, and its correct verdict."""
 
     evidence: Evidence
     closed: dict[str, float]
@@ -72,12 +72,17 @@ def log_loss(cases: Sequence[Case], calibration: Calibration) -> float:
     total = 0.0
     for case in cases:
         found = dict(hypothesis_probabilities(case.evidence, case.closed, calibration))
-        total -= float(np.log(_LEAST + (1.0 - _LEAST) * found.get(case.correct, 0.0)))
+        total -= float(
+            np.log(
+                THRESHOLDS.fitted_least_probability
+                + (1.0 - THRESHOLDS.fitted_least_probability) * found.get(case.correct, 0.0)
+            )
+        )
     return total / len(cases)
 
 
 def fit_calibration(
-    cases: Sequence[Case], start: Calibration, provenance: str, *, steps: int = _STEPS
+    cases: Sequence[Case], start: Calibration, provenance: str, *, steps: int | None = None
 ) -> Calibration:
     """The calibration that fits `cases` best, from `start`. Raises ValueError for no cases."""
     if not cases:
@@ -95,7 +100,11 @@ def fit_calibration(
     def cost(x: np.ndarray) -> float:
         return len(cases) * log_loss(cases, at(x)) + 0.5 * float(x @ x)
 
-    options = {"maxfev": steps, "xtol": 1e-2, "ftol": 1e-4}
+    options = {
+        "maxfev": THRESHOLDS.fit_evaluations if steps is None else steps,
+        "xtol": 1e-2,
+        "ftol": 1e-4,
+    }
     found = minimize(cost, np.zeros(width.size), method="Powell", options=options)
     return at(np.asarray(found.x))
 

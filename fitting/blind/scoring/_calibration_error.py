@@ -1,4 +1,4 @@
-"""Whether probabilities mean what they say: calibration of the verdict, and proper scores.
+"""Calibration of the probabilities: reliability diagram, calibration errors, proper scores.
 
 A diagnosis that failed is a forecast that was certain and wrong.
 """
@@ -11,12 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ._outcome import Outcome
+from ._thresholds import THRESHOLDS
 from ._wilson import compare_with_target
 
 Array = npt.NDArray[np.float64]
-BINS = 10
-DRAWS = 2000
-LEAST = 1e-6  # a hypothesis that is not shown has no more: the logarithm stays finite
 
 
 def calibration_scores(entries: Sequence[Outcome], *, seed: int = 0) -> dict[str, Any]:
@@ -28,8 +26,14 @@ def calibration_scores(entries: Sequence[Outcome], *, seed: int = 0) -> dict[str
     )
     scores = _proper_scores(entries)
     return {
-        "ece_equal_mass": compare_with_target(mass["value"], len(entries), most=0.05) | mass,
-        "ece_equal_width": compare_with_target(width["value"], len(entries), most=0.05) | width,
+        "ece_equal_mass": compare_with_target(
+            mass["value"], len(entries), most=THRESHOLDS.calibration_target
+        )
+        | mass,
+        "ece_equal_width": compare_with_target(
+            width["value"], len(entries), most=THRESHOLDS.calibration_target
+        )
+        | width,
         "reliability": reliability_diagram(confidence, right),
         **scores,
     }
@@ -59,18 +63,18 @@ def reliability_diagram(confidence: Array, right: Array) -> list[dict[str, Any]]
 
 def _bins(confidence: Array, equal_mass: bool) -> list[npt.NDArray[np.intp]]:
     if equal_mass:
-        return list(np.array_split(np.argsort(confidence, kind="stable"), BINS))
-    place = np.minimum((confidence * BINS).astype(int), BINS - 1)
-    return [np.flatnonzero(place == k) for k in range(BINS)]
+        return list(np.array_split(np.argsort(confidence, kind="stable"), THRESHOLDS.bins))
+    place = np.minimum((confidence * THRESHOLDS.bins).astype(int), THRESHOLDS.bins - 1)
+    return [np.flatnonzero(place == k) for k in range(THRESHOLDS.bins)]
 
 
 def _with_interval(confidence: Array, right: Array, equal_mass: bool, seed: int) -> dict[str, Any]:
-    """The error, its bootstrap interval, and what chance alone gives an honest forecaster."""
+    """The error, its bootstrap interval, and what chance alone gives a calibrated forecaster."""
     if not confidence.size:
         return {"value": None, "low": None, "high": None, "by_chance": None}
     rng = np.random.default_rng(seed)
     again, honest = [], []
-    for _ in range(DRAWS):
+    for _ in range(THRESHOLDS.bootstrap_draws):
         pick = rng.integers(confidence.size, size=confidence.size)
         again.append(calibration_error(confidence[pick], right[pick], equal_mass=equal_mass))
         drawn = (rng.random(confidence.size) < confidence).astype(float)
@@ -87,7 +91,7 @@ def _with_interval(confidence: Array, right: Array, equal_mass: bool, seed: int)
 def _proper_scores(entries: Sequence[Outcome]) -> dict[str, Any]:
     """Brier and log score over all hypotheses; less is better.
 
-    The base rate is that of this very bank, known to the last world: the best that a forecaster
+    The base rate is that of this very bank, known exactly: the best that a forecaster
     could do who looks at no recording.
     """
     seen = Counter(e.correct for e in entries)
@@ -105,7 +109,9 @@ def _proper_scores(entries: Sequence[Outcome]) -> dict[str, Any]:
 def _brier_and_log(probability: Any, right: str) -> tuple[float, float]:
     names = set(probability) | {right}
     brier = sum((probability.get(name, 0.0) - (name == right)) ** 2 for name in names)
-    return float(brier), float(-np.log(max(probability.get(right, 0.0), LEAST)))
+    return float(brier), float(
+        -np.log(max(probability.get(right, 0.0), THRESHOLDS.least_probability))
+    )
 
 
 def _mean(values: Sequence[float]) -> float | None:

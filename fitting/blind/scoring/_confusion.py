@@ -1,4 +1,4 @@
-"""Which verdict each truth was given: the whole matrix."""
+"""Confusion matrix: how often each truth was given each verdict."""
 
 from collections import Counter
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Every wrong verdict by name, and which measures it counts against."""
+"""Table of wrong verdicts, and of the measures each counts against."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -6,7 +6,8 @@ from typing import Any
 from fitting.blind.protocol._verdict_names import FAILED, NONE, UNLISTED
 
 from ._outcome import Outcome
-from ._rates import LARGE, LISTED, SEEN
+from ._rates import LISTED
+from ._thresholds import THRESHOLDS
 
 FIELDS = (
     "name", "kind", "truth", "size", "base_misfit", "withheld", "verdict", "probability", "set",
@@ -39,7 +40,7 @@ def _row(entry: Outcome) -> dict[str, Any]:
 def failed_measures(entry: Outcome) -> list[str]:
     """The measures that this verdict speaks against; none for an effect too small to be judged."""
     wrong = entry.verdict != entry.correct
-    seen, large = entry.size >= SEEN, entry.size >= LARGE
+    seen, large = entry.size >= THRESHOLDS.detectable, entry.size >= THRESHOLDS.nameable
     found = {
         "leave one out": entry.withheld is not None and wrong,
         "false alarm": entry.is_null and wrong,

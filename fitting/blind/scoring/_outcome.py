@@ -1,4 +1,4 @@
-"""One world of the check: its answer beside what was predicted before the answer was seen."""
+"""One device of the check: its answer, and the prediction made before it was revealed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from fitting.blind.protocol._verdict_names import FAILED, UNLISTED, correct_verdict
+
+from ._thresholds import THRESHOLDS
 
 Given = tuple[Mapping[str, Any], Mapping[str, Any] | None, Path | None]
 
@@ -15,9 +17,10 @@ class Outcome:
     """An answer, a prediction, and the folder of its models.
 
     - `size`: of the effect, in multiples of the noise; 0 for a null.
-    - `right`: the name that a verdict should have had.
-    - `said`: the name that it had; `error` where there was no diagnosis, which is wrong everywhere.
-    - `names`: its smallest set. `probability`: of every hypothesis; of an error, all on `error`.
+    - `correct`: the correct verdict.
+    - `verdict`: the one given; `error` where there was no diagnosis, which counts as wrong.
+    - `credible_set`: names in the 95 % set.
+    - `probability`: of every hypothesis; of an error, all on `error`.
     """
 
     name: str
@@ -76,7 +79,7 @@ class Outcome:
 
     @property
     def confidence(self) -> float:
-        """The probability of the verdict; 1 for an error, which nothing excuses."""
+        """The probability of the verdict; 1 for an error, which counts as certain and wrong."""
         return self.probability.get(self.verdict, 0.0)
 
     @property
@@ -96,8 +99,5 @@ class Outcome:
     @property
     def separable(self) -> bool:
         """Whether the true effect can be told from the base; where that is not known it counts."""
-        unabsorbed_fraction = self.unabsorbed_fraction
-        return unabsorbed_fraction is None or unabsorbed_fraction >= SEPARABLE
-
-
-SEPARABLE = 0.05  # of an effect's signature
+        fraction = self.unabsorbed_fraction
+        return fraction is None or fraction >= THRESHOLDS.separable

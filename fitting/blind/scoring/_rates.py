@@ -1,6 +1,6 @@
-"""What is counted of verdicts: detection, false alarms, sets, and effects that no list holds.
+"""Rates of verdicts: detection, false alarms, unlisted effects, coverage of credible sets.
 
-`said` of each function gives the verdict to judge: the diagnosis' own, or a baseline's.
+`verdict_of` of each function gives the verdict to score: the diagnosis', or a baseline's.
 """
 
 from collections.abc import Callable, Sequence
@@ -9,9 +9,9 @@ from typing import Any
 from fitting.blind.protocol._verdict_names import FAILED, NONE, UNLISTED
 
 from ._outcome import Outcome
+from ._thresholds import THRESHOLDS
 from ._wilson import compare_with_target, proportion
 
-SEEN, LARGE = 2.0, 4.0  # multiples of the noise: to be detected, to be named
 LISTED = ("listed", "form", "pair")
 VerdictOf = Callable[[Outcome], str | None]
 
@@ -24,10 +24,16 @@ def diagnosis_verdict(entry: Outcome) -> str | None:
 def detection_rate(
     entries: Sequence[Outcome], verdict_of: VerdictOf = diagnosis_verdict
 ) -> dict[str, Any]:
-    """Worlds with an effect of 2 sigma or more in which something was found."""
-    judged = [e for e in entries if not e.is_null and e.size >= SEEN and verdict_of(e) is not None]
+    """Devices with an effect of 2 sigma or more in which something was found."""
+    judged = [
+        e
+        for e in entries
+        if not e.is_null and e.size >= THRESHOLDS.detectable and verdict_of(e) is not None
+    ]
     return proportion(
-        sum(verdict_of(e) not in (NONE, FAILED) for e in judged), len(judged), least=0.98
+        sum(verdict_of(e) not in (NONE, FAILED) for e in judged),
+        len(judged),
+        least=THRESHOLDS.detection_target,
     )
 
 
@@ -41,54 +47,62 @@ def false_alarm_rate(
     nulls = [e for e in entries if e.is_null and verdict_of(e) is not None]
     if base_misfit is not None:
         nulls = [e for e in nulls if e.base_misfit == base_misfit]
-    return proportion(sum(verdict_of(e) != NONE for e in nulls), len(nulls), most=0.03)
+    return proportion(
+        sum(verdict_of(e) != NONE for e in nulls), len(nulls), most=THRESHOLDS.false_alarm_target
+    )
 
 
 def unlisted_rate(
     entries: Sequence[Outcome], verdict_of: VerdictOf = diagnosis_verdict
 ) -> dict[str, Any]:
-    """Worlds with an unlisted effect of 4 sigma or more that were called so."""
-    large = [e for e in entries if e.kind == "unlisted" and e.size >= LARGE]
+    """Devices with an unlisted effect of 4 sigma or more whose verdict is `unlisted`."""
+    large = [e for e in entries if e.kind == "unlisted" and e.size >= THRESHOLDS.nameable]
     large = [e for e in large if verdict_of(e) is not None]
-    return proportion(sum(verdict_of(e) == UNLISTED for e in large), len(large), least=0.90)
+    return proportion(
+        sum(verdict_of(e) == UNLISTED for e in large), len(large), least=THRESHOLDS.unlisted_target
+    )
 
 
 def unlisted_set_rate(entries: Sequence[Outcome]) -> dict[str, Any]:
-    """The same where the smallest set holds it."""
-    large = [e for e in entries if e.kind == "unlisted" and e.size >= LARGE]
+    """The same where the credible set holds it."""
+    large = [e for e in entries if e.kind == "unlisted" and e.size >= THRESHOLDS.nameable]
     return proportion(sum(UNLISTED in e.credible_set for e in large), len(large))
 
 
 def listed_refusal_rate(
     entries: Sequence[Outcome], verdict_of: VerdictOf = diagnosis_verdict
 ) -> dict[str, Any]:
-    """Worlds with listed effects of 4 sigma or more that were called unlisted."""
+    """Devices with listed effects of 4 sigma or more that were called unlisted."""
     large = [
-        e for e in entries if e.kind in LISTED and e.size >= LARGE and verdict_of(e) is not None
+        e
+        for e in entries
+        if e.kind in LISTED and e.size >= THRESHOLDS.nameable and verdict_of(e) is not None
     ]
     return proportion(
-        sum(verdict_of(e) in (UNLISTED, FAILED) for e in large), len(large), most=0.05
+        sum(verdict_of(e) in (UNLISTED, FAILED) for e in large),
+        len(large),
+        most=THRESHOLDS.refusal_target,
     )
 
 
 def set_coverage(entries: Sequence[Outcome]) -> dict[str, Any]:
-    """How often the smallest set holds the right answer, and how many names it has."""
+    """How often the credible set holds the right answer, and how many names it has."""
     held = sum(e.correct in e.credible_set for e in entries)
     sizes = [len(e.credible_set) for e in entries if e.error is None]
     mean = sum(sizes) / len(sizes) if sizes else None
     return {
-        "coverage": proportion(held, len(entries), least=0.95),
-        "mean_size": compare_with_target(mean, len(sizes), most=1.5),
+        "coverage": proportion(held, len(entries), least=THRESHOLDS.coverage_target),
+        "mean_size": compare_with_target(mean, len(sizes), most=THRESHOLDS.set_size_target),
     }
 
 
 def is_detectable(entry: Outcome) -> bool:
     """Nulls, and worlds of 2 sigma or more."""
-    return entry.is_null or entry.size >= SEEN
+    return entry.is_null or entry.size >= THRESHOLDS.detectable
 
 
 def withheld_rates(entries: Sequence[Outcome]) -> dict[str, Any]:
-    """Worlds whose effect was not among the candidates: the right answer is unlisted."""
+    """Devices whose effect was not among the candidates: the right answer is unlisted."""
     names = sorted({str(e.withheld) for e in entries})
     return {
         "all": _unlisted_share(entries),
@@ -100,7 +114,9 @@ def withheld_rates(entries: Sequence[Outcome]) -> dict[str, Any]:
 
 
 def _unlisted_share(entries: Sequence[Outcome]) -> dict[str, Any]:
-    return proportion(sum(e.verdict == UNLISTED for e in entries), len(entries), least=0.90)
+    return proportion(
+        sum(e.verdict == UNLISTED for e in entries), len(entries), least=THRESHOLDS.unlisted_target
+    )
 
 
 def run_times(entries: Sequence[Outcome]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What a diagnosis promised, tried out on the device it was made for."""
+"""Realised gap and linearity gain of every diagnosis that names effects, with their shares."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -13,6 +13,7 @@ from rapi_jax import ECDL
 from rapi_jax.io import read_model
 
 from ._outcome import Outcome
+from ._thresholds import THRESHOLDS
 from ._wilson import proportion
 
 Draw = Callable[[Mapping[str, Any]], SimulatedDevice]
@@ -20,7 +21,7 @@ Progress = Callable[[str], None]
 
 
 def redraw(answer: Mapping[str, Any]) -> SimulatedDevice:
-    """The world of an answer, drawn anew."""
+    """The device of an answer, simulated again."""
     return Spec(
         seed=int(answer["seed"]),
         kind=str(answer["kind"]),
@@ -33,10 +34,10 @@ def redraw(answer: Mapping[str, Any]) -> SimulatedDevice:
 def evaluate_realised(
     entries: Sequence[Outcome], *, draw: Draw = redraw, progress: Progress | None = None
 ) -> dict[str, Any]:
-    """Every diagnosis that names effects and left its models, tried on its own device.
+    """Every diagnosis that names effects, evaluated on its own device.
 
-    `unseen`: see `shrunk`; `compensated`: see `straighter`; `worlds`: one record each, with what
-    kept it from being tried. A diagnosis with nothing promised is tried but not counted.
+    `unseen`: see `realised_gap`; `compensated`: see `linearity_gain`; `worlds`: one record each,
+    with the error where there was one. A diagnosis that predicts nothing is not counted.
     """
     named = [entry for entry in entries if entry.names_effects]
     records = []
@@ -55,7 +56,7 @@ def evaluate_realised(
 
 
 def evaluate_device(entry: Outcome, draw: Draw = redraw) -> dict[str, Any]:
-    """One record; whatever goes wrong is said there by name and never ends the check."""
+    """One record; an error is recorded there and does not end the check."""
     record: dict[str, Any] = {
         "name": entry.name, "verdict": entry.verdict, "right": entry.verdict == entry.correct,
         "error": None, "unseen": None, "compensated": None,
@@ -98,9 +99,11 @@ def _summarise_gap(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     for which in WHICH:
         ones = [f[which] for f in found]
         judged = [one for one in ones if one["inside"] is not None]
-        inside[which] = proportion(sum(one["inside"] for one in judged), len(judged), least=0.90)
+        inside[which] = proportion(
+            sum(one["inside"] for one in judged), len(judged), least=THRESHOLDS.realised_target
+        )
         no_worse[which] = proportion(
-            sum(one["no_worse"] for one in judged), len(judged), least=0.90
+            sum(one["no_worse"] for one in judged), len(judged), least=THRESHOLDS.realised_target
         )
         closed[which] = {
             name: _median([one[name] for one in ones]) for name in ("closed", "closed_about_mean")

@@ -1,4 +1,4 @@
-"""What the advised next scan adds beside a random one, on the same devices."""
+"""Paired comparison of the advised next scan with a random one, on the same devices."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from ._outcome import Outcome
-
-SIGNIFICANT = 0.05
+from ._thresholds import THRESHOLDS
 
 
 def compare_scans(follow: Sequence[tuple[Outcome, Outcome, Outcome]]) -> dict[str, Any]:
@@ -31,7 +30,7 @@ def compare_scans(follow: Sequence[tuple[Outcome, Outcome, Outcome]]) -> dict[st
             name: int(sum(t[k].correct in t[k].credible_set for t in whole))
             for k, name in enumerate(("before", "advised", "random"))
         },
-        "met": None if chance is None else chance < SIGNIFICANT,
+        "met": None if chance is None else chance < THRESHOLDS.significance,
         "worlds": [
             {"name": t[0].name, "set_size": [int(x) for x in s], "probability_of_truth": p.tolist()}
             for t, s, p in zip(whole, sizes, truth, strict=True)

@@ -1,4 +1,4 @@
-"""Scoring a bank: predict what is missing, close, measure tied devices again, reveal, score."""
+"""Scoring a bank: predict what is missing, freeze, reveal, measure again, score."""
 
 import csv
 import io
@@ -27,13 +27,13 @@ SCORES, TABLE, FAILURES = "scores.json", "scores.md", "failures.csv"
 def score_bank(
     folder: BankFolder,
     *,
-    follow: int = _follow.MOST,
+    follow: int | None = None,
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
     """Score the bank, and write `scores.json`, `scores.md` and `failures.csv`.
 
-    `follow`: how many tied devices are measured again, see `_follow`; once is once for all.
+    `follow`: how many ambiguous devices are measured again (once), see `_follow_up`.
 
     Nothing of the answers is read before predictions are closed; nothing is scored where an answer,
     a salt, a recording, a prediction or a model is not the one that was committed to. Raises
@@ -91,7 +91,7 @@ def _check_recording(folder: BankFolder, value: dict[str, Any], prediction: dict
 def _second(
     folder: BankFolder,
     predictions: dict[str, dict[str, Any]],
-    most: int,
+    most: int | None,
     workers: int | None,
     progress: Progress | None,
 ) -> tuple[list[_follow.FollowUp], dict[str, dict[str, Any]]]:

@@ -4,10 +4,10 @@ from typing import Any
 
 from scipy.stats import binomtest
 
-CONFIDENCE = 0.95
+from ._thresholds import THRESHOLDS
 
 
-def wilson_interval(k: int, n: int, *, confidence: float = CONFIDENCE) -> tuple[float, float]:
+def wilson_interval(k: int, n: int) -> tuple[float, float]:
     """Wilson's score interval for the proportion of which `k` of `n` is a sample; (0, 1) for n = 0.
 
     All proportions p with `|k/n - p| <= z sqrt(p (1 - p)/n)`, z the normal quantile of the
@@ -17,7 +17,7 @@ def wilson_interval(k: int, n: int, *, confidence: float = CONFIDENCE) -> tuple[
         raise ValueError(f"Argument `k` must lie between 0 and `n`, but they are {k} and {n}.")
     if n == 0:
         return 0.0, 1.0
-    interval = binomtest(k, n).proportion_ci(confidence, method="wilson")
+    interval = binomtest(k, n).proportion_ci(THRESHOLDS.confidence, method="wilson")
     return float(interval.low), float(interval.high)
 
 

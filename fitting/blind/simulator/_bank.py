@@ -1,4 +1,4 @@
-"""Banks: many worlds named by their seeds, in a mix that is fixed by strata and not by luck."""
+"""Banks: specifications of many devices, in a stratified mix of kinds, effects and sizes."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ LARGE = 4.0  # multiples of the noise; what a diagnosis is expected to name
 
 @dataclass(frozen=True)
 class Spec:
-    """A world that has not been drawn yet."""
+    """A device that has not been simulated yet."""
 
     seed: int
     kind: str

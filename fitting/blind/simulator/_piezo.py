@@ -1,4 +1,4 @@
-r"""The actuator of a world: a sum of asymmetric play operators and a polynomial.
+r"""The actuator of a simulated device: a sum of asymmetric play operators and a polynomial.
 
 $\nu = \sum_i p_i \Gamma_i[u] + \sum_k d_k u^k$, with
 $\Gamma = \max(u - r, \min(\lambda u + \eta r, \cdot))$, $r = \sigma_i u_{pp}/2 + \zeta_i f$ and
@@ -51,9 +51,9 @@ class Piezo:
         return self.weight * np.exp(-((self.decay * np.maximum(r, 0.0)) ** self.power))
 
     def respond(self, u: Array, rate: float, swing: float) -> tuple[Array, Array]:
-        """Frequency of one run, and that part of it which the loop's opening makes, both in GHz.
+        """Frequency of one run, and its hysteretic part, both in GHz.
 
-        The opening is each operator's distance from the middle of its bounds.
+        The hysteretic part is each operator's distance from the middle of its bounds.
         """
         r = self.thresholds(rate, swing)
         p = self.weights(r)

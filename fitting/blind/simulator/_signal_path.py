@@ -32,8 +32,8 @@ class RunState:
     step: float  # s
     command: Array  # V
     drive: Array  # V, after the effects on the drive
-    operator_response: Array  # GHz, the hysteresis' answer
-    hysteresis_part: Array  # GHz, that part of it which the loop's opening makes
+    operator_response: Array  # GHz, the operator's output
+    hysteresis_part: Array  # GHz, the hysteretic part of it
     rest: float  # GHz, the response at rest
     earlier: Scan | None  # the run before
     cycles: float  # periods driven before this run
@@ -74,7 +74,7 @@ class SignalPath:
     def path(
         self, scans: Sequence[Scan], known: Sequence[RunState] | None = None
     ) -> list[RunState]:
-        """Each run up to the drive and the loop's opening, with `known` ones of the same laws."""
+        """Each run up to the operator's output, with `known` ones of the same laws."""
         if known is not None:
             return list(known)
         piezo = self.piezo

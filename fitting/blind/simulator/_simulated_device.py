@@ -1,8 +1,8 @@
-"""Worlds: simulated lasers and sessions whose effect is known, and is withheld from a diagnosis.
+"""Simulated lasers with a recorded session, whose effects are withheld from a diagnosis.
 
-Nothing here comes from the model or the estimator. A world is a function of its seed and of what
+Nothing here comes from the model or the estimator. A device is a function of its seed and of what
 is asked for. Its random streams are apart: session, actuator, noise, effects and readings each have
-their own, so a world with an effect and the null of its seed share session, actuator and, but for
+their own, so a device with an effect and the null of its seed share session, actuator and, but for
 its size, noise.
 """
 

@@ -5,13 +5,13 @@ import pytest
 from blind_entries import FAILED, answer, prediction
 
 from fitting.blind.scoring._calibration_error import (
-    LEAST,
     calibration_error,
     calibration_scores,
     reliability_diagram,
 )
 from fitting.blind.scoring._outcome import Outcome
 from fitting.blind.scoring._scan_comparison import compare_scans
+from fitting.blind.scoring._thresholds import THRESHOLDS
 
 BOTH = pytest.mark.parametrize("equal_mass", [True, False])
 
@@ -73,7 +73,7 @@ def test_brier_and_log_by_hand():
 
 def test_a_truth_that_was_not_considered_costs_much_but_not_all():
     found = calibration_scores([entry(("drift",), "creep")])
-    assert found["log"]["value"] == pytest.approx(-np.log(LEAST))
+    assert found["log"]["value"] == pytest.approx(-np.log(THRESHOLDS.least_probability))
     assert found["log"]["met"] is False
     assert found["brier"]["value"] == 2.0
 

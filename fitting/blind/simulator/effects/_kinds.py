@@ -1,4 +1,4 @@
-"""Which kinds of worlds there are, and in what mix."""
+"""Kinds of simulated devices, their effects and their mix."""
 
 from collections.abc import Callable
 

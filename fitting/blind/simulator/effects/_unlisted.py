@@ -1,4 +1,4 @@
-"""Effects that no list holds: what a diagnosis must refuse to name."""
+"""Effects that no list holds: whose correct verdict is `unlisted`."""
 
 from collections.abc import Callable
 

@@ -67,7 +67,7 @@ ATTEMPTS = {
     "unreported program": "__import__('multiprocessing.util').util.spawnv_passfds("
     "b'/bin/true', ['true'], [])",
     "ctypes": "__import__('ctypes').CDLL(None).getpid()",
-    "world": "from fitting.blind.simulator._simulated_device import draw",
+    "world": "from fitting.blind.simulator._simulated_device import draw_device",
     "bank": "import fitting.blind.simulator._bank",
     "kinds": "__import__('importlib').import_module('fitting.blind.simulator.effects._kinds')",
     "source": "open(__import__('fitting.blind').blind.__path__[0]"

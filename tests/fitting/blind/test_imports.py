@@ -45,7 +45,8 @@ def test_a_foreign_import_would_be_found():
 
 def test_a_world_is_drawn_without_loading_the_model():
     code = (
-        "import sys; from fitting.blind.simulator._simulated_device import draw; draw(1, 'null');"
+        "import sys; from fitting.blind.simulator._simulated_device import draw_device;"
+        "draw_device(1, 'null');"
         "print([m for m in sys.modules if m.split('.')[0] in ('jax', 'rapi_jax', 'equinox')"
         " or m.startswith('fitting.') and not m.startswith('fitting.blind')])"
     )

@@ -4,12 +4,12 @@ import dataclasses
 from typing import Any
 
 
-def threshold(value: float | int, *, unit: str, origin: str) -> Any:
+def threshold(value: float | int | tuple[float, ...], *, unit: str, origin: str) -> Any:
     """A field of a room's frozen dataclass of thresholds.
 
     **Arguments:**
 
-    - `value`: the number used.
+    - `value`: the number used, or several that are used one after the other.
     - `unit`: `"1"` for a ratio or a count, or what it is a multiple or a share of.
     - `origin`: a derivation, a calibration, a source, or a trial, and what the number trades.
 

@@ -28,9 +28,10 @@ from .where._localisation import describe_localisation, localise
 from .where._residual_profiles import residual_profiles
 from .which._base import FittedBase, fit_base
 from .which._calibration import load_calibration
-from .which._candidates import Candidate
+from .which._candidate import Candidate
 from .which._evidence import Evidence
-from .which._forward_selection import Attribution, is_unexplained, select_effects
+from .which._excess import is_unexplained
+from .which._forward_selection import Attribution, select_effects
 from .which._probability import UNLISTED, Ranked, credible_set, hypothesis_probabilities
 
 Progress = Callable[[str], None]
@@ -137,13 +138,17 @@ def _named(attribution: Attribution, ranked: Ranked) -> list[tuple[Candidate | N
 
 def _needs_rich(top: Candidate) -> bool:
     """Whether the identified operator, unlike the richer one, leaves more than noise."""
-    own = top.plain.synchronous - top.plain.errors.synchronous.size
-    rich = top.rich.synchronous - top.rich.errors.synchronous.size
-    return is_unexplained(top.plain) and own > 1.5 * max(rich, 0.0)
+    own = top.on_base.synchronous - top.on_base.errors.synchronous.size
+    rich = top.on_flexible_base.synchronous - top.on_flexible_base.errors.synchronous.size
+    return is_unexplained(top.on_base) and own > 1.5 * max(rich, 0.0)
 
 
 def _of(candidate: Candidate, refit: Refit, rich: bool) -> tuple[Refit, State]:
-    return (candidate.flexible_refit, candidate.rich) if rich else (refit, candidate.plain)
+    return (
+        (candidate.flexible_refit, candidate.on_flexible_base)
+        if rich
+        else (refit, candidate.on_base)
+    )
 
 
 def _credits(
@@ -176,7 +181,7 @@ def _content(
     recording, blocks, spectrum = whitened.recording, whitened.blocks, fitted.spectrum
     own = whitened.own_origin
     # What the refitted base leaves is looked at before any effect is added.
-    raw = attribution.none.plain.errors.raw
+    raw = attribution.none.on_base.errors.raw
     fitted_count = int(fitted.refit.base.free.sum())
     whole = measure_gap(raw, blocks, spectrum, own_origin=own, fitted=fitted_count)
     total = None
@@ -188,7 +193,7 @@ def _content(
     pictures = residual_profiles(shown, blocks, spectrum, recording, own_origin=own)
     floor = parts["noise_floor"]
     before, after = held.rms(own) if held else (whole.total, whole.total)
-    left = localise(top.rich.errors.raw, blocks, spectrum, recording, own_origin=own)
+    left = localise(top.on_flexible_base.errors.raw, blocks, spectrum, recording, own_origin=own)
     rich = _needs_rich(top)
     refit, state = _of(top, fitted.refit, rich)
     bare = _of(attribution.none, fitted.refit, rich)[1]
@@ -261,7 +266,7 @@ def _hypotheses(
             refit, state = _of(candidate, fitted.refit, _needs_rich(candidate))
             credit_ = credits.get(candidate.name)
             entry |= {
-                "survival": candidate.survival,
+                "survival": candidate.unabsorbed_fraction,
                 "parameters": estimate_effects(
                     refit, state, recording.response_unit, recording.drive_unit
                 ),
@@ -292,17 +297,17 @@ def _next_scan(
     if len(rivals) < 2:
         return None
     hypotheses = [
-        Hypothesis(c.name, c.plain.effects, np.asarray(c.plain.values), p) for c, p in rivals
+        Hypothesis(c.name, c.on_base.effects, np.asarray(c.on_base.values), p) for c, p in rivals
     ]
     return choose_next_scan(whitened, fitted.whitener, fitted.refit.base, hypotheses, limits)
 
 
 def _reason(attribution: Attribution, top: Candidate, content: dict[str, Any]) -> str:
-    none = attribution.none.rich
+    none = attribution.none.on_flexible_base
     lines = max(none.errors.synchronous.size, 1)
     text = f"chi-square a line: {none.synchronous / lines:.3g} without any effect"
     if top.effects:
-        text += f", {top.rich.synchronous / lines:.3g} with {top.name}"
+        text += f", {top.on_flexible_base.synchronous / lines:.3g} with {top.name}"
     return f"{text}. {content['gap']['sentence']}".strip()
 
 

@@ -2,7 +2,7 @@
 
 - `correlation`: the effect whose signature correlates most with what the fitted base leaves, with
   nothing projected out.
-- `jacobian`: the score test with the base's own Jacobian projected out, and no richer base.
+- `jacobian`: the score test with the base's own Jacobian projected out, and no flexible base.
 - `aic`: forward selection by Akaike's criterion on all the data, refitted with the paper's base.
 - `lowpass`: always the amplifier's low-pass. `random`: any answer, all alike.
 
@@ -20,11 +20,12 @@ from fitting.diagnosis.noise._periods import decimate
 from fitting.diagnosis.refit._effect_vector import Effects, free_parameters
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
-from fitting.diagnosis.which._base import FittedBase, fit_base
-from fitting.diagnosis.which._candidates import full_refit, hypothesis_name, short_refit
-from fitting.diagnosis.which._forward_selection import _initial_guesses
+from fitting.diagnosis.which._base import fit_base
+from fitting.diagnosis.which._candidate import hypothesis_name
+from fitting.diagnosis.which._effect_refit import full_refit, short_refit
 from fitting.diagnosis.which._screen import (
     Screened,
+    initial_guesses,
     orthonormal_basis,
     screen_effect,
     search_ranges,
@@ -50,11 +51,11 @@ def baseline_verdicts(
     """
     if fitted is None:
         fitted = fit_base(WhitenedModel.of(decimate(recording)), None)
-    trials = _initial_guesses(fitted.refit, fitted.state, candidates)
+    trials = initial_guesses(fitted.refit, fitted.state, candidates)
     edges = {k: v for grid in trials.values() for k, v in search_ranges(grid).items()}
     refit = dataclasses.replace(fitted.refit, search_ranges=edges)
     state = fitted.state
-    # The fall of `screen` is with nothing projected out, `fall_rich` with the base's Jacobian.
+    # Here `score` is with nothing projected out, `flexible_score` with the base's Jacobian.
     nothing = np.zeros((state.errors.synchronous.size, 0))
     inside = orthonormal_basis(refit.jacobian_base(state))
     best = {
@@ -74,7 +75,7 @@ def baseline_verdicts(
 def largest_correlation(state: State, screened: dict[str, list[Screened]]) -> str:
     """The largest correlation, if it is beyond what white noise of as many samples has."""
     # The fall of chi-square along one signature is its correlation squared, times chi-square.
-    falls = {name: max((s.fall for s in found), default=0.0) for name, found in screened.items()}
+    falls = {name: max((s.score for s in found), default=0.0) for name, found in screened.items()}
     name, fall = _largest(falls)
     size = state.errors.synchronous.size + state.errors.nonsynchronous.size
     return (
@@ -88,7 +89,8 @@ def largest_correlation(state: State, screened: dict[str, list[Screened]]) -> st
 def largest_score(screened: dict[str, list[Screened]]) -> str:
     """The largest score, if it is beyond chi-square's 1 % point for one look."""
     falls = {
-        name: max((s.fall_rich for s in found), default=0.0) for name, found in screened.items()
+        name: max((s.flexible_score for s in found), default=0.0)
+        for name, found in screened.items()
     }
     name, fall = _largest(falls)
     return name if fall > chi2.isf(THRESHOLDS.baseline_level, 1) else NONE
@@ -107,7 +109,7 @@ def forward_selection(
         left = [cls for cls in candidates if cls.name not in {e.name for e in effects_found}]
         if len(effects_found) < THRESHOLDS.selected_effects:
             inside = orthonormal_basis(refit.jacobian_base(state))
-            grids = _initial_guesses(refit, state, left)
+            grids = initial_guesses(refit, state, left)
             screened = {
                 n: screen_effect(refit, state, grid, inside, inside) for n, grid in grids.items()
             }
@@ -116,8 +118,8 @@ def forward_selection(
 
 def _best_addition(refit: Refit, state: State, screened: dict[str, list[Screened]]) -> State | None:
     """The refit with the one more effect that leaves least by Akaike's criterion."""
-    best = [max(found, key=lambda one: one.fall_rich) for found in screened.values() if found]
-    best = sorted(best, key=lambda one: -one.fall_rich)[: THRESHOLDS.short_refits]
+    best = [max(found, key=lambda one: one.flexible_score) for found in screened.values() if found]
+    best = sorted(best, key=lambda one: -one.flexible_score)[: THRESHOLDS.short_refits]
     looks = [look for one in best if (look := short_refit(refit, state, [one])) is not None]
     ends = [
         full_refit(refit, look, state.cost)

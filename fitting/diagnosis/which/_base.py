@@ -1,4 +1,4 @@
-"""The base model: what RA-PI alone makes of a recording, whether a model was brought or not."""
+"""The base fit: the operator fitted to the recording, without any candidate effect."""
 
 import dataclasses
 
@@ -18,20 +18,21 @@ from fitting.identification._fit import default_free
 from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
 
-_GUESSES = 4
-_STEPS = 40
-_FAR_LESS = 0.3  # of the excess of one with shared values
+from ._thresholds import THRESHOLDS
+
+_UNIT_NOISE = Spectrum(1.0, 0.0, 1.0, True)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class FittedBase:
-    """The base at its best, the noise by which it was judged, and the model given, if any.
+    """The fitted base, the noise spectrum it was weighted by, and the errors of a model brought.
 
-    `stiff`: the refit with `eta` held, from which effects are looked for, and its end. Where an
-    effect is missing, `eta` trades against thresholds and weights along a valley that a refit with
-    the effect would have to crawl back. `state`: with all let go.
-    `given`: the errors of the model as it was brought ("periods phases" by run); `None` where the
-    base was identified here.
+    - `refit`, `state`: with all parameters free.
+    - `eta_fixed`: with `eta` held, from which effects are searched. Where an effect is missing,
+      `eta` trades against thresholds and weights along a flat valley, along which a refit with the
+      effect would return only slowly.
+    - `given`: the errors of the model as it was brought ("periods phases" by run); `None` where the
+      base was identified here.
     """
 
     refit: Refit
@@ -47,7 +48,7 @@ class FittedBase:
 
 
 def fit_base(whitened: WhitenedModel, ecdl: ECDL | None) -> FittedBase:
-    """The base fitted to the recording, from the model brought and from guesses of its make.
+    """The base fitted to the recording, from the model brought and from guesses of its kind.
 
     Raises `DataError` where the readings are too few for its parameters.
     """
@@ -58,78 +59,88 @@ def fit_base(whitened: WhitenedModel, ecdl: ECDL | None) -> FittedBase:
     check_enough(whitened, first)
     values = BaseModel.of(whitened, first).prior_mean
     nodes = whitened.operator_response(first, values, effects)
-    raw = whitened.evaluate_errors(whitened.make_whitener(_ONE), effects, nodes).raw
-    spectrum = _quiet(raw, whitened.blocks)
+    raw = whitened.evaluate_errors(whitened.make_whitener(_UNIT_NOISE), effects, nodes).raw
+    spectrum = _background_spectrum(raw, whitened.blocks)
     while True:
         found: list[tuple[Refit, State]] = []
         for operator in starts:
             base = BaseModel.of(whitened, operator, _free(whitened, operator))
             refit = Refit(whitened, whitened.make_whitener(spectrum), base.with_fixed("eta"))
-            found.append((refit, refit.minimise(refit.evaluate(base.prior_mean, effects), _STEPS)))
+            found.append(
+                (
+                    refit,
+                    refit.minimise(refit.evaluate(base.prior_mean, effects), THRESHOLDS.base_steps),
+                )
+            )
         refit, state = _simplest(found)
-        better = _quiet(state.errors.raw, whitened.blocks)
-        if spectrum.measured or better.white > 0.5 * spectrum.white:
+        better = _background_spectrum(state.errors.raw, whitened.blocks)
+        if spectrum.measured or better.white > THRESHOLDS.noise_update * spectrum.white:
             break
         spectrum = better  # without repeats the noise is read off what the fit leaves
         starts = [whitened.set_values(refit.base.operator, state.values)]
     base = BaseModel.of(whitened, refit.base.operator, _free(whitened, refit.base.operator))
-    nonsynchronous = dataclasses.replace(refit, base=base)
-    end = nonsynchronous.minimise(state, _STEPS)
-    return FittedBase(nonsynchronous, end, (refit, state), spectrum, None if ecdl is None else raw)
+    free = dataclasses.replace(refit, base=base)
+    end = free.minimise(state, THRESHOLDS.base_steps)
+    return FittedBase(free, end, (refit, state), spectrum, None if ecdl is None else raw)
 
 
 def _simplest(found: list[tuple[Refit, State]]) -> tuple[Refit, State]:
-    """The best fit; one with a value for each play only where it leaves far less.
+    """The best fit; one with values of their own for each play only where it leaves far less.
 
-    Such plays bend to what an effect does, and then hide it.
+    Such plays adapt to what an effect does, and then hide it.
     """
-    best = min(found, key=_cost_of)
-    tied = [pair for pair in found if not _each(pair[0].base.operator)]
-    if not tied or not _each(best[0].base.operator):
+    best = min(found, key=_cost)
+    shared = [pair for pair in found if not _has_individual_plays(pair[0].base.operator)]
+    if not shared or not _has_individual_plays(best[0].base.operator):
         return best
-    simple = min(tied, key=_cost_of)
+    simple = min(shared, key=_cost)
     noise = simple[1].errors.synchronous.size + simple[1].errors.nonsynchronous.size
-    return best if best[1].cost - noise < _FAR_LESS * (simple[1].cost - noise) else simple
+    limit = THRESHOLDS.individual_plays_excess * (simple[1].cost - noise)
+    return best if best[1].cost - noise < limit else simple
 
 
-def _cost_of(pair: tuple[Refit, State]) -> float:
+def _cost(pair: tuple[Refit, State]) -> float:
     return pair[1].cost
 
 
-def _each(operator: AbstractOperator) -> bool:
+def _has_individual_plays(operator: AbstractOperator) -> bool:
     """Whether plays have shapes of their own."""
     return isinstance(operator, RAPI) and any(
         np.ndim(getattr(operator, name)) > 0 for name in ("alpha", "lam", "eta")
     )
 
 
-_ONE = Spectrum(1.0, 0.0, 1.0, True)
-
-
-def _quiet(errors: list[np.ndarray], blocks: list[PeriodBlock]) -> Spectrum:
-    """The noise spectrum, less slow changes and tones that do not follow the scan: they leak."""
+def _background_spectrum(errors: list[np.ndarray], blocks: list[PeriodBlock]) -> Spectrum:
+    """The noise spectrum without slow changes and non-synchronous tones, which leak into it."""
     spectrum = measure_spectrum(errors, blocks)
     if not spectrum.measured:
         return spectrum
-    steady = detrend(errors, blocks, spectrum)
-    if steady is not errors:
-        spectrum = measure_spectrum(steady, blocks)
-    found = find_tones(steady, blocks, spectrum)
-    return measure_spectrum(remove_tones(steady, blocks, found), blocks) if found else spectrum
+    detrended = detrend(errors, blocks, spectrum)
+    if detrended is not errors:
+        spectrum = measure_spectrum(detrended, blocks)
+    tones = find_tones(detrended, blocks, spectrum)
+    if not tones:
+        return spectrum
+    return measure_spectrum(remove_tones(detrended, blocks, tones), blocks)
 
 
 def _starts(recording: Recording, ecdl: ECDL | None) -> list[AbstractOperator]:
     """Operators to start from. Plays share `lam`, `eta` and `alpha` in all but the one brought.
 
-    With a value for each play a refit ends in one of many valleys; that freedom is the richer
-    base's, which starts from here.
+    With a value for each play a refit ends in one of many local minima; that freedom is the
+    flexible base's, which starts from here.
     """
     if ecdl is None:
-        return list(RAPI.guesses(recording, count=_GUESSES))
+        return list(RAPI.guesses(recording, count=THRESHOLDS.guesses))
     operator = ecdl.operator
     if not isinstance(operator, RAPI):
         return [operator]
-    guesses = RAPI.guesses(recording, plays=operator.count, order=operator.d.size, count=2)
+    guesses = RAPI.guesses(
+        recording,
+        plays=operator.count,
+        order=operator.d.size,
+        count=THRESHOLDS.guesses_beside_given,
+    )
     return [operator, *guesses]
 
 

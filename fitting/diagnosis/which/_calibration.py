@@ -1,4 +1,4 @@
-"""Numbers that turn chi-squares into probabilities, and where they come from."""
+"""Calibration constants that turn chi-squares into probabilities, with their provenance."""
 
 import dataclasses
 import json
@@ -11,7 +11,7 @@ SCHEMA = "rapi.calibration/1"
 
 @dataclasses.dataclass(frozen=True)
 class Calibration:
-    """What `_probability` weighs evidence by.
+    """Constants of `_probability`, fitted to a bank of simulated devices.
 
     Between hypotheses:
 
@@ -19,7 +19,7 @@ class Calibration:
       at stake between two hypotheses besides: no effect is quite as its equation says.
     - `parameter`: log evidence that one more parameter costs, in units of the logarithm of the
       number of lines, halved.
-    - `chance`: log evidence that one more effect costs, for the search over its trials.
+    - `chance`: log evidence that one more effect costs, for the search over its initial guesses.
 
     For `unlisted`, logarithms of odds a decade:
 

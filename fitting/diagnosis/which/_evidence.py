@@ -1,9 +1,9 @@
-"""The sums that probabilities are made of, as plain numbers: what a calibration is fitted to."""
+"""Chi-squares from which probabilities follow and a calibration is fitted, as plain numbers."""
 
 import dataclasses
 from typing import Any
 
-from ._candidates import Candidate
+from ._candidate import Candidate
 from ._forward_selection import Attribution
 
 # Names in files, where they differ from the fields.
@@ -12,13 +12,12 @@ _FIELDS = {key: field for field, key in _KEYS.items()}
 
 
 @dataclasses.dataclass(frozen=True)
-class Left:
-    """What a hypothesis leaves on the richer base.
+class HypothesisEvidence:
+    """Chi-square that a hypothesis leaves on the flexible base.
 
-    `locked`, `loose`: chi-square of what repeats with the scan, and of what does not; `prior`: of
-    the base's values, and of jumps a sample early or late. `parameters`: of the effects.
-    `identified`: what it leaves on the identified base, of which nothing is known where it is
-    `None`.
+    `synchronous`, `nonsynchronous`: of what repeats with the scan, and of what does not; `prior`:
+    of the base's values, and of jumps a sample early or late. `parameters`: number of the effects'.
+    `identified`: chi-square on the identified base; `None` where it is not known.
     """
 
     effects: tuple[str, ...]
@@ -35,26 +34,26 @@ class Left:
 
     @property
     def cost(self) -> float:
-        """All of it."""
+        """The sum of the three."""
         return self.synchronous + self.nonsynchronous + self.prior
 
 
 @dataclasses.dataclass(frozen=True)
 class Evidence:
-    """All hypotheses, `none` first; out of how many lines; whether noise was measured."""
+    """All hypotheses, `none` first; the numbers of lines; whether noise was measured."""
 
     lines: int
     nonsynchronous_lines: int
     noise_known: bool
-    hypotheses: tuple[Left, ...]
+    hypotheses: tuple[HypothesisEvidence, ...]
 
     @classmethod
     def of(cls, attribution: Attribution, *, noise_known: bool) -> "Evidence":
         """The evidence of an attribution."""
-        errors = attribution.none.rich.errors
+        errors = attribution.none.on_flexible_base.errors
         found = (attribution.none, *attribution.candidates)
         size = (errors.synchronous.size, errors.nonsynchronous.size)
-        return cls(*size, noise_known, tuple(_left(c) for c in found))
+        return cls(*size, noise_known, tuple(_hypothesis(c) for c in found))
 
     @classmethod
     def from_dict(cls, value: dict[str, Any]) -> "Evidence":
@@ -74,20 +73,24 @@ class Evidence:
             ],
         }
 
-    def excess(self, left: Left) -> float:
+    def excess(self, one: HypothesisEvidence) -> float:
         """Chi-square above what noise alone would leave."""
-        return left.synchronous + left.nonsynchronous - self.lines - self.nonsynchronous_lines
+        return one.synchronous + one.nonsynchronous - self.lines - self.nonsynchronous_lines
 
 
-def _left(candidate: Candidate) -> Left:
-    rich, plain = candidate.rich, candidate.plain
-    names = tuple(sorted(effect.name for effect in candidate.effects))
-    left = plain.synchronous + plain.nonsynchronous
-    prior = rich.prior_cost + rich.errors.jump_timing_cost
-    return Left(names, candidate.count, rich.synchronous, rich.nonsynchronous, prior, left)
+def _hypothesis(candidate: Candidate) -> HypothesisEvidence:
+    flexible, base = candidate.on_flexible_base, candidate.on_base
+    return HypothesisEvidence(
+        effects=tuple(sorted(effect.name for effect in candidate.effects)),
+        parameters=candidate.count,
+        synchronous=flexible.synchronous,
+        nonsynchronous=flexible.nonsynchronous,
+        prior=flexible.prior_cost + flexible.errors.jump_timing_cost,
+        identified=base.synchronous + base.nonsynchronous,
+    )
 
 
-def _from_file(value: dict[str, Any]) -> Left:
+def _from_file(value: dict[str, Any]) -> HypothesisEvidence:
     fields: dict[str, Any] = {_FIELDS.get(key, key): content for key, content in value.items()}
     fields["effects"] = tuple(value["effects"])
-    return Left(**fields)
+    return HypothesisEvidence(**fields)

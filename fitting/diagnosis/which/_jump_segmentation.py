@@ -1,9 +1,8 @@
-"""A base beside a switch: fitted first with the jumps at the times at which the data show them.
+"""A refit beside a switch whose jumps are segmented from the data: a start near the right ones.
 
 A base that is a little off crosses a threshold at the wrong samples, and each of these costs so
-much that the base bends to put them right and stays bent. When it jumped, though, the data show
-without any base. So the base is fitted to data less these jumps; then thresholds are put where that
-base is when the data jump.
+much that the base adapts to them. But the data show the jumps without any base. So the base is
+fitted to data less these jumps; then thresholds are put at its values where the data jump.
 """
 
 import dataclasses
@@ -15,43 +14,47 @@ from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from rapi_jax.effects import AbstractSwitch
 
-_CLEAR = 5.0  # standard deviations of a reading, that a jump must have to show by itself
+from ._thresholds import THRESHOLDS
 
 
 def refit_at_segmented_jumps(
-    refit: Refit, state: State, steps: int, share: float = 1e-4
+    refit: Refit, state: State, steps: int, tolerance: float | None = None
 ) -> State | None:
-    """A base and its switch, as above; `None` for no switch, or one too small to show.
+    """The base and its switch at the segmented jumps; `None` for no switch, or too small a one.
 
-    `steps`, `share`: of a descent, see `Refit.descend`.
+    `steps`, `tolerance`: see `Refit.minimise`.
     """
     for at, effect in enumerate(state.effects):
         if isinstance(effect, AbstractSwitch):
-            return _placed(refit, state, at, effect, steps, share)
+            return _refit_at(refit, state, at, effect, steps, tolerance)
     return None
 
 
-def _placed(
-    refit: Refit, state: State, at: int, switch: AbstractSwitch, steps: int, share: float
+def _refit_at(
+    refit: Refit, state: State, at: int, switch: AbstractSwitch, steps: int, tolerance: float | None
 ) -> State | None:
     whitened, size = refit.whitened, float(switch.size)
     noise = [
         np.sqrt(refit.whitener.spectrum.mean_variance(SpectralLines.of(block)))
         for block in whitened.blocks
     ]
-    if abs(size) < _CLEAR * max(noise):
+    if abs(size) < THRESHOLDS.jump_size * max(noise):
         return None
     others = (*state.effects[:at], *state.effects[at + 1 :])
     start = refit.evaluate(state.values, others)
-    on = [_on(-e, size, b) for e, b in zip(start.errors.raw, whitened.blocks, strict=True)]
+    on = [
+        _segment_switch(-e, size, b) for e, b in zip(start.errors.raw, whitened.blocks, strict=True)
+    ]
     if not any(one.any() for one in on):
         return None
     blocks = [
         dataclasses.replace(block, data=block.data - size * one)
         for block, one in zip(whitened.blocks, on, strict=True)
     ]
-    quiet = dataclasses.replace(refit, whitened=dataclasses.replace(whitened, blocks=blocks))
-    end = quiet.minimise(quiet.evaluate(state.values, others), steps, share)
+    without_jumps = dataclasses.replace(
+        refit, whitened=dataclasses.replace(whitened, blocks=blocks)
+    )
+    end = without_jumps.minimise(without_jumps.evaluate(state.values, others), steps, tolerance)
     nu = [e + b.data for e, b in zip(end.errors.raw, blocks, strict=True)]
     run = [np.full(one.shape, k) for k, one in enumerate(on)]
     use = [block.use > 0 for block in blocks]
@@ -64,27 +67,28 @@ def _placed(
     )
 
 
-def _on(rest: np.ndarray, size: float, block: PeriodBlock) -> np.ndarray:
-    """Whether the switch is on at each reading, by the jumps of what a base without it leaves.
+def _segment_switch(residual: np.ndarray, size: float, block: PeriodBlock) -> np.ndarray:
+    """Whether the switch is on at each reading, by the residual of a base without it.
 
-    The likeliest history that begins off: changes of `rest` from one reading to the next are those
-    of a base's misfit, which are small, and plus or minus `size` where it switches.
+    The likeliest sequence of two states that starts off (Viterbi's algorithm): differences of
+    `residual` are those of the base's misfit, which are small, and plus or minus `size` where it
+    switches.
     """
-    flat, use = rest.ravel(), block.use.ravel() > 0
-    leap = np.diff(flat[use])
+    flat, use = residual.ravel(), block.use.ravel() > 0
+    difference = np.diff(flat[use])
     on = np.zeros(flat.size, dtype=bool)
-    # Costs of being off and on; where it came from: 0 stayed, 1 switched.
+    # Costs of being off and on, and whether the state before was the other one.
     off_cost, on_cost = 0.0, np.inf
-    came = np.zeros((leap.size, 2), dtype=bool)
-    stay, up, down = leap**2, (leap - size) ** 2, (leap + size) ** 2
-    for k in range(leap.size):
+    switched = np.zeros((difference.size, 2), dtype=bool)
+    stay, up, down = difference**2, (difference - size) ** 2, (difference + size) ** 2
+    for k in range(difference.size):
         to_off, to_on = off_cost + stay[k], on_cost + stay[k]
         switched_off, switched_on = on_cost + down[k], off_cost + up[k]
-        came[k] = switched_off < to_off, switched_on < to_on
+        switched[k] = switched_off < to_off, switched_on < to_on
         off_cost, on_cost = min(to_off, switched_off), min(to_on, switched_on)
-    state = np.zeros(leap.size + 1, dtype=bool)
+    state = np.zeros(difference.size + 1, dtype=bool)
     state[-1] = on_cost < off_cost
-    for k in range(leap.size - 1, -1, -1):
-        state[k] = state[k + 1] ^ came[k, int(state[k + 1])]
+    for k in range(difference.size - 1, -1, -1):
+        state[k] = state[k + 1] ^ switched[k, int(state[k + 1])]
     on[np.flatnonzero(use)] = state
-    return on.reshape(rest.shape)
+    return on.reshape(residual.shape)

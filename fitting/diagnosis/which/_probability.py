@@ -1,17 +1,15 @@
-"""How probable each hypothesis is: none, each effect, pairs, and `unlisted`."""
+"""Posterior probabilities of the hypotheses: none, each effect, pairs, and `unlisted`."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
 from ._calibration import Calibration, load_calibration
-from ._evidence import Evidence, Left
+from ._evidence import Evidence, HypothesisEvidence
+from ._thresholds import THRESHOLDS
 
 UNLISTED = "unlisted"
 Ranked = list[tuple[str, float]]
-_LEAST = 0.02  # excess a line: what noise leaves by chance
-_SHARE = 1e-3  # of the excess, or of the gap held out: less is nothing
-_AT = (0.3, 0.03, 0.05)  # excess a line, share left, share open, at `named_level`
 
 
 def hypothesis_probabilities(
@@ -24,9 +22,9 @@ def hypothesis_probabilities(
     `closed`: the closed fraction of the gap on data held out, of hypotheses for which it is known.
     """
     calibration = load_calibration() if calibration is None else calibration
-    weight = _among_listed(evidence, calibration)
+    weight = _listed_weights(evidence, calibration)
     top = evidence.hypotheses[int(np.argmax(weight))]
-    unlisted = _remains(evidence, top, (closed or {}).get(top.name), calibration)
+    unlisted = _unlisted_probability(evidence, top, (closed or {}).get(top.name), calibration)
     out = [
         (h.name, float(w * (1.0 - unlisted)))
         for h, w in zip(evidence.hypotheses, weight, strict=True)
@@ -34,49 +32,50 @@ def hypothesis_probabilities(
     return sorted([*out, (UNLISTED, unlisted)], key=lambda pair: -pair[1])
 
 
-def credible_set(ranked: Ranked, level: float = 0.95) -> list[str]:
-    """Names of the smallest set of hypotheses with at least `level` of the probability."""
+def credible_set(ranked: Ranked) -> list[str]:
+    """Names of the smallest set of hypotheses with at least 95 % of the probability."""
     total, names = 0.0, []
     for name, probability in ranked:
         names.append(name)
         total += probability
-        if total >= level:
+        if total >= THRESHOLDS.credible_level:
             break
     return names
 
 
-def _among_listed(evidence: Evidence, calibration: Calibration) -> np.ndarray:
-    """Weights of the hypotheses beside one another, were one of them true."""
+def _listed_weights(evidence: Evidence, calibration: Calibration) -> np.ndarray:
+    """Probabilities of the hypotheses, were one of them true; they sum to 1."""
     found = evidence.hypotheses
     best = min(found, key=lambda h: h.cost)
     lines, nonsynchronous = evidence.lines, max(evidence.nonsynchronous_lines, 1)
-    # Where the base misfits, its misfit is noise of that size to every comparison.
-    wide, wide_nonsynchronous = (
-        max(1.0, best.synchronous / lines),
-        max(1.0, best.nonsynchronous / nonsynchronous),
-    )
-    each = calibration.parameter * np.log(lines + nonsynchronous)
-    log = np.array(
+    # Where the base misfits, its misfit acts as noise of that size on every comparison.
+    misfit = max(1.0, best.synchronous / lines)
+    nonsynchronous_misfit = max(1.0, best.nonsynchronous / nonsynchronous)
+    penalty = calibration.parameter * np.log(lines + nonsynchronous)
+    log_evidence = np.array(
         [
             -0.5
             * (
-                h.synchronous / wide
-                + h.nonsynchronous / wide_nonsynchronous
+                h.synchronous / misfit
+                + h.nonsynchronous / nonsynchronous_misfit
                 + h.prior
-                + each * h.parameters
+                + penalty * h.parameters
             )
             - calibration.chance * len(h.effects)
             for h in found
         ]
     )
-    first = found[int(np.argmax(log))]
-    stake = np.array([_at_stake(h, first, evidence) for h in found])
-    weight = np.exp((log - log.max()) / (calibration.temperature + calibration.form * stake))
+    first = found[int(np.argmax(log_evidence))]
+    stake = np.array([_excess_at_stake(h, first, evidence) for h in found])
+    temperature = calibration.temperature + calibration.form * stake
+    weight = np.exp((log_evidence - log_evidence.max()) / temperature)
     return weight / weight.sum()
 
 
-def _at_stake(one: Left, other: Left, evidence: Evidence) -> float:
-    """What the effects explain in which two hypotheses differ: the excess without these.
+def _excess_at_stake(
+    one: HypothesisEvidence, other: HypothesisEvidence, evidence: Evidence
+) -> float:
+    """The excess without the effects in which two hypotheses differ: what these explain.
 
     An effect's equation is good to a few hundredths of what it explains: two that differ by less
     are not told apart by any amount of data.
@@ -87,35 +86,41 @@ def _at_stake(one: Left, other: Left, evidence: Evidence) -> float:
     return max(evidence.excess((without or found)[0]), 0.0)
 
 
-def _remains(
-    evidence: Evidence, top: Left, closed: float | None, calibration: Calibration
+def _unlisted_probability(
+    evidence: Evidence, top: HypothesisEvidence, closed: float | None, calibration: Calibration
 ) -> float:
     """Probability that what the best hypothesis leaves is more than noise and base misfit."""
     lines, nonsynchronous = evidence.lines, max(evidence.nonsynchronous_lines, 1)
-    chance, chance_nonsynchronous = (3.0 * np.sqrt(2.0 / n) for n in (lines, nonsynchronous))
-    # What the base was bent for counts too: a bend that no device has explains nothing.
+    chance, nonsynchronous_chance = (
+        THRESHOLDS.excess_sigmas * np.sqrt(2.0 / n) for n in (lines, nonsynchronous)
+    )
+    # The price of the base's values counts too: values that no device has explain nothing.
     over = (top.synchronous + top.prior) / lines - 1.0 - chance
     none = evidence.hypotheses[0]
     before = evidence.excess(none)
-    share = evidence.excess(top) / before if before > 0 else 0.0
-    if not evidence.noise_known:  # then all that is left may be noise, and only a poor share tells
-        poor = (share - calibration.left_unknown) / calibration.left_unknown_width
+    left = evidence.excess(top) / before if before > 0 else 0.0
+    if not evidence.noise_known:  # all that is left may be noise: only a large share left tells
+        poor = (left - calibration.left_unknown) / calibration.left_unknown_width
         more = (over + chance - calibration.misfit_unknown) / calibration.misfit_unknown_width
         return _logistic(poor) * _logistic(more)
     if evidence.nonsynchronous_lines:
         over = max(
             over,
             calibration.nonsynchronous
-            * (top.nonsynchronous / nonsynchronous - 1.0 - chance_nonsynchronous),
+            * (top.nonsynchronous / nonsynchronous - 1.0 - nonsynchronous_chance),
         )
-    over = max(over, _LEAST)
+    over = max(over, THRESHOLDS.excess_least)
     if not top.effects:
         return _logistic(calibration.none_slope * np.log10(over / calibration.none_level))
-    share = float(np.clip(share, _SHARE, 1.0))
-    still = share if closed is None else float(np.clip(1.0 - closed, _SHARE, 1.0))
-    slopes = (calibration.named_excess, calibration.named_left, calibration.named_open)
-    seen = zip(slopes, (over, share, still), _AT, strict=True)
-    return _logistic(calibration.named_level + sum(k * np.log10(x / at) for k, x, at in seen))
+    least = THRESHOLDS.share_least
+    left = float(np.clip(left, least, 1.0))
+    still_open = left if closed is None else float(np.clip(1.0 - closed, least, 1.0))
+    terms = (
+        (calibration.named_excess, over, THRESHOLDS.reference_excess),
+        (calibration.named_left, left, THRESHOLDS.reference_share_left),
+        (calibration.named_open, still_open, THRESHOLDS.reference_share_open),
+    )
+    return _logistic(calibration.named_level + sum(k * np.log10(x / at) for k, x, at in terms))
 
 
 def _logistic(x: float) -> float:

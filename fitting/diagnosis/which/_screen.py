@@ -1,7 +1,7 @@
-"""Which trials of an effect are worth a refit: their signatures beside what the base can absorb."""
+"""Screening of initial guesses by score statistics, with what the base can absorb projected out."""
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -10,34 +10,47 @@ from fitting.diagnosis.refit._gauss_newton import Refit, SearchRanges, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel, acts_before_operator
 from rapi_jax.effects import AbstractEffect, ResidualSummary
 
-_BEYOND = 1.3  # the grid of its trials, that a parameter may go
-_ALIKE = 0.98  # cosine from which two trials are one
+from ._thresholds import THRESHOLDS
+
+InitialGuesses = dict[str, list[AbstractEffect]]  # by name of the effect
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Screened:
-    """One trial: by how much chi-square would fall at its best size, and what survives the base.
+    """One initial guess: its signature against the residual, beside what a base can absorb.
 
-    - `fall`: with the operator's own Jacobian projected out; `fall_rich`: with the richer base's.
-    - `survival`: length of what the richer base cannot absorb, over the whole signature's.
-    - `left`: chi-square with the trial as it stands, the operator's own Jacobian projected out.
-    - `direction`: what it changes beyond the operator's own Jacobian, of unit length.
+    - `score`: the score statistic, by how much chi-square would fall at the guess's best size, with
+      the base's Jacobian projected out; `flexible_score`: with the flexible base's.
+    - `unabsorbed_fraction`: length of what the flexible base cannot absorb, over the whole
+      signature's.
+    - `cost`: chi-square with the guess as it stands, the base's Jacobian projected out.
+    - `direction`: the signature beyond the base's Jacobian, of unit length.
     """
 
     effect: AbstractEffect
-    fall: float
-    fall_rich: float
-    survival: float
-    left: float
+    score: float
+    flexible_score: float
+    unabsorbed_fraction: float
+    cost: float
     direction: np.ndarray
 
-    def alike(self, other: "Screened") -> bool:
-        """Whether the two point the same way: a fit from one may end where the other's does."""
-        return abs(float(self.direction @ other.direction)) > _ALIKE
+    def is_parallel(self, other: "Screened") -> bool:
+        """Whether the two signatures are parallel, so that refits from both end alike."""
+        return abs(float(self.direction @ other.direction)) > THRESHOLDS.parallel_cosine
+
+
+def initial_guesses(
+    refit: Refit, state: State, classes: Sequence[type[AbstractEffect]]
+) -> InitialGuesses:
+    """Where a refit with each class may start, by what `state` leaves."""
+    spectrum = refit.whitener.spectrum
+    noise = float(np.sqrt(spectrum.white + spectrum.red))
+    summary = summarise_residual(refit.whitened, state, noise)
+    return {cls.name: list(cls.initial_guesses(summary)) for cls in classes}
 
 
 def summarise_residual(whitened: WhitenedModel, state: State, noise: float) -> ResidualSummary:
-    """What the effects may look at to choose their trials: all samples, one after the other."""
+    """What effects choose their initial guesses by: all samples, one after the other."""
     blocks = whitened.blocks
     flat = [
         np.concatenate([part.ravel() for part in parts])
@@ -60,24 +73,25 @@ def summarise_residual(whitened: WhitenedModel, state: State, noise: float) -> R
     )
 
 
-def search_ranges(trials: Iterable[AbstractEffect]) -> SearchRanges:
-    """How far the parameters of an effect may go: a little beyond the grid of its trials.
+def search_ranges(guesses: Iterable[AbstractEffect]) -> SearchRanges:
+    """How far the parameters of an effect may go: a little beyond the range of its guesses.
 
-    Only for what the trials spread over: positive values that differ by more than a factor of two.
-    What may be zero may always go there.
+    Only for positive parameters over which the guesses spread; those that may be zero may always
+    go there.
     """
-    seen: dict[tuple[str, tuple[str | int, ...]], list[float]] = {}
-    edges: dict[tuple[str, tuple[str | int, ...]], tuple[float, float]] = {}
-    for trial in trials:
-        for p, value in zip(free_parameters(trial), effect_values((trial,)), strict=True):
-            seen.setdefault((trial.name, p.path), []).append(float(value))
-            edges[trial.name, p.path] = (p.low, p.high)
+    found: dict[tuple[str, tuple[str | int, ...]], list[float]] = {}
+    bounds: dict[tuple[str, tuple[str | int, ...]], tuple[float, float]] = {}
+    for guess in guesses:
+        for p, value in zip(free_parameters(guess), effect_values((guess,)), strict=True):
+            found.setdefault((guess.name, p.path), []).append(float(value))
+            bounds[guess.name, p.path] = (p.low, p.high)
+    margin, spread = THRESHOLDS.search_margin, THRESHOLDS.search_spread
     out: SearchRanges = {}
-    for key, values in seen.items():
+    for key, values in found.items():
         least, most = min(values), max(values)
-        low, high = edges[key]
-        if least > 0 and np.isfinite(most) and most > 2.0 * least and low >= 0:
-            out[key] = (max(least / _BEYOND, low) if low > 0 else 0.0, min(_BEYOND * most, high))
+        low, high = bounds[key]
+        if least > 0 and np.isfinite(most) and most > spread * least and low >= 0:
+            out[key] = (max(least / margin, low) if low > 0 else 0.0, min(margin * most, high))
     return out
 
 
@@ -85,48 +99,59 @@ def orthonormal_basis(columns: np.ndarray) -> np.ndarray:
     """Orthonormal columns that span what a base can change."""
     length = np.linalg.norm(columns, axis=0)
     left, size, _ = np.linalg.svd(columns[:, length > 0] / length[length > 0], full_matrices=False)
-    return left[:, size > 1e-7 * size.max(initial=0.0)]
+    return left[:, size > THRESHOLDS.rank_tolerance * size.max(initial=0.0)]
 
 
 def screen_effect(
     refit: Refit,
     state: State,
-    trials: Iterable[AbstractEffect],
-    plain: np.ndarray,
-    rich: np.ndarray,
+    guesses: Iterable[AbstractEffect],
+    basis: np.ndarray,
+    flexible_basis: np.ndarray,
 ) -> list[Screened]:
-    """Every trial beside the state, the most promising first; `plain`, `rich`: see `basis`."""
-    whitened, base = refit.whitened, refit.base
+    """Every guess beside the state, the largest score first.
+
+    `basis`, `flexible_basis`: see `orthonormal_basis`, of the base and of the flexible base.
+    """
+    screened = (_screen(refit, state, guess, basis, flexible_basis) for guess in guesses)
+    return sorted((one for one in screened if one is not None), key=lambda one: -one.score)
+
+
+def _screen(
+    refit: Refit,
+    state: State,
+    guess: AbstractEffect,
+    basis: np.ndarray,
+    flexible_basis: np.ndarray,
+) -> Screened | None:
+    """One guess; `None` where it changes nothing, or its response is not finite."""
+    whitened, effects = refit.whitened, (*state.effects, guess)
     synchronous, nonsynchronous = state.errors.synchronous, state.errors.nonsynchronous
-    found = []
-    for trial in trials:
-        effects = (*state.effects, trial)
-        ahead = acts_before_operator(trial)
-        nodes = (
-            whitened.operator_response(base.operator, state.values, effects)
-            if ahead
-            else state.operator_response
-        )
-        errors = whitened.evaluate_errors(refit.whitener, effects, nodes)
-        s, t = errors.synchronous - synchronous, errors.nonsynchronous - nonsynchronous
-        whole = float(s @ s + t @ t)
-        if not np.isfinite(whole) or whole == 0:
-            continue
-        falls, left, beyond = [], 0.0, s
-        with_it = synchronous + s
-        along = plain.T @ with_it
-        end = float(with_it @ with_it - along @ along + (nonsynchronous + t) @ (nonsynchronous + t))
-        for q in (plain, rich):
-            along = q.T @ s
-            if q is plain:
-                beyond = s - q @ along
-            left = max(float(s @ s - along @ along), 0.0) + float(t @ t)
-            inner = -float(s @ synchronous - along @ (q.T @ synchronous)) - float(
-                t @ nonsynchronous
-            )
-            falls.append(inner**2 / left if left > 1e-12 * whole and inner > 0 else 0.0)
-        way = np.concatenate([beyond, t]).astype(np.float32)
-        way /= max(float(np.linalg.norm(way)), 1e-30)
-        survival = float(np.sqrt(left / whole))
-        found.append(Screened(trial, falls[0], falls[1], survival, end, way))
-    return sorted(found, key=lambda one: -one.fall)
+    ahead = acts_before_operator(guess)
+    nodes = (
+        whitened.operator_response(refit.base.operator, state.values, effects)
+        if ahead
+        else state.operator_response
+    )
+    errors = whitened.evaluate_errors(refit.whitener, effects, nodes)
+    # The signature: what the guess changes of both parts.
+    s, t = errors.synchronous - synchronous, errors.nonsynchronous - nonsynchronous
+    whole = float(s @ s + t @ t)
+    if not np.isfinite(whole) or whole == 0:
+        return None
+    changed = synchronous + s
+    along = basis.T @ changed
+    cost = float(changed @ changed - along @ along + (nonsynchronous + t) @ (nonsynchronous + t))
+    scores, unabsorbed, beyond = [], 0.0, s
+    for q in (basis, flexible_basis):
+        along = q.T @ s
+        if q is basis:
+            beyond = s - q @ along
+        unabsorbed = max(float(s @ s - along @ along), 0.0) + float(t @ t)
+        inner = -float(s @ synchronous - along @ (q.T @ synchronous)) - float(t @ nonsynchronous)
+        absorbed = unabsorbed <= THRESHOLDS.absorbed_signature * whole
+        scores.append(inner**2 / unabsorbed if not absorbed and inner > 0 else 0.0)
+    direction = np.concatenate([beyond, t]).astype(np.float32)
+    direction /= max(float(np.linalg.norm(direction)), 1e-30)
+    fraction = float(np.sqrt(unabsorbed / whole))
+    return Screened(guess, scores[0], scores[1], fraction, cost, direction)

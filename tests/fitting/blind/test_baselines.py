@@ -52,7 +52,7 @@ def test_the_fall_along_a_signature_is_its_correlation(fitted):
         moved = refit.evaluate(state.values, (trial,)).errors
         signature = np.concatenate([moved.synchronous, moved.nonsynchronous]) - left
         rho = -(signature @ left) / np.sqrt((signature @ signature) * (left @ left))
-        share = found.fall / (state.synchronous + state.nonsynchronous)
+        share = found.score / (state.synchronous + state.nonsynchronous)
         assert share == pytest.approx(max(rho, 0.0) ** 2, rel=1e-6)
 
 

@@ -8,7 +8,7 @@ import pytest
 from fitting.blind.protocol._folder import BankFolder
 from fitting.blind.scoring._calibrate import Case, calibrate_to_bank, fit_calibration, log_loss
 from fitting.diagnosis.which._calibration import Calibration, load_calibration
-from fitting.diagnosis.which._evidence import Evidence, Left
+from fitting.diagnosis.which._evidence import Evidence, HypothesisEvidence
 from fitting.diagnosis.which._probability import credible_set, hypothesis_probabilities
 from rapi_jax import DataError
 
@@ -24,9 +24,11 @@ BY_HAND = Calibration(
 
 def evidence(none, **effects):
     """`none` and each effect with the chi-square a locked line that it leaves."""
-    found = [Left((), 0, none * LINES, float(LOOSE), 0.0)]
+    found = [HypothesisEvidence((), 0, none * LINES, float(LOOSE), 0.0)]
     for name, left in effects.items():
-        found.append(Left(tuple(name.split("_and_")), 2, left * LINES, float(LOOSE), 0.0))
+        found.append(
+            HypothesisEvidence(tuple(name.split("_and_")), 2, left * LINES, float(LOOSE), 0.0)
+        )
     return Evidence(LINES, LOOSE, True, tuple(found))
 
 

@@ -1,0 +1,59 @@
+"""Excess chi-square of a refit, and whether it is more than noise, chance and base misfit."""
+
+import numpy as np
+
+from fitting.diagnosis.refit._gauss_newton import State
+
+from ._thresholds import THRESHOLDS
+
+
+def excess(state: State) -> float:
+    """Chi-square above what noise alone would leave."""
+    return (
+        state.synchronous
+        + state.nonsynchronous
+        - state.errors.synchronous.size
+        - state.errors.nonsynchronous.size
+    )
+
+
+def nonsynchronous_excess(state: State) -> float:
+    """The same of the non-synchronous part."""
+    return state.nonsynchronous - state.errors.nonsynchronous.size
+
+
+def is_unexplained(state: State) -> bool:
+    """Whether more is left than noise, and than a base that is not quite the device's."""
+    lines, others = state.errors.synchronous.size, state.errors.nonsynchronous.size
+    limit = THRESHOLDS.explained_synchronous * lines
+    chance = THRESHOLDS.explained_synchronous_sigmas * np.sqrt(2.0 * lines)
+    if state.synchronous > limit + chance:
+        return True
+    limit = THRESHOLDS.explained_nonsynchronous * others
+    chance = THRESHOLDS.explained_nonsynchronous_sigmas * np.sqrt(2.0 * others)
+    return bool(others and state.nonsynchronous > limit + chance)
+
+
+def is_competitive(state: State, best: State, without: State, share: float) -> bool:
+    """Whether `state` is near enough to the best for more work on it.
+
+    Its fall in chi-square from `without` must be more than `share` of the best's, and its excess
+    not many times the best's.
+    """
+    fall, most = without.cost - state.cost, without.cost - best.cost
+    lines = best.errors.synchronous.size + best.errors.nonsynchronous.size
+    chance = THRESHOLDS.leader_chance_sigmas * np.sqrt(2.0 * lines)
+    limit = THRESHOLDS.leader_excess * max(excess(best), float(chance))
+    least = THRESHOLDS.chance_fall / THRESHOLDS.chance_fall_divisor
+    return excess(state) < limit and fall > max(share * most, least)
+
+
+def reduces_nonsynchronous(state: State, without: State, share: float) -> bool:
+    """Whether `state` takes away more than a share of the non-synchronous excess.
+
+    Beside a base that is far off, effects that take away more of the whole may do so by standing in
+    for the base; no operator can stand in here.
+    """
+    before = nonsynchronous_excess(without)
+    gain = before - nonsynchronous_excess(state)
+    return gain > max(share * before, THRESHOLDS.chance_fall)

@@ -1,0 +1,260 @@
+"""Numbers that decide which effects are considered, how far each is refitted, and what is named."""
+
+import dataclasses
+
+from rapi_jax._threshold import threshold
+
+_TRIAL = "set by trial"
+
+
+@dataclasses.dataclass(frozen=True)
+class WhichThresholds:
+    """Numbers that decide which effects are considered and when one counts as explained.
+
+    "Excess" is chi-square above what noise alone would leave.
+    """
+
+    # The base.
+    guesses: int = threshold(
+        4, unit="operators", origin=f"{_TRIAL}; more cost time, fewer may miss the best minimum"
+    )
+    guesses_beside_given: int = threshold(
+        2, unit="operators", origin=f"{_TRIAL}; guesses tried besides the model brought"
+    )
+    base_steps: int = threshold(40, unit="steps", origin=f"{_TRIAL}; at most, in the base's refit")
+    individual_plays_excess: float = threshold(
+        0.3,
+        unit="of the excess with shared values",
+        origin=f"{_TRIAL}; plays with values of their own absorb an effect, and must earn it",
+    )
+    noise_update: float = threshold(
+        0.5,
+        unit="of the noise spectrum before",
+        origin=f"{_TRIAL}; where noise is unknown: a smaller fall ends its re-estimation",
+    )
+
+    # Screening of initial guesses by score statistics.
+    search_margin: float = threshold(
+        1.3, unit="of the range of guesses", origin=f"{_TRIAL}; how far beyond a parameter may go"
+    )
+    search_spread: float = threshold(
+        2.0,
+        unit="largest over smallest guess",
+        origin=f"{_TRIAL}; guesses that spread less do not bound a parameter",
+    )
+    parallel_cosine: float = threshold(
+        0.98, unit="1", origin=f"{_TRIAL}; cosine of signatures from which two guesses are one"
+    )
+    rank_tolerance: float = threshold(
+        1e-7, unit="of the largest singular value", origin="rounding of the base's Jacobian"
+    )
+    absorbed_signature: float = threshold(
+        1e-12, unit="of a signature's square", origin="rounding; less left is fully absorbed"
+    )
+    refitted_guesses: int = threshold(
+        3, unit="guesses", origin=f"{_TRIAL}; refitted for each effect; more cost time"
+    )
+
+    # Joint refits with one more effect.
+    short_steps: int = threshold(4, unit="steps", origin=f"{_TRIAL}; of a short refit")
+    long_short_factor: int = threshold(
+        3, unit="short refits", origin=f"{_TRIAL}; where the base must first follow the effect"
+    )
+    full_steps: int = threshold(40, unit="steps", origin=f"{_TRIAL}; at most, of a full refit")
+    free_eta_steps: int = threshold(20, unit="steps", origin=f"{_TRIAL}; at most, with free `eta`")
+    polynomial_steps: int = threshold(
+        4, unit="steps", origin=f"{_TRIAL}; of the polynomial alone, without hysteresis"
+    )
+    initial_weight: float = threshold(
+        0.02, unit="of the weights", origin=f"{_TRIAL}; what is left where a refit starts without"
+    )
+    equal_rates: float = threshold(
+        1.2,
+        unit="fastest over slowest rate",
+        origin=f"{_TRIAL}; below it a lag and hysteresis look alike",
+    )
+
+    # Search over parameters of effects that jump.
+    jump_size: float = threshold(
+        5.0, unit="standard deviations of a reading", origin="a smaller jump hides in the noise"
+    )
+    jump_rounds: int = threshold(
+        3, unit="rounds", origin=f"{_TRIAL}; of search and refit, for effects that jump"
+    )
+    jump_round_gain: float = threshold(
+        1e-3, unit="of chi-square", origin=f"{_TRIAL}; a smaller fall makes a round the last"
+    )
+    pattern_steps: tuple[float, ...] = threshold(
+        (3.0, 1.0, 0.5, 0.2, 0.06, 0.02, 0.006, 0.002, 0.0006, 0.0002, 6e-5, 2e-5),
+        unit="of a parameter's size",
+        origin=f"{_TRIAL}; steps of the coordinate search, about a factor of 3 apart",
+    )
+    zero_parameter_size: float = threshold(
+        0.5, unit="of the parameter", origin=f"{_TRIAL}; size of one that is 0"
+    )
+    simplex_widths: tuple[float, ...] = threshold(
+        (5e-4, 5e-5), unit="of a parameter's size", origin=f"{_TRIAL}; initial simplices"
+    )
+    simplex_tolerance: float = threshold(
+        1e-8, unit="of a parameter's size", origin=f"{_TRIAL}; at which a simplex has converged"
+    )
+    simplex_evaluations: int = threshold(
+        30, unit="evaluations a parameter", origin=f"{_TRIAL}; more cost time"
+    )
+    simplex_excess: float = threshold(
+        0.7,
+        unit="of the excess without the effect",
+        origin=f"{_TRIAL}; what leaves more needs no exact jump",
+    )
+
+    # Leaders on the flexible base.
+    leaders: int = threshold(
+        4, unit="effects", origin=f"{_TRIAL}; refitted on the flexible base besides the best"
+    )
+    flexible_steps: int = threshold(20, unit="steps", origin=f"{_TRIAL}; at most")
+    flexible_tolerance: float = threshold(
+        2e-3, unit="of the excess", origin=f"{_TRIAL}; two smaller falls in a row end a refit"
+    )
+    flexible_round_gain: float = threshold(
+        0.03, unit="of chi-square", origin=f"{_TRIAL}; a smaller fall makes a round the last"
+    )
+    flexible_misfit: float = threshold(
+        1.2,
+        unit="chi-square a line",
+        origin=f"{_TRIAL}; below it neither a second start nor a second search is worth its time",
+    )
+    second_start_cost: float = threshold(
+        3.0, unit="of the first start's final chi-square", origin=f"{_TRIAL}; a start above is left"
+    )
+    none_start_cost: float = threshold(
+        3.0,
+        unit="of chi-square without effects",
+        origin=f"{_TRIAL}; a start from the best leader's base above it is left",
+    )
+    none_steps: int = threshold(
+        12, unit="steps", origin=f"{_TRIAL}; at most, without effects from the best leader's base"
+    )
+    none_tolerance: float = threshold(
+        2e-3, unit="of the excess", origin=f"{_TRIAL}; two smaller falls in a row end that refit"
+    )
+
+    # Freedom of the flexible base.
+    flexible_plays: int = threshold(
+        24, unit="plays", origin=f"{_TRIAL}; more cost time, fewer leave hysteresis to effects"
+    )
+    flexible_order: int = threshold(4, unit="order of the polynomial", origin=_TRIAL)
+    threshold_reach: float = threshold(
+        1.6, unit="of the widest threshold identified", origin=f"{_TRIAL}; how far added plays go"
+    )
+    threshold_prior: float = threshold(
+        0.25, unit="of itself", origin=f"{_TRIAL}; one standard deviation of a threshold"
+    )
+    threshold_prior_least: float = threshold(
+        1e-3, unit="of half the drive", origin=f"{_TRIAL}; its least standard deviation"
+    )
+    lam_prior: float = threshold(0.3, unit="1", origin=f"{_TRIAL}; one standard deviation")
+    eta_prior: float = threshold(0.4, unit="1", origin=f"{_TRIAL}; one standard deviation")
+    weight_prior: float = threshold(
+        0.5, unit="of the largest weight", origin=f"{_TRIAL}; one standard deviation"
+    )
+    decay_prior: tuple[float, float] = threshold(
+        (0.4, 0.2),
+        unit="of a weight's logarithm at the widest threshold",
+        origin=f"{_TRIAL}; one standard deviation, linear and quadratic",
+    )
+    zeta_least: float = threshold(
+        1e-4, unit="V s", origin=f"{_TRIAL}; least standard deviation of `zeta`"
+    )
+    zeta_growth_prior: float = threshold(
+        0.3, unit="of the prior of `zeta`", origin=f"{_TRIAL}; how far thresholds grow apart"
+    )
+    curvature_prior: float = threshold(
+        0.07,
+        unit="of the falling bound's slope, half a swing from the middle",
+        origin=f"{_TRIAL}; one standard deviation",
+    )
+    initial_prior: float = threshold(
+        0.3, unit="of a play's band", origin=f"{_TRIAL}; one standard deviation of first outputs"
+    )
+
+    # What is left, and what counts as gain.
+    explained_synchronous: float = threshold(
+        1.25,
+        unit="chi-square a synchronous line",
+        origin=f"{_TRIAL}; what a base may leave that is not quite the device's",
+    )
+    explained_synchronous_sigmas: float = threshold(
+        4.0, unit="standard deviations of chi-square", origin=f"{_TRIAL}; chance besides"
+    )
+    explained_nonsynchronous: float = threshold(
+        1.04, unit="chi-square a non-synchronous line", origin=_TRIAL
+    )
+    explained_nonsynchronous_sigmas: float = threshold(
+        5.0, unit="standard deviations of chi-square", origin=f"{_TRIAL}; chance besides"
+    )
+    chance_fall: float = threshold(
+        60.0,
+        unit="chi-square",
+        origin=f"{_TRIAL}; no search over effects and their guesses finds such a fall in noise",
+    )
+    chance_fall_divisor: float = threshold(
+        4.0, unit="1", origin=f"{_TRIAL}; of `chance_fall`, for more work on an effect"
+    )
+    full_refit_fall: float = threshold(
+        0.2, unit="of the best fall", origin=f"{_TRIAL}; less is not refitted in full"
+    )
+    leader_fall: float = threshold(
+        0.5, unit="of the best fall", origin=f"{_TRIAL}; less is no leader, nor first of a pair"
+    )
+    leader_excess: float = threshold(
+        10.0, unit="of the best's excess or chance", origin=f"{_TRIAL}; more is no rival"
+    )
+    leader_chance_sigmas: float = threshold(
+        4.0, unit="standard deviations of chi-square", origin=f"{_TRIAL}; chance in that excess"
+    )
+
+    # Pairs of effects.
+    pair_firsts: int = threshold(
+        2, unit="effects", origin=f"{_TRIAL}; beside which a second is sought; more cost time"
+    )
+    pair_swaps: int = threshold(
+        2, unit="pairs", origin=f"{_TRIAL}; whose first effect is sought anew; more cost time"
+    )
+    swap_steps: int = threshold(
+        4, unit="steps", origin=f"{_TRIAL}; of the base with the other effect alone"
+    )
+    pair_gain: float = threshold(
+        0.5, unit="of the single effect's excess", origin=f"{_TRIAL}; a second effect removes more"
+    )
+    pair_base_gain: float = threshold(
+        0.3, unit="of the gain on the flexible base", origin=f"{_TRIAL}; least gain on the base"
+    )
+    pair_excess_unknown_noise: float = threshold(
+        0.5,
+        unit="of the excess without effects",
+        origin=f"{_TRIAL}; where noise is unknown: more left calls for a second effect",
+    )
+
+    # Probabilities.
+    credible_level: float = threshold(0.95, unit="probability", origin="the files' contract")
+    excess_least: float = threshold(
+        0.02, unit="excess a line", origin="what noise leaves by chance"
+    )
+    excess_sigmas: float = threshold(
+        3.0, unit="standard deviations of chi-square a line", origin=f"{_TRIAL}; chance taken off"
+    )
+    share_least: float = threshold(
+        1e-3, unit="of the excess or of the held-out gap", origin=f"{_TRIAL}; less is nothing"
+    )
+    reference_excess: float = threshold(
+        0.3, unit="excess a line", origin="where `named_level` of the calibration holds"
+    )
+    reference_share_left: float = threshold(
+        0.03, unit="of the excess", origin="where `named_level` of the calibration holds"
+    )
+    reference_share_open: float = threshold(
+        0.05, unit="of the held-out gap", origin="where `named_level` of the calibration holds"
+    )
+
+
+THRESHOLDS = WhichThresholds()

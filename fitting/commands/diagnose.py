@@ -62,7 +62,7 @@ def diagnose(
     names = _names(several)
     read = [read_recording(path, nan=nan) for path in several]  # all, before the first is judged
     if about is not None:
-        from fitting.diagnosis._diagnose import check_units
+        from fitting.diagnosis._data_checks import check_units
 
         for data in read:
             check_units(about, data)

@@ -7,7 +7,7 @@ import numpy as np
 from fitting.identification._data_checks import Fault, check_usable, find_faults
 from fitting.identification._fit import default_free
 from fitting.identification._parameter_vector import ParameterVector
-from rapi_jax import ECDL, AbstractOperator, DataError, Recording
+from rapi_jax import ECDL, AbstractOperator, DataError, ModelError, Recording
 from rapi_jax.effects import AbstractEffect
 
 from .refit._whitened_model import WhitenedModel
@@ -83,3 +83,13 @@ def shown_faults(
         )
         found.append(Fault("nothing explained", "", text))
     return found
+
+
+def check_units(about: dict[str, Any], recording: Recording) -> None:
+    """Refuse a model of another unit."""
+    for kind in ("response_unit", "drive_unit"):
+        if about[kind] != getattr(recording, kind):
+            raise ModelError(
+                f"the model's {kind} is {about[kind]}, the recording's "
+                f"{getattr(recording, kind)}. Bring a model identified in the same unit."
+            )

@@ -26,21 +26,15 @@ from rapi_jax import (
 )
 from rapi_jax.internal import Waveform, closing_step
 
-_RATES = (1.0, 1.5, 2.5, 4.0, 6.5, 10.0)  # times the fastest rate seen
-_INNER = 0.8  # of the widest swing: well inside what was recorded
-_SMALLEST = 0.12  # of the widest swing: below it a scan shows little of anything
-_CORNER = 0.05  # of a period: half the width over which the corners of the smooth triangle bend
-_INSIDE = 1.0 - 1e-6  # of a limit
-_HOLDS_S = (0.3, 3.0, 15.0)
-_TYPICAL_HZ = 20.0  # where no run repeats
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Candidate:
     """One scan. `amplitude`: V peak to peak; `bias`: V, its centre.
 
-    `smoothing`: half the width of a bent corner, in periods; 0 for sharp ones. `hold_s`: of each
-    of the `levels` (V) of a step scan, which has no rate.
+    `smoothing`: half the width of a smoothed corner, in periods; 0 for sharp ones. `hold_s`: of
+    each of the `levels` (V) of a step scan, which has no rate.
     """
 
     waveform: Waveform
@@ -65,8 +59,8 @@ class Candidate:
             out |= {"hold_s": self.hold_s, "levels": list(self.levels)}
         return out
 
-    def words(self, unit: str) -> str:
-        """The scan in plain words."""
+    def describe(self, unit: str) -> str:
+        """The scan in a sentence."""
         swing = f"{self.amplitude:.3g} {unit} peak to peak about {self.bias:.3g} {unit}"
         if self.excitation_hz is None:
             levels = ", ".join(f"{level:.3g}" for level in self.levels)
@@ -76,8 +70,8 @@ class Candidate:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class _Space:
-    """What candidates are made for."""
+class _SearchSpace:
+    """Limits, voltages and length of the candidates."""
 
     limits: DriveLimits
     low: float
@@ -90,7 +84,7 @@ class _Space:
     @classmethod
     def of(
         cls, recording: Recording, limits: DriveLimits, samples: int, periods: int, start_s: float
-    ) -> "_Space":
+    ) -> "_SearchSpace":
         """What the limits allow of what was recorded, and a little more."""
         seen = Identified.of(recording)
         near = seen.limits()
@@ -100,7 +94,7 @@ class _Space:
         widest = min(max(max(seen.amplitudes), 1e-12), high - low)
         return cls(limits, low, high, widest, samples, periods, start_s)
 
-    def room(self, amplitude: float, place: float) -> float:
+    def fit_bias(self, amplitude: float, place: float) -> float:
         """A bias: `place` 0 as low as the swing fits, 1 as high, 1/2 in the middle."""
         room = max(self.high - self.low - amplitude, 0.0)
         bias = float(f"{self.low + amplitude / 2.0 + place * room:.4g}")
@@ -111,12 +105,12 @@ def candidate_scans(
     recording: Recording, limits: DriveLimits, *, samples: int, periods: int, start_s: float
 ) -> list[Candidate]:
     """Scans of `periods` periods of `samples` samples, none beyond `limits`; steps are as long."""
-    space = _Space.of(recording, limits, samples, periods, start_s)
+    space = _SearchSpace.of(recording, limits, samples, periods, start_s)
     seen = Identified.of(recording)
-    slow = min(seen.rates_hz, default=_TYPICAL_HZ)
-    fast = max(seen.rates_hz, default=_TYPICAL_HZ)
+    slow = min(seen.rates_hz, default=THRESHOLDS.default_rate)
+    fast = max(seen.rates_hz, default=THRESHOLDS.default_rate)
     found: dict[tuple, Candidate] = {}
-    for made in [*_periodic(space, slow, fast), *_steps(space)]:
+    for made in [*_periodic_scans(space, slow, fast), *_step_scans(space)]:
         try:
             limits.check(made.drive)
         except LimitError:
@@ -129,83 +123,87 @@ def candidate_scans(
     return list(found.values())
 
 
-def inside(
+def make_inner_sine(
     recording: Recording, limits: DriveLimits, *, samples: int, periods: int, start_s: float
 ) -> Candidate | None:
     """A sine of less swing than was recorded, at a rate between the slowest and the fastest.
 
     `None` where the limits do not allow it.
     """
-    space = _Space.of(recording, limits, samples, periods, start_s)
-    rates = Identified.of(recording).rates_hz or (_TYPICAL_HZ,)
+    space = _SearchSpace.of(recording, limits, samples, periods, start_s)
+    rates = Identified.of(recording).rates_hz or (THRESHOLDS.default_rate,)
     hz = float(f"{np.sqrt(min(rates) * max(rates)):.3g}")
-    for made in _one(space, "sine", hz, _INNER, 0.5):
+    for made in _make_scan(space, "sine", hz, THRESHOLDS.inner_swing, 0.5):
         with contextlib.suppress(LimitError):
             limits.check(made.drive)
             return made
     return None
 
 
-def _periodic(space: _Space, slow: float, fast: float) -> Iterator[Candidate]:
-    rates = sorted({slow / 2.0, slow, *(fast * times for times in _RATES)})
+def _periodic_scans(space: _SearchSpace, slow: float, fast: float) -> Iterator[Candidate]:
+    rates = sorted({slow / 2.0, slow, *(fast * times for times in THRESHOLDS.rate_multiples)})
     for hz in rates:
         if hz > space.limits.max_frequency_hz:
             continue
         for share, place in ((1.0, 0.5), (0.5, 0.0), (0.5, 1.0), (0.25, 0.5)):
-            yield from _one(space, "triangle", hz, share, place)
+            yield from _make_scan(space, "triangle", hz, share, place)
         for share, place in ((1.0, 0.5), (0.5, 1.0)):
-            yield from _one(space, "sine", hz, share, place)
+            yield from _make_scan(space, "sine", hz, share, place)
         if hz >= fast:
-            yield from _one(space, "smooth", hz, 1.0, 0.5)
-        yield from _one(space, "multisine", hz, 1.0, 0.5)
+            yield from _make_scan(space, "smooth", hz, 1.0, 0.5)
+        yield from _make_scan(space, "multisine", hz, 1.0, 0.5)
 
 
-def _one(space: _Space, kind: str, hz: float, share: float, place: float) -> Iterator[Candidate]:
+def _make_scan(
+    space: _SearchSpace, kind: str, hz: float, share: float, place: float
+) -> Iterator[Candidate]:
     """The scan with `share` of the widest swing, or with as much as slope and step allow."""
-    unit = _drive(space, kind, hz, 1.0, 0.0)
+    unit = _make_drive(space, kind, hz, 1.0, 0.0)
     steepest = max(float(np.abs(np.diff(unit.value)).max()), abs(closing_step(unit)))
     allowed = min(space.limits.slew_v_per_s * unit.step_s, space.limits.step_v) / steepest
-    amplitude = _down(min(share * space.widest, allowed * _INSIDE))
-    if amplitude < _SMALLEST * space.widest:
+    amplitude = _round_down(min(share * space.widest, allowed * THRESHOLDS.limit_margin))
+    if amplitude < THRESHOLDS.least_swing * space.widest:
         return
-    bias = space.room(amplitude, place)
-    smoothing = _CORNER if kind == "smooth" else 0.0
-    drive = _drive(space, kind, hz, amplitude, bias)
+    bias = space.fit_bias(amplitude, place)
+    smoothing = THRESHOLDS.corner if kind == "smooth" else 0.0
+    drive = _make_drive(space, kind, hz, amplitude, bias)
     yield Candidate(drive.waveform, hz, amplitude, bias, drive, smoothing)
 
 
-def _drive(space: _Space, kind: str, hz: float, amplitude: float, bias: float) -> Drive:
+def _make_drive(space: _SearchSpace, kind: str, hz: float, amplitude: float, bias: float) -> Drive:
     make = {"sine": sine, "multisine": multisine}.get(kind, triangle)
     total = space.samples * space.periods
     (made,) = make(hz, amplitude=amplitude, bias=bias, samples=total, periods=space.periods)
     value = made.value
     if kind == "smooth":
         cycles = np.arange(total) / space.samples
-        value = bias + amplitude / 2.0 * _smooth(cycles)
+        value = bias + amplitude / 2.0 * _smoothed_triangle(cycles)
     return dataclasses.replace(made, value=value, start_s=space.start_s)
 
 
-def _smooth(cycles: np.ndarray) -> np.ndarray:
+def _smoothed_triangle(cycles: np.ndarray) -> np.ndarray:
     """A triangle from -1 to 1 whose corners are parabolas, from its minimum."""
     away = np.abs(np.mod(cycles + 0.5, 1.0) - 0.5)  # from the minimum
     other = 0.5 - away
-    bent = np.where(away < _CORNER, (away**2 + _CORNER**2) / (2.0 * _CORNER), away)
-    top = 0.5 - (other**2 + _CORNER**2) / (2.0 * _CORNER)
-    bent = np.where(other < _CORNER, top, bent)
-    return (4.0 * bent - 1.0) / (1.0 - 2.0 * _CORNER)
+    value = np.where(
+        away < THRESHOLDS.corner, (away**2 + THRESHOLDS.corner**2) / (2.0 * THRESHOLDS.corner), away
+    )
+    top = 0.5 - (other**2 + THRESHOLDS.corner**2) / (2.0 * THRESHOLDS.corner)
+    value = np.where(other < THRESHOLDS.corner, top, value)
+    return (4.0 * value - 1.0) / (1.0 - 2.0 * THRESHOLDS.corner)
 
 
-def _steps(space: _Space) -> Iterator[Candidate]:
+def _step_scans(space: _SearchSpace) -> Iterator[Candidate]:
     total = space.samples * space.periods - 8  # so that corners between samples fit the row too
-    amplitude = _down(space.widest)
-    bias = space.room(amplitude, 0.5)
+    amplitude = _round_down(space.widest)
+    bias = space.fit_bias(amplitude, 0.5)
     low, high = bias - amplitude / 2.0, bias + amplitude / 2.0
-    for hold in _HOLDS_S:
+    for hold in THRESHOLDS.hold_times:
         for levels in ((low, high, low), (bias, high, low, bias)):
             count = len(levels)
             step_s = 2.0 * count * hold / total  # of the longest there can be
             slope = min(space.limits.slew_v_per_s, space.limits.step_v / step_s)
-            rise = max(amplitude / slope / _INSIDE, 4.0 * step_s)
+            rise = max(amplitude / slope / THRESHOLDS.limit_margin, 4.0 * step_s)
             if rise > hold:
                 continue
             step_s = (count * hold + (count - 1) * rise) / total
@@ -214,7 +212,7 @@ def _steps(space: _Space) -> Iterator[Candidate]:
             yield Candidate("step", None, amplitude, bias, drive, hold_s=hold, levels=levels)
 
 
-def _down(value: float) -> float:
+def _round_down(value: float) -> float:
     """To three digits, never up."""
     if value <= 0:
         return 0.0

@@ -1,7 +1,7 @@
-"""The scan to take next: the one that best tells apart what the data so far cannot.
+"""The choice of the next scan: the one that best discriminates between the hypotheses.
 
-Of all scans within the limits, the one whose worst pair of hypotheses is told apart best (see
-`_scan_power`), whichever of the two is true. All are compared to first order; the leaders by true
+Of all scans within the limits, the one whose worst pair of hypotheses is separated best (see
+`_discrimination`), whichever of the two is true. All are compared to first order; the leaders by
 joint refits. Near ties go to Buzzi-Ferraris's ratio, which counts how uncertain both predictions
 are. (G. Buzzi Ferraris and P. Forzatti, Chem. Eng. Sci. 38, 225, 1983.)
 """
@@ -24,16 +24,10 @@ from rapi_jax.internal import float64
 from ._candidates import Candidate, candidate_scans
 from ._discrimination import Rival, Seen, Trials, linear_discrimination, ratio
 from ._rival_refit import refit_rival
+from ._thresholds import THRESHOLDS
 
-APART = 9.0  # chi-square from which a pair counts as told apart
-_LEAST_CHECKED, _MOST_CHECKED = 3, 6  # scans whose power is found by refits
-_NEAR = 4.0  # times the least: how far a pair's first-order power may be to need a refit
-_MOST_PAIRS = 4  # refitted for one scan
-_TIE = 0.95  # of the best power
-_PAUSE_S = 60.0  # from the last run to the next scan
-_MOST_TOGETHER = 16
-_LISTED = 20
-_SAYS_NOTHING = ("unlisted",)  # it predicts nothing, so no scan is planned for it
+_LISTED = 20  # candidates in the report
+_WITHOUT_PREDICTION = ("unlisted",)  # it predicts nothing, so no scan is planned for it
 
 Pair = tuple[int, int]  # which is true, and which is refitted
 
@@ -91,7 +85,7 @@ class _Rated:
     moves: dict[Pair, np.ndarray]
     checked: dict[Pair, float] = dataclasses.field(default_factory=dict)
 
-    def worst(self) -> float:
+    def least_power(self) -> float:
         """Of all pairs, the refitted power where there is one."""
         return min(self.checked.get(pair, power) for pair, power in self.first.items())
 
@@ -99,17 +93,20 @@ class _Rated:
         """Joint refits of the pairs that may be the worst."""
         order = sorted(self.first, key=lambda pair: self.first[pair])
         least = self.first[order[0]]
-        for pair in order[:_MOST_PAIRS]:
-            if self.first[pair] <= _NEAR * least + 1.0 and pair not in self.checked:
+        for pair in order[: THRESHOLDS.refitted_pairs]:
+            if (
+                self.first[pair] <= THRESHOLDS.near_least_power * least + 1.0
+                and pair not in self.checked
+            ):
                 i, j = pair
                 first = self.first[pair], self.moves[pair]
                 power = refit_rival(self.trials, self.k, self.seen[i], rivals[j], first)
                 self.checked[pair] = power
 
-    def trust(self) -> float:
+    def refit_ratio(self) -> float:
         """Refitted power over that of first order, for the worst."""
         least = min(self.first.values())
-        return self.worst() / least if least > 0 else 1.0
+        return self.least_power() / least if least > 0 else 1.0
 
 
 @float64
@@ -143,9 +140,9 @@ def choose_next_scan(
     if not rated:
         return None
     order, powers = _rank(rated, rivals)
-    best = _untied(order, powers, chances)
+    best = _break_tie(order, powers, chances)
     order.insert(0, order.pop(order.index(best)))
-    return _answer(order, powers, rivals, recording.drive_unit)
+    return _next_scan(order, powers, rivals, recording.drive_unit)
 
 
 def scan_length(whitened: WhitenedModel) -> tuple[int, int]:
@@ -158,16 +155,16 @@ def scan_length(whitened: WhitenedModel) -> tuple[int, int]:
 
 def scan_start(recording: Recording) -> float:
     """A minute after the last run, s of the session."""
-    return max(float(drive.session_time[-1]) for drive in recording.drives) + _PAUSE_S
+    return max(float(drive.session_time[-1]) for drive in recording.drives) + THRESHOLDS.pause
 
 
 def _rivals(
     whitened: WhitenedModel, whitener: Whitener, base: BaseModel, hypotheses: Sequence[Hypothesis]
 ) -> tuple[list[Rival], list[float]]:
     refit = Refit(whitened, whitener, base)
-    said = [h for h in hypotheses if h.name not in _SAYS_NOTHING]
-    rivals = [Rival.of(refit, h.name, h.values, h.effects) for h in said]
-    return rivals, [h.probability for h in said]
+    predicting = [h for h in hypotheses if h.name not in _WITHOUT_PREDICTION]
+    rivals = [Rival.of(refit, h.name, h.values, h.effects) for h in predicting]
+    return rivals, [h.probability for h in predicting]
 
 
 def _rate(
@@ -178,7 +175,7 @@ def _rate(
     Arrays of the recording's own shape meet code that is compiled already. Steps, whose rows are
     long and whose plays start anywhere, go one by one.
     """
-    size = min(runs, _MOST_TOGETHER)
+    size = min(runs, THRESHOLDS.batch)
     rated = []
     for together, group in (
         (size, [c for c in found if c.drive.repeats]),
@@ -190,11 +187,11 @@ def _rate(
             trials = Trials.of([c.drive for c in padded], whitener)
             seen = [trials.see(rival) for rival in rivals]
             for k, candidate in enumerate(batch):
-                rated.append(_first(candidate, trials, k, [s[k] for s in seen]))
+                rated.append(_rate_one(candidate, trials, k, [s[k] for s in seen]))
     return [r for r in rated if all(np.isfinite(p) for p in r.first.values())]
 
 
-def _first(candidate: Candidate, trials: Trials, k: int, seen: list[Seen]) -> _Rated:
+def _rate_one(candidate: Candidate, trials: Trials, k: int, seen: list[Seen]) -> _Rated:
     first, moves = {}, {}
     for i, j in permutations(range(len(seen)), 2):
         first[i, j], moves[i, j] = linear_discrimination(seen[i], seen[j])
@@ -208,15 +205,17 @@ def _rank(rated: list[_Rated], rivals: list[Rival]) -> tuple[list[_Rated], dict[
     """
 
     def estimates() -> dict[int, float]:
-        done = [r.trust() for r in rated if r.checked]
+        done = [r.refit_ratio() for r in rated if r.checked]
         scale = float(np.median(done)) if done else 1.0
-        return {id(r): r.worst() if r.checked else scale * min(r.first.values()) for r in rated}
+        return {
+            id(r): r.least_power() if r.checked else scale * min(r.first.values()) for r in rated
+        }
 
-    for done in range(min(_MOST_CHECKED, len(rated))):
+    for done in range(min(THRESHOLDS.most_refitted, len(rated))):
         powers = estimates()
         leader = max(powers.values())
         waiting = max((r for r in rated if not r.checked), key=lambda r: powers[id(r)])
-        if done >= _LEAST_CHECKED and powers[id(waiting)] < _TIE * leader:
+        if done >= THRESHOLDS.least_refitted and powers[id(waiting)] < THRESHOLDS.tie * leader:
             break
         waiting.check(rivals)
     powers = estimates()
@@ -228,26 +227,26 @@ def _rank(rated: list[_Rated], rivals: list[Rival]) -> tuple[list[_Rated], dict[
     return order, powers
 
 
-def _untied(order: list[_Rated], powers: dict[int, float], chances: list[float]) -> _Rated:
+def _break_tie(order: list[_Rated], powers: dict[int, float], chances: list[float]) -> _Rated:
     """Of the refitted ones next to the best, the one with the largest ratios over all pairs.
 
     Their logarithms are averaged, pairs of likely hypotheses counting more.
     """
     done = [r for r in order if r.checked]
-    near = [r for r in done if powers[id(r)] >= _TIE * powers[id(done[0])]]
+    near = [r for r in done if powers[id(r)] >= THRESHOLDS.tie * powers[id(done[0])]]
     if len(near) == 1:
         return near[0]
 
-    def odds(r: _Rated) -> float:
+    def mean_log_ratio(r: _Rated) -> float:
         pairs = [(i, j) for i, j in r.first if i < j]
         weights = [max(chances[i] * chances[j], 1e-12) for i, j in pairs]
         ratios = [np.log1p(max(ratio(r.seen[i], r.seen[j]), 0.0)) for i, j in pairs]
         return float(np.average(ratios, weights=weights))
 
-    return max(near, key=odds)
+    return max(near, key=mean_log_ratio)
 
 
-def _answer(
+def _next_scan(
     order: list[_Rated], powers: dict[int, float], rivals: list[Rival], unit: str
 ) -> NextScan:
     best, names = order[0], [rival.name for rival in rivals]
@@ -265,7 +264,7 @@ def _answer(
         for i, j in best.first
         if i < j
     }
-    apart = {i for pair, power in both.items() if power >= APART for i in pair}
+    apart = {i for pair, power in both.items() if power >= THRESHOLDS.separated_power for i in pair}
     listed = [
         {**r.candidate.to_dict(), "power": powers[id(r)], "checked": bool(r.checked)}
         for r in order[:_LISTED]
@@ -286,14 +285,14 @@ def _answer(
 
 
 def _reason(candidate: Candidate, pair: Pair, power: float, names: list[str], unit: str) -> str:
-    said = [names[i].replace("_", " ") for i in pair]
-    scan, sigmas = candidate.words(unit), float(np.sqrt(power))
-    if power >= APART:
+    one, other = (names[i].replace("_", " ") for i in pair)
+    scan, sigmas = candidate.describe(unit), float(np.sqrt(power))
+    if power >= THRESHOLDS.separated_power:
         return (
-            f"{scan} tells {said[0]} from {said[1]}, the hardest pair, best: the wrong one would "
+            f"{scan} tells {one} from {other}, the hardest pair, best: the wrong one would "
             f"miss it by {sigmas:.3g} standard deviations even after a refit."
         )
     return (
-        f"{scan} is the best there is within the limits, but {said[0]} and {said[1]} would still "
+        f"{scan} is the best there is within the limits, but {one} and {other} would still "
         f"differ by only {sigmas:.2g} standard deviations: wider limits or more periods are needed."
     )

@@ -1,4 +1,4 @@
-r"""How well a scan not yet taken would tell one hypothesis from another.
+r"""The power of a scan not yet taken to discriminate between two hypotheses.
 
 If `i` is true, the scan would read $y_i$. The rival `j` may be refitted on the old data and the new
 scan together. What chi-square it must then lose,
@@ -7,7 +7,7 @@ $$T_{ij} = \min_\theta |y_i - y_j(\theta)|^2 + \Delta\chi^2_{old}(\theta),$$
 
 is the scan's power for the ordered pair. To first order about its own fit, with `G` the normal
 matrix of the old data and the priors and `J` the derivative on the new scan, it is
-$d'(I + J G^{-1} J')^{-1} d$; `_scan_refit` finds the minimum itself.
+$d'(I + J G^{-1} J')^{-1} d$; `_rival_refit` finds the minimum itself.
 """
 
 import dataclasses

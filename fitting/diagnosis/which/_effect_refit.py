@@ -8,8 +8,7 @@ import dataclasses
 import numpy as np
 
 from fitting.diagnosis.refit._gauss_newton import Refit, State
-from rapi_jax import RAPI
-from rapi_jax._parameter import parameters
+from rapi_jax import RAPI, parameters
 
 from ._candidate import insert_effect
 from ._jump_search import search_jump_parameters

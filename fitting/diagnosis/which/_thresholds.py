@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from rapi_jax._threshold import threshold
+from rapi_jax.internal import threshold
 
 _TRIAL = "set by trial"
 
@@ -233,6 +233,19 @@ class WhichThresholds:
         0.5,
         unit="of the excess without effects",
         origin=f"{_TRIAL}; where noise is unknown: more left calls for a second effect",
+    )
+
+    # The base on which a candidate is judged.
+    flexible_base_ratio: float = threshold(
+        1.5,
+        unit="of the synchronous excess on the flexible base",
+        origin=f"{_TRIAL}; where the identified operator leaves more, the flexible base is used",
+    )
+    likely_probability: float = threshold(
+        0.02, unit="probability", origin=f"{_TRIAL}; a less likely effect is not cross-validated"
+    )
+    likely_candidates: int = threshold(
+        2, unit="candidates", origin=f"{_TRIAL}; cross-validated at most; more cost time"
     )
 
     # Probabilities.

@@ -1,0 +1,184 @@
+"""The content of `diagnosis.json`: plain numbers, lists and names, key by key."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from fitting.identification._data_checks import Fault
+from rapi_jax import ECDL
+
+from ._text import describe_effects
+from .how_far._cross_validation import CrossValidation
+from .how_far._explainable_fraction import explainable_fraction
+from .how_far._predicted_gain import predict_gain
+from .next_scan._choice import NextScan
+from .refit._estimates import estimate_effects
+from .refit._whitened_model import WhitenedModel
+from .where._gap import Gap, measure_gap, split_gap
+from .where._localisation import describe_localisation, localise
+from .where._residual_profiles import residual_profiles
+from .which._base import FittedBase
+from .which._calibration import load_calibration
+from .which._candidate import Candidate
+from .which._evidence import Evidence
+from .which._forward_selection import Attribution
+from .which._ranking import RankedCandidates, choose_refit, needs_flexible_base
+
+
+def describe_gap(whitened: WhitenedModel, fitted: FittedBase, none: Candidate) -> dict[str, Any]:
+    """The gap of the base before any effect is added, and where it lies: `gap`, `where`, `maps`.
+
+    Of a model that was brought, its own errors are localised.
+    """
+    blocks, spectrum, own = whitened.blocks, fitted.spectrum, whitened.own_origin
+    errors = none.on_base.errors.raw
+    whole = _measure_base_gap(whitened, fitted, none)
+    total = None
+    if fitted.given is not None:
+        total = measure_gap(fitted.given, blocks, spectrum, own_origin=own).total
+    parts = split_gap(total, whole.total, whole.noise_floor)
+    shown = fitted.given if fitted.given is not None else errors
+    entries = localise(shown, blocks, spectrum, whitened.recording, own_origin=own)
+    profiles = residual_profiles(shown, blocks, spectrum, whitened.recording, own_origin=own)
+    return {
+        "gap": parts
+        | {
+            "locked": _root(whole.synchronous),
+            "not_locked": _root(whole.nonsynchronous),
+            "significant": whole.significant and parts["structural"] != 0,
+            "sentence": describe_localisation(entries, profiles),
+        },
+        "where": entries,
+        "maps": profiles,
+    }
+
+
+def describe_shrinkage(
+    whitened: WhitenedModel,
+    fitted: FittedBase,
+    none: Candidate,
+    top: Candidate,
+    held_out: CrossValidation | None,
+    *,
+    floor: float | None,
+) -> dict[str, Any]:
+    """How far the gap closes with `top`: on held-out data, and as predicted of other scans.
+
+    `floor`: of noise, as `describe_gap` has it.
+    """
+    blocks, spectrum, own = whitened.blocks, fitted.spectrum, whitened.own_origin
+    whole = _measure_base_gap(whitened, fitted, none)
+    before, after = held_out.rms(own) if held_out else (whole.total, whole.total)
+    left = top.on_flexible_base.errors.raw
+    remainder = localise(left, blocks, spectrum, whitened.recording, own_origin=own)
+    flexible = needs_flexible_base(top)
+    refitted = choose_refit(top, fitted.refit, flexible=flexible)
+    _, without = choose_refit(none, fitted.refit, flexible=flexible)
+    gain = predict_gain(whitened, spectrum, without, refitted, held_out)
+    errors = none.on_base.errors.raw
+    return {
+        "before": before,
+        "after": after,
+        "floor": floor,
+        "closed_fraction": held_out.closed if held_out else None,
+        "held_out": [p["part"] for p in held_out.parts] if held_out else [],
+        "by_part": held_out.parts if held_out else [],
+        "foreseen": None if gain is None else gain.closed,
+        "straighter": None if gain is None else gain.straighter,
+        "ceiling": explainable_fraction(errors, blocks, spectrum, own_origin=own),
+        "remainder": describe_localisation(remainder),
+    }
+
+
+def assemble_content(
+    whitened: WhitenedModel,
+    fitted: FittedBase,
+    attribution: Attribution,
+    evidence: Evidence,
+    ranked: RankedCandidates,
+    held_out: dict[str, CrossValidation],
+    gap: dict[str, Any],
+    shrinkage: dict[str, Any],
+    next_scan: NextScan | None,
+    model: ECDL,
+    faults: list[Fault],
+) -> dict[str, Any]:
+    """All of `diagnosis.json` but the verdict and what identifies the data and the versions."""
+    return {
+        "recording": _describe_recording(whitened),
+        **gap,
+        "hypotheses": _describe_hypotheses(whitened, fitted, attribution, ranked, held_out),
+        "shrinkage": shrinkage,
+        "next_scan": None if next_scan is None else next_scan.to_dict(),
+        "calibration": {"bank": load_calibration().provenance},
+        "evidence": evidence.to_dict(),
+        "model": {
+            "operator": type(model.operator).__name__,
+            "effects": [type(effect).__name__ for effect in model.effects],
+            "plays": model.operator.count,
+            "file": "model.rapi",
+        },
+        "faults": [dataclasses.asdict(fault) for fault in faults],
+    }
+
+
+def _measure_base_gap(whitened: WhitenedModel, fitted: FittedBase, none: Candidate) -> Gap:
+    return measure_gap(
+        none.on_base.errors.raw,
+        whitened.blocks,
+        fitted.spectrum,
+        own_origin=whitened.own_origin,
+        fitted=int(fitted.refit.base.free.sum()),
+    )
+
+
+def _root(square: float) -> float:
+    return float(np.sqrt(max(square, 0.0)))
+
+
+def _describe_recording(whitened: WhitenedModel) -> dict[str, Any]:
+    recording = whitened.recording
+    return {
+        "runs": len(recording.runs),
+        "samples": int(sum(d.size for d in recording.drives)),
+        "rates_hz": recording.rates,
+        "amplitudes": recording.amplitudes,
+        "periods": [b.periods for b in whitened.blocks],
+        "drive_unit": recording.drive_unit,
+    }
+
+
+def _describe_hypotheses(
+    whitened: WhitenedModel,
+    fitted: FittedBase,
+    attribution: Attribution,
+    ranked: RankedCandidates,
+    held_out: dict[str, CrossValidation],
+) -> list[dict[str, Any]]:
+    out: list[dict[str, Any]] = []
+    recording = whitened.recording
+    for candidate, probability in ranked:
+        if candidate is None:
+            out.append({"effects": [], "name": "unlisted", "probability": probability})
+            continue
+        entry: dict[str, Any] = {
+            "effects": sorted(effect.name for effect in candidate.effects),
+            "name": candidate.name,
+            "probability": probability,
+        }
+        if candidate.effects:
+            flexible = needs_flexible_base(candidate)
+            refit, state = choose_refit(candidate, fitted.refit, flexible=flexible)
+            validated = held_out.get(candidate.name)
+            entry |= {
+                "survival": candidate.unabsorbed_fraction,
+                "parameters": estimate_effects(
+                    refit, state, recording.response_unit, recording.drive_unit
+                ),
+                "closed_fraction": validated.closed if validated else None,
+                "delta_chi2": attribution.none.cost - candidate.cost,
+                "sentence": describe_effects(candidate.effects),
+            }
+        out.append(entry)
+    return out

@@ -1,0 +1,77 @@
+"""The verdict: the most probable hypothesis, the reason for it, and what to do; notes besides."""
+
+from typing import Any
+
+from rapi_jax import Recording
+
+from ._diagnosis import Verdict
+from ._text import verdict_advice, verdict_sentence
+from .next_scan._choice import NextScan
+from .next_scan._confirmation import needs_confirmation
+from .refit._whitened_model import WhitenedModel
+from .which._base import FittedBase
+from .which._candidate import Candidate
+
+
+def give_verdict(
+    name: str,
+    probability: float,
+    credible: list[str],
+    top: Candidate,
+    none: Candidate,
+    gap: dict[str, Any],
+    shrinkage: dict[str, Any],
+    next_scan: NextScan | None,
+    recording: Recording,
+) -> Verdict:
+    """The verdict on the most probable hypothesis.
+
+    `credible`: names of the credible set. `top`: the candidate of that name, `none` for `unlisted`.
+    """
+    effects = tuple(sorted(effect.name for effect in top.effects))
+    tied = [n for n in credible if n not in ("none", "unlisted")]
+    scan = None if next_scan is None else next_scan.to_dict()
+    return Verdict(
+        name=name,
+        effects=effects,
+        probability=probability,
+        set=tuple(credible),
+        reason=_reason(none, top, gap["gap"]["sentence"]),
+        sentence=verdict_sentence(
+            name, top.effects, probability, shrinkage, recording.response_unit
+        ),
+        advice=verdict_advice(name, top.effects, tied, scan, unsure=needs_confirmation(credible)),
+    )
+
+
+def _reason(none: Candidate, top: Candidate, sentence: str) -> str:
+    without = none.on_flexible_base
+    lines = max(without.errors.synchronous.size, 1)
+    text = f"chi-square a line: {without.synchronous / lines:.3g} without any effect"
+    if top.effects:
+        text += f", {top.on_flexible_base.synchronous / lines:.3g} with {top.name}"
+    return f"{text}. {sentence}".strip()
+
+
+def collect_notes(
+    whitened: WhitenedModel, fitted: FittedBase, top: Candidate, *, flexible: bool
+) -> tuple[str, ...]:
+    """What the recording cannot tell, and whether the model holds the flexible base."""
+    recording, notes = whitened.recording, []
+    if not fitted.spectrum.measured:
+        notes.append(
+            "No run repeats, so noise is not measured but read off the fastest lines: the gap is a "
+            "lower edge, and probabilities are wide. Record three periods or more."
+        )
+    if len(recording.rates) == 1:
+        notes.append("One scan rate: a lag cannot be told from rate-dependent thresholds for sure.")
+    if len(recording.amplitudes) == 1:
+        notes.append(
+            "One amplitude: an amplitude law cannot show, nor can drift be told from creep."
+        )
+    if flexible:
+        notes.append(
+            "The identified operator is not quite the device's: the model holds the richer one of "
+            f"{top.flexible_refit.base.operator.count} plays."
+        )
+    return tuple(notes)

@@ -1,0 +1,36 @@
+"""Which scan to propose: one that separates the likeliest hypotheses, or one that confirms."""
+
+import numpy as np
+
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.which._base import FittedBase
+from fitting.diagnosis.which._ranking import RankedCandidates
+from rapi_jax import DriveLimits
+
+from ._choice import Hypothesis, NextScan, choose_next_scan
+from ._confirmation import confirmation_scan, needs_confirmation
+from ._thresholds import THRESHOLDS
+
+
+def propose_next_scan(
+    whitened: WhitenedModel,
+    fitted: FittedBase,
+    ranked: RankedCandidates,
+    credible: list[str],
+    limits: DriveLimits | None,
+) -> NextScan | None:
+    """The scan that separates the likeliest hypotheses; the best two where one is likely alone.
+
+    Where one stands beside `unlisted` in the `credible` set, the scan that confirms it.
+    """
+    if needs_confirmation(credible):
+        return confirmation_scan(whitened, credible, limits)
+    listed = [(c, p) for c, p in ranked if c is not None][: THRESHOLDS.rivals]
+    likely = [(c, p) for c, p in listed if p > THRESHOLDS.rival_probability]
+    rivals = likely if len(likely) > 1 else listed[:2]
+    if len(rivals) < 2:
+        return None
+    hypotheses = [
+        Hypothesis(c.name, c.on_base.effects, np.asarray(c.on_base.values), p) for c, p in rivals
+    ]
+    return choose_next_scan(whitened, fitted.whitener, fitted.refit.base, hypotheses, limits)

@@ -1,0 +1,72 @@
+"""Numbers that decide which hypotheses and scans are compared, and how exactly."""
+
+import dataclasses
+
+from rapi_jax.internal import threshold
+
+_TRIAL = "set by trial"
+
+
+@dataclasses.dataclass(frozen=True)
+class NextScanThresholds:
+    """Numbers that decide the next scan: hypotheses to separate, candidate scans, their power."""
+
+    # Hypotheses.
+    rivals: int = threshold(
+        3, unit="hypotheses", origin=f"{_TRIAL}; separated at most; more cost time"
+    )
+    rival_probability: float = threshold(
+        0.02, unit="probability", origin=f"{_TRIAL}; a less likely hypothesis is no rival"
+    )
+
+    # Candidate scans.
+    rate_multiples: tuple[float, ...] = threshold(
+        (1.0, 1.5, 2.5, 4.0, 6.5, 10.0),
+        unit="fastest rate seen",
+        origin=f"{_TRIAL}; about a factor of 1.6 apart, up to ten times",
+    )
+    inner_swing: float = threshold(
+        0.8, unit="of the widest swing", origin=f"{_TRIAL}; well inside what was recorded"
+    )
+    least_swing: float = threshold(
+        0.12, unit="of the widest swing", origin=f"{_TRIAL}; a smaller scan shows little"
+    )
+    corner: float = threshold(
+        0.05, unit="periods", origin=f"{_TRIAL}; half width of a smoothed triangle's corner"
+    )
+    limit_margin: float = threshold(
+        1.0 - 1e-6, unit="of a limit", origin="rounding: the scan stays within it"
+    )
+    hold_times: tuple[float, ...] = threshold(
+        (0.3, 3.0, 15.0), unit="s", origin=f"{_TRIAL}; at each level of a step scan"
+    )
+    default_rate: float = threshold(
+        20.0, unit="Hz", origin="a typical scan; used where no run repeats"
+    )
+    pause: float = threshold(60.0, unit="s", origin="a minute from the last run to the next scan")
+
+    # Comparison of scans.
+    separated_power: float = threshold(
+        9.0, unit="chi-square", origin="three standard deviations: a pair counts as separated"
+    )
+    least_refitted: int = threshold(
+        3, unit="scans", origin=f"{_TRIAL}; whose power is found by refits, at least"
+    )
+    most_refitted: int = threshold(
+        6, unit="scans", origin=f"{_TRIAL}; the same at most; more cost time"
+    )
+    near_least_power: float = threshold(
+        4.0,
+        unit="of a scan's least first-order power",
+        origin=f"{_TRIAL}; a pair above it (and one besides) needs no refit",
+    )
+    refitted_pairs: int = threshold(
+        4, unit="ordered pairs", origin=f"{_TRIAL}; refitted for one scan; more cost time"
+    )
+    tie: float = threshold(
+        0.95, unit="of the best power", origin=f"{_TRIAL}; a scan above it ties with the best"
+    )
+    batch: int = threshold(16, unit="scans", origin=f"{_TRIAL}; evaluated together; memory")
+
+
+THRESHOLDS = NextScanThresholds()

@@ -85,7 +85,7 @@ def describe_shrinkage(
         "held_out": [p["part"] for p in held_out.parts] if held_out else [],
         "by_part": held_out.parts if held_out else [],
         "foreseen": None if gain is None else gain.closed,
-        "straighter": None if gain is None else gain.straighter,
+        "straighter": None if gain is None else gain.linearity_gain,
         "ceiling": explainable_fraction(errors, blocks, spectrum, own_origin=own),
         "remainder": describe_localisation(remainder),
     }

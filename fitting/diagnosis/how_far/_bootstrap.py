@@ -15,11 +15,10 @@ from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.where._gap import measure_gap, sums
 
-_LEVEL = 0.95
-_ALONE = 2.0  # by which an interval is wider where one run stands for all
+from ._thresholds import THRESHOLDS
+
 # Of a median's error, what is left when the mean of the same exponential numbers is taken off.
-_SHARED = float(np.sqrt(1.0 - 2.0 * np.log(2.0) ** 2))
-_LEAST = 0.25  # of the gap before: a draw with less is taken to have as much
+_SHARED_FLOOR = float(np.sqrt(1.0 - 2.0 * np.log(2.0) ** 2))
 
 
 def closed_fraction(
@@ -63,17 +62,23 @@ def closed_fraction(
     value = 1.0 - float(ratio)
     if len(held) == 1 and held[0].periods == 1:
         spread = _from_noise(before[0], after[0], held[0], spectrum, float(ratio))
-        low, high = value - _ALONE * 1.96 * spread, value + _ALONE * 1.96 * spread
+        low, high = (
+            value - THRESHOLDS.single_run_widening * 1.96 * spread,
+            value + THRESHOLDS.single_run_widening * 1.96 * spread,
+        )
         return {"value": value, "low": low, "high": high}
     rng = np.random.default_rng(seed)
     drawn, freedom = table.drawn(float(ratio), draws, rng)
     # The floor is the same before and after, and not known exactly.
-    floor = first.floor2_stderr * (1.0 if apart else _SHARED)
+    floor = first.floor2_stderr * (1.0 if apart else _SHARED_FLOOR)
     shift = floor * rng.standard_normal(draws) * (1.0 - ratio)
     drawn = drawn - shift * table.readings / table.before.sum()
-    wide = float(stats.t.ppf((1 + _LEVEL) / 2, freedom) / stats.norm.ppf((1 + _LEVEL) / 2))
-    wide *= _ALONE if len(held) == 1 else 1.0
-    low, high = np.quantile(drawn, [(1 - _LEVEL) / 2, (1 + _LEVEL) / 2])
+    wide = float(
+        stats.t.ppf((1 + THRESHOLDS.level) / 2, freedom)
+        / stats.norm.ppf((1 + THRESHOLDS.level) / 2)
+    )
+    wide *= THRESHOLDS.single_run_widening if len(held) == 1 else 1.0
+    low, high = np.quantile(drawn, [(1 - THRESHOLDS.level) / 2, (1 + THRESHOLDS.level) / 2])
     return {
         "value": value,
         "low": value + wide * min(float(low), 0.0),
@@ -148,22 +153,26 @@ class _Table:
         e = shrink * own[pick] + inflate[pick] * moved.sum(axis=2)
         remaining = self.before.sum(axis=1)[pick].sum(axis=1)
         whole = float(self.before.sum())
-        return -e.sum(axis=1) / np.maximum(remaining, _LEAST * whole), max(freedom, 1.0)
+        return -e.sum(axis=1) / np.maximum(remaining, THRESHOLDS.least_gap * whole), max(
+            freedom, 1.0
+        )
 
 
 def _block_length(about: np.ndarray, count: np.ndarray) -> int:
-    """Periods a block: more than one where neighbours are alike beyond chance."""
+    """Periods a block: more than one where neighbours correlate beyond chance."""
     pairs = float(np.maximum(count - 1.0, 0.0).sum())
     power = float((about**2).sum())
-    if pairs < 4 or power <= 0:
+    if pairs < THRESHOLDS.least_pairs or power <= 0:
         return 1
-    alike = float((about[:, 1:] * about[:, :-1]).sum()) / power
+    correlation = float((about[:, 1:] * about[:, :-1]).sum()) / power
     # About their own mean, numbers without any likeness have -1/n.
-    alike += float((count > 1).sum()) / float(count[count > 1].sum())
-    if alike < 2.0 / np.sqrt(pairs):
+    correlation += float((count > 1).sum()) / float(count[count > 1].sum())
+    if correlation < THRESHOLDS.correlation_sigmas / np.sqrt(pairs):
         return 1
-    alike = min(alike, 0.9)
-    length = (2.0 * alike / (1.0 - alike**2)) ** (2.0 / 3.0) * float(count.max()) ** (1.0 / 3.0)
+    correlation = min(correlation, THRESHOLDS.largest_correlation)
+    length = (2.0 * correlation / (1.0 - correlation**2)) ** (2.0 / 3.0) * float(count.max()) ** (
+        1.0 / 3.0
+    )
     return int(np.clip(round(length), 2, max(int(count.max()) // 2, 1)))
 
 

@@ -1,4 +1,4 @@
-"""What an effect is worth on data that took no part in the refit: rates, amplitudes, last periods.
+"""Cross-validation of effects: rates, amplitudes and last periods are held out in turn.
 
 Both models, with the effect and without, are refitted to what remains, from their full fits.
 """
@@ -17,10 +17,7 @@ from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import Recording
 
 from ._bootstrap import closed_fraction
-
-_STEPS = 5
-_STRETCHES = 10  # of a run, drawn anew where nothing repeats
-_LAST = 2.0 / 3.0  # of the periods are seen, the others held out
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -43,11 +40,18 @@ def folds(whitened: WhitenedModel) -> list[Fold]:
         held = [blocks[k] for k in runs]
         out.append(Fold(name, blocks, ~members, held, runs))
     # A run of one period is cut in time; where all are, that is all there is.
-    several = [b.periods >= 3 for b in blocks]
-    cut = several if any(several) else [b.left.shape[1] > 60 for b in blocks]
+    several = [b.periods >= THRESHOLDS.least_periods for b in blocks]
+    cut = several if any(several) else [b.left.shape[1] > THRESHOLDS.least_samples for b in blocks]
     if any(cut):
-        seen = [slice_block(b, 0.0, _LAST) if c else b for b, c in zip(blocks, cut, strict=True)]
-        held = [slice_block(b, _LAST, 1.0) for b, c in zip(blocks, cut, strict=True) if c]
+        seen = [
+            slice_block(b, 0.0, THRESHOLDS.training_share) if c else b
+            for b, c in zip(blocks, cut, strict=True)
+        ]
+        held = [
+            slice_block(b, THRESHOLDS.training_share, 1.0)
+            for b, c in zip(blocks, cut, strict=True)
+            if c
+        ]
         everything = np.ones(len(blocks), dtype=bool)
         runs = [k for k, c in enumerate(cut) if c]
         out.append(
@@ -69,12 +73,16 @@ def _groups(recording: Recording) -> list[tuple[str, np.ndarray]]:
     return out
 
 
-def refit_without(refit: Refit, fold: Fold, state: State) -> list[np.ndarray]:
+def held_out_errors(refit: Refit, fold: Fold, state: State) -> list[np.ndarray]:
     """Errors on what `fold` holds, of the model refitted to what it leaves."""
     whitened = dataclasses.replace(refit.whitened, blocks=fold.seen)
     whitener = Whitener(fold.seen, refit.whitener.spectrum, whitened.own_origin, use=fold.use)
     own = dataclasses.replace(refit, whitened=whitened, whitener=whitener)
-    end = own.minimise(own.evaluate(state.values, state.effects), _STEPS, 2e-3)
+    end = own.minimise(
+        own.evaluate(state.values, state.effects),
+        THRESHOLDS.refit_steps,
+        THRESHOLDS.refit_tolerance,
+    )
     held = list(zip(fold.runs, fold.held, strict=True))
     return refit.whitened.block_errors(whitener, end.effects, end.operator_response, held)[0]
 
@@ -98,7 +106,7 @@ def cross_validate(
     whitened: WhitenedModel,
     none: tuple[Refit, State],
     candidates: Sequence[tuple[Refit, State]],
-    say: Callable[[str], None] = lambda line: None,
+    progress: Callable[[str], None] = lambda line: None,
 ) -> list[CrossValidation | None]:
     """The closed fraction of each candidate, part by part; `None` where nothing can be held.
 
@@ -108,17 +116,17 @@ def cross_validate(
 
     @cache
     def without(fold: Fold) -> list[np.ndarray]:
-        return refit_without(none[0], fold, none[1])
+        return held_out_errors(none[0], fold, none[1])
 
-    return [_credit(whitened, parts, without, candidate, say) for candidate in candidates]
+    return [_validate(whitened, parts, without, candidate, progress) for candidate in candidates]
 
 
-def _credit(
+def _validate(
     whitened: WhitenedModel,
     parts: Sequence[Fold],
     without: Callable[[Fold], list[np.ndarray]],
     candidate: tuple[Refit, State],
-    say: Callable[[str], None],
+    progress: Callable[[str], None],
 ) -> CrossValidation | None:
     before: list[np.ndarray] = []
     after: list[np.ndarray] = []
@@ -127,10 +135,10 @@ def _credit(
     refit, state = candidate
     spectrum, own = refit.whitener.spectrum, whitened.own_origin
     for fold in parts:
-        if not _enough(fold, state):
+        if not _has_enough_data(fold, state):
             continue
-        say(f"held out: {fold.name}")
-        pair = without(fold), refit_without(refit, fold, state)
+        progress(f"held out: {fold.name}")
+        pair = without(fold), held_out_errors(refit, fold, state)
         rows.append(
             {
                 "part": fold.name,
@@ -164,34 +172,34 @@ def _closed_at_least(
 ) -> dict[str, float] | None:
     """The same where noise is unknown: with none taken off, so the value is a lower edge.
 
-    The interval is that of stretches of the runs drawn anew, made twice as wide.
+    The interval is that of resampled segments of the runs, made twice as wide.
     """
-    pieces = []
+    segments = []
     for b, a in zip(before, after, strict=True):
         shift = (b.mean(), a.mean()) if own else (0.0, 0.0)
         parts = zip(
-            np.array_split((b - shift[0]).ravel(), _STRETCHES),
-            np.array_split((a - shift[1]).ravel(), _STRETCHES),
+            np.array_split((b - shift[0]).ravel(), THRESHOLDS.segments),
+            np.array_split((a - shift[1]).ravel(), THRESHOLDS.segments),
             strict=True,
         )
-        pieces += [(float(p @ p), float(q @ q)) for p, q in parts]
-    power = np.array(pieces)
+        segments += [(float(p @ p), float(q @ q)) for p, q in parts]
+    power = np.array(segments)
     if not power[:, 0].sum() > 0:
         return None
     value = 1.0 - float(power[:, 1].sum() / power[:, 0].sum())
     rng = np.random.default_rng(0)
-    drawn = power[rng.integers(0, len(power), (1000, len(power)))].sum(axis=1)
+    drawn = power[rng.integers(0, len(power), (THRESHOLDS.segment_draws, len(power)))].sum(axis=1)
     low, high = np.quantile(1.0 - drawn[:, 1] / drawn[:, 0], [0.025, 0.975])
     return {
         "value": value,
-        "low": value - 2.0 * max(value - float(low), 0.0),
-        "high": min(value + 2.0 * max(float(high) - value, 0.0), 1.0),
+        "low": value - THRESHOLDS.unknown_noise_widening * max(value - float(low), 0.0),
+        "high": min(value + THRESHOLDS.unknown_noise_widening * max(float(high) - value, 0.0), 1.0),
     }
 
 
-def _enough(fold: Fold, state: State) -> bool:
+def _has_enough_data(fold: Fold, state: State) -> bool:
     seen = sum(b.left.shape[1] for b, use in zip(fold.seen, fold.use, strict=True) if use)
-    return bool(fold.use.any() and seen > 2 * state.values.size)
+    return bool(fold.use.any() and seen > THRESHOLDS.samples_per_value * state.values.size)
 
 
 def rms(errors: list[np.ndarray], own_origin: bool) -> float:

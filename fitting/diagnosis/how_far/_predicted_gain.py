@@ -1,4 +1,4 @@
-"""What to expect of scans not recorded, once the effects named are in the model.
+"""Predicted gain: how far the gap closes on scans not recorded, once the effects are modelled.
 
 Held-out data say how far off the model may be: refits that lack a rate or an amplitude must reach
 farther than the model will. The number of its parameters says how near noise lets it come. What is
@@ -20,28 +20,23 @@ from rapi_jax import NotInvertible
 from rapi_jax.internal import refuse
 
 from ._cross_validation import CrossValidation
-
-_MIDDLE = (0.1, 0.9)  # of a ramp's time: what counts of it
-_LEVEL = 0.95
-_ERRORS = 2.0  # standard errors that the structure left may be more, or less
-_OTHER = 1.3  # a factor either way: the scan is not one of those recorded
-_NEVER = 1e-12  # of a gap: nothing closes it farther
+from ._thresholds import THRESHOLDS
 
 Range = dict[str, float]  # "value", "low", "high"
 
 
-class Foreseen(NamedTuple):
+class PredictedGain(NamedTuple):
     """With 95 % intervals: the share of the gap that closes, and the factor of a scan.
 
-    `straighter`: by which a compensated scan becomes straighter; `None` where no drive can allow
-    for the effects.
+    `linearity_gain`: by which the nonlinearity of a compensated scan falls; `None` where no drive
+    can allow for the effects.
     """
 
     closed: Range
-    straighter: Range | None
+    linearity_gain: Range | None
 
 
-class Off(NamedTuple):
+class ErrorRange(NamedTuple):
     """Mean square by which a model will be off: least, likely, most."""
 
     low: float
@@ -55,54 +50,71 @@ def predict_gain(
     none: State,
     top: tuple[Refit, State],
     held: CrossValidation | None,
-) -> Foreseen | None:
+) -> PredictedGain | None:
     """What becomes of scans like those recorded, from `none` to `top`.
 
     Without effects in the model the device is off by what the two models differ, and under the
-    drive that straightens that model it is crooked by as much. What stays are errors of parameters
+    drive that linearises that model it is nonlinear by as much. What stays are errors of parameters
     and what of the gap still repeats with the scan; at most what stays open on data held out.
     `None` where noise is unknown, nothing repeats or nothing can be held out.
     """
     refit, state = top
-    at = _usual(whitened)
+    at = _reference_run(whitened)
     if at is None or held is None or held.closed is None or not spectrum.measured:
         return None
     blocks, own = whitened.blocks, whitened.own_origin
     count = effective_parameter_count(refit, state)
     left = measure_gap(state.errors.raw, blocks, spectrum, own_origin=own, fitted=round(count))
     off = [a - b for a, b in zip(none.errors.raw, state.errors.raw, strict=True)]
-    before, bent = _power(off, blocks), crooked(off[at], blocks[at]) ** 2
+    before, bent = _power(off, blocks), nonlinearity_rms(off[at], blocks[at]) ** 2
     if not before > 0 or not bent > 0 or left.noise_floor is None:
         return None
-    stays = _stays(left, count / sum(float(b.use.sum()) for b in blocks), count, held, own)
-    wide = _OTHER**2
-    least, likely, most = (min(max(x / before, _NEVER), 1.0) for x in stays)
+    stays = _remaining_error(
+        left, count / sum(float(b.use.sum()) for b in blocks), count, held, own
+    )
+    wide = THRESHOLDS.other_scan_factor**2
+    least, likely, most = (min(max(x / before, THRESHOLDS.least_error), 1.0) for x in stays)
     # What held-out data leave open is a share of what was there to close on them.
     most = max(most, 1.0 - held.closed["low"], *(1.0 - x for x in _values(held)))
     closed = {"value": 1.0 - likely, "low": 1.0 - wide * most, "high": 1.0 - least / wide}
     try:
         refuse(state.effects)
     except NotInvertible:
-        return Foreseen(closed, None)
-    low, value, high = (float(np.sqrt(bent / max(x, _NEVER * bent))) for x in stays[::-1])
-    return Foreseen(closed, {"value": value, "low": low / _OTHER, "high": high * _OTHER})
+        return PredictedGain(closed, None)
+    low, value, high = (
+        float(np.sqrt(bent / max(x, THRESHOLDS.least_error * bent))) for x in stays[::-1]
+    )
+    return PredictedGain(
+        closed,
+        {
+            "value": value,
+            "low": low / THRESHOLDS.other_scan_factor,
+            "high": high * THRESHOLDS.other_scan_factor,
+        },
+    )
 
 
-def _stays(left: Gap, share: float, count: float, held: CrossValidation, own: bool) -> Off:
+def _remaining_error(
+    left: Gap, share: float, count: float, held: CrossValidation, own: bool
+) -> ErrorRange:
     """From errors of parameters alone to what stays open on data held out; likely in between.
 
     `share`: parameters a reading.
     """
     error = (left.noise_floor or 0.0) ** 2 * share
-    tails = chi2.ppf([(1 - _LEVEL) / 2, (1 + _LEVEL) / 2], max(count, 1.0)) / max(count, 1.0)
-    sure = _ERRORS * left.synchronous_stderr
+    tails = chi2.ppf(
+        [(1 - THRESHOLDS.level) / 2, (1 + THRESHOLDS.level) / 2], max(count, 1.0)
+    ) / max(count, 1.0)
+    margin = THRESHOLDS.structure_sigmas * left.synchronous_stderr
     least = error * float(tails[0])  # what is left may be of the runs recorded alone
     usual = error + max(left.synchronous, 0.0)
-    most = error * float(tails[1]) + max(left.synchronous + sure, 0.0)
+    most = error * float(tails[1]) + max(left.synchronous + margin, 0.0)
     closed = held.closed or {"value": 1.0, "low": 1.0}
     there = max(held.rms(own)[0] ** 2 - (left.noise_floor or 0.0) ** 2, 0.0)
     likely = max((1.0 - closed["value"]) * there, usual)
-    return Off(least, float(np.sqrt(usual * likely)), max(most, (1.0 - closed["low"]) * there))
+    return ErrorRange(
+        least, float(np.sqrt(usual * likely)), max(most, (1.0 - closed["low"]) * there)
+    )
 
 
 def _values(held: CrossValidation) -> list[float]:
@@ -116,26 +128,29 @@ def _power(errors: list[np.ndarray], blocks: list[PeriodBlock]) -> float:
     return total / max(sum(float(b.use.sum()) for b in blocks), 1.0)
 
 
-def crooked(signal: np.ndarray, block: PeriodBlock) -> float:
+def nonlinearity_rms(signal: np.ndarray, block: PeriodBlock) -> float:
     """Rms of the mean period of `signal` about a line on each ramp, in the middle of its time."""
     mean, drive = signal.mean(axis=0), block.drive[0]
     turn = int(np.argmax(drive))
     ramps = [ramp for ramp in (np.arange(turn), np.arange(turn, mean.size)) if ramp.size > 4]
     squares = []
     for ramp in ramps:
-        a, b = (int(share * ramp.size) for share in _MIDDLE)
+        a, b = (int(share * ramp.size) for share in (THRESHOLDS.ramp_start, THRESHOLDS.ramp_end))
         inner = ramp[a : max(b, a + 3)]
         line = np.polyfit(inner, mean[inner], 1)
         squares.append(float(np.mean((mean[inner] - np.polyval(line, inner)) ** 2)))
     return float(np.sqrt(np.mean(squares)))
 
 
-def _usual(whitened: WhitenedModel) -> int | None:
+def _reference_run(whitened: WhitenedModel) -> int | None:
     """The run of the full swing whose rate is nearest to the middle; `None` where none repeats."""
     drives = whitened.recording.drives
     runs = [k for k, b in enumerate(whitened.blocks) if b.repeats]
     if not runs:
         return None
     widest = max(drives[k].u_pp for k in runs)
-    full = sorted((k for k in runs if drives[k].u_pp > 0.98 * widest), key=lambda k: drives[k].rate)
+    full = sorted(
+        (k for k in runs if drives[k].u_pp > THRESHOLDS.full_swing * widest),
+        key=lambda k: drives[k].rate,
+    )
     return full[len(full) // 2]

@@ -1,4 +1,4 @@
-"""What is foreseen of scans not recorded, against laws that are known."""
+"""What is predicted of scans not recorded, against laws that are known."""
 
 import dataclasses
 
@@ -16,7 +16,7 @@ from worlds import (
 )
 
 from fitting import diagnose
-from fitting.diagnosis.how_far._predicted_gain import crooked
+from fitting.diagnosis.how_far._predicted_gain import nonlinearity_rms
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._estimates import effective_parameter_count
 from rapi_jax import Recording
@@ -35,11 +35,11 @@ def block(samples=400):
     return found, np.tile(np.arange(samples) % half / half, (found.periods, 1))
 
 
-def test_straight_ramps_are_not_crooked():
+def test_straight_ramps_are_not_nonlinearity_rms():
     found, share = block()
     for up, down in ((1.0, 1.0), (3.0, -7.0)):
         rising = np.arange(share.shape[1]) < share.shape[1] // 2
-        assert crooked(np.where(rising, up, down) * share + 5.0, found) == pytest.approx(
+        assert nonlinearity_rms(np.where(rising, up, down) * share + 5.0, found) == pytest.approx(
             0, abs=1e-9
         )
 
@@ -47,13 +47,13 @@ def test_straight_ramps_are_not_crooked():
 def test_a_bow_on_each_ramp_has_the_rms_of_a_parabola_about_its_line():
     """Over a width w the rms of x^2 about its best line is w^2 / sqrt(180)."""
     found, share = block()
-    assert crooked(share**2, found) == pytest.approx(0.8**2 / np.sqrt(180.0), rel=0.02)
+    assert nonlinearity_rms(share**2, found) == pytest.approx(0.8**2 / np.sqrt(180.0), rel=0.02)
 
 
 def test_what_does_not_repeat_is_no_crookedness():
     found, share = block()
     odd = np.where(np.arange(found.periods)[:, None] % 2 == 0, 1.0, -1.0)
-    assert crooked(odd * share**2, found) == pytest.approx(0.0, abs=1e-12)
+    assert nonlinearity_rms(odd * share**2, found) == pytest.approx(0.0, abs=1e-12)
 
 
 @float64

@@ -1,0 +1,88 @@
+"""Numbers that decide how held-out data are split, and how wide intervals are."""
+
+import dataclasses
+
+from rapi_jax.internal import threshold
+
+_TRIAL = "set by trial"
+
+
+@dataclasses.dataclass(frozen=True)
+class HowFarThresholds:
+    """Numbers of cross-validation, bootstrap, predicted gain and explainable fraction."""
+
+    # Cross-validation.
+    refit_steps: int = threshold(
+        5, unit="steps", origin=f"{_TRIAL}; a refit to a part starts from the full one"
+    )
+    refit_tolerance: float = threshold(
+        2e-3, unit="of the excess", origin=f"{_TRIAL}; two smaller falls in a row end a refit"
+    )
+    training_share: float = threshold(
+        2.0 / 3.0, unit="of the periods", origin="the files' contract: the last third is held out"
+    )
+    least_periods: int = threshold(
+        3, unit="periods", origin="fewer leave no third of whole periods to hold out"
+    )
+    least_samples: int = threshold(
+        60, unit="samples", origin=f"{_TRIAL}; of a run without periods that is cut in time"
+    )
+    samples_per_value: float = threshold(
+        2.0, unit="samples a parameter", origin=f"{_TRIAL}; fewer training samples skip a part"
+    )
+    segments: int = threshold(
+        10, unit="segments of a run", origin=f"{_TRIAL}; resampled where nothing repeats"
+    )
+    segment_draws: int = threshold(1000, unit="draws", origin=f"{_TRIAL}; of segments")
+    unknown_noise_widening: float = threshold(
+        2.0, unit="of the interval", origin=f"{_TRIAL}; where noise is unknown"
+    )
+
+    # Bootstrap.
+    level: float = threshold(0.95, unit="probability", origin="the files' contract")
+    single_run_widening: float = threshold(
+        2.0, unit="of the interval", origin="one run stands for all, and another may differ"
+    )
+    least_gap: float = threshold(
+        0.25, unit="of the gap before", origin=f"{_TRIAL}; a draw with less counts as this much"
+    )
+    least_pairs: int = threshold(
+        4, unit="neighbouring periods", origin=f"{_TRIAL}; fewer show no correlation"
+    )
+    correlation_sigmas: float = threshold(
+        2.0, unit="standard errors", origin="about 95 %: less correlation is chance"
+    )
+    largest_correlation: float = threshold(
+        0.9, unit="1", origin=f"{_TRIAL}; keeps the block length finite"
+    )
+
+    # Predicted gain.
+    ramp_start: float = threshold(0.1, unit="of a ramp's time", origin=f"{_TRIAL}; before: turning")
+    ramp_end: float = threshold(0.9, unit="of a ramp's time", origin=f"{_TRIAL}; after: turning")
+    structure_sigmas: float = threshold(
+        2.0, unit="standard errors", origin=f"{_TRIAL}; by which more structure may be left"
+    )
+    other_scan_factor: float = threshold(
+        1.3, unit="rms", origin=f"{_TRIAL}; either way: the scan is not one of those recorded"
+    )
+    least_error: float = threshold(
+        1e-12, unit="of the gap's square", origin="rounding: nothing closes a gap farther"
+    )
+    full_swing: float = threshold(
+        0.98, unit="of the widest swing", origin=f"{_TRIAL}; from it a run has the full swing"
+    )
+
+    # Explainable fraction.
+    phase_bins: int = threshold(64, unit="bins of a period", origin=_TRIAL)
+    least_runs: int = threshold(
+        5, unit="runs", origin="a plane over rate and amplitude has 3 values, and one run is out"
+    )
+    least_spread: float = threshold(
+        1e-9, unit="of the largest", origin="rounding: rates or amplitudes that differ by less"
+    )
+    plane_rcond: float = threshold(
+        1e-6, unit="of the largest singular value", origin=f"{_TRIAL}; rank of that plane"
+    )
+
+
+THRESHOLDS = HowFarThresholds()

@@ -37,12 +37,14 @@ class Threshold:
     origin: str
 
     @property
-    def value(self) -> float | int:
+    def value(self) -> Any:
         return getattr(self.holder, self.name)
 
-    def scaled(self, factor: float) -> float | int:
-        """A whole number stays one, and at least 1."""
+    def scaled(self, factor: float) -> Any:
+        """A whole number stays one, and at least 1; of several numbers each is scaled."""
         value = self.value
+        if isinstance(value, tuple):
+            return tuple(one * factor for one in value)
         return max(1, round(value * factor)) if isinstance(value, int) else value * factor
 
 

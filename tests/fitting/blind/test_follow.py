@@ -128,7 +128,7 @@ def test_which_devices_are_measured_again(tmp_path):
     def said(names, files=("next_drive.csv",), withheld=None):
         return {
             "diagnosis": {"verdict": {"set": names}},
-            "files": {file: "" for file in files_by_key},
+            "files": {file: "" for file in files},
             "withheld": withheld,
         }
 

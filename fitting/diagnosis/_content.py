@@ -16,7 +16,8 @@ from .next_scan._choice import NextScan
 from .refit._estimates import estimate_effects
 from .refit._whitened_model import WhitenedModel
 from .where._gap import Gap, measure_gap, split_gap
-from .where._localisation import describe_localisation, localise
+from .where._description import describe_localisation
+from .where._localisation import localise
 from .where._residual_profiles import residual_profiles
 from .which._base import FittedBase
 from .which._calibration import load_calibration

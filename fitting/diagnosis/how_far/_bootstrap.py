@@ -13,7 +13,8 @@ from scipy import stats
 from fitting.diagnosis.noise._lines import SpectralLines, to_lines
 from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.noise._spectrum import Spectrum
-from fitting.diagnosis.where._gap import measure_gap, sums
+from fitting.diagnosis.where._gap import measure_gap
+from fitting.diagnosis.where._sums_of_squares import sum_squares
 
 from ._thresholds import THRESHOLDS
 
@@ -116,11 +117,11 @@ class _Table:
         spectrum: Spectrum,
         own_origin: bool,
     ) -> "_Table":
-        parts = sums(before, blocks, spectrum, own_origin=own_origin)
+        parts = sum_squares(before, blocks, spectrum, own_origin=own_origin)
         longest = max(b.periods for b in blocks)
         rows = np.zeros((3, len(blocks), longest))
         for k, (block, part) in enumerate(zip(blocks, parts, strict=True)):
-            noise = part.noise * block.use.sum(axis=1) * part.free / part.readings
+            noise = part.noise * block.use.sum(axis=1) * part.freedom / part.readings
             for row, error in zip(rows, (before[k], after[k]), strict=False):
                 row[k, : block.periods] = (block.use * error**2).sum(axis=1) - noise
             rows[2, k, : block.periods] = 1.0

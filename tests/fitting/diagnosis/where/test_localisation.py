@@ -8,8 +8,11 @@ from silent import session
 
 from fitting.diagnosis.noise._periods import PeriodBlock, period_blocks
 from fitting.diagnosis.noise._spectrum import Spectrum
+from fitting.diagnosis.where._branches import branches
+from fitting.diagnosis.where._cells import cells
+from fitting.diagnosis.where._description import describe_localisation
 from fitting.diagnosis.where._gap import measure_gap
-from fitting.diagnosis.where._localisation import branches, cells, describe_localisation, localise
+from fitting.diagnosis.where._localisation import localise
 from rapi_jax import Drive, Recording
 from rapi_jax.sampling._batch import to_batch
 
@@ -37,7 +40,7 @@ def test_parts_sum_to_the_whole(own_origin: bool, masked: bool):
     assert len(found) == 16
     assert sum(c.synchronous for c in found) == pytest.approx(whole.synchronous, rel=1e-9)
     if not own_origin:  # a mean taken out of a run is taken out of all its parts
-        assert sum(c.whole for c in found) == pytest.approx(whole.structural2, rel=1e-9)
+        assert sum(c.structural for c in found) == pytest.approx(whole.structural2, rel=1e-9)
     assert sum(c.readings for c in found) == sum(b.use.sum() for b in parts)
     entries = localise(e, parts, WHITE, recording)
     assert sum(entry["share"] for entry in entries) == pytest.approx(1.0)

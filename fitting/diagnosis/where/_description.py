@@ -1,0 +1,107 @@
+"""One sentence on where most of the gap lies."""
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from ._thresholds import THRESHOLDS
+
+
+def describe_localisation(
+    entries: list[dict[str, Any]], profiles: dict[str, Any] | None = None
+) -> str:
+    """The sentence of a report; `entries`: see `localise`, `profiles`: see `residual_profiles`.
+
+    Names the part (region, direction, rate, amplitude) of the largest information, `s log(s / d)`
+    for a share `s` of the gap in a share `d` of the readings, and nothing where none stands out. A
+    tone that does not follow the scan is named too.
+    """
+    if not any(entry["share"] > 0 for entry in entries):
+        return "Nothing stands above the noise, so there is no gap to place."
+    kind = _describe_kind(entries)
+    tone = _describe_tones(profiles)
+    share, data, words = _best_part(entries)
+    if share - data < THRESHOLDS.least_excess_share:
+        text = "The gap is spread evenly over runs, directions and phases"
+    else:
+        of = f"which is {100 * data:.2g} % of the readings"
+        text = f"{100 * share:.0f} % of the gap lies {words}, {of}"
+    return text + kind + tone + "."
+
+
+def _describe_kind(entries: list[dict[str, Any]]) -> str:
+    squares = [(e["share"], e["rms"] ** 2, e["rms_not_locked"] ** 2) for e in entries]
+    synchronous = sum(share * x / max(x + y, 1e-300) for share, x, y in squares)
+    nonsynchronous = sum(share * y / max(x + y, 1e-300) for share, x, y in squares)
+    if nonsynchronous > THRESHOLDS.dominance * synchronous:
+        return "; most of it does not repeat with the scan"
+    mostly = synchronous > THRESHOLDS.dominance * nonsynchronous
+    return "; most of it repeats with the scan" if mostly else ""
+
+
+def _describe_tones(profiles: dict[str, Any] | None) -> str:
+    tones = [line for line in profiles["lines"] if not line["locked"]] if profiles else []
+    if not tones:
+        return ""
+    hertz = " and ".join(f"{line['hz']:.4g} Hz" for line in tones[:2])
+    return f", and {hertz} stands out whatever the scan does"
+
+
+def _best_part(entries: list[dict[str, Any]]) -> tuple[float, float, str]:
+    rates = _distinct([e["excitation_hz"] for e in entries if e["excitation_hz"] is not None], 1e-6)
+    same = THRESHOLDS.same_amplitude
+    sizes = _distinct([e["amplitude"] for e in entries], same)
+    some_rates = [None, *(rates if len(rates) > 1 else [])]
+    some_sizes = [None, *(sizes if len(sizes) > 1 else [])]
+    best, found = 0.0, (0.0, 0.0, "")
+    for part in product(("edge", "middle", None), ("up", "down", None), some_rates, some_sizes):
+        inside = [e for e in entries if _inside(e, *part)]
+        share = sum(e["share"] for e in inside)
+        data = sum(e["of_readings"] for e in inside)
+        if share < THRESHOLDS.least_named_share:
+            continue
+        score = share * np.log(share / data) - THRESHOLDS.word_information * sum(
+            x is not None for x in part
+        )
+        if score > best:
+            best, found = score, (share, data, _describe_part(*part))
+    return found
+
+
+def _inside(
+    e: dict[str, Any],
+    region: str | None,
+    direction: str | None,
+    rate: float | None,
+    size: float | None,
+) -> bool:
+    return (
+        region in (None, e["region"])
+        and direction in (None, e["direction"])
+        and (rate is None or e["excitation_hz"] == rate)
+        and (size is None or abs(e["amplitude"] - size) <= THRESHOLDS.same_amplitude * size)
+    )
+
+
+def _distinct(values: list[float], tolerance: float) -> list[float]:
+    out: list[float] = []
+    for value in sorted(values):
+        if not out or value > out[-1] * (1.0 + tolerance):
+            out.append(value)
+    return out
+
+
+def _describe_part(
+    region: str | None, direction: str | None, rate: float | None, size: float | None
+) -> str:
+    near = {
+        None: "",
+        "edge": "within 10 % of a turning point",
+        "middle": "away from turning points",
+    }
+    branch = {None: "", "up": "on rising branches", "down": "on falling branches"}
+    parts = [near[region], branch[direction]]
+    parts.append("" if rate is None else f"at {rate:.4g} Hz")
+    parts.append("" if size is None else f"at the amplitude {size:.3g}")
+    return " ".join(part for part in parts if part)

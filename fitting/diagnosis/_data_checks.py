@@ -1,8 +1,9 @@
-"""What a diagnosis refuses before it begins, and what of a recording it warns about."""
+"""Checks of arguments and data before a diagnosis, and faults of the data found by it."""
 
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from fitting.identification._data_checks import Fault, check_usable, find_faults
 from fitting.identification._fit import default_free
@@ -10,13 +11,12 @@ from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import ECDL, AbstractOperator, DataError, ModelError, Recording
 from rapi_jax.effects import AbstractEffect
 
+from ._thresholds import THRESHOLDS
 from .refit._whitened_model import WhitenedModel
-
-_EXPLAINED = 0.5  # of the variance of the readings
 
 
 def check_arguments(ecdl: Any, recording: Any, candidates: Any) -> None:
-    """Raise `ValueError` where an argument of `diagnose` is of another kind."""
+    """Raise `ValueError` where an argument of `diagnose` is of the wrong type."""
     if ecdl is not None and not isinstance(ecdl, ECDL):
         raise ValueError(
             f"Argument `ecdl` must be an ECDL or None, but is a {type(ecdl).__name__}. Wrap an "
@@ -36,7 +36,7 @@ def check_arguments(ecdl: Any, recording: Any, candidates: Any) -> None:
 
 
 def check_data(ecdl: ECDL | None, recording: Recording) -> None:
-    """Raise `DataError` where a recording holds nothing that a model could be judged by."""
+    """Raise `DataError` where readings, or the drive of a model to be identified, are constant."""
     check_usable(recording)
     if all(run.span == 0 for run in recording.runs):
         raise DataError(
@@ -51,7 +51,7 @@ def check_data(ecdl: ECDL | None, recording: Recording) -> None:
 
 
 def check_enough(whitened: WhitenedModel, operator: AbstractOperator) -> None:
-    """Raise `DataError` where there are fewer readings, by phase of the scan, than parameters."""
+    """Raise `DataError` where there are fewer samples a period than parameters."""
     alone = ECDL(operator)
     free = ParameterVector.of(alone).mask(alone, default_free(alone, whitened.recording)).sum()
     count = int(free) + whitened.initial_state_size(operator.count)
@@ -64,19 +64,23 @@ def check_enough(whitened: WhitenedModel, operator: AbstractOperator) -> None:
 
 
 def shown_faults(
-    recording: Recording, left: list[np.ndarray], whitened: WhitenedModel, named: tuple[str, ...]
+    recording: Recording,
+    errors: list[Float[np.ndarray, "_ _"]],
+    whitened: WhitenedModel,
+    named: tuple[str, ...],
 ) -> list[Fault]:
-    """Faults that show in the readings, and a model that explains none of them.
+    """Faults of the readings, and a model that does not explain them.
 
-    `left`: errors of the final model. `named`: the effects named, which may excuse a fault.
+    `errors`: of the final model, "periods phases" a run. `named`: the effects named; saturation
+    explains readings that are clipped.
     """
     found = [f for f in find_faults(recording) if f.kind != "clipped" or "saturation" not in named]
-    moves = [float(np.var(block.data[block.use > 0])) for block in whitened.blocks]
-    used = [e[b.use > 0] for e, b in zip(left, whitened.blocks, strict=True)]
+    signal = [float(np.var(block.data[block.use > 0])) for block in whitened.blocks]
+    used = [e[b.use > 0] for e, b in zip(errors, whitened.blocks, strict=True)]
     origin = [float(e.mean()) if whitened.own_origin else 0.0 for e in used]
-    rest = [float(np.mean((e - o) ** 2)) for e, o in zip(used, origin, strict=True)]
-    share = np.mean(rest) / max(float(np.mean(moves)), 1e-300)
-    if share > 1.0 - _EXPLAINED:
+    residual = [float(np.mean((e - o) ** 2)) for e, o in zip(used, origin, strict=True)]
+    share = np.mean(residual) / max(float(np.mean(signal)), 1e-300)
+    if share > 1.0 - THRESHOLDS.least_explained:
         text = (
             f"the model leaves {100 * share:.0f} % of the response's variance. The response does "
             "not follow this drive: check wiring, columns and lag."

@@ -1,0 +1,19 @@
+"""Numbers that decide what a diagnosis warns about."""
+
+import dataclasses
+
+from rapi_jax._threshold import threshold
+
+
+@dataclasses.dataclass(frozen=True)
+class DiagnosisThresholds:
+    """Limits of the data checks."""
+
+    least_explained: float = threshold(
+        0.5,
+        unit="variance of the readings",
+        origin="set by trial; a model that explains less is named as a fault of the data",
+    )
+
+
+THRESHOLDS = DiagnosisThresholds()

@@ -234,7 +234,7 @@ def test_false_discoveries_are_controlled_as_defined(values: list[float], power:
     """Those at or below the largest p(k) with p(k) <= k/n of the level (Benjamini, Hochberg)."""
     p = np.array(values) ** power
     ordered = np.sort(p)
-    under = [x for k, x in enumerate(ordered, 1) if x * p.size / k <= 0.01]
+    under = [x for k, x in enumerate(ordered, 1) if x * (p.size / k) <= 0.01]
     expected = p <= max(under, default=-1.0)
     np.testing.assert_array_equal(control_false_discoveries(p), expected)
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from rapi_jax._threshold import threshold
+from rapi_jax.internal import threshold
 
 
 @dataclasses.dataclass(frozen=True)

@@ -15,8 +15,8 @@ from .how_far._predicted_gain import predict_gain
 from .next_scan._choice import NextScan
 from .refit._estimates import estimate_effects
 from .refit._whitened_model import WhitenedModel
-from .where._gap import Gap, measure_gap, split_gap
 from .where._description import describe_localisation
+from .where._gap import Gap, measure_gap, split_gap
 from .where._localisation import localise
 from .where._residual_profiles import residual_profiles
 from .which._base import FittedBase

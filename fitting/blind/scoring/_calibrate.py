@@ -53,7 +53,7 @@ class Case:
 
     evidence: Evidence
     closed: dict[str, float]
-    right: str
+    correct: str
 
     @classmethod
     def of(cls, answer: dict[str, Any], prediction: dict[str, Any]) -> "Case | None":

@@ -4,11 +4,10 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.solver._least_squares import SolverOptions
-from rapi_jax import ECDL, RAPI, DataError, GeneralRAPI, InverseRAPI, Recording, parameters
+from rapi_jax import ECDL, DataError, Recording, parameters
 from rapi_jax.internal import float64
 
 from ._convergence import refine
@@ -29,58 +28,11 @@ Progress = Callable[[str], None]
 def default_free(ecdl: ECDL, recording: Recording) -> Callable[[ECDL], Any]:
     """What a fit frees unless told: the operator, less what these data cannot tell from the rest.
 
-    Only `r (1 + eta)` and `b r` are seen in one scan, up to an offset. So with one rate and
-    amplitude, or an origin of its own for every run, `eta` is held (where it has a value for each
-    play, `alpha`).
-    Where no run has a scan rate, `zeta` is held too. Of a `GeneralRAPI` the same and `u_0`, which
-    `lam` and `eta` follow; with one rate and amplitude also `alpha`, which `zeta` there says all
-    about (where `alpha` or `eta` has a value for each play, `zeta`), and with an `a` for each play
-    `b`. Of an `InverseRAPI` the origin `v_0` is held,
-    and with one rate `kappa` and `eta` (where it has a value for each play, `s_1` to `s_3`).
+    See the operator's `held`.
     """
-    operator = ecdl.operator
-    if isinstance(operator, InverseRAPI):
-        held = _held_inverse(operator, recording)
-    elif isinstance(operator, GeneralRAPI):
-        held = _held_general(operator, recording)
-    elif isinstance(operator, RAPI):
-        held = _held(operator, recording)
-    else:
-        return lambda e: e.operator
-    names = [p.name for p in parameters(operator) if p.name not in held]
+    held = ecdl.operator.held(recording)
+    names = [p.name for p in parameters(ecdl.operator) if p.name not in held]
     return lambda e: tuple(getattr(e.operator, name) for name in names)
-
-
-def _held(operator: RAPI | GeneralRAPI, recording: Recording) -> set[str]:
-    held = set()
-    if _one_kind(recording) or recording.response_origin == "run":
-        held.add("alpha" if jnp.ndim(operator.eta) > 0 else "eta")
-    if max(recording.rates) == 0:
-        held.add("zeta")
-    return held
-
-
-def _one_kind(recording: Recording) -> bool:
-    return len({(d.rate, round(d.u_pp, 6)) for d in recording.drives}) == 1
-
-
-def _held_general(operator: GeneralRAPI, recording: Recording) -> set[str]:
-    held = _held(operator, recording) | {"u_0"}
-    if _one_kind(recording):
-        each = jnp.ndim(operator.alpha) > 0 or jnp.ndim(operator.eta) > 0
-        if "zeta" not in held:
-            held.add("zeta" if each else "alpha")
-        if jnp.ndim(operator.a) > 0:
-            held.add("b")
-    return held
-
-
-def _held_inverse(operator: InverseRAPI, recording: Recording) -> set[str]:
-    thresholds = ("s_1", "s_2", "s_3")
-    held = {"v_0", *thresholds[: max(3 - operator.count, 0)]}
-    if len(recording.rates) == 1:
-        held |= {"kappa"} | (set(thresholds) if jnp.ndim(operator.eta) > 0 else {"eta"})
-    return held
 
 
 @float64

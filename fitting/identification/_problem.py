@@ -180,12 +180,11 @@ class Problem:
         """Weighted columns of the linear part, "samples linear", and their places in the vector."""
         names = self.vector.names
         runs, length = self.data.u.shape
-        u = np.asarray(self.ecdl.operator.centred(as_device(self.data.u)))
+        basis = self.ecdl.operator.linear_basis(self.data.u)
         columns, places = [], []
         for at in np.flatnonzero(self.linear):
-            power = 0 if names[at] == self.constant else int(names[at].rsplit("_", 1)[1])
-            if power or not self.own_origin:
-                columns.append(weight * u**power)
+            if names[at] != self.constant or not self.own_origin:
+                columns.append(weight * basis[names[at]])
                 places.append(at)
         for run in range(self.offsets):
             columns.append(weight * (np.arange(runs) == run)[:, None])

@@ -9,14 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.solver._least_squares import SolverOptions
-from rapi_jax import ECDL, RAPI, AbstractOperator, GeneralRAPI, Recording
+from rapi_jax import ECDL, AbstractOperator, Recording, parameters
 from rapi_jax.internal import follow
 
 from ._convergence import unidentifiable
 from ._problem import Problem, Solution
 from ._thresholds import THRESHOLDS
-
-_EACH = ("alpha", "lam", "eta")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,12 +40,12 @@ def candidates(
     operator = ecdl.operator
     if not isinstance(guess, bool):
         models = list(guess)
-    elif guess and isinstance(operator, RAPI | GeneralRAPI):
-        each = [name for name in _EACH if jnp.ndim(follow(operator, (name,))) > 0]
-        guesses = RAPI.guesses(
+    elif guess:
+        each = [name for name in operator.tied_first if jnp.ndim(follow(operator, (name,))) > 0]
+        guesses = operator.initial_guesses(
             recording,
             plays=operator.count,
-            order=operator.d.size,
+            order=operator.coefficients.size,
             each=each,
             count=THRESHOLDS.guesses,
         )
@@ -61,11 +59,13 @@ def candidates(
         yield f"given, changed {i + 1}", _changed(ecdl, i)
 
 
-def _like(operator: RAPI | GeneralRAPI, guess: RAPI) -> RAPI | GeneralRAPI:
-    """`guess` as an operator of the kind and the shape of `operator`."""
-    weights = jnp.broadcast_to(guess.a, operator.a.shape)
-    guess = eqx.tree_at(lambda o: o.a, guess, weights)
-    return guess if isinstance(operator, RAPI) else GeneralRAPI.of(guess, u_0=operator.u_0)
+def _like(operator: AbstractOperator, guess: AbstractOperator) -> AbstractOperator:
+    """`guess` in the shapes of `operator`, of the same class, with its values of what is held."""
+    found = parameters(operator)
+    values = [
+        jnp.broadcast_to(follow(operator if p.held else guess, p.path), p.shape) for p in found
+    ]
+    return eqx.tree_at(lambda o: [follow(o, p.path) for p in found], guess, values)
 
 
 def _changed(ecdl: ECDL, seed: int) -> ECDL:
@@ -106,7 +106,7 @@ def tied_groups(operator: AbstractOperator, problem: Problem) -> np.ndarray | No
     vector = problem.vector
     groups = np.arange(vector.size)
     for part, at in zip(vector.parts, vector.slices, strict=True):
-        if part.name in _EACH and part.shape and isinstance(operator, RAPI | GeneralRAPI):
+        if part.name in operator.tied_first and part.shape:
             groups[at] = at.start
     return None if (groups == np.arange(groups.size)).all() else groups
 

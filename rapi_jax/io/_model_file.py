@@ -7,29 +7,31 @@ this package, and those that the caller passes.
 import hashlib
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from inspect import isabstract
-from typing import Any
+from types import ModuleType
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
 import numpy as np
 
-from rapi_jax import effects as package
-from rapi_jax import operators
+from rapi_jax import effects as packaged_effects
+from rapi_jax import operators as packaged_operators
 from rapi_jax._ecdl import ECDL
 from rapi_jax._errors import DataError
 from rapi_jax._parameter import parameters
 from rapi_jax._precision import float64
 from rapi_jax.effects import AbstractEffect
+from rapi_jax.operators import AbstractOperator
 
 from ._atomic import write_atomic
 from ._safe import StrPath, open_regular, printable
 
 SCHEMA = "rapi.model-file/1"
 _LIMIT = 64 * 2**20
-_KNOWN = (operators.RAPI, operators.PI, operators.InverseRAPI, operators.GeneralRAPI)
-_OPERATORS = {cls.__name__: cls for cls in _KNOWN}
+
+Part = TypeVar("Part", AbstractEffect, AbstractOperator)
 
 
 def _shapes(module: Any) -> dict[str, list[int]]:
@@ -40,19 +42,16 @@ def _shapes(module: Any) -> dict[str, list[int]]:
 def write_model(path: StrPath, ecdl: ECDL, **about: Any) -> None:
     """Write `ecdl` to `path`; `about` (units, versions, data hash, range) goes with it.
 
-    Effects may be classes of your own: hand these to `read_model`. Raises `ValueError` where one of
-    them is more than its parameters, so that a file could not hold it.
+    Operator and effects may be classes of your own: hand these to `read_model`. Raises `ValueError`
+    where one of them is more than its parameters, so that a file could not hold it.
     """
+    _check("operator", ecdl.operator, _operator_spec(ecdl.operator), _operator)
     for effect in ecdl.effects:
-        _check(effect)
+        _check("effect", effect, _effect_spec(effect), _effect)
     header = {
         "schema": SCHEMA,
-        "operator": {
-            "class": type(ecdl.operator).__name__,
-            "plays": ecdl.operator.count,
-            "shapes": _shapes(ecdl.operator),
-        },
-        "effects": [_spec(e) for e in ecdl.effects],
+        "operator": _operator_spec(ecdl.operator),
+        "effects": [_effect_spec(effect) for effect in ecdl.effects],
         "about": about,
     }
     buffer = io.BytesIO()
@@ -64,11 +63,13 @@ def write_model(path: StrPath, ecdl: ECDL, **about: Any) -> None:
 
 @float64
 def read_model(
-    path: StrPath, effects: Sequence[type[AbstractEffect]] = ()
+    path: StrPath,
+    effects: Sequence[type[AbstractEffect]] = (),
+    operators: Sequence[type[AbstractOperator]] = (),
 ) -> tuple[ECDL, dict[str, Any]]:
     """The model in `path`, and what was written about it.
 
-    `effects`: classes of effects that are not this package's, for a model that has them.
+    `effects`, `operators`: classes that are not this package's, for a model that has them.
 
     Raises `DataError` where the file is not a model, is damaged, or names a class that is not
     known.
@@ -89,9 +90,8 @@ def read_model(
             raise DataError(
                 f"{label}: schema {printable(header['schema'])}, but this reads {SCHEMA}."
             )
-        own = {cls.__name__: cls for cls in effects}
-        around = tuple(_effect(spec, own) for spec in header["effects"])
-        skeleton = ECDL(_operator(header["operator"]), around)
+        around = tuple(_effect(spec, effects) for spec in header["effects"])
+        skeleton = ECDL(_operator(header["operator"], operators), around)
         ecdl = eqx.tree_deserialise_leaves(io.BytesIO(leaves), skeleton)
     except DataError as error:
         raise DataError(f"{label}: {error}") from error
@@ -106,60 +106,80 @@ def _filled(shapes: dict[str, list[int]]) -> dict[str, np.ndarray]:
     return {name: np.ones(tuple(shape)) for name, shape in shapes.items()}
 
 
-def _operator(spec: dict[str, Any]) -> operators.AbstractOperator:
-    cls = _OPERATORS.get(spec["class"])
-    if cls is None:
-        raise DataError(
-            f"operator {printable(spec['class'])} is not known; a newer version wrote it."
-        )
-    fields: dict[str, Any] = dict(_filled(spec["shapes"]))
-    if cls is not operators.PI:
-        fields["plays"] = int(spec["plays"])
-    return cls(**fields)
-
-
-def _packaged() -> dict[str, type[AbstractEffect]]:
-    """The effects of this package."""
+def _packaged(module: ModuleType, base: type[Part]) -> dict[str, type[Part]]:
+    """The concrete subclasses of `base` that this package's `module` exports, by name."""
     return {
         cls.__name__: cls
-        for cls in vars(package).values()
-        if isinstance(cls, type) and issubclass(cls, AbstractEffect) and not isabstract(cls)
+        for cls in vars(module).values()
+        if isinstance(cls, type) and issubclass(cls, base) and not isabstract(cls)
     }
 
 
-def _spec(effect: AbstractEffect) -> dict[str, Any]:
+def _packaged_operators() -> dict[str, type[AbstractOperator]]:
+    return _packaged(packaged_operators, AbstractOperator)
+
+
+def _packaged_effects() -> dict[str, type[AbstractEffect]]:
+    return _packaged(packaged_effects, AbstractEffect)
+
+
+def _operator_spec(operator: AbstractOperator) -> dict[str, Any]:
+    cls = type(operator)
+    spec = {"class": cls.__name__, "plays": operator.count, "shapes": _shapes(operator)}
+    packaged = _packaged_operators().get(cls.__name__) is cls
+    return spec if packaged else spec | {"packaged": False}
+
+
+def _effect_spec(effect: AbstractEffect) -> dict[str, Any]:
     cls = type(effect)
-    packaged = _packaged().get(cls.__name__) is cls
+    packaged = _packaged_effects().get(cls.__name__) is cls
     return {"class": cls.__name__, "packaged": packaged, "shapes": _shapes(effect)}
 
 
-def _check(effect: AbstractEffect) -> None:
-    """Refuse an effect that its parameters do not make up."""
-    cls = type(effect)
+def _operator(spec: dict[str, Any], own: Sequence[type[AbstractOperator]]) -> AbstractOperator:
+    cls = _class(spec, "operator", _packaged_operators(), own)
+    return cls.from_parameters(_filled(spec["shapes"]), plays=int(spec["plays"]))
+
+
+def _effect(spec: dict[str, Any], own: Sequence[type[AbstractEffect]]) -> AbstractEffect:
+    return _class(spec, "effect", _packaged_effects(), own).at(**_filled(spec["shapes"]))
+
+
+def _class(
+    spec: dict[str, Any], kind: str, packaged: dict[str, type[Part]], own: Sequence[type[Part]]
+) -> type[Part]:
+    """The class that a header names, of this package or among those handed over."""
+    name = str(spec["class"])
+    if spec.get("packaged", True):
+        cls = packaged.get(name)
+        if cls is None:
+            raise DataError(f"{kind} {printable(name)} is not known; a newer version wrote it.")
+        return cls
+    cls = {cls.__name__: cls for cls in own}.get(name)
+    if cls is None:
+        raise DataError(
+            f"{kind} {printable(name)} is not one of this package: give its class as "
+            f"`read_model(path, {kind}s=({printable(name)},))`, or its file as `--plugin FILE`."
+        )
+    return cls
+
+
+def _check(
+    kind: str,
+    part: Part,
+    spec: dict[str, Any],
+    build: Callable[[dict[str, Any], Sequence[type[Part]]], Part],
+) -> None:
+    """Refuse a part of a model that its parameters do not make up."""
+    cls = type(part)
     try:
-        again = _effect(_spec(effect), {cls.__name__: cls})
+        again = build(spec, (cls,))
     except (TypeError, ValueError, DataError) as error:
         again, reason = None, f" ({printable(error)})"
     else:
         reason = ""
-    if jax.tree.structure(again) != jax.tree.structure(effect):
+    if jax.tree.structure(again) != jax.tree.structure(part):
         raise ValueError(
-            f"effect {cls.__name__} cannot be made again from its parameters alone{reason}, so no "
+            f"{kind} {cls.__name__} cannot be made again from its parameters alone{reason}, so no "
             "model file can hold it. Declare each field by `rapi_jax.parameter`."
         )
-
-
-def _effect(spec: dict[str, Any], own: dict[str, type[AbstractEffect]]) -> AbstractEffect:
-    name = str(spec["class"])
-    if not spec.get("packaged", True):
-        cls = own.get(name)
-        if cls is None or not issubclass(cls, AbstractEffect):
-            raise DataError(
-                f"effect {printable(name)} is not one of this package: give its class as "
-                f"`read_model(path, effects=({printable(name)},))`, or its file as `--plugin FILE`."
-            )
-        return cls.at(**_filled(spec["shapes"]))
-    cls = _packaged().get(name)
-    if cls is None:
-        raise DataError(f"effect {printable(name)} is not known; a newer version wrote it.")
-    return cls.at(**_filled(spec["shapes"]))

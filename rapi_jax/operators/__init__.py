@@ -4,6 +4,7 @@ from rapi_jax.plays._plays import Plays as Plays
 
 from ._base import AbstractOperator as AbstractOperator
 from ._base import Fields as Fields
+from ._base import FlexibleForm as FlexibleForm
 from ._general_rapi import GeneralRAPI as GeneralRAPI
 from ._inverse_rapi import InverseRAPI as InverseRAPI
 from ._pi import PI as PI

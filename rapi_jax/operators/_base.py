@@ -1,16 +1,23 @@
-"""What every operator is: a map from drive to response at one scan rate, with memory."""
+"""Base class of the operators: drive to response at one scan rate, with memory (Eqs. 9 to 16)."""
 
 import abc
-from collections.abc import Sequence
-from typing import NamedTuple
+import inspect
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, NamedTuple, TypeVar, cast
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
+from rapi_jax._errors import ModelError
+from rapi_jax._parameter import parameters
 from rapi_jax._precision import float64
+from rapi_jax._recording import Recording
 from rapi_jax.plays._play import memory
 from rapi_jax.plays._plays import Plays
+
+Operator = TypeVar("Operator", bound="AbstractOperator")
 
 
 class Fields(NamedTuple):
@@ -25,26 +32,113 @@ class Fields(NamedTuple):
     origin: str | None = None
 
 
+class FlexibleForm(NamedTuple):
+    """A richer operator that begins as the same function of the drive as the one it came from.
+
+    `deviations`: for each parameter, the standard deviation of its elements about where they begin.
+    `held`: the parameters that do not move.
+    """
+
+    operator: "AbstractOperator"
+    deviations: Mapping[str, Any]
+    held: tuple[str, ...] = ()
+
+
 class AbstractOperator(eqx.Module):
     """Drive to response at one scan rate: a sum of plays and a polynomial.
 
-    Subclasses declare their parameters by `parameter(...)`, say which of them are the polynomial's
-    (`fields`), and how the plays of a run follow.
+    A new operator is one file with one class: it declares its parameters by `parameter(...)`, says
+    which of them are the polynomial's (`fields`), and how the plays of a run follow (`plays`). It
+    is constructed from its parameters by name, and from the number of plays where `count` is a
+    field. What estimation may ask of it besides has defaults: `initial_guesses`, `held`,
+    `linear_basis`, `couplings`, `flexible` and the class attributes.
     """
 
     fields: eqx.AbstractClassVar[Fields]
     count: eqx.AbstractVar[int]  # the number of plays, N1
+    # Parameters that hold one number or one a play; in a fit, those with one a play are first tied.
+    tied_first: ClassVar[tuple[str, ...]] = ()
+    # A parameter to which the weights of all plays are proportional, if hysteresis may fade by it.
+    amplitude: ClassVar[str | None] = None
+
+    @classmethod
+    def from_parameters(cls: type[Operator], values: Mapping[str, Any], *, plays: int) -> Operator:
+        """The operator with these values of its parameters, by name, and this number of plays."""
+        named = inspect.signature(cls).parameters
+        own = {name: plays for name in ("plays", "count") if name in named}
+        return cls(**{**values, **own})
+
+    @classmethod
+    def initial_guesses(
+        cls,
+        recording: Recording,
+        *,
+        plays: int = 10,
+        order: int = 3,
+        each: Sequence[str] = (),
+        count: int = 8,
+    ) -> "Sequence[AbstractOperator]":
+        """Up to `count` operators from which a fit to `recording` may start, best first.
+
+        `plays` is N1, `order` N2; `each` names those of `tied_first` that get a value for each
+        play. By default there is none: a fit then starts from the operator it is given.
+        """
+        del recording, plays, order, each, count
+        return []
+
+    @classmethod
+    def guess(
+        cls: type[Operator],
+        recording: Recording,
+        *,
+        plays: int = 10,
+        order: int = 3,
+        each: Sequence[str] = (),
+    ) -> Operator:
+        """The best of `initial_guesses`, to start a fit from; `ModelError` where there is none."""
+        found = cls.initial_guesses(recording, plays=plays, order=order, each=each)
+        if not found:
+            raise ModelError(
+                f"operator {cls.__name__} has no initial guess from a recording. Define "
+                "its `initial_guesses`, or fit from one with values: `fit(ECDL(operator), ...)`."
+            )
+        return cast(Operator, found[0])
 
     @abc.abstractmethod
     def plays(self, u_pp: Float[Array, ""], freq: Float[Array, ""]) -> Plays:
         """The play operators of a run with peak-to-peak drive `u_pp` at scan rate `freq`."""
 
-    @abc.abstractmethod
     def couplings(self, u_pp: list[float], freq: list[float]) -> dict[tuple[str, str], float]:
         """Bounds of one parameter that move with another, over the runs given.
 
         `{("zeta", "alpha"): -m}` reads: `zeta + m * alpha` is what the bounds of `zeta` hold for.
         """
+        del u_pp, freq
+        return {}
+
+    def held(self, recording: Recording) -> set[str]:
+        """Names of the parameters that `recording` cannot tell from others; a fit holds them."""
+        del recording
+        return set()
+
+    def flexible(self, recording: Recording) -> FlexibleForm | None:
+        """A richer hysteresis that begins as this operator on `recording`; `None`: there is none.
+
+        A diagnosis credits an effect only with what this could not do either.
+        """
+        del recording
+        return None
+
+    @float64
+    def linear_basis(self, u: Float[np.ndarray, "*time"]) -> dict[str, Float[np.ndarray, "*time"]]:
+        """The columns in which the response to the drive `u` is linear, by their parameter's name.
+
+        One for each element of the parameters declared `linear`: `d_0`, `d_1`, ... (Eq. 15).
+        """
+        centred = np.asarray(self.centred(jnp.asarray(u, dtype=jnp.float64)))
+        columns = {self.fields.constant: centred**0}
+        polynomial = next(p for p in parameters(self) if p.name == self.fields.polynomial)
+        return columns | {name: centred**k for k, name in enumerate(polynomial.names(), start=1)}
 
     @property
     def coefficients(self) -> Float[Array, " order"]:
@@ -99,6 +193,11 @@ class AbstractOperator(eqx.Module):
         they must be where `u` is only a part of its run.
         """
         return self.hysteresis(u, freq, initial, u_pp, u_min) + self.memoryless(u)  # Eq. (16)
+
+
+def per_play(value: Float[Array, "..."], count: int) -> Float[Array, " plays"]:
+    """One value a play, whether `value` is shared (a scalar) or already one each."""
+    return jnp.broadcast_to(value, (count,))
 
 
 def check_shapes(operator: AbstractOperator, each: Sequence[str], single: Sequence[str]) -> None:

@@ -1,5 +1,7 @@
 """The RA-PI operator with more freedom: bent bounds, growth and decay that differ among plays."""
 
+from collections.abc import Sequence
+from functools import partial
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -7,10 +9,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from rapi_jax._parameter import parameter
+from rapi_jax._precision import as_float64, float64
+from rapi_jax._recording import Recording
 from rapi_jax.plays._plays import Plays
 
-from ._base import AbstractOperator, Fields, check_shapes
-from ._rapi import RAPI, spread
+from ._base import AbstractOperator, Fields, check_shapes, per_play
+from ._guess import guess_shapes, middle_drive
+from ._held import held_thresholds, one_kind_of_scan
 
 
 class GeneralRAPI(AbstractOperator):
@@ -45,6 +50,7 @@ class GeneralRAPI(AbstractOperator):
     d_0: Float[Array, ""] = parameter(unit="{x}", linear=True)
     count: int = eqx.field(static=True, kw_only=True)
     fields: ClassVar = Fields("d", "d_0")
+    tied_first: ClassVar = ("alpha", "lam", "eta")
 
     def __init__(
         self,
@@ -79,20 +85,47 @@ class GeneralRAPI(AbstractOperator):
                 )
 
     @classmethod
-    def of(cls, operator: RAPI, *, u_0: Any = 0.0) -> "GeneralRAPI":
-        """The same function of the drive as `operator`, free to bend about `u_0`."""
-        same = {name: getattr(operator, name) for name in ("alpha", "lam", "eta", "a", "d", "d_0")}
-        zeta, b = (jnp.stack([x, jnp.zeros_like(x)]) for x in (operator.zeta, operator.b))
-        return cls(**same, zeta=zeta, b=b, u_0=u_0, plays=operator.count)
+    def of(cls, operator: AbstractOperator, *, u_0: Any = 0.0) -> "GeneralRAPI":
+        """The same function of the drive as `operator`, a `RAPI`, free to bend about `u_0`."""
+        names = ("alpha", "zeta", "lam", "eta", "a", "b", "d", "d_0")
+        same = {name: getattr(operator, name) for name in names}
+        return cls._from_rapi(u_0=u_0, plays=operator.count, **same)
+
+    @classmethod
+    def _from_rapi(cls, *, zeta: Any, b: Any, **same: Any) -> "GeneralRAPI":
+        """From the parameters of a `RAPI`: straight bounds, one growth, one decay."""
+        zeta, b = (jnp.stack([x, jnp.zeros_like(x)]) for x in map(as_float64, (zeta, b)))
+        return cls(**same, zeta=zeta, b=b)
+
+    @classmethod
+    @float64
+    def initial_guesses(
+        cls,
+        recording: Recording,
+        *,
+        plays: int = 10,
+        order: int = 3,
+        each: Sequence[str] = (),
+        count: int = 8,
+    ) -> list["GeneralRAPI"]:
+        """Those of `RAPI`, free to bend about the middle of the drives."""
+        middle = partial(cls._from_rapi, u_0=middle_drive(recording))
+        return guess_shapes(middle, recording, plays=plays, order=order, each=each, count=count)
+
+    def held(self, recording: Recording) -> set[str]:
+        held = held_thresholds(self, recording) | {"u_0"}
+        if one_kind_of_scan(recording):
+            each = jnp.ndim(self.alpha) > 0 or jnp.ndim(self.eta) > 0
+            if "zeta" not in held:
+                held.add("zeta" if each else "alpha")
+            if jnp.ndim(self.a) > 0:
+                held.add("b")
+        return held
 
     def plays(self, u_pp: Float[Array, ""], freq: Float[Array, ""]) -> Plays:
         rank = jnp.arange(1.0, self.count + 1.0) / self.count
         growth = self.zeta[0] + self.zeta[1] * (rank - 0.5)
-        r = spread(self.alpha, self.count) * rank * u_pp / 2.0 + growth * freq  # Eq. (11)
-        p = spread(self.a, self.count) * jnp.exp(-self.b[0] * r - self.b[1] * r**2)
-        shape = (spread(self.lam, self.count), spread(self.eta, self.count))
+        r = per_play(self.alpha, self.count) * rank * u_pp / 2.0 + growth * freq  # Eq. (11)
+        p = per_play(self.a, self.count) * jnp.exp(-self.b[0] * r - self.b[1] * r**2)
+        shape = (per_play(self.lam, self.count), per_play(self.eta, self.count))
         return Plays(r, *shape, p, self.bow, self.u_0)
-
-    def couplings(self, u_pp: list[float], freq: list[float]) -> dict[tuple[str, str], float]:
-        del u_pp, freq
-        return {}

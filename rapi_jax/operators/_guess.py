@@ -1,7 +1,8 @@
-"""A first model from the data alone: many shapes of memory function, the rest solved for."""
+"""Initial guesses by random search: shapes of the memory function drawn, the rest solved for."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
@@ -14,9 +15,10 @@ from rapi_jax.sampling._batch import Batch, to_batch
 from rapi_jax.sampling._phase import turning_samples
 
 from ._base import AbstractOperator
+from ._thresholds import THRESHOLDS
 
-_SAMPLES = 256  # a run is thinned to about so many samples; plays only feel the turning points
-TRIALS = 384
+Operator = TypeVar("Operator", bound=AbstractOperator)
+
 _SEED = 20260101
 
 
@@ -32,7 +34,7 @@ class Trial:
 
 
 def thinned(data: Batch) -> list[tuple[int, np.ndarray]]:
-    """For each run, the row and the columns of about `_SAMPLES` samples of its first period.
+    """For each run, the row and the columns of about 256 samples of its first period.
 
     Turning points are kept, so the plays see the same history.
     """
@@ -49,7 +51,7 @@ def thinned(data: Batch) -> list[tuple[int, np.ndarray]]:
         if data.freq[row] > 0:
             step = data.time[row, 1] - data.time[row, 0]
             end = min(end, used[0] + round(1.0 / (data.freq[row] * step)))
-        every = np.unique(np.linspace(0, end, _SAMPLES).astype(int))
+        every = np.unique(np.linspace(0, end, THRESHOLDS.guess_samples).astype(int))
         turns = turning_samples(data.u[row, : end + 1]) if np.ptp(data.u[row]) > 0 else every[:1]
         kept.append((row, np.union1d(every, turns)))
     return kept
@@ -113,13 +115,15 @@ def _all_runs(operator, u, freq, u_pp, u_min):
 
 def draw(recording: Recording, trial: int) -> dict[str, float]:
     """One shape of the memory function, drawn over the ranges that piezo devices show."""
+    limits = THRESHOLDS
     rng = np.random.default_rng((_SEED, trial))
     u_pp = max(max(d.u_pp for d in recording.drives), 1e-12)
     fastest = max(recording.rates)
-    alpha = float(np.exp(rng.uniform(np.log(0.03), np.log(0.9))))
-    growth = float(rng.uniform(0.0, 0.6)) if len(recording.rates) > 1 and fastest > 0 else 0.0
-    lam = float(np.exp(rng.uniform(np.log(0.4), np.log(2.5)))) if trial % 4 else 1.0
-    decay = float(rng.uniform(-0.5, 3.0)) if trial % 3 else 0.0
+    alpha = _draw_logarithmic(rng, limits.alpha_range)
+    grows = len(recording.rates) > 1 and fastest > 0
+    growth = float(rng.uniform(*limits.growth_range)) if grows else 0.0
+    lam = _draw_logarithmic(rng, limits.lam_range) if trial % limits.lam_shared else 1.0
+    decay = float(rng.uniform(*limits.decay_range)) if trial % limits.decay_absent else 0.0
     return {
         "alpha": alpha,
         "zeta": growth * alpha * u_pp / 2.0 / fastest if growth else 0.0,
@@ -127,3 +131,40 @@ def draw(recording: Recording, trial: int) -> dict[str, float]:
         "eta": 1.0,
         "b": decay * 2.0 / u_pp,
     }
+
+
+def _draw_logarithmic(rng: np.random.Generator, limits: tuple[float, float]) -> float:
+    return float(np.exp(rng.uniform(np.log(limits[0]), np.log(limits[1]))))
+
+
+def guess_shapes(
+    build: Callable[..., Operator],
+    recording: Recording,
+    *,
+    plays: int,
+    order: int,
+    each: Sequence[str],
+    count: int,
+) -> list[Operator]:
+    """The `count` best of the RA-PI family: shapes drawn, scale and polynomial solved for.
+
+    `build` makes one from the parameters of `RAPI`; `each` names those with a value for each play.
+    Call with 64-bit types on.
+    """
+    unknown = set(each) - {"alpha", "lam", "eta"}
+    if unknown:
+        raise ValueError(f"Argument `each` may name alpha, lam and eta, but names {unknown}.")
+
+    def operator(fields: dict[str, float], a: float, d: Any, d_0: float) -> Operator:
+        wide = {k: np.full(plays, v) if k in each else v for k, v in fields.items()}
+        return build(**wide, a=a, d=d, d_0=d_0, plays=plays)
+
+    drawn = [draw(recording, i) for i in range(THRESHOLDS.guess_trials)]
+    shapes = [(f, operator(f, 1.0, np.zeros(order), 0.0)) for f in drawn]
+    found = trials(recording, shapes, order)
+    return [operator(t.fields, t.scale, t.d, t.d_0) for t in found[:count]]
+
+
+def middle_drive(recording: Recording) -> float:
+    """The mean over runs of the middle of the drive's range."""
+    return float(np.mean([(d.value.max() + d.value.min()) / 2.0 for d in recording.drives]))

@@ -1,4 +1,4 @@
-"""A first inverse from a forward model: Eq. 17 carried over to asymmetric plays."""
+"""Initial guess of the inverse from a forward model: Eq. 17 extended to asymmetric plays."""
 
 import dataclasses
 
@@ -6,8 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ._base import AbstractOperator
-
-_DENSE = 2001  # drive levels a branch, to look frequencies up in
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,7 +49,7 @@ class Contacts:
         return np.diff(1.0 / slopes)  # Eq. (17)
 
 
-def contacts(
+def find_contacts(
     forward: AbstractOperator, freq: float, u_min: float, u_max: float, plays: int
 ) -> Contacts:
     """The contacts of `forward` between two drives, for `plays` plays spread over the same ranks.
@@ -61,7 +60,8 @@ def contacts(
     r, lam, eta, p = (_resized(np.asarray(v), plays) for v in (own.r, own.lam, own.eta, own.p))
     p = p * (forward.count / plays)
     origin = float(forward.centred(jnp.zeros(())))
-    rising = np.linspace(u_min, u_max, _DENSE)
+    levels = THRESHOLDS.inverse_levels
+    rising = np.linspace(u_min, u_max, levels)
     loop = np.concatenate([rising, rising[-2::-1]])
     y = np.asarray(forward(jnp.asarray(loop), jnp.asarray(freq)))
     low, high = u_min + origin, u_max + origin
@@ -70,8 +70,8 @@ def contacts(
     down = (np.maximum(high - r, start) - eta * r) / lam
     linear = float(np.ptp(np.asarray(forward.memoryless(jnp.asarray(rising)))) / (u_max - u_min))
     return Contacts(
-        np.interp(up - origin, rising, y[:_DENSE]),
-        np.interp(down - origin, rising, y[_DENSE - 1 :][::-1]),
+        np.interp(up - origin, rising, y[:levels]),
+        np.interp(down - origin, rising, y[levels - 1 :][::-1]),
         (up < high) & (down > low),
         float(y.min()),
         float(y.max()),
@@ -90,7 +90,9 @@ def _resized(values: np.ndarray, plays: int) -> np.ndarray:
     return np.interp(wanted, rank, values)
 
 
-def compact(z: np.ndarray, freq: np.ndarray, moves: np.ndarray) -> tuple[np.ndarray, float]:
+def fit_threshold_law(
+    z: np.ndarray, freq: np.ndarray, moves: np.ndarray
+) -> tuple[np.ndarray, float]:
     """`s_1`, `s_2`, `s_3` and `kappa` of Eq. 19 for thresholds "rates plays"; all stay positive."""
     rates, plays = z.shape
     i = np.tile(np.arange(1.0, plays + 1.0), rates)
@@ -105,15 +107,16 @@ def compact(z: np.ndarray, freq: np.ndarray, moves: np.ndarray) -> tuple[np.ndar
     kappa = max(float(solved[-1]), 0.0) if grows else 0.0
     fitted = s[0] * i**2 + s[1] * i + s[2] + kappa * f
     wide = max(float(np.median(np.abs(z))), 1e-300)
-    s[2] += max(0.05 * wide - float(fitted.min()), 0.0)
+    s[2] += max(THRESHOLDS.inverse_narrowest * wide - float(fitted.min()), 0.0)
     return s, kappa
 
 
-def power_law(q: np.ndarray) -> tuple[float, float]:
+def fit_weight_law(q: np.ndarray) -> tuple[float, float]:
     """`sigma` and `epsilon` of Eq. 18: the power law nearest to the logarithms of the weights."""
     size = np.maximum(np.abs(q), 1e-12 * max(float(np.abs(q).max()), 1e-300))
     rank = np.log(np.arange(1.0, q.size + 1.0))
     epsilon = float(np.polyfit(rank, np.log(size), 1)[0]) if q.size > 1 else 0.0
-    epsilon = float(np.clip(epsilon, -2.0, 2.0))
+    limit = THRESHOLDS.inverse_exponent
+    epsilon = float(np.clip(epsilon, -limit, limit))
     sign = -1.0 if q.sum() < 0 else 1.0
     return sign * float(np.exp(np.mean(np.log(size) - epsilon * rank))), epsilon

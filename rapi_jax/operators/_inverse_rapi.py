@@ -13,17 +13,11 @@ from rapi_jax._precision import float64
 from rapi_jax._recording import Recording
 from rapi_jax.plays._plays import Plays
 
-from ._base import AbstractOperator, Fields, check_shapes
+from ._base import AbstractOperator, Fields, check_shapes, per_play
 from ._guess import trials
-from ._inverse_guess import compact, contacts, power_law
-from ._rapi import spread
+from ._inverse_guess import find_contacts, fit_threshold_law, fit_weight_law
+from ._thresholds import THRESHOLDS
 
-# Origins, in spans above the lowest frequency, and falls of `lam` from the first play to the last:
-# where fits were found to end best. Near the top the bands that the falling branch meets first
-# are narrow, and `lam` must make up for the forward polynomial's slope, lower there.
-_ORIGIN = 1.1
-_EVEN = 0.3  # spans that the widest of evenly spread thresholds is
-_FALLS = (1.2, 0.9, 1.5, 0.6)
 _SHARED = ("s_1", "s_2", "s_3", "sigma", "epsilon", "kappa", "g_0", "v_0")
 
 
@@ -92,28 +86,8 @@ class InverseRAPI(AbstractOperator):
         check_shapes(self, ("lam", "eta"), _SHARED)
 
     @classmethod
-    def guess(
-        cls,
-        forward: AbstractOperator,
-        recording: Recording,
-        *,
-        plays: int | None = None,
-        order: int = 4,
-        each: Sequence[str] = ("lam",),
-    ) -> "InverseRAPI":
-        """A first inverse of `forward`, to start a fit on the swapped `recording` from.
-
-        `recording`: frequency as drive and drive as response. `plays` is N1, by default that of
-        `forward`; `order` N2; `each` names what has a value for each play: "lam", "eta".
-
-        Thresholds and weights follow Eq. 17 at each of the rates, carried over to asymmetric plays,
-        fitted by the compact forms of Eqs. 18 and 19; the polynomial is fitted to the recording.
-        """
-        return cls.guesses(forward, recording, plays=plays, order=order, each=each, count=1)[0]
-
-    @classmethod
     @float64
-    def guesses(
+    def guess_inverses(
         cls,
         forward: AbstractOperator,
         recording: Recording,
@@ -123,7 +97,15 @@ class InverseRAPI(AbstractOperator):
         each: Sequence[str] = ("lam",),
         count: int = 4,
     ) -> list["InverseRAPI"]:
-        """First inverses of one origin, which differ in how `lam` falls from play to play."""
+        """Initial inverses of `forward` for a fit to the swapped `recording`, best first.
+
+        `recording`: frequency as drive and drive as response. `plays` is N1, by default that of
+        `forward`; `order` N2; `each` names what has a value for each play: "lam", "eta".
+
+        Thresholds and weights follow Eq. 17 at each of the rates, extended to asymmetric plays,
+        fitted by the compact forms of Eqs. 18 and 19; the polynomial is fitted to the recording.
+        All have one origin, and differ in how `lam` falls from play to play.
+        """
         unknown = set(each) - {"lam", "eta"}
         if unknown:
             raise ValueError(f"Argument `each` may name lam and eta, but names {unknown}.")
@@ -131,23 +113,31 @@ class InverseRAPI(AbstractOperator):
         drive = np.concatenate([run.response[run.valid] for run in recording.runs])
         ends = float(drive.min()), float(drive.max())
         rates = recording.rates
-        found = [contacts(forward, rate, *ends, n) for rate in rates]
+        found = [find_contacts(forward, rate, *ends, n) for rate in rates]
         bottom, top = min(c.low for c in found), max(c.high for c in found)
-        v_0 = bottom + _ORIGIN * (top - bottom)
+        v_0 = bottom + THRESHOLDS.inverse_origin * (top - bottom)
         moves = np.array([c.moves for c in found])
         lams = np.array([c.lam for c in found])
         usual = float(np.median(lams[moves])) if moves.any() else 1.0
-        lam = np.clip(np.where(moves, lams, usual).mean(axis=0), 0.1, 10.0)
+        lam = np.clip(np.where(moves, lams, usual).mean(axis=0), *THRESHOLDS.inverse_lam_range)
         own = "lam" in each
         lam = lam if own else np.full(n, lam.mean())
         z = np.array([c.z(lam, v_0) for c in found])
-        sigma, epsilon = power_law(np.mean([c.q for c in found], axis=0))
+        sigma, epsilon = fit_weight_law(np.mean([c.q for c in found], axis=0))
         # Plays of a forward model that fits well may still lie where none belongs; then symmetric
         # ones, spread over the range, explain more, and come first.
-        even = np.tile(_EVEN * (top - bottom) * np.arange(1, n + 1) / n, (len(rates), 1))
+        even = np.tile(
+            THRESHOLDS.inverse_even_width * (top - bottom) * np.arange(1, n + 1) / n,
+            (len(rates), 1),
+        )
         families = [
-            (lam, compact(z, np.array(rates), moves), sigma, epsilon),
-            (np.ones(n), compact(even, np.array(rates), moves), np.copysign(1.0 / n, sigma), 0.0),
+            (lam, fit_threshold_law(z, np.array(rates), moves), sigma, epsilon),
+            (
+                np.ones(n),
+                fit_threshold_law(even, np.array(rates), moves),
+                np.copysign(1.0 / n, sigma),
+                0.0,
+            ),
         ]
         ranked = []
         for lam, (s, kappa), sigma, epsilon in families:
@@ -155,7 +145,7 @@ class InverseRAPI(AbstractOperator):
             fields |= dict(epsilon=epsilon, v_0=v_0, plays=n)
             fields["eta"] = np.ones(n) if "eta" in each else 1.0
             members = []
-            for fall in _FALLS if own else (0.0,):
+            for fall in THRESHOLDS.inverse_lam_falls if own else (0.0,):
                 fields["lam"] = lam * np.exp(fall * np.linspace(0.5, -0.5, n)) if own else lam[0]
                 shape = cls(**fields, sigma=sigma, g=np.zeros(order))
                 trial = trials(recording, [({}, shape)], order)[0]
@@ -165,6 +155,14 @@ class InverseRAPI(AbstractOperator):
             ranked.append(members)
         ranked.sort(key=lambda members: min(cost for cost, _ in members))
         return [guess for members in ranked for _, guess in members][:count]
+
+    def held(self, recording: Recording) -> set[str]:
+        """The origin `v_0`; with one rate `kappa` and `eta` (one a play: `s_1` to `s_3`)."""
+        thresholds = ("s_1", "s_2", "s_3")
+        held = {"v_0", *thresholds[: max(3 - self.count, 0)]}
+        if len(recording.rates) == 1:
+            held |= {"kappa"} | (set(thresholds) if jnp.ndim(self.eta) > 0 else {"eta"})
+        return held
 
     @float64
     def thresholds(self, freq: Float[Array, ""]) -> Float[Array, " plays"]:
@@ -176,7 +174,7 @@ class InverseRAPI(AbstractOperator):
         del u_pp
         i = jnp.arange(1.0, self.count + 1.0)
         q = self.sigma * i**self.epsilon  # Eq. (18)
-        lam, eta = spread(self.lam, self.count), spread(self.eta, self.count)
+        lam, eta = per_play(self.lam, self.count), per_play(self.eta, self.count)
         return Plays(self.thresholds(freq), lam, eta, q)  # Eqs. (20), (21)
 
     def couplings(self, u_pp: list[float], freq: list[float]) -> dict[tuple[str, str], float]:

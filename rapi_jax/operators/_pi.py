@@ -54,10 +54,6 @@ class PI(AbstractOperator):
         one = jnp.ones_like(self.r)
         return Plays(self.r, one, one, self.p)
 
-    def couplings(self, u_pp: list[float], freq: list[float]) -> dict[tuple[str, str], float]:
-        del u_pp, freq
-        return {}
-
     @float64
     def inverse(self) -> "PI":
         """The operator that gives back the drive from the response: again a PI, in closed form.

@@ -5,7 +5,6 @@ from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from rapi_jax._parameter import parameter
@@ -13,13 +12,10 @@ from rapi_jax._precision import float64
 from rapi_jax._recording import Recording
 from rapi_jax.plays._plays import Plays
 
-from ._base import AbstractOperator, Fields, check_shapes
-from ._guess import TRIALS, draw, trials
-
-
-def spread(value: Float[Array, "..."], count: int) -> Float[Array, " plays"]:
-    """One value an operator, whether `value` is shared (a scalar) or already one each."""
-    return jnp.broadcast_to(value, (count,))
+from ._base import AbstractOperator, Fields, FlexibleForm, check_shapes, per_play
+from ._flexible_rapi import flexible_form
+from ._guess import guess_shapes
+from ._held import held_thresholds
 
 
 class RAPI(AbstractOperator):
@@ -54,6 +50,8 @@ class RAPI(AbstractOperator):
     d_0: Float[Array, ""] = parameter(unit="{x}", linear=True)
     count: int = eqx.field(static=True, kw_only=True)
     fields: ClassVar = Fields("d", "d_0")
+    tied_first: ClassVar = ("alpha", "lam", "eta")
+    amplitude: ClassVar = "a"
 
     def __init__(
         self,
@@ -77,19 +75,8 @@ class RAPI(AbstractOperator):
         check_shapes(self, ("alpha", "lam", "eta", "a"), ("zeta", "b", "d_0"))
 
     @classmethod
-    def guess(
-        cls, recording: Recording, *, plays: int = 10, order: int = 3, each: Sequence[str] = ()
-    ) -> "RAPI":
-        """A first model from the data alone, to start a fit from.
-
-        `plays` is N1, `order` N2. `each` names what is to have a value for each play ("lam", "eta",
-        "alpha") instead of a shared one. `guesses` gives several, best first.
-        """
-        return cls.guesses(recording, plays=plays, order=order, each=each)[0]
-
-    @classmethod
     @float64
-    def guesses(
+    def initial_guesses(
         cls,
         recording: Recording,
         *,
@@ -98,30 +85,28 @@ class RAPI(AbstractOperator):
         each: Sequence[str] = (),
         count: int = 8,
     ) -> list["RAPI"]:
-        """The best `count` of a few hundred shapes of the memory function, the rest solved for."""
-        unknown = set(each) - {"alpha", "lam", "eta"}
-        if unknown:
-            raise ValueError(f"Argument `each` may name alpha, lam and eta, but names {unknown}.")
+        """The best `count` of a few hundred shapes of the memory function, the rest solved for.
 
-        def build(fields: dict[str, float], a: float, d: Any, d_0: float) -> RAPI:
-            wide = {k: np.full(plays, v) if k in each else v for k, v in fields.items()}
-            return cls(**wide, a=a, d=d, d_0=d_0, plays=plays)
+        `each` may name "lam", "eta" and "alpha".
+        """
+        return guess_shapes(cls, recording, plays=plays, order=order, each=each, count=count)
 
-        drawn = [draw(recording, i) for i in range(TRIALS)]
-        shapes = [(f, build(f, 1.0, np.zeros(order), 0.0)) for f in drawn]
-        found = trials(recording, shapes, order)[:count]
-        return [build(t.fields, t.scale, t.d, t.d_0) for t in found]
+    def held(self, recording: Recording) -> set[str]:
+        return held_thresholds(self, recording)
+
+    def flexible(self, recording: Recording) -> FlexibleForm:
+        return flexible_form(self, recording)
 
     @float64
     def thresholds(self, u_pp: Float[Array, ""], freq: Float[Array, ""]) -> Float[Array, " plays"]:
         """The thresholds of a run, in the drive's unit."""
         rank = jnp.arange(1.0, self.count + 1.0) / self.count
-        return spread(self.alpha, self.count) * rank * u_pp / 2.0 + self.zeta * freq  # Eq. (11)
+        return per_play(self.alpha, self.count) * rank * u_pp / 2.0 + self.zeta * freq  # Eq. (11)
 
     def plays(self, u_pp: Float[Array, ""], freq: Float[Array, ""]) -> Plays:
         r = self.thresholds(u_pp, freq)
-        p = spread(self.a, self.count) * jnp.exp(-self.b * r)  # below Eq. (14)
-        return Plays(r, spread(self.lam, self.count), spread(self.eta, self.count), p)
+        p = per_play(self.a, self.count) * jnp.exp(-self.b * r)  # below Eq. (14)
+        return Plays(r, per_play(self.lam, self.count), per_play(self.eta, self.count), p)
 
     def couplings(self, u_pp: list[float], freq: list[float]) -> dict[tuple[str, str], float]:
         # The smallest threshold, alpha u_pp / (2 N1) + zeta f, is positive for all runs together if

@@ -105,9 +105,7 @@ def _cost(pair: tuple[Refit, State]) -> float:
 
 def _has_individual_plays(operator: AbstractOperator) -> bool:
     """Whether plays have shapes of their own."""
-    return isinstance(operator, RAPI) and any(
-        np.ndim(getattr(operator, name)) > 0 for name in ("alpha", "lam", "eta")
-    )
+    return any(np.ndim(getattr(operator, name)) > 0 for name in operator.tied_first)
 
 
 def _background_spectrum(errors: list[np.ndarray], blocks: list[PeriodBlock]) -> Spectrum:
@@ -131,14 +129,13 @@ def _starts(recording: Recording, ecdl: ECDL | None) -> list[AbstractOperator]:
     flexible base's, which starts from here.
     """
     if ecdl is None:
-        return list(RAPI.guesses(recording, count=THRESHOLDS.guesses))
+        return list(RAPI.initial_guesses(recording, count=THRESHOLDS.guesses))
     operator = ecdl.operator
-    if not isinstance(operator, RAPI):
-        return [operator]
-    guesses = RAPI.guesses(
+    order = operator.coefficients.size
+    guesses = operator.initial_guesses(
         recording,
         plays=operator.count,
-        order=operator.d.size,
+        order=order,
         count=THRESHOLDS.guesses_beside_given,
     )
     return [operator, *guesses]

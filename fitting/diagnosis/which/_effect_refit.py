@@ -8,7 +8,7 @@ import dataclasses
 import numpy as np
 
 from fitting.diagnosis.refit._gauss_newton import Refit, State
-from rapi_jax import RAPI, parameters
+from rapi_jax import parameters
 
 from ._candidate import insert_effect
 from ._jump_search import search_jump_parameters
@@ -53,15 +53,18 @@ def refit_from_no_hysteresis(
 
 
 def refit_without_hysteresis(refit: Refit, state: State) -> tuple[Refit, State] | None:
-    """The operator with next to no hysteresis, only its polynomial free; `None` for no `RAPI`."""
+    """The operator with next to no hysteresis, only its polynomial free.
+
+    `None` for an operator whose hysteresis cannot fade.
+    """
     base, at = refit.base, 0
     operator = base.operator
-    if not isinstance(operator, RAPI):
+    if operator.amplitude is None:
         return None
     values, free = state.values.copy(), np.zeros(state.values.size, dtype=bool)
     for p in parameters(operator):
         part = slice(at, at + p.size)
-        if p.name == "a":
+        if p.name == operator.amplitude:
             values[part] *= THRESHOLDS.initial_weight
         free[part] = p.linear
         at += p.size

@@ -139,40 +139,6 @@ class WhichThresholds:
     )
 
     # Freedom of the flexible base.
-    flexible_plays: int = threshold(
-        24, unit="plays", origin=f"{_TRIAL}; more cost time, fewer leave hysteresis to effects"
-    )
-    flexible_order: int = threshold(4, unit="order of the polynomial", origin=_TRIAL)
-    threshold_reach: float = threshold(
-        1.6, unit="of the widest threshold identified", origin=f"{_TRIAL}; how far added plays go"
-    )
-    threshold_prior: float = threshold(
-        0.25, unit="of itself", origin=f"{_TRIAL}; one standard deviation of a threshold"
-    )
-    threshold_prior_least: float = threshold(
-        1e-3, unit="of half the drive", origin=f"{_TRIAL}; its least standard deviation"
-    )
-    lam_prior: float = threshold(0.3, unit="1", origin=f"{_TRIAL}; one standard deviation")
-    eta_prior: float = threshold(0.4, unit="1", origin=f"{_TRIAL}; one standard deviation")
-    weight_prior: float = threshold(
-        0.5, unit="of the largest weight", origin=f"{_TRIAL}; one standard deviation"
-    )
-    decay_prior: tuple[float, float] = threshold(
-        (0.4, 0.2),
-        unit="of a weight's logarithm at the widest threshold",
-        origin=f"{_TRIAL}; one standard deviation, linear and quadratic",
-    )
-    zeta_least: float = threshold(
-        1e-4, unit="V s", origin=f"{_TRIAL}; least standard deviation of `zeta`"
-    )
-    zeta_growth_prior: float = threshold(
-        0.3, unit="of the prior of `zeta`", origin=f"{_TRIAL}; how far thresholds grow apart"
-    )
-    curvature_prior: float = threshold(
-        0.07,
-        unit="of the falling bound's slope, half a swing from the middle",
-        origin=f"{_TRIAL}; one standard deviation",
-    )
     initial_prior: float = threshold(
         0.3, unit="of a play's band", origin=f"{_TRIAL}; one standard deviation of first outputs"
     )

@@ -75,7 +75,8 @@ def fit_inverse(
     one_loop = len(swapped.rates) == 1 and len(swapped.amplitudes) == 1
     order = _default_order(one_loop) if order is None else order
     each = (() if one_loop else ("lam",)) if each is None else each
-    first, *others = InverseRAPI.guesses(forward, swapped, plays=plays, order=order, each=each)
+    guesses = InverseRAPI.guess_inverses(forward, swapped, plays=plays, order=order, each=each)
+    first, *others = guesses
     result = fit(
         ECDL(first),
         swapped,

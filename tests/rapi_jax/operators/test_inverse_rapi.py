@@ -112,7 +112,7 @@ def test_the_guess_for_symmetric_plays_is_eq_17():
     """`lam` and `eta` 1, no polynomial: thresholds are those of the closed form at each rate."""
     forward = RAPI(alpha=0.5, zeta=2e-3, lam=1.0, eta=1.0, a=0.6, b=0.0, d=(12.0,), plays=8)
     recording = swapped(forward, (10.0, 40.0))
-    guess = InverseRAPI.guess(forward, recording, each=(), order=1)
+    guess = InverseRAPI.guess_inverses(forward, recording, each=(), order=1)[0]
     for rate in (10.0, 40.0):
         own = forward.plays(jnp.asarray(3.0), jnp.asarray(rate))
         exact = PI(r=own.r, p=own.p, d=forward.d).inverse()
@@ -127,7 +127,7 @@ def test_the_guess_for_symmetric_plays_is_eq_17():
 def test_guesses_of_every_shape_explain_the_drive(plays, each):
     forward = RAPI(alpha=0.3, zeta=5e-3, lam=1.4, eta=1.0, a=0.8, b=0.2, d=(15.0, -0.8), plays=6)
     recording = swapped(forward, (10.0, 40.0))
-    guess = InverseRAPI.guess(forward, recording, plays=plays, order=3, each=each)
+    guess = InverseRAPI.guess_inverses(forward, recording, plays=plays, order=3, each=each)[0]
     assert guess.count == plays and guess.g.shape == (3,)
     assert guess.lam.shape == ((plays,) if "lam" in each else ())
     assert guess.eta.shape == ((plays,) if "eta" in each else ())

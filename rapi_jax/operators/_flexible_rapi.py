@@ -1,0 +1,69 @@
+"""The flexible form of `RAPI`: more plays, each with a threshold, shape and weight of its own."""
+
+import numpy as np
+
+from rapi_jax._recording import Recording
+
+from ._base import AbstractOperator, FlexibleForm
+from ._general_rapi import GeneralRAPI
+from ._guess import middle_drive
+from ._thresholds import THRESHOLDS
+
+
+def flexible_form(operator: AbstractOperator, recording: Recording) -> FlexibleForm:
+    """`operator`, a `RAPI`, as a `GeneralRAPI` with 24 plays whose values are all their own.
+
+    Falling bounds may bend, thresholds grow apart, weights decay by another law. It begins as the
+    same function of the drive: the plays added have no weight yet.
+    """
+    limits = THRESHOLDS
+    value = {name: np.asarray(getattr(operator, name)) for name in ("zeta", "b", "d", "d_0")}
+    old, plays = operator.count, max(operator.count, limits.flexible_plays)
+    rank = np.arange(1, old + 1) / old
+
+    def each(name: str) -> np.ndarray:
+        return np.broadcast_to(np.asarray(getattr(operator, name)), (old,)).copy()
+
+    share = each("alpha") * rank  # thresholds in half peak-to-peak drives, at rate 0
+    widest = share.max() * limits.flexible_reach
+    grid = widest * (np.arange(plays) + 0.5) / plays
+    far = np.abs(grid[:, None] - share[None, :]).min(axis=1)
+    more = np.sort(grid[np.argsort(-far)[: plays - old]])
+    shares = np.concatenate([share, more])
+    order = np.argsort(shares)
+
+    def with_more(name: str) -> np.ndarray:
+        rest = np.interp(more, np.sort(share), each(name)[np.argsort(share)])
+        return np.concatenate([each(name), rest])[order]
+
+    shares = shares[order]
+    weights = np.concatenate([each("a"), np.zeros(more.size)])[order]
+    rich = GeneralRAPI(
+        alpha=shares * plays / np.arange(1, plays + 1),
+        zeta=[float(value["zeta"]), 0.0],
+        lam=with_more("lam"),
+        eta=with_more("eta"),
+        a=weights,
+        b=[float(value["b"]), 0.0],
+        u_0=middle_drive(recording),
+        d=np.concatenate([value["d"], np.zeros(max(limits.flexible_order - value["d"].size, 0))]),
+        d_0=value["d_0"],
+        plays=plays,
+    )
+    u_pp = max(d.u_pp for d in recording.drives)
+    r = shares * u_pp / 2.0 + float(value["zeta"]) * max(d.rate for d in recording.drives)
+    growth = np.maximum(np.abs(np.asarray(rich.zeta)[:1]), limits.flexible_growth_least)
+    decay = np.array(limits.flexible_decay) / float(r.max()) ** np.array([1.0, 2.0])
+    deviations = {
+        "alpha": np.maximum(
+            limits.flexible_threshold * np.abs(np.asarray(rich.alpha)),
+            limits.flexible_threshold_least,
+        ),
+        "zeta": np.concatenate([growth, limits.flexible_growth * growth]),
+        "lam": limits.flexible_lam,
+        "eta": limits.flexible_eta,
+        "a": limits.flexible_weight * float(np.abs(weights).max()),
+        "b": decay,
+        "bow": limits.flexible_curvature / (u_pp / 2.0),
+    }
+    return FlexibleForm(rich, deviations, held=("u_0",))

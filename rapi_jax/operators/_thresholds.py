@@ -1,0 +1,107 @@
+"""Thresholds of the operators: initial guesses, what data determine, the flexible form."""
+
+import dataclasses
+
+from rapi_jax._threshold import threshold
+
+
+@dataclasses.dataclass(frozen=True)
+class OperatorThresholds:
+    """Numbers that decide where fits begin and how far a flexible hysteresis may go."""
+
+    guess_samples: int = threshold(
+        256,
+        unit="samples a run",
+        origin="plays feel the turning points alone, and these are kept; more costs time",
+    )
+    guess_trials: int = threshold(
+        384, unit="shapes", origin="set by trial; more costs time, fewer miss the basin"
+    )
+    alpha_range: tuple[float, float] = threshold(
+        (0.03, 0.9), unit="1", origin="what piezo devices show; drawn evenly in the logarithm"
+    )
+    growth_range: tuple[float, float] = threshold(
+        (0.0, 0.6),
+        unit="of the widest threshold, at the highest rate",
+        origin="what piezo devices show",
+    )
+    lam_range: tuple[float, float] = threshold(
+        (0.4, 2.5), unit="1", origin="what piezo devices show; drawn evenly in the logarithm"
+    )
+    lam_shared: int = threshold(
+        4, unit="trials", origin="set by trial: every fourth trial has symmetric plays"
+    )
+    decay_range: tuple[float, float] = threshold(
+        (-0.5, 3.0), unit="2 / peak-to-peak drive", origin="what piezo devices show"
+    )
+    decay_absent: int = threshold(
+        3, unit="trials", origin="set by trial: every third trial has equal weights"
+    )
+    amplitude_digits: int = threshold(
+        6, unit="decimals of a volt", origin="set by trial: amplitudes that agree so far are one"
+    )
+    inverse_levels: int = threshold(
+        2001, unit="drive levels a branch", origin="set by trial: to look frequencies up in"
+    )
+    inverse_origin: float = threshold(
+        1.1,
+        unit="spans above the lowest frequency",
+        origin="where fits ended best: near the top the bands that the falling branch meets first "
+        "are narrow",
+    )
+    inverse_even_width: float = threshold(
+        0.3, unit="spans", origin="set by trial: the widest of evenly spread thresholds"
+    )
+    inverse_lam_falls: tuple[float, ...] = threshold(
+        (1.2, 0.9, 1.5, 0.6),
+        unit="of ln lam, first play to last",
+        origin="where fits ended best: lam makes up for the forward polynomial's slope",
+    )
+    inverse_lam_range: tuple[float, float] = threshold(
+        (0.1, 10.0), unit="1", origin="set by trial: keeps guesses within the bounds of lam"
+    )
+    inverse_exponent: float = threshold(
+        2.0, unit="1", origin="set by trial: largest power of the law of weights to start from"
+    )
+    inverse_narrowest: float = threshold(
+        0.05, unit="of the median threshold", origin="set by trial: keeps thresholds positive"
+    )
+    flexible_plays: int = threshold(
+        24, unit="plays", origin="set by trial; larger costs time, smaller absorbs less hysteresis"
+    )
+    flexible_order: int = threshold(
+        4, unit="powers of the drive", origin="one more than the usual polynomial"
+    )
+    flexible_reach: float = threshold(
+        1.6, unit="of the widest threshold identified", origin="set by trial"
+    )
+    flexible_threshold: float = threshold(
+        0.25, unit="of a threshold, standard deviation", origin="set by trial"
+    )
+    flexible_threshold_least: float = threshold(
+        1e-3, unit="of alpha, standard deviation", origin="set by trial: a play at zero may move"
+    )
+    flexible_lam: float = threshold(0.3, unit="1, standard deviation", origin="set by trial")
+    flexible_eta: float = threshold(0.4, unit="1, standard deviation", origin="set by trial")
+    flexible_weight: float = threshold(
+        0.5, unit="of the largest weight, standard deviation", origin="set by trial"
+    )
+    flexible_decay: tuple[float, float] = threshold(
+        (0.4, 0.2),
+        unit="of a weight's logarithm at the widest threshold, standard deviation",
+        origin="set by trial",
+    )
+    flexible_growth: float = threshold(
+        0.3, unit="of zeta, standard deviation among plays", origin="set by trial"
+    )
+    flexible_growth_least: float = threshold(
+        1e-4, unit="V/Hz, standard deviation", origin="set by trial: a growth of zero may move"
+    )
+    flexible_curvature: float = threshold(
+        0.07,
+        unit="of the falling bound's slope, half a swing from the middle, standard deviation",
+        origin="set by trial",
+    )
+
+
+THRESHOLDS = OperatorThresholds()

@@ -5,10 +5,12 @@ from pathlib import Path
 from typing import Any
 
 
-def load_model(model: Path, effects: Sequence[type[Any]] = ()) -> tuple[Any, dict[str, Any]]:
+def load_model(
+    model: Path, effects: Sequence[type[Any]] = (), operators: Sequence[type[Any]] = ()
+) -> tuple[Any, dict[str, Any]]:
     """The model that `model` names, and the header written with it.
 
-    `effects`: classes that the model names and that are not the package's own.
+    `effects`, `operators`: classes that the model names and that are not the package's own.
     Raises `ModelError` where there is no such file.
     """
     from fitting.report import MODEL, TABLE
@@ -19,4 +21,4 @@ def load_model(model: Path, effects: Sequence[type[Any]] = ()) -> tuple[Any, dic
     path = path.with_name(MODEL) if path.name == TABLE else path  # the readable one, beside it
     if not path.exists():
         raise ModelError(f"{path}: no such model. Give a folder that `rapi fit` wrote.")
-    return read_model(path, effects=effects)
+    return read_model(path, effects=effects, operators=operators)

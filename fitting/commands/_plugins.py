@@ -12,6 +12,7 @@ from cyclopts import Parameter
 
 if TYPE_CHECKING:
     from rapi_jax.effects import AbstractEffect
+    from rapi_jax.operators import AbstractOperator
 
 Class = TypeVar("Class")
 Plugins = Annotated[tuple[Path, ...], Parameter(name="--plugin", negative="", show_default=False)]
@@ -65,3 +66,25 @@ def plugin_effects(paths: Sequence[Path]) -> "tuple[type[AbstractEffect], ...]":
     from rapi_jax.effects import AbstractEffect
 
     return plugin_classes(load_plugins(paths), AbstractEffect)
+
+
+def plugin_operators(paths: Sequence[Path]) -> "tuple[type[AbstractOperator], ...]":
+    """The operators that the files define."""
+    from rapi_jax.operators import AbstractOperator
+
+    return plugin_classes(load_plugins(paths), AbstractOperator)
+
+
+def find_operator(name: str, paths: Sequence[Path]) -> "type[AbstractOperator]":
+    """The operator called `name`, of the files or of this package; `ModelError` where none is."""
+    from rapi_jax import ModelError, operators
+
+    own = {cls.__name__: cls for cls in plugin_operators(paths)}
+    cls = own.get(name, getattr(operators, name, None))
+    base = operators.AbstractOperator
+    if not (isinstance(cls, type) and issubclass(cls, base)) or isabstract(cls):
+        raise ModelError(
+            f"operator {printable(name)} is not known. Name one of this package, such as RAPI, or "
+            "one that a `--plugin FILE` defines."
+        )
+    return cls

@@ -78,9 +78,9 @@ def compensate(
 
     from ._model import load_model
     from ._out import console, output_folder, print_json, progress
-    from ._plugins import plugin_effects
+    from ._plugins import plugin_effects, plugin_operators
 
-    ecdl, about = load_model(model, plugin_effects(plugin))
+    ecdl, about = load_model(model, plugin_effects(plugin), plugin_operators(plugin))
     identified = Identified.from_dict(about["identified"])
     allowed = None if limits is None else read_limits(limits)
     if not frequency or not all(np.isfinite(f) and f > 0 for f in frequency):

@@ -52,12 +52,14 @@ def diagnose(
 
     from ._model import load_model
     from ._out import console, output_folder, print_json, progress
-    from ._plugins import plugin_effects
+    from ._plugins import plugin_effects, plugin_operators
 
     several = [recording, *recordings]
     bounds = None if limits is None else read_limits(limits)
     own = plugin_effects(plugin)
-    ecdl, about = (None, None) if model is None else load_model(model, own)
+    ecdl, about = (
+        (None, None) if model is None else load_model(model, own, plugin_operators(plugin))
+    )
     candidates = (*effects.ALL, *own)
     names = _names(several)
     read = [read_recording(path, nan=nan) for path in several]  # all, before the first is judged

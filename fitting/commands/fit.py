@@ -5,6 +5,8 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter, validators
 
+from ._plugins import Plugins
+
 Each = Literal["auto", "none", "lam", "lam,eta", "lam,eta,alpha"]
 
 
@@ -15,6 +17,8 @@ def fit(
     plays: Annotated[int, Parameter(validator=validators.Number(gte=1, lte=200))] = 10,
     order: Annotated[int, Parameter(validator=validators.Number(gte=1, lte=9))] = 3,
     each: Each = "auto",
+    operator: str = "RAPI",
+    plugin: Plugins = (),
     choose: Annotated[bool, Parameter(negative="")] = False,
     weights: Literal["hysteresis", "uniform"] = "hysteresis",
     starts: Annotated[int, Parameter(validator=validators.Number(gte=1, lte=100))] = 6,
@@ -42,6 +46,10 @@ def fit(
     each
         What has a value for each play instead of a shared one; `auto` tries `none` and `lam`, and
         keeps what predicts held-out data better.
+    operator
+        Class of the hysteresis operator: of this package, or of a `--plugin` file.
+    plugin
+        Python file with an operator of your own; the code in it runs. May be repeated.
     choose
         Also choose the number of plays and the order on held-out data (slower).
     weights
@@ -65,8 +73,10 @@ def fit(
     from rapi_jax.io import read_recording
 
     from ._out import console, output_folder, print_json, progress
+    from ._plugins import find_operator
     from .run import DONE, UNTRUSTED
 
+    kind = find_operator(operator, plugin)
     data = read_recording(recording, nan=nan)
     folder = output_folder(output)
     structures = {"auto": None, "none": ()}.get(each, tuple(each.split(",")))
@@ -77,6 +87,7 @@ def fit(
             order=order,
             each=structures,
             choose=choose,
+            operator=kind,
             weights=weights,
             starts=starts,
             history=history,

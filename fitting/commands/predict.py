@@ -46,9 +46,9 @@ def predict(
 
     from ._model import load_model
     from ._out import console, output_folder, print_json, progress
-    from ._plugins import plugin_effects
+    from ._plugins import plugin_effects, plugin_operators
 
-    ecdl, about = load_model(model, plugin_effects(plugin))
+    ecdl, about = load_model(model, plugin_effects(plugin), plugin_operators(plugin))
     data = read_recording(recording, nan=nan)
     with progress("predicting", json):
         rows, series = _predict_runs(ecdl, about, data)

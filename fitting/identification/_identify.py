@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from rapi_jax import Recording
+from rapi_jax import RAPI, AbstractOperator, Recording
 
 from ._data_checks import check_usable
 from ._fit import Progress
@@ -17,6 +17,7 @@ def identify(
     order: int = 3,
     each: tuple[str, ...] | None = None,
     choose: bool = False,
+    operator: type[AbstractOperator] = RAPI,
     weights: str | Sequence[float] = "hysteresis",
     starts: int = 6,
     history: bool = True,
@@ -26,7 +27,7 @@ def identify(
     throw: bool = True,
     progress: Progress | None = None,
 ) -> FitResult:
-    """Identify an RA-PI model from `recording`.
+    """Identify a model from `recording`, by default an RA-PI.
 
     Steps: check the data; for each structure of model a first guess and a `fit` (starts,
     refinement, standard errors, cross-validation, faults, verdict); choose the structure on
@@ -38,16 +39,19 @@ def identify(
     - `each`: what has a value for each play; by default both a shared `lam` and one for each play
       are fitted, and held-out data choose.
     - `choose`: choose among several `plays` and `order` too.
+    - `operator`: the class to fit; one of your own needs `initial_guesses`.
     - `throw`: raise `UntrustedFit` where the verdict is not to be trusted.
 
     The other arguments are those of `fit`.
     """
     check_usable(recording)
+    structures = ((), ("lam",)) if "lam" in operator.tied_first else ((),)
     choices = choose_order(
         recording,
         plays=PLAYS if choose else (plays,),
         order=ORDERS if choose else (order,),
-        each=((), ("lam",)) if each is None else (each,),
+        each=structures if each is None else (each,),
+        operator=operator,
         weights=weights,
         starts=starts,
         history=history,

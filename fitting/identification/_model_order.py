@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from rapi_jax import ECDL, RAPI, Recording
+from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
 
 from ._data_checks import check_usable
 from ._fit import Progress, fit
@@ -56,6 +56,7 @@ def choose_order(
     plays: Sequence[int] = PLAYS,
     order: Sequence[int] = ORDERS,
     each: Sequence[Sequence[str]] = ((), ("lam",)),
+    operator: type[AbstractOperator] = RAPI,
     weights: str | Sequence[float] = "hysteresis",
     starts: int = 6,
     history: bool = True,
@@ -68,8 +69,9 @@ def choose_order(
 
     Chosen is the smallest model whose held-out error is within 2 % of the lowest. A size is not
     tried where a smaller one, contained in it, is trusted and leaves nothing but white noise.
-    The other arguments are those of `fit`; fits are never refused here, each `Choice` holds its
-    result with the verdict.
+    `operator` is the class to fit. The other arguments are those of `fit`;
+    fits are never refused here,
+    each `Choice` holds its result with the verdict.
     """
     check_usable(recording)
     found = []
@@ -78,7 +80,7 @@ def choose_order(
             continue
         if progress is not None:
             progress(f"{n1} plays, order {n2}, {'own ' + ', '.join(own) if own else 'all shared'}")
-        start = ECDL(RAPI.guess(recording, plays=n1, order=n2, each=own))
+        start = ECDL(operator.guess(recording, plays=n1, order=n2, each=own))
         result = fit(
             start,
             recording,

@@ -78,6 +78,7 @@ def plugin_operators(paths: Sequence[Path]) -> "tuple[type[AbstractOperator], ..
 def find_operator(name: str, paths: Sequence[Path]) -> "type[AbstractOperator]":
     """The operator called `name`, of the files or of this package; `ModelError` where none is."""
     from rapi_jax import ModelError, operators
+    from rapi_jax.io import printable
 
     own = {cls.__name__: cls for cls in plugin_operators(paths)}
     cls = own.get(name, getattr(operators, name, None))

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from fitting.cli import app
-from rapi_jax import DataError
+from rapi_jax import DataError, ModelError
 from rapi_jax.examples import paper_recording
 from rapi_jax.io import read_model, write_recording
 
@@ -63,6 +63,12 @@ def test_an_operator_is_one_file(tmp_path):
     out = tmp_path / "drives"
     got = run("compensate", model, *scan, "-o", out, *plug, *untrusted())
     assert got == 0 and (out / "drive_10Hz.csv").exists()
+
+
+@pytest.mark.parametrize("name", ["Nothing", "AbstractOperator", "Plays"])
+def test_an_operator_that_is_not_known_is_refused(tmp_path, name):
+    with pytest.raises(ModelError, match=f"operator {name} is not known.*--plugin"):
+        run("fit", tmp_path, "-o", tmp_path / "out", "--operator", name)
 
 
 def untrusted():

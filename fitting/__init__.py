@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from .identification._result import Estimate as Estimate
     from .identification._result import FitResult as FitResult
     from .identification._result import UntrustedFit as UntrustedFit
-    from .identification._verdict import Verdict as Verdict
     from .identification._weights import hysteresis_weights as hysteresis_weights
+    from .identification.assessment._verdict import Verdict as Verdict
     from .identification.inverse._identify_inverse import identify_inverse as identify_inverse
     from .identification.inverse._swap import swap as swap
     from .solver._least_squares import LeastSquares as LeastSquares
@@ -32,7 +32,7 @@ _HOME = {
     "LeastSquares": "solver._least_squares",
     "SolverOptions": "solver._least_squares",
     "UntrustedFit": "identification._result",
-    "Verdict": "identification._verdict",
+    "Verdict": "identification.assessment._verdict",
     "choose_order": "identification._model_order",
     "diagnose": "diagnosis",
     "fit": "identification._fit",

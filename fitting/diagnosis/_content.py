@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.identification._data_checks import Fault
+from fitting.identification.data_checks._data_checks import Fault
 from rapi_jax import ECDL
 
 from ._text import describe_effects
@@ -20,11 +20,11 @@ from .where._gap import Gap, measure_gap, split_gap
 from .where._localisation import localise
 from .where._residual_profiles import residual_profiles
 from .which._base import FittedBase
-from .which._calibration import load_calibration
 from .which._candidate import Candidate
-from .which._evidence import Evidence
 from .which._forward_selection import Attribution
 from .which._ranking import RankedCandidates, choose_refit, needs_flexible_base
+from .which.evidence._calibration import load_calibration
+from .which.evidence._evidence import Evidence
 
 
 def describe_gap(whitened: WhitenedModel, fitted: FittedBase, none: Candidate) -> dict[str, Any]:

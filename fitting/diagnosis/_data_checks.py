@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from fitting.identification._data_checks import Fault, check_usable, find_faults
 from fitting.identification._fit import default_free
 from fitting.identification._parameter_vector import ParameterVector
+from fitting.identification.data_checks._data_checks import Fault, check_usable, find_faults
 from rapi_jax import ECDL, AbstractOperator, DataError, ModelError, Recording
 from rapi_jax.effects import AbstractEffect
 

@@ -18,15 +18,10 @@ from .next_scan._proposal import propose_next_scan
 from .noise._periods import decimate
 from .refit._whitened_model import WhitenedModel
 from .which._base import fit_base
-from .which._evidence import Evidence
 from .which._forward_selection import select_effects
-from .which._probability import credible_set, hypothesis_probabilities
-from .which._ranking import (
-    choose_refit,
-    likely_candidates,
-    match_candidates,
-    needs_flexible_base,
-)
+from .which._ranking import choose_refit, likely_candidates, match_candidates, needs_flexible_base
+from .which.evidence._evidence import Evidence
+from .which.evidence._probability import credible_set, hypothesis_probabilities
 
 Progress = Callable[[str], None]
 

@@ -10,17 +10,17 @@ from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, DataError, Recording, parameters
 from rapi_jax.internal import float64
 
-from ._convergence import refine
-from ._covariance import estimate_uncertainty
-from ._cross_validation import KINDS, cross_validate
-from ._data_checks import check_usable, find_faults, find_mode_hops
-from ._estimates import cut_to_runs, estimate_parameters, summarise_runs
 from ._problem import Problem
 from ._result import FitResult, UntrustedFit
 from ._starts import search_starts
 from ._thresholds import THRESHOLDS
-from ._verdict import judge
 from ._weights import run_weights
+from .assessment._convergence import refine
+from .assessment._covariance import estimate_uncertainty
+from .assessment._cross_validation import KINDS, cross_validate
+from .assessment._estimates import cut_to_runs, estimate_parameters, summarise_runs
+from .assessment._verdict import judge
+from .data_checks._data_checks import check_usable, find_faults, find_mode_hops
 
 Progress = Callable[[str], None]
 

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 from rapi_jax import RAPI, AbstractOperator, Recording
 
-from ._data_checks import check_usable
 from ._fit import Progress
 from ._model_order import ORDERS, PLAYS, choose_order
 from ._result import FitResult, UntrustedFit
+from .data_checks._data_checks import check_usable
 
 
 def identify(

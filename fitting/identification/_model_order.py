@@ -8,10 +8,10 @@ import numpy as np
 
 from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
 
-from ._data_checks import check_usable
 from ._fit import Progress, fit
 from ._result import FitResult
 from ._thresholds import THRESHOLDS
+from .data_checks._data_checks import check_usable
 
 PLAYS = (4, 7, 10, 14)  # numbers of plays among which to choose
 ORDERS = (2, 3, 4)  # orders of the polynomial

@@ -11,10 +11,10 @@ from fitting._json import replace_nonfinite
 from fitting._versions import package_versions
 from rapi_jax import ECDL, Recording
 
-from ._cross_validation import HeldOut
-from ._data_checks import Fault
 from ._starts import Start
-from ._verdict import Verdict
+from .assessment._cross_validation import HeldOut
+from .assessment._verdict import Verdict
+from .data_checks._data_checks import Fault
 
 SCHEMA = "rapi.model/1"
 

@@ -12,9 +12,9 @@ from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, AbstractOperator, Recording, parameters
 from rapi_jax.internal import follow
 
-from ._convergence import unidentifiable
 from ._problem import Problem, Solution
 from ._thresholds import THRESHOLDS
+from .assessment._convergence import unidentifiable
 
 
 @dataclasses.dataclass(frozen=True)

@@ -10,12 +10,7 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 from rapi_jax.sampling._corners import corners
 
-from ._base import (
-    AbstractEffect,
-    AbstractInvertible,
-    AbstractLinearEffect,
-    AbstractOpticalEffect,
-)
+from ._base import AbstractEffect, AbstractInvertible, AbstractLinearEffect, AbstractOpticalEffect
 from ._residual_summary import ResidualSummary
 
 

@@ -96,14 +96,14 @@ MUTATIONS = (
     ),
     Mutation(
         "cross-validation: one period more is held out",
-        "fitting/identification/_cross_validation.py",
+        "fitting/identification/assessment/_cross_validation.py",
         "            first = periods - max(1, round(periods / 3))",
         "            first = periods - max(1, round(periods / 3)) - 1",
         "tests/fitting/identification",
     ),
     Mutation(
         "credible set: ends one hypothesis too early",
-        "fitting/diagnosis/which/_probability.py",
+        "fitting/diagnosis/which/evidence/_probability.py",
         "        names.append(name)\n        total += probability\n        if total >= level:\n"
         "            break\n",
         "        total += probability\n        if total >= level and names:\n            break\n"

@@ -24,9 +24,9 @@ from fitting.blind.protocol._answers import reveal
 from fitting.blind.protocol._folder import BankFolder
 from fitting.blind.protocol._frozen import tree_sha256
 from fitting.blind.protocol._verdict_names import correct_verdict
-from fitting.diagnosis.which._calibration import Calibration, load_calibration
-from fitting.diagnosis.which._evidence import Evidence
-from fitting.diagnosis.which._probability import hypothesis_probabilities
+from fitting.diagnosis.which.evidence._calibration import Calibration, load_calibration
+from fitting.diagnosis.which.evidence._evidence import Evidence
+from fitting.diagnosis.which.evidence._probability import hypothesis_probabilities
 from rapi_jax import DataError
 from rapi_jax.io import printable
 

@@ -65,7 +65,7 @@ def score_bank(
         "bank": {key: about[key] for key in kept},
         "secret": secret.hex(),
     }
-    from ._table import markdown
+    from .tables._table import markdown
 
     write_atomic(folder.root / FAILURES, _csv(scores.get("failures", [])))
     write_atomic(folder.root / TABLE, markdown(scores))

@@ -26,10 +26,10 @@ from fitting._json import replace_nonfinite
 from . import _accuracy, _rates
 from ._calibration_error import calibration_scores
 from ._confusion import confusion
-from ._failures import list_failures
 from ._outcome import Given, Outcome
 from ._realised import Draw, Progress, evaluate_realised, redraw
 from ._scan_comparison import compare_scans
+from .tables._failures import list_failures
 
 SCHEMA = "rapi.blind-scores/1"
 Prediction = Mapping[str, Any] | None

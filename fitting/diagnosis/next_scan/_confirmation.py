@@ -6,7 +6,7 @@ effect leaves there is something missing, or nothing.
 """
 
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
-from fitting.diagnosis.which._probability import UNLISTED
+from fitting.diagnosis.which.evidence._probability import UNLISTED
 from rapi_jax import DriveLimits, Identified
 
 from ._candidates import make_inner_sine

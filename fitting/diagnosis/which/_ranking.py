@@ -5,8 +5,8 @@ from fitting.diagnosis.refit._gauss_newton import Refit, State
 from ._candidate import Candidate
 from ._excess import is_unexplained
 from ._forward_selection import Attribution
-from ._probability import UNLISTED, Ranked
 from ._thresholds import THRESHOLDS
+from .evidence._probability import UNLISTED, Ranked
 
 RankedCandidates = list[tuple[Candidate | None, float]]  # `None` stands for `unlisted`
 

@@ -73,5 +73,5 @@ def scoring(monkeypatch):
 
     monkeypatch.setitem(sys.modules, "fitting.blind.scoring._scores", SimpleNamespace(score=score))
     markdown = SimpleNamespace(markdown=lambda scores: f"{scores['n']} worlds\n")
-    monkeypatch.setitem(sys.modules, "fitting.blind.scoring._table", markdown)
+    monkeypatch.setitem(sys.modules, "fitting.blind.scoring.tables._table", markdown)
     return seen

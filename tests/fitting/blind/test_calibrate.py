@@ -7,9 +7,9 @@ import pytest
 
 from fitting.blind.protocol._folder import BankFolder
 from fitting.blind.scoring._calibrate import Case, calibrate_to_bank, fit_calibration, log_loss
-from fitting.diagnosis.which._calibration import Calibration, load_calibration
-from fitting.diagnosis.which._evidence import Evidence, HypothesisEvidence
-from fitting.diagnosis.which._probability import credible_set, hypothesis_probabilities
+from fitting.diagnosis.which.evidence._calibration import Calibration, load_calibration
+from fitting.diagnosis.which.evidence._evidence import Evidence, HypothesisEvidence
+from fitting.diagnosis.which.evidence._probability import credible_set, hypothesis_probabilities
 from rapi_jax import DataError
 
 LINES, LOOSE = 2000, 8000

@@ -156,7 +156,7 @@ def test_a_world_is_drawn_anew_from_its_answer(entry):
     assert again.truth == world.truth
     for a, b in zip(again.runs, world.runs, strict=True):
         np.testing.assert_array_equal(a.response, b.response)
-    record = evaluate_device(dataclasses.replace(entry, answer=written, right="other"))
+    record = evaluate_device(dataclasses.replace(entry, answer=written, correct="other"))
     assert record["error"] is None
     assert record["right"] is False
     assert record["unseen"]["all"]["rms_base"] > 0

@@ -5,7 +5,7 @@ import re
 from blind_entries import answer, prediction
 
 from fitting.blind.scoring._scores import score
-from fitting.blind.scoring._table import markdown
+from fitting.blind.scoring.tables._table import markdown
 
 BANK = [
     (answer("n1", "null", size=0.0), prediction("none", random="none")),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.identification._covariance import (
+from fitting.identification.assessment._covariance import (
     _model_autocovariance,
     correlated_covariance,
 )

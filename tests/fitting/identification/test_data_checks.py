@@ -11,7 +11,11 @@ import pytest
 
 from fitting.cli import app
 from fitting.commands.run import run as rapi
-from fitting.identification._data_checks import check_usable, find_faults, find_mode_hops
+from fitting.identification.data_checks._data_checks import (
+    check_usable,
+    find_faults,
+    find_mode_hops,
+)
 from rapi_jax import DataError, predict
 from rapi_jax._recording import Drive, Recording, Run
 from rapi_jax._waveform import multisine, sine, triangle

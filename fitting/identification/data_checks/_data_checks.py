@@ -4,11 +4,11 @@ import dataclasses
 
 import numpy as np
 
+from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax import DataError, Drive, Recording, Run
 from rapi_jax.internal import usable
 
 from ._step_detection import detect_steps
-from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True)

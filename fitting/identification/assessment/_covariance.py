@@ -12,10 +12,9 @@ import dataclasses
 import numpy as np
 from scipy import linalg
 
+from fitting.identification._problem import Problem, Solution
+from fitting.identification._thresholds import THRESHOLDS
 from fitting.solver._identifiability import pseudo_gram
-
-from ._problem import Problem, Solution
-from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -4,15 +4,15 @@ import dataclasses
 
 import numpy as np
 
+from fitting.identification._parameter_vector import as_device
+from fitting.identification._problem import Problem, Solution
+from fitting.identification._starts import Start
+from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification.data_checks._data_checks import Fault
 from rapi_jax.internal import Band
 
 from ._convergence import gain_tolerance, remaining_step, unidentifiable
 from ._cross_validation import HeldOut
-from ._data_checks import Fault
-from ._parameter_vector import as_device
-from ._problem import Problem, Solution
-from ._starts import Start
-from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True)

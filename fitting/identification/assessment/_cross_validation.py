@@ -5,10 +5,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fitting.identification._problem import Problem, Solution
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Recording
-
-from ._problem import Problem, Solution
 
 KINDS = ("last third", "rate", "amplitude")
 

@@ -3,8 +3,8 @@
 import dataclasses
 from typing import Any
 
-from ._candidate import Candidate
-from ._forward_selection import Attribution
+from fitting.diagnosis.which._candidate import Candidate
+from fitting.diagnosis.which._forward_selection import Attribution
 
 # Names in files, where they differ from the fields.
 _KEYS = {"synchronous": "locked", "nonsynchronous": "loose"}

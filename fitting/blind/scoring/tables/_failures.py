@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from fitting.blind.protocol._verdict_names import FAILED, NONE, UNLISTED
-
-from ._outcome import Outcome
-from ._rates import LISTED
-from ._thresholds import THRESHOLDS
+from fitting.blind.scoring._outcome import Outcome
+from fitting.blind.scoring._rates import LISTED
+from fitting.blind.scoring._thresholds import THRESHOLDS
 
 FIELDS = (
     "name", "kind", "truth", "size", "base_misfit", "withheld", "verdict", "probability", "set",

@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from fitting.identification._problem import Problem, Solution
+from fitting.identification._result import Estimate, RunFit
+from fitting.identification._weights import hysteresis_fraction
+
 from ._covariance import Uncertainty
-from ._problem import Problem, Solution
-from ._result import Estimate, RunFit
 from ._verdict import Verdict, bounded_parameters
-from ._weights import hysteresis_fraction
 
 
 def cut_to_runs(problem: Problem, rows: np.ndarray) -> list[np.ndarray]:

@@ -66,5 +66,9 @@ class Calibration:
 @cache
 def load_calibration() -> Calibration:
     """The calibration that this version comes with."""
-    text = files("fitting.diagnosis.which").joinpath("calibration.json").read_text(encoding="utf-8")
+    text = (
+        files("fitting.diagnosis.which.evidence")
+        .joinpath("calibration.json")
+        .read_text(encoding="utf-8")
+    )
     return Calibration.from_dict(json.loads(text))

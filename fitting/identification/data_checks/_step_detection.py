@@ -9,7 +9,7 @@ sample to the next.
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from ._thresholds import THRESHOLDS
+from fitting.identification._thresholds import THRESHOLDS
 
 
 def detect_steps(

@@ -2,12 +2,11 @@
 
 import numpy as np
 
+from fitting.identification._problem import Problem, Solution
 from fitting.solver._identifiability import undetermined_columns
 from fitting.solver._least_squares import SolverOptions
 from fitting.solver._refinement import try_gauss_newton_step
 from fitting.solver._thresholds import THRESHOLDS
-
-from ._problem import Problem, Solution
 
 
 def unidentifiable(problem: Problem, solution: Solution) -> tuple[str, ...]:

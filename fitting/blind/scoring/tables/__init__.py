@@ -1,0 +1,1 @@
+"""Scores as tables: rows against their targets, failures, Markdown."""

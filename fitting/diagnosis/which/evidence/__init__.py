@@ -1,0 +1,1 @@
+"""From chi-squares to probabilities: evidence, calibration, credible set."""

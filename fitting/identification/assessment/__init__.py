@@ -1,0 +1,1 @@
+"""How good a fit is: convergence, covariance, cross-validation, estimates, verdict."""

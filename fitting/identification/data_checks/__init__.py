@@ -1,0 +1,1 @@
+"""Faults of a recording: clipped or resting readings, a wrong period, mode hops."""

@@ -130,7 +130,7 @@ def entry(tmp_path):
 
 def world(ecdl, *truth):
     runs = [SimpleNamespace(scan=scan) for scan in session()]
-    return SimpleNamespace(runs=runs, truth=truth, answer=OurLaser(ecdl).answer)
+    return SimpleNamespace(runs=runs, truth=truth, simulate=OurLaser(ecdl).simulate)
 
 
 def test_realised_counts_and_names(entry):

@@ -63,8 +63,8 @@ class Case:
             return None
         found = {h["name"]: h.get("closed_fraction") for h in report["hypotheses"]}
         closed = {name: value["value"] for name, value in found.items() if value}
-        right = "unlisted" if prediction.get("withheld") else correct_verdict(answer["truth"])
-        return cls(Evidence.from_dict(report["evidence"]), closed, right)
+        correct = "unlisted" if prediction.get("withheld") else correct_verdict(answer["truth"])
+        return cls(Evidence.from_dict(report["evidence"]), closed, correct)
 
 
 def log_loss(cases: Sequence[Case], calibration: Calibration) -> float:

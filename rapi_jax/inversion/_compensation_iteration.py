@@ -20,7 +20,7 @@ from rapi_jax.operators import AbstractOperator
 
 from ._anderson import AndersonMixing
 from ._certificate import Certificate, certify
-from ._exact_inverse import at_minimum, extremes, placed, scan_inverse
+from ._exact_inverse import at_minimum, drive_range_for_span, extremes, scan_inverse
 from ._inverse_effects import from_minimum, loop, response_effects, undo_effects
 from ._target import Target
 
@@ -132,7 +132,7 @@ class Scan(NamedTuple):
                 self.target.span / state.gain, self.bias, self.widest, state.freq, state.ratio
             )
         )  # fmt: skip
-        u_min, u_max = placed(operator, span, bias, rate, most, ratio)
+        u_min, u_max = drive_range_for_span(operator, span, bias, rate, most, ratio)
         least = at_minimum(operator, u_min, operator.plays(ratio * (u_max - u_min), rate))
         begin = float(state.law.after(least, constant))
         if after:

@@ -45,34 +45,34 @@ def at_maximum(operator: AbstractOperator, u: Scalar, u_min: Scalar, plays: Play
     return plays.p @ plays.clamped(operator.centred(u), start) + _memoryless(operator, u)
 
 
-def _bottom(u: Scalar, args: Any) -> Scalar:
+def _minimum_residual(u: Scalar, args: Any) -> Scalar:
     operator, plays, y_min = args
     return at_minimum(operator, u, plays) - y_min
 
 
-def _lowest(u_pp: Scalar, args: Any) -> Scalar:
+def _drive_minimum(u_pp: Scalar, args: Any) -> Scalar:
     operator, y_min, _, freq, low, high, ratio = args
     plays = operator.plays(ratio * u_pp, freq)
-    return root(_bottom, (operator, plays, y_min), low, high, (low + high) / 2)
+    return root(_minimum_residual, (operator, plays, y_min), low, high, (low + high) / 2)
 
 
-def _top(u_pp: Scalar, args: Any) -> Scalar:
+def _maximum_residual(u_pp: Scalar, args: Any) -> Scalar:
     operator, y_min, y_max, freq, low, high, ratio = args
-    u_min, plays = _lowest(u_pp, args), operator.plays(ratio * u_pp, freq)
+    u_min, plays = _drive_minimum(u_pp, args), operator.plays(ratio * u_pp, freq)
     # Outside the range, where the operator may turn over, it is continued more steeply than it is.
     ends = (plays.falling(operator.centred(u)) for u in (low, high))
     steepest = jnp.sum(jnp.abs(plays.p) * (1.0 + jnp.maximum(*ends)))
     rise = (y_max - y_min) / (high - low) + 2.0 * steepest
     u_max = jnp.minimum(u_min + u_pp, high)
-    beyond = (u_min + u_pp - u_max) * rise - _bottom(u_min, (operator, plays, y_min))
+    beyond = (u_min + u_pp - u_max) * rise - _minimum_residual(u_min, (operator, plays, y_min))
     return at_maximum(operator, u_max, u_min, plays) + beyond - y_max
 
 
-def _inside(u_pp: Scalar, args: Any) -> Bool[Array, ""]:
+def _is_feasible(u_pp: Scalar, args: Any) -> Bool[Array, ""]:
     """Whether the drive stays in its range, and the minimum has a drive at all."""
     operator, y_min, y_max, freq, _, high, ratio = args
-    u_min = _lowest(u_pp, args)
-    off = jnp.abs(_bottom(u_min, (operator, operator.plays(ratio * u_pp, freq), y_min)))
+    u_min = _drive_minimum(u_pp, args)
+    off = jnp.abs(_minimum_residual(u_min, (operator, operator.plays(ratio * u_pp, freq), y_min)))
     return (u_min + u_pp <= high) & (off <= 1e-9 * (y_max - y_min))
 
 
@@ -116,8 +116,8 @@ def extremes(
     there is none, somewhere in it. `ratio` as in `placed`.
     """
     args = (operator, y_min, y_max, freq, low, high, ratio)
-    u_pp = _fixed_point(_top, _inside, args, high - low)
-    u_min = _lowest(u_pp, args)
+    u_pp = _fixed_point(_maximum_residual, _is_feasible, args, high - low)
+    u_min = _drive_minimum(u_pp, args)
     return u_min, u_min + u_pp
 
 
@@ -130,7 +130,7 @@ def _span(u_pp: Scalar, args: Any) -> Scalar:
 
 
 @eqx.filter_jit
-def placed(
+def drive_range_for_span(
     operator: AbstractOperator,
     span: Scalar,
     centre: Scalar,

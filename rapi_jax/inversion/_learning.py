@@ -100,8 +100,12 @@ def learn(
     band = 15.0 * rate if bandwidth_hz is None else bandwidth_hz
     learning = _low_pass(size, rate, band)
     if response is not None:
-        learning = learning * _undone(np.asarray(response(np.arange(learning.size) * rate)))
-    drive = _drive(start, target, _on(target.time, start.time, start.value, 1.0 / rate))
+        learning = learning * _regularised_inverse(
+            np.asarray(response(np.arange(learning.size) * rate))
+        )
+    drive = _drive(
+        start, target, _resample_periodic(target.time, start.time, start.value, 1.0 / rate)
+    )
     limits.check(drive)
     runs: list[Run] = []
     scans: list[Linearity] = []
@@ -132,7 +136,7 @@ def learn(
             break
         change = np.fft.irfft(np.fft.rfft(error_now / slope) * learning, size)
         drive = _drive(start, target, drive.value + gain * change)
-    best = int(np.argmin([_both(scan) for scan in scans]))
+    best = int(np.argmin([_total_rms(scan) for scan in scans]))
     lead = float(lead_s or 0.0)
     return Learned(tuple(runs), tuple(scans), np.array(errors), best, lead, stopped, reason)
 
@@ -151,7 +155,9 @@ def _drive(start: Drive, target: Target, value: np.ndarray) -> Drive:
     return Drive(target.time, value, target.excitation_hz, start.waveform)
 
 
-def _on(at: np.ndarray, time: np.ndarray, value: np.ndarray, period: float) -> np.ndarray:
+def _resample_periodic(
+    at: np.ndarray, time: np.ndarray, value: np.ndarray, period: float
+) -> np.ndarray:
     one = time < period * (1 - 1e-9)
     return np.interp(at, time[one], value[one], period=period)
 
@@ -208,17 +214,17 @@ def _low_pass(size: int, rate: float, bandwidth_hz: float) -> np.ndarray:
     return np.exp(-np.log(2.0) * (hertz / bandwidth_hz) ** 2)
 
 
-def _undone(response: np.ndarray) -> np.ndarray:
+def _regularised_inverse(response: np.ndarray) -> np.ndarray:
     """The inverse of a response, held back where that is small: there a drive does little."""
     return np.conj(response) / np.maximum(np.abs(response) ** 2, _WEAK**2)
 
 
-def _both(scan: Linearity) -> float:
+def _total_rms(scan: Linearity) -> float:
     return float(np.hypot(*scan.rms_ghz))
 
 
 def _diverged(scans: list[Linearity]) -> str:
-    course = [_both(scan) for scan in scans]
+    course = [_total_rms(scan) for scan in scans]
     best = min(course)
     last = course[-2:]
     if not np.isfinite(course[-1]) or last[-1] > _MUCH_WORSE * best:

@@ -11,7 +11,9 @@ from ._corners import corners
 _WHOLE = 0.02  # of a sample, over the whole run: how far periods may be from whole samples
 _REPEATS = 1e-9  # of the swing: how far the drive of one period may be from that of the next
 _NEAR = 1e-6  # of a step
-_BEHIND = np.geomspace(1.0 / 64.0, 6.0, 24)  # steps behind a turning point, where nodes are added
+_REFINEMENT_STEPS = np.geomspace(
+    1.0 / 64.0, 6.0, 24
+)  # steps behind a turning point, where nodes are added
 _MOST_TURNS = 16  # a period: more are a waveform's own wealth, or noise
 
 
@@ -61,7 +63,7 @@ def _tiled(drive: Drive, count: int, lag_s: float, lead: bool) -> Row:
     inside = (at >= -_NEAR * step) & (at < period - _NEAR * step)
     at, height = at[inside], height[inside]
     if lead:  # a lag moves the drive's extreme to between samples
-        at, height = _closer(value, step, at, height)
+        at, height = _refine_behind_turns(value, step, at, height)
     # Samples see the drive of `lag_s` ago; straight lines between samples and corners are exact.
     known = np.concatenate([np.arange(count) * step, at])
     order = np.argsort(known)
@@ -98,7 +100,7 @@ def _tiled(drive: Drive, count: int, lag_s: float, lead: bool) -> Row:
     )
 
 
-def _closer(
+def _refine_behind_turns(
     value: np.ndarray, step: float, at: np.ndarray, height: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Nodes between the samples behind each turning point, besides those at `at`."""
@@ -113,7 +115,7 @@ def _closer(
     known = np.concatenate([np.arange(count) * step, at])
     order = np.argsort(known)
     levels = np.concatenate([value, height])[order]
-    fine = np.unique(np.mod((turns[:, None] + step * _BEHIND[None, :]).ravel(), period))
+    fine = np.unique(np.mod((turns[:, None] + step * _REFINEMENT_STEPS[None, :]).ravel(), period))
     far = np.abs(_around(fine[:, None] - known[None, :], period))
     fine = fine[(far.min(axis=1) > 1e-3 * step) & (fine < period - 1e-3 * step)]
     more = np.interp(fine, known[order], levels, period=period)

@@ -22,7 +22,7 @@ from rapi_jax.effects import AbstractEffect
 from rapi_jax.internal import float64
 
 from ._candidates import Candidate, candidate_scans
-from ._discrimination import Rival, Seen, Trials, linear_discrimination, ratio
+from ._discrimination import Rival, ScanBatch, ScanPrediction, linear_discrimination, ratio
 from ._rival_refit import refit_rival
 from ._thresholds import THRESHOLDS
 
@@ -78,9 +78,9 @@ class _Rated:
     """One candidate: powers of its ordered pairs, to first order and by refits."""
 
     candidate: Candidate
-    trials: Trials
+    trials: ScanBatch
     k: int
-    seen: list[Seen]
+    seen: list[ScanPrediction]
     first: dict[Pair, float]
     moves: dict[Pair, np.ndarray]
     checked: dict[Pair, float] = dataclasses.field(default_factory=dict)
@@ -184,14 +184,16 @@ def _rate(
         for at in range(0, len(group), together):
             batch = group[at : at + together]
             padded = batch + [batch[-1]] * (together - len(batch))
-            trials = Trials.of([c.drive for c in padded], whitener)
+            trials = ScanBatch.of([c.drive for c in padded], whitener)
             seen = [trials.see(rival) for rival in rivals]
             for k, candidate in enumerate(batch):
                 rated.append(_rate_one(candidate, trials, k, [s[k] for s in seen]))
     return [r for r in rated if all(np.isfinite(p) for p in r.first.values())]
 
 
-def _rate_one(candidate: Candidate, trials: Trials, k: int, seen: list[Seen]) -> _Rated:
+def _rate_one(
+    candidate: Candidate, trials: ScanBatch, k: int, seen: list[ScanPrediction]
+) -> _Rated:
     first, moves = {}, {}
     for i, j in permutations(range(len(seen)), 2):
         first[i, j], moves[i, j] = linear_discrimination(seen[i], seen[j])

@@ -55,13 +55,13 @@ class Rival:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Seen:
-    """What a rival predicts for one scan, whitened, and its derivative.
+class ScanPrediction:
+    """A rival's whitened prediction for one scan, and its Jacobian.
 
-    Parameters: the operator's values, old fractions (which do nothing here), those of the effects,
-    and the scan's own first fractions. `locked`: derivative of the first rows of `value` by all of
-    them; `loose`: of the other rows, by those of the effects alone (`which`). `prior`: information
-    from elsewhere.
+    Parameters: the operator's values, the initial states of the old runs (which do nothing here),
+    the effects' parameters, and the initial states of this scan. `synchronous`: derivative of the
+    first rows of `value` by all of them; `nonsynchronous`: of the other rows, by the effects'
+    parameters alone (`which`). `prior`: information from the data so far.
     """
 
     value: np.ndarray
@@ -88,7 +88,7 @@ class Seen:
         out[self.which, self.which] += self.nonsynchronous.T @ self.nonsynchronous
         return out
 
-    def across(self, other: "Seen") -> np.ndarray:
+    def across(self, other: "ScanPrediction") -> np.ndarray:
         """Products of this one's columns with those of another."""
         out = self.synchronous.T @ other.synchronous
         out[self.which, other.which] += self.nonsynchronous.T @ other.nonsynchronous
@@ -96,7 +96,7 @@ class Seen:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Trials:
+class ScanBatch:
     """Several scans of one form, evaluated together; each with a zero of the response of its own.
 
     Nothing is left of the runs before: a repeating drive has been on for long, any other begins
@@ -105,10 +105,10 @@ class Trials:
 
     whitened: WhitenedModel
     whitener: Whitener
-    parts: list[np.ndarray]  # of each scan, the places in locked and then loose errors
+    parts: list[np.ndarray]  # of each scan, the places of its synchronous and then its other errors
 
     @classmethod
-    def of(cls, drives: Sequence[Drive], whitener: Whitener) -> "Trials":
+    def of(cls, drives: Sequence[Drive], whitener: Whitener) -> "ScanBatch":
         """The scans `drives`, with the noise that `whitener` knows."""
         nothing = [np.zeros(drive.size) for drive in drives]
         whitened = WhitenedModel.of(Recording.of(drives, nothing, response_origin="run"))
@@ -153,12 +153,14 @@ class Trials:
         extra = self._unknown(rival)
         return np.concatenate([rival.state.values[: rival.own], np.full(extra, 0.5)])
 
-    def see(self, rival: Rival) -> list[Seen]:
+    def see(self, rival: Rival) -> list[ScanPrediction]:
         """What `rival` predicts for every scan."""
         refit = self.refit(rival)
         return self.seen(rival, refit, refit.evaluate(self.start(rival), rival.state.effects))
 
-    def seen(self, rival: Rival, refit: Refit, state: State, only: int | None = None) -> list[Seen]:
+    def seen(
+        self, rival: Rival, refit: Refit, state: State, only: int | None = None
+    ) -> list[ScanPrediction]:
         """The same at any state of `refit`; `only`: for one scan."""
         value = np.concatenate([state.errors.synchronous, state.errors.nonsynchronous])
         base, effect = refit.jacobian_base(state), refit.jacobian_effects(state)
@@ -176,7 +178,7 @@ class Trials:
             prior = np.zeros((size + new, size + new))
             prior[:size, :size] = rival.information
             prior[range(size, size + new), range(size, size + new)] = FRACTION**-2.0
-            out.append(Seen(value[part], synchronous, effect[part[split:]], which, prior))
+            out.append(ScanPrediction(value[part], synchronous, effect[part[split:]], which, prior))
         return out
 
     def fractions(self, rival: Rival, k: int) -> slice:
@@ -201,7 +203,7 @@ def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
         return np.where(alive, np.linalg.lstsq(scaled, right, rcond=1e-12)[0], 0.0) / unit
 
 
-def linear_discrimination(truth: Seen, rival: Seen) -> tuple[float, np.ndarray]:
+def linear_discrimination(truth: ScanPrediction, rival: ScanPrediction) -> tuple[float, np.ndarray]:
     """The power to first order, and by how much the rival's parameters move."""
     d = truth.value - rival.value
     move = solve(rival.prior + rival.normal, rival.pull(d))
@@ -210,7 +212,7 @@ def linear_discrimination(truth: Seen, rival: Seen) -> tuple[float, np.ndarray]:
     return float(rest @ rest + move @ rival.prior @ move), move
 
 
-def ratio(one: Seen, other: Seen) -> float:
+def ratio(one: ScanPrediction, other: ScanPrediction) -> float:
     """Buzzi-Ferraris's ratio: the difference against the variance of noise and of both fits."""
     d = one.value - other.value
     n = one.prior.shape[0]

@@ -10,7 +10,7 @@ from fitting.solver._damped_gauss_newton import (
     minimise_damped,
 )
 
-from ._discrimination import FRACTION, Rival, Seen, Trials, solve
+from ._discrimination import FRACTION, Rival, ScanBatch, ScanPrediction, solve
 
 _STEPS = 10
 _DAMPING = Damping(
@@ -24,7 +24,7 @@ _FINE = 1e-3  # the same, while the cost is above that of first order
 class _Joint:
     """A rival on its own fit of the old data, without noise, and on one new scan."""
 
-    def __init__(self, trials: Trials, k: int, rival: Rival, target: np.ndarray) -> None:
+    def __init__(self, trials: ScanBatch, k: int, rival: Rival, target: np.ndarray) -> None:
         self.trials, self.k, self.rival, self.target = trials, k, rival, target
         self.new = trials.refit(rival)
         self.n, self.m = rival.state.values.size, rival.information.shape[0]
@@ -96,7 +96,7 @@ class _Joint:
 
 
 def refit_rival(
-    trials: Trials, k: int, truth: Seen, rival: Rival, first: tuple[float, np.ndarray]
+    trials: ScanBatch, k: int, truth: ScanPrediction, rival: Rival, first: tuple[float, np.ndarray]
 ) -> float:
     """The power of scan `k` by a true joint refit of `rival`; `first`: what `linear` said.
 

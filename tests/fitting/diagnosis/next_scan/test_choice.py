@@ -13,8 +13,8 @@ from fitting.diagnosis.next_scan._candidates import candidate_scans
 from fitting.diagnosis.next_scan._choice import Hypothesis, choose_next_scan
 from fitting.diagnosis.next_scan._discrimination import (
     Rival,
-    Seen,
-    Trials,
+    ScanBatch,
+    ScanPrediction,
     linear_discrimination,
     ratio,
 )
@@ -109,7 +109,7 @@ def already(name, hz, amplitude, bias):
     rivals = [Rival.of(refit, h.name, h.values, h.effects) for h in said[:2]]
     (drive,) = triangle(hz, amplitude=amplitude, bias=bias, samples=N * P, periods=P)
     start = float(whitened.recording.drives[-1].session_time[-1]) + 60.0
-    trials = Trials.of([dataclasses.replace(drive, start_s=start)], whitener)
+    trials = ScanBatch.of([dataclasses.replace(drive, start_s=start)], whitener)
     one, two = (trials.see(rival)[0] for rival in rivals)
     return min(linear_discrimination(one, two)[0], linear_discrimination(two, one)[0])
 
@@ -119,7 +119,7 @@ def already(name, hz, amplitude, bias):
 
 def seen(rng, parameters, synchronous, nonsynchronous, prior):
     """A prediction with a derivative, of which the last two columns reach the loose rows."""
-    return Seen(
+    return ScanPrediction(
         rng.standard_normal(synchronous + nonsynchronous),
         rng.standard_normal((synchronous, parameters)),
         rng.standard_normal((nonsynchronous, 2)),
@@ -185,7 +185,7 @@ def test_power_of_a_feed_through_in_closed_form():
         triangle(hz, amplitude=a, bias=b, samples=N * P, periods=P)[0]
         for hz, a, b in ((40.0, 3.0, 3.0), (100.0, 1.0, 2.0), (10.0, 2.0, 3.5), (400.0, 0.5, 3.0))
     ]
-    trials = Trials.of(made, whitener)
+    trials = ScanBatch.of(made, whitener)
     seen_none, seen_coupled = trials.see(none), trials.see(coupled)
 
     def squares(drive):  # of the slope over noise: it is none on the two corners of a period

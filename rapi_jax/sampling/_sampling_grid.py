@@ -11,10 +11,9 @@ from ._corners import corners
 _WHOLE = 0.02  # of a sample, over the whole run: how far periods may be from whole samples
 _REPEATS = 1e-9  # of the swing: how far the drive of one period may be from that of the next
 _NEAR = 1e-6  # of a step
-_REFINEMENT_STEPS = np.geomspace(
-    1.0 / 64.0, 6.0, 24
-)  # steps behind a turning point, where nodes are added
-_MOST_TURNS = 16  # a period: more are a waveform's own wealth, or noise
+# Steps behind a turning point where nodes are added.
+_REFINEMENT_STEPS = np.geomspace(1.0 / 64.0, 6.0, 24)
+_MOST_TURNS = 16  # a period: more are those of a multisine, or noise
 
 
 class Row(NamedTuple):

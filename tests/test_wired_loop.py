@@ -12,6 +12,7 @@ from rapi_jax import Identified, compensate, linear_scan, linearity, triangle
 
 pytest.importorskip("pyvisa_py", reason="pyvisa-py is not installed (extra `lab`)")
 
+pytestmark = pytest.mark.process  # servers, sockets; 1 min
 RATES = (20.0, 40.0)
 # The paper's rms nonlinearity in MHz at these rates, without and with compensation.
 WITHOUT = {"up": (400.0, 400.0), "down": (3240.0, 3030.0)}

@@ -1,8 +1,12 @@
 """Gaps of real devices, each named with why that is the right answer for it."""
 
+import pytest
+
 from fitting import diagnose, fit
 from rapi_jax import ECDL, RAPI
 from rapi_jax.io import read_recording
+
+pytestmark = pytest.mark.slow  # measured recordings, 50 to 170 s each
 
 LAGS = {"delay", "amplifier_lowpass", "resonance"}
 

@@ -109,7 +109,7 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
     depth: float
 
     @classmethod
-    def trials(cls, evidence):
+    def initial_guesses(cls, evidence):
         return []
 
     def __call__(self, t, signal):
@@ -130,7 +130,7 @@ class Divider(AbstractDriveEffect, AbstractInvertible):
     gain: float
 
     @classmethod
-    def trials(cls, evidence):
+    def initial_guesses(cls, evidence):
         return []
 
     def __call__(self, t, signal):
@@ -146,7 +146,7 @@ class Lossy(AbstractOpticalEffect):
     name: ClassVar = "lossy"
 
     @classmethod
-    def trials(cls, evidence):
+    def initial_guesses(cls, evidence):
         return []
 
     def __call__(self, t, signal):
@@ -214,7 +214,7 @@ def test_effects_without_a_memory_are_undone_to_rounding(effects):
         ((*LAWS, LAG, LATE), True),
         ((CurrentCoupling(coupling=3e-3),), True),
         ((CurrentCoupling(coupling=-3e-3),), True),
-        ((LAG, LATE, CurrentCoupling(coupling=1e-3)), True),
+        pytest.param((LAG, LATE, CurrentCoupling(coupling=1e-3)), True, marks=pytest.mark.slow),
         ((), False),
     ],
     ids=["lag", "delay", "ring", "lag-delay-etalon", "laws", "coupled", "uncoupled", "all", "none"],

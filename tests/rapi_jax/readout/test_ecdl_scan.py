@@ -1,11 +1,13 @@
 """A real scanned laser, read through the fringes of a low-finesse cavity."""
 
 import numpy as np
+import pytest
 from scope_traces import FSR, NAMES, load, opening
 
 from rapi_jax.readout import read_etalon
 
 
+@pytest.mark.slow
 def test_opening_of_the_real_loops(shared_data, capsys):
     raw, free = {}, {}
     for name in NAMES:

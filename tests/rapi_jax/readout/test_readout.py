@@ -64,6 +64,7 @@ def test_frequency_and_latency(hz, lag):
     assert readout.delay_stderr_s < 2e-5 * DELAY
 
 
+@pytest.mark.slow
 def test_turn_errors_are_honest():
     z, count = [], 0
     for seed in range(24):

@@ -30,7 +30,7 @@ class Idle(AbstractOpticalEffect):
         return nu
 
     @classmethod
-    def trials(cls, evidence):
+    def initial_guesses(cls, evidence):
         return []
 
 

@@ -35,6 +35,7 @@ def plus(one: list[np.ndarray], other: list[np.ndarray]) -> list[np.ndarray]:
 # --- the gap
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("low", [0.0, 3.0])
 @pytest.mark.parametrize("rms", [0.0, 0.4])
 def test_estimates_lie_within_their_own_standard_errors(low: float, rms: float):
@@ -84,6 +85,7 @@ def test_noise_alone_is_seldom_significant():
     assert alarms <= 15
 
 
+@pytest.mark.slow
 def test_noise_alone_is_seldom_significant_with_a_measured_spectrum():
     _, parts = session()
     alarms = 0

@@ -1,6 +1,7 @@
 """Base class of the operators: drive to response at one scan rate, with memory (Eqs. 9 to 16)."""
 
 import abc
+import dataclasses
 import inspect
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple, TypeVar, cast
@@ -32,7 +33,8 @@ class Fields(NamedTuple):
     origin: str | None = None
 
 
-class FlexibleForm(NamedTuple):
+@dataclasses.dataclass(frozen=True, eq=False)
+class FlexibleForm:
     """A richer operator that begins as the same function of the drive as the one it came from.
 
     `deviations`: for each parameter, the standard deviation of its elements about where they begin.

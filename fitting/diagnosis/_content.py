@@ -1,18 +1,15 @@
 """The content of `diagnosis.json`: plain numbers, lists and names, key by key."""
 
-import dataclasses
 from typing import Any
 
 import numpy as np
 
-from fitting.identification.data_checks._data_checks import Fault
 from rapi_jax import ECDL
 
 from ._text import describe_effects
 from .how_far._cross_validation import CrossValidation
 from .how_far._explainable_fraction import explainable_fraction
 from .how_far._predicted_gain import predict_gain
-from .next_scan._choice import NextScan
 from .refit._estimates import estimate_effects
 from .refit._whitened_model import WhitenedModel
 from .where._description import describe_localisation
@@ -23,8 +20,6 @@ from .which._base import FittedBase
 from .which._candidate import Candidate
 from .which._forward_selection import Attribution
 from .which._ranking import RankedCandidates, choose_refit, needs_flexible_base
-from .which.evidence._calibration import load_calibration
-from .which.evidence._evidence import Evidence
 
 
 def describe_gap(whitened: WhitenedModel, fitted: FittedBase, none: Candidate) -> dict[str, Any]:
@@ -92,53 +87,18 @@ def describe_shrinkage(
     }
 
 
-def assemble_content(
-    whitened: WhitenedModel,
-    fitted: FittedBase,
-    attribution: Attribution,
-    evidence: Evidence,
-    ranked: RankedCandidates,
-    held_out: dict[str, CrossValidation],
-    gap: dict[str, Any],
-    shrinkage: dict[str, Any],
-    next_scan: NextScan | None,
-    model: ECDL,
-    faults: list[Fault],
-) -> dict[str, Any]:
-    """All of `diagnosis.json` but the verdict and what identifies the data and the versions."""
+def describe_model(model: ECDL) -> dict[str, Any]:
+    """The model with the named effect, and the file that holds it."""
     return {
-        "recording": _describe_recording(whitened),
-        **gap,
-        "hypotheses": _describe_hypotheses(whitened, fitted, attribution, ranked, held_out),
-        "shrinkage": shrinkage,
-        "next_scan": None if next_scan is None else next_scan.to_dict(),
-        "calibration": {"bank": load_calibration().provenance},
-        "evidence": evidence.to_dict(),
-        "model": {
-            "operator": type(model.operator).__name__,
-            "effects": [type(effect).__name__ for effect in model.effects],
-            "plays": model.operator.count,
-            "file": "model.rapi",
-        },
-        "faults": [dataclasses.asdict(fault) for fault in faults],
+        "operator": type(model.operator).__name__,
+        "effects": [type(effect).__name__ for effect in model.effects],
+        "plays": model.operator.count,
+        "file": "model.rapi",
     }
 
 
-def _measure_base_gap(whitened: WhitenedModel, fitted: FittedBase, none: Candidate) -> Gap:
-    return measure_gap(
-        none.on_base.errors.raw,
-        whitened.blocks,
-        fitted.spectrum,
-        own_origin=whitened.own_origin,
-        fitted=int(fitted.refit.base.free.sum()),
-    )
-
-
-def _root(square: float) -> float:
-    return float(np.sqrt(max(square, 0.0)))
-
-
-def _describe_recording(whitened: WhitenedModel) -> dict[str, Any]:
+def describe_recording(whitened: WhitenedModel) -> dict[str, Any]:
+    """What was diagnosed, after decimation."""
     recording = whitened.recording
     return {
         "runs": len(recording.runs),
@@ -150,13 +110,14 @@ def _describe_recording(whitened: WhitenedModel) -> dict[str, Any]:
     }
 
 
-def _describe_hypotheses(
+def describe_hypotheses(
     whitened: WhitenedModel,
     fitted: FittedBase,
     attribution: Attribution,
     ranked: RankedCandidates,
     held_out: dict[str, CrossValidation],
 ) -> list[dict[str, Any]]:
+    """Each hypothesis, likeliest first, with its parameters and what it explains."""
     out: list[dict[str, Any]] = []
     recording = whitened.recording
     for candidate, probability in ranked:
@@ -183,3 +144,17 @@ def _describe_hypotheses(
             }
         out.append(entry)
     return out
+
+
+def _measure_base_gap(whitened: WhitenedModel, fitted: FittedBase, none: Candidate) -> Gap:
+    return measure_gap(
+        none.on_base.errors.raw,
+        whitened.blocks,
+        fitted.spectrum,
+        own_origin=whitened.own_origin,
+        fitted=int(fitted.refit.base.free.sum()),
+    )
+
+
+def _root(square: float) -> float:
+    return float(np.sqrt(max(square, 0.0)))

@@ -1,5 +1,6 @@
 """`diagnose`: where the gap between model and recording lies, its cause, how far it closes."""
 
+import dataclasses
 import time
 from collections.abc import Callable, Sequence
 
@@ -9,7 +10,13 @@ from rapi_jax import ECDL, DriveLimits, Recording, effects
 from rapi_jax.effects import AbstractEffect
 from rapi_jax.internal import float64
 
-from ._content import assemble_content, describe_gap, describe_shrinkage
+from ._content import (
+    describe_gap,
+    describe_hypotheses,
+    describe_model,
+    describe_recording,
+    describe_shrinkage,
+)
 from ._data_checks import check_arguments, check_data, shown_faults
 from ._diagnosis import Diagnosis
 from ._verdict import collect_notes, give_verdict
@@ -20,6 +27,7 @@ from .refit._whitened_model import WhitenedModel
 from .which._base import fit_base
 from .which._forward_selection import select_effects
 from .which._ranking import choose_refit, likely_candidates, match_candidates, needs_flexible_base
+from .which.evidence._calibration import load_calibration
 from .which.evidence._evidence import Evidence
 from .which.evidence._probability import credible_set, hypothesis_probabilities
 
@@ -100,19 +108,17 @@ def diagnose(
     model = state.to_ecdl(whitened, refit.base)
     base = none[1].to_ecdl(whitened, none[0].base)
     faults = shown_faults(recording, state.errors.raw, whitened, verdict.effects)
-    content = assemble_content(
-        whitened,
-        fitted,
-        attribution,
-        evidence,
-        ranked,
-        held_out,
-        gap,
-        shrinkage,
-        next_scan,
-        model,
-        faults,
-    )
+    content = {
+        "recording": describe_recording(whitened),
+        **gap,
+        "hypotheses": describe_hypotheses(whitened, fitted, attribution, ranked, held_out),
+        "shrinkage": shrinkage,
+        "next_scan": None if next_scan is None else next_scan.to_dict(),
+        "calibration": {"bank": load_calibration().provenance},
+        "evidence": evidence.to_dict(),
+        "model": describe_model(model),
+        "faults": [dataclasses.asdict(fault) for fault in faults],
+    }
     notes = tuple(f"{fault.kind}: {fault.message}" for fault in faults)
     notes += collect_notes(whitened, fitted, top, flexible=flexible)
     seconds = time.perf_counter() - began

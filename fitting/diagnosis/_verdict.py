@@ -6,8 +6,8 @@ from rapi_jax import Recording
 
 from ._diagnosis import Verdict
 from ._text import verdict_advice, verdict_sentence
-from .next_scan._choice import NextScan
 from .next_scan._confirmation import needs_confirmation
+from .next_scan._next_scan import NextScan
 from .refit._whitened_model import WhitenedModel
 from .which._base import FittedBase
 from .which._candidate import Candidate

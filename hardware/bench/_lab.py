@@ -166,7 +166,7 @@ class LabBench(AbstractBench, ClosesOnExit):
             self._digitizer.arm()
             wait_s = THRESHOLDS.trigger_wait_periods / drive.rate
             seconds = length_s + 2 * margin_s + wait_s + THRESHOLDS.late_s
-            samples = self._digitizer.fetch(seconds)
+            samples = self._digitizer.fetch(seconds).check(asked)
         finally:
             channel.off()
         return samples, dataclasses.replace(drive, start_s=start_s)

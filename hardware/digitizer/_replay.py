@@ -71,7 +71,7 @@ class ReplayDigitizer(AbstractDigitizer):
         if self._asked is None or self._next is None:
             raise ValueError("The digitizer is not set up: call `configure` and `arm` first.")
         samples, _ = read_samples(self._next)
-        return samples.check(self._asked)
+        return samples
 
     def snapshot(self) -> dict[str, str]:
         """The record that was given last."""

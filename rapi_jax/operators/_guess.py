@@ -63,7 +63,7 @@ def basis(u: np.ndarray, order: int, groups: np.ndarray) -> np.ndarray:
     return np.concatenate([constants, u[:, None] ** np.arange(1, order + 1)], axis=1)
 
 
-def trials(
+def evaluate_guesses(
     recording: Recording, shapes: Sequence[tuple[dict[str, float], AbstractOperator]], order: int
 ) -> list[Trial]:
     """Each shape of memory function with its scale and polynomial solved for, best first.
@@ -161,7 +161,7 @@ def guess_shapes(
 
     drawn = [draw(recording, i) for i in range(THRESHOLDS.guess_trials)]
     shapes = [(f, operator(f, 1.0, np.zeros(order), 0.0)) for f in drawn]
-    found = trials(recording, shapes, order)
+    found = evaluate_guesses(recording, shapes, order)
     return [operator(t.fields, t.scale, t.d, t.d_0) for t in found[:count]]
 
 

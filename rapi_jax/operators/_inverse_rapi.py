@@ -14,7 +14,7 @@ from rapi_jax._recording import Recording
 from rapi_jax.plays._plays import Plays
 
 from ._base import AbstractOperator, Fields, check_shapes, per_play
-from ._guess import trials
+from ._guess import evaluate_guesses
 from ._inverse_guess import find_contacts, fit_threshold_law, fit_weight_law
 from ._thresholds import THRESHOLDS
 
@@ -148,7 +148,7 @@ class InverseRAPI(AbstractOperator):
             for fall in THRESHOLDS.inverse_lam_falls if own else (0.0,):
                 fields["lam"] = lam * np.exp(fall * np.linspace(0.5, -0.5, n)) if own else lam[0]
                 shape = cls(**fields, sigma=sigma, g=np.zeros(order))
-                trial = trials(recording, [({}, shape)], order)[0]
+                trial = evaluate_guesses(recording, [({}, shape)], order)[0]
                 scale = trial.scale if trial.scale > 0 else 1.0
                 full = cls(**fields, sigma=sigma * scale, g=trial.d, g_0=trial.d_0)
                 members.append((trial.cost, full))

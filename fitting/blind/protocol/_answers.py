@@ -26,7 +26,7 @@ SPEC = ("seed", "kind", "effect", "sigma", "base_misfit")
 
 
 def answer_record(spec: "Spec", device: "SimulatedDevice", recording_sha256: str) -> dict[str, Any]:
-    """What is withheld of a world: what was asked for, and what was achieved.
+    """What is withheld of a device: what was asked for, and what was achieved.
 
     `recording_sha256` binds the recording to the answer.
     """
@@ -93,7 +93,7 @@ def reveal(folder: BankFolder) -> list[dict[str, Any]]:
     answers = []
     for name, _ in folder.entries:
         value, found = read_answer(folder, name)
-        if not hmac.compare_digest(found, folder.about["commitments"][name]):
+        if not hmac.compare_digest(found, folder.manifest["commitments"][name]):
             raise DataError(
                 f"{printable(folder.answers / name)}: answer and salt do not match the commitment "
                 "in bank.json, so one of them was changed. Nothing can be scored."
@@ -103,7 +103,7 @@ def reveal(folder: BankFolder) -> list[dict[str, Any]]:
 
 
 def read_spec(value: Mapping[str, Any]) -> "Spec":
-    """What was asked for, from which the world can be drawn again."""
+    """What was asked for, from which the device can be drawn again."""
     from fitting.blind.simulator._bank import Spec
 
     return Spec(**{key: value[key] for key in SPEC})

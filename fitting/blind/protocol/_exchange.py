@@ -33,6 +33,6 @@ def write_verified(recording: Recording, folder: Path) -> None:
         write_recording(recording, folder)
     if read_recording(folder).sha256() != recording.sha256():
         raise DataError(
-            f"{printable(folder)}: holds another recording than its world's, so it was changed, or "
-            "another version made it. Remove the bank, or choose another folder."
+            f"{printable(folder)}: holds another recording than its device's, so it was "
+            "changed, or another version made it. Remove the bank, or choose another folder."
         )

@@ -66,7 +66,7 @@ class BankFolder:
 
     @property
     def secret(self) -> Path:
-        """32 bytes from which salts, and a sealed bank's worlds, are made."""
+        """32 bytes from which salts, and a sealed bank's devices, are made."""
         return self.answers / "secret"
 
     @property
@@ -95,22 +95,22 @@ class BankFolder:
         return self.root / _COMPILED
 
     @cached_property
-    def about(self) -> dict[str, Any]:
+    def manifest(self) -> dict[str, Any]:
         """`bank.json`. Raises `DataError` where it is not there or not what it should be."""
         if not self.bank.exists():
             raise DataError(
                 f"{printable(self.root)}: no bank.json in this folder, so it is no finished bank. "
                 "`rapi blind make` makes one, and goes on where it was interrupted."
             )
-        about = read_json(self.bank)
-        if about.get("schema") != SCHEMA:
+        manifest = read_json(self.bank)
+        if manifest.get("schema") != SCHEMA:
             raise DataError(
-                f"{printable(self.bank)}: schema {printable(about.get('schema'))}, but this reads "
-                f"{SCHEMA}. Use the version that made the bank, or make a new one."
+                f"{printable(self.bank)}: schema {printable(manifest.get('schema'))}, but this "
+                f"reads {SCHEMA}. Use the version that made the bank, or make a new one."
             )
         try:
-            names = [entry["name"] for entry in about["recordings"]]
-            whole = set(names) == set(about["commitments"]) and len(names) == about["count"]
+            names = [entry["name"] for entry in manifest["recordings"]]
+            whole = set(names) == set(manifest["commitments"]) and len(names) == manifest["count"]
         except (KeyError, TypeError):
             whole = False
         if not whole:
@@ -118,17 +118,17 @@ class BankFolder:
                 f"{printable(self.bank)}: recordings, commitments and count do not agree, so it "
                 "was edited or cut short. Make the bank again."
             )
-        return about
+        return manifest
 
     @property
     def entries(self) -> list[tuple[str, str | None]]:
         """Name of each recording and of the effect that is taken from its candidates, in order."""
-        return [(entry["name"], entry["withheld"]) for entry in self.about["recordings"]]
+        return [(entry["name"], entry["withheld"]) for entry in self.manifest["recordings"]]
 
     @property
     def sealed(self) -> bool:
         """Whether the bank may be used once only."""
-        return self.about["tier"] == "sealed"
+        return self.manifest["tier"] == "sealed"
 
 
 def read_json(path: Path) -> dict[str, Any]:

@@ -32,7 +32,7 @@ def tree_sha256(roots: Iterable[Path] | None = None) -> str:
 def sealed_seed(tree: str, secret: bytes) -> int:
     """The seed of a sealed bank: SHA-256 of the tree's hash (bytes) and the secret, as an integer.
 
-    Whoever froze the code could not choose the worlds, for the secret was published by its hash
+    Whoever froze the code could not choose the devices, for the secret was published by its hash
     first; nor can the code be changed to suit them, for then they are others.
     """
     return int.from_bytes(hashlib.sha256(bytes.fromhex(tree) + secret).digest(), "big")

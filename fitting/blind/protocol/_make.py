@@ -40,7 +40,7 @@ def make_bank(
     refuse_unknown_files(folder.recordings, names)
     files = {f"{name}{end}" for name in names for end in (".json", ".salt")}
     refuse_unknown_files(folder.answers, files | {"secret"})
-    about = {
+    manifest = {
         "schema": SCHEMA,
         "tier": tier,
         "count": count,
@@ -50,7 +50,7 @@ def make_bank(
         "secret_sha256": hashlib.sha256(secret).hexdigest(),
     }
     if folder.bank.exists():
-        _check_same(folder, about)
+        _check_same(folder, manifest)
     make_folder(folder.recordings)
     make_folder(folder.answers, private=True)
     commitments = {}
@@ -61,16 +61,16 @@ def make_bank(
         )
         say(done, count, entry.name)
     if folder.bank.exists():
-        if folder.about["commitments"] != commitments:
+        if folder.manifest["commitments"] != commitments:
             raise DataError(
                 f"{printable(folder.bank)}: commitments are not those of the answers, so either "
                 "was changed. Make the bank again in another folder."
             )
-        return folder.about
+        return folder.manifest
     from fitting._versions import package_versions
 
-    write_json(folder.bank, about | {"commitments": commitments, "versions": package_versions()})
-    return folder.about
+    write_json(folder.bank, manifest | {"commitments": commitments, "versions": package_versions()})
+    return folder.manifest
 
 
 def _secret_and_seed(
@@ -83,7 +83,7 @@ def _secret_and_seed(
             )
         secret = committed_secret(folder)
         if folder.bank.exists():  # what is made stays as it was drawn
-            tree = str(folder.about["tree_sha256"])
+            tree = str(folder.manifest["tree_sha256"])
         return secret, sealed_seed(tree, secret)
     if folder.commitment.exists():
         raise OutputError(
@@ -96,9 +96,9 @@ def _secret_and_seed(
 
 def _check_same(folder: BankFolder, wanted: dict[str, Any]) -> None:
     """Refuse to go on in a finished bank of another kind."""
-    about = folder.about
+    manifest = folder.manifest
     for key in ("tier", "count", "recordings", "seed_sha256", "secret_sha256"):
-        if about.get(key) != wanted[key]:
+        if manifest.get(key) != wanted[key]:
             raise OutputError(
                 f"{printable(folder.root)} holds a finished bank of another {key.split('_')[0]}. "
                 "Choose another folder."
@@ -122,14 +122,14 @@ def _existing_commitment(folder: BankFolder, entry: BankEntry, secret: bytes) ->
         same = False
     if not same:
         raise DataError(
-            f"{printable(recording)}: recording and answer are not those of this world, so one of "
+            f"{printable(recording)}: recording and answer are not those of this device, so one of "
             "them was changed. Make the bank again in another folder."
         )
     return promised
 
 
 def _simulate_entry(folder: BankFolder, entry: BankEntry, secret: bytes) -> str:
-    """Draw a world, write its recording, then its answer; return the commitment."""
+    """Draw a device, write its recording, then its answer; return the commitment."""
     device = entry.spec.draw()
     recording = to_recording(device.runs)
     write_verified(recording, folder.recordings / entry.name)

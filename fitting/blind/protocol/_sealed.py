@@ -79,7 +79,7 @@ def committed_secret(folder: BankFolder) -> bytes:
 
 def check_code(folder: BankFolder) -> None:
     """Raise `DataError` where a sealed bank meets other code than it was drawn for."""
-    drawn = folder.about["tree_sha256"]
+    drawn = folder.manifest["tree_sha256"]
     tree = tree_sha256()
     if folder.sealed and tree != drawn:
         raise DataError(
@@ -89,17 +89,17 @@ def check_code(folder: BankFolder) -> None:
 
 
 def check_sealed_specs(folder: BankFolder, specs: list[object]) -> bytes:
-    """Check that a sealed bank holds the worlds its tree and secret give; return the secret."""
+    """Check that a sealed bank holds the devices its tree and secret give; return the secret."""
     from ._tiers import bank_entries
 
-    about, secret = folder.about, committed_secret(folder)
-    if hashlib.sha256(secret).hexdigest() != about["secret_sha256"]:
+    manifest, secret = folder.manifest, committed_secret(folder)
+    if hashlib.sha256(secret).hexdigest() != manifest["secret_sha256"]:
         raise DataError(f"{printable(folder.bank)}: of another secret. Nothing can be scored.")
-    seed = sealed_seed(about["tree_sha256"], secret)
-    drawn = bank_entries("sealed", seed, about["count"])
+    seed = sealed_seed(manifest["tree_sha256"], secret)
+    drawn = bank_entries("sealed", seed, manifest["count"])
     if [entry.spec for entry in drawn] != specs:
         raise DataError(
-            f"{printable(folder.bank)}: its worlds are not those that tree and secret give, so "
+            f"{printable(folder.bank)}: its devices are not those that tree and secret give, so "
             "they were chosen, or another version drew them. Nothing can be scored."
         )
     return secret

@@ -20,12 +20,12 @@ class BankEntry:
 
     @property
     def name(self) -> str:
-        """As its world's."""
+        """As its device's."""
         return f"world-{self.spec.seed}"
 
 
 def bank_entries(tier: str, seed: int, count: int) -> list[BankEntry]:
-    """The worlds of a tier, in an order that tells nothing.
+    """The devices of a tier, in an order that tells nothing.
 
     `open`, `calibration` and `sealed` hold all kinds; `nulls` no effect, every other one with base
     misfit; `withheld` each listed effect in turn at 4 to 20 times the noise. A part of the sealed
@@ -63,6 +63,6 @@ def _withheld_specs(seed: int, count: int) -> list[Spec]:
 
 
 def _distinct_seeds(rng: np.random.Generator, seed: int, count: int) -> list[int]:
-    """Distinct seeds of worlds."""
+    """Distinct seeds of devices."""
     drawn = np.random.SeedSequence([seed, 1]).generate_state(2 * count + 8, np.uint32)
     return rng.permutation(np.unique(drawn))[:count].tolist()

@@ -1,7 +1,7 @@
 """Calibration of the diagnosis' probabilities on a bank whose answers are known.
 
 The mean logarithm of the probability that the right answer was given, with each number held near
-the one it starts from: a bank has few worlds of each kind. Evidence is as it was predicted, so
+the one it starts from: a bank has few devices of each kind. Evidence is as it was predicted, so
 nothing is diagnosed again.
 """
 
@@ -128,9 +128,10 @@ def calibrate_to_bank(
     predictions = read_closed(folder.closed, prediction_paths(folder))
     found = [Case.of(value, predictions[value["name"]]) for value in reveal(folder)]
     cases = [case for case in found if case is not None]
-    about, start = folder.about, load_calibration()
+    manifest, start = folder.manifest, load_calibration()
     provenance = (
-        f"{len(cases)} devices of tier {about['tier']}, seed SHA-256 {about['seed_sha256'][:12]}, "
+        f"{len(cases)} devices of tier {manifest['tier']}, "
+        f"seed SHA-256 {manifest['seed_sha256'][:12]}, "
         f"diagnosed by tree SHA-256 {next(iter(predictions.values()))['tree_sha256'][:12]}"
     )
     best = fit_calibration(cases, start, provenance)

@@ -97,7 +97,7 @@ def set_coverage(entries: Sequence[Outcome]) -> dict[str, Any]:
 
 
 def is_detectable(entry: Outcome) -> bool:
-    """Nulls, and worlds of 2 sigma or more."""
+    """Nulls, and devices of 2 sigma or more."""
     return entry.is_null or entry.size >= THRESHOLDS.detectable
 
 

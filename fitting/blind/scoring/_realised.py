@@ -66,7 +66,7 @@ def evaluate_device(entry: Outcome, draw: Draw = redraw) -> dict[str, Any]:
         device = draw(entry.answer)
         if sorted(device.truth) != sorted(entry.answer["truth"]):
             raise ValueError(
-                f"the world drawn now holds {', '.join(device.truth) or 'no effect'}, which is not "
+                f"the device drawn now has {', '.join(device.truth) or 'no effect'}, which is not "
                 "what its answer says. Score with the version that made the bank."
             )
         session = [run.scan for run in device.runs]

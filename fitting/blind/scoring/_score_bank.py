@@ -57,12 +57,12 @@ def score_bank(
         after = [second[key] for key in _follow.files_by_key([pair])]
         again.append((by_name[pair.name], predictions[pair.name], *after))
     scored = _scored(entries, again, progress)
-    about = folder.about
+    manifest = folder.manifest
     kept = ("tier", "count", "seed_sha256", "tree_sha256", "secret_sha256")
     scores = {
         **scored,
         "schema": SCHEMA,
-        "bank": {key: about[key] for key in kept},
+        "bank": {key: manifest[key] for key in kept},
         "secret": secret.hex(),
     }
     from .tables._table import markdown
@@ -74,7 +74,7 @@ def score_bank(
 
 
 def _secret(folder: BankFolder, answers: list[dict[str, Any]]) -> bytes:
-    """The secret; of a sealed bank it must give the worlds that are there."""
+    """The secret; of a sealed bank it must give the devices that are there."""
     if folder.sealed:
         return check_sealed_specs(folder, [read_spec(value) for value in answers])
     return read_secret(folder)

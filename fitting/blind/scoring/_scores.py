@@ -7,7 +7,7 @@
   `in_set`, `listed_called_unlisted` (see `_rates`).
 - `top_1`, `by_kind`, `by_effect`, `by_size`, `by_survival`, `closed`: see `_accuracy`.
 - `sets`: coverage and mean size of `can_be_seen` (2 sigma or more, and nulls) and of `all`.
-- `left_out`: worlds whose effect was taken from the candidates; they count nowhere else.
+- `left_out`: devices whose effect was taken from the candidates; they count nowhere else.
 - `honesty`, `realised`, `confusion`, `failures`: see the modules of these names; `next_scan`: see
   `_scan_comparison`.
 - `seconds`: of a diagnosis: `median`, `most_of_ten`, `longest`.
@@ -15,7 +15,7 @@
 
 A count is `{n, k, share, low, high, target, met}` (`low`, `high`: Wilson's 95 % interval; `target`:
 `{"least": x}`, `{"most": x}` or null; `met`: null where nothing was counted). Another figure is
-`{n, value, target, met}`. Parameters are not scored: the worlds' forms are not the model's.
+`{n, value, target, met}`. Parameters are not scored: the devices' forms are not the model's.
 """
 
 from collections.abc import Mapping, Sequence
@@ -48,9 +48,9 @@ def score(
     **Arguments:**
 
     - `entries`: answer, prediction, and the folder of the prediction's models or `None`.
-    - `draw`: draws the world of an answer anew, to try out what was promised.
+    - `draw`: draws the device of an answer anew, to try out what was promised.
     - `follow`: answer, then predictions before, after the advised and after a random next scan.
-    - `progress`: called with a line before each world that is tried out.
+    - `progress`: called with a line before each device that is tried out.
     """
     every = [Outcome.of(*entry) for entry in entries]
     own = [entry for entry in every if entry.withheld is None]
@@ -96,7 +96,7 @@ def _three(
 
 
 def _baselines(entries: Sequence[Outcome]) -> dict[str, dict[str, Any]]:
-    """The same measures for each, on the worlds that each has judged."""
+    """The same measures for each, on the devices that each has judged."""
     names = list(dict.fromkeys(name for entry in entries for name in entry.baselines))
     out = {"diagnosis": _measures(entries, _rates.diagnosis_verdict)}
     for name in names:

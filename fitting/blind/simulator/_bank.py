@@ -21,17 +21,17 @@ class Spec:
     base_misfit: bool
 
     def draw(self) -> SimulatedDevice:
-        """The world."""
+        """The device."""
         sigma = self.sigma if self.kind != "null" else None
         return draw_device(self.seed, self.kind, self.effect, sigma, base_misfit=self.base_misfit)
 
 
 UNSEEN = {"form": 2, "unlisted": 3}
-"""One in how many worlds of a kind has an unseen effect, where a bank has any; rounded down."""
+"""One in how many devices of a kind has an unseen effect, where a bank has any; rounded down."""
 
 
 def bank(seed: int, count: int = 200, *, unseen: bool = False) -> list[Spec]:
-    """`count` worlds in an order that tells nothing.
+    """`count` devices in an order that tells nothing.
 
     Kinds in the parts of `_kinds.MIX`; within a kind all effects in turn, with and without base
     misfit in turn, three of four at 4 to 20 sigma and one at 0.5 to 4 (pairs all at 4 to 20). Of

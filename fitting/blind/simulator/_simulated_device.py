@@ -89,12 +89,12 @@ def draw_device(
     *,
     base_misfit: bool | None = None,
 ) -> SimulatedDevice:
-    """The world of a seed; what is not asked for is drawn, in the mix of `_kinds.MIX`.
+    """The device of a seed; what is not asked for is drawn, in the mix of `_kinds.MIX`.
 
     `effect` is a name of `_kinds.names_of(kind)`, two names joined by `+` for a pair. `sigma` is
     the size in multiples of the noise; where no strength within the effect's physical range has it,
     the noise is scaled, within 5 to 30 MHz, and where that is not enough the nearest is taken;
-    `World.size` says what it is. Raises ValueError for unknown names.
+    `SimulatedDevice.size` says what it is. Raises ValueError for unknown names.
     """
     choice = np.random.default_rng([seed, _CHOICE])
     drawn = str(choice.choice(list(MIX), p=list(MIX.values())))

@@ -1,4 +1,4 @@
-"""What a hysteresis base can absorb: the tangent space of a world's own base, by differences."""
+"""What a hysteresis base can absorb: the tangent space of a device's own base, by differences."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -8,8 +8,6 @@ are. (G. Buzzi Ferraris and P. Forzatti, Chem. Eng. Sci. 38, 225, 1983.)
 
 import dataclasses
 from collections.abc import Sequence
-from itertools import permutations
-from typing import Any
 
 import numpy as np
 
@@ -17,19 +15,18 @@ from fitting.diagnosis.noise._whitening import Whitener
 from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
-from rapi_jax import Drive, DriveLimits, Identified, Recording
+from rapi_jax import DriveLimits, Identified, Recording
 from rapi_jax.effects import AbstractEffect
 from rapi_jax.internal import float64
 
-from ._candidates import Candidate, candidate_scans
-from ._discrimination import Rival, ScanBatch, ScanPrediction, linear_discrimination, ratio
-from ._rival_refit import refit_rival
+from ._candidates import candidate_scans
+from ._discrimination import buzzi_ferraris_ratio
+from ._next_scan import NextScan, next_scan_of
+from ._rated_scan import RatedScan, rate_scans
+from ._scan_batch import Rival
 from ._thresholds import THRESHOLDS
 
-_LISTED = 20  # candidates in the report
 _WITHOUT_PREDICTION = ("unlisted",)  # it predicts nothing, so no scan is planned for it
-
-Pair = tuple[int, int]  # which is true, and which is refitted
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -43,70 +40,6 @@ class Hypothesis:
     effects: tuple[AbstractEffect, ...]
     values: np.ndarray
     probability: float
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class NextScan:
-    """A scan, what it separates, and what else was considered.
-
-    `power`: chi-square that the wrong one of the worst pair would lose, at least. `separates`: the
-    hypotheses of all pairs with a power of 9 or more. `pairs`: for each ordered pair the true one,
-    the `rival`, the `power`, and whether a joint refit gave it (`checked`). `candidates`: best
-    first; powers of scans that were not refitted are first-order ones, scaled as those that were.
-    `drive`: to play.
-    """
-
-    waveform: str
-    excitation_hz: float | None
-    amplitude: float
-    bias: float
-    separates: list[str]
-    power: float
-    pairs: list[dict[str, Any]]
-    candidates: list[dict[str, Any]]
-    reason: str
-    drive: Drive
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers and lists, for `diagnosis.json`; without the drive."""
-        names = [f.name for f in dataclasses.fields(self) if f.name != "drive"]
-        return {**self.candidates[0], **{name: getattr(self, name) for name in names}}
-
-
-@dataclasses.dataclass(eq=False)
-class _Rated:
-    """One candidate: powers of its ordered pairs, to first order and by refits."""
-
-    candidate: Candidate
-    trials: ScanBatch
-    k: int
-    seen: list[ScanPrediction]
-    first: dict[Pair, float]
-    moves: dict[Pair, np.ndarray]
-    checked: dict[Pair, float] = dataclasses.field(default_factory=dict)
-
-    def least_power(self) -> float:
-        """Of all pairs, the refitted power where there is one."""
-        return min(self.checked.get(pair, power) for pair, power in self.first.items())
-
-    def check(self, rivals: list[Rival]) -> None:
-        """Joint refits of the pairs that may be the worst."""
-        order = sorted(self.first, key=lambda pair: self.first[pair])
-        least = self.first[order[0]]
-        for pair in order[: THRESHOLDS.refitted_pairs]:
-            if (
-                self.first[pair] <= THRESHOLDS.near_least_power * least + 1.0
-                and pair not in self.checked
-            ):
-                i, j = pair
-                first = self.first[pair], self.moves[pair]
-                power = refit_rival(self.trials, self.k, self.seen[i], rivals[j], first)
-                self.checked[pair] = power
-
-    def refit_ratio(self) -> float:
-        """Refitted power over that of first order, for the worst."""
-        least = min(self.first.values())
-        return self.least_power() / least if least > 0 else 1.0
 
 
 @float64
@@ -136,13 +69,13 @@ def choose_next_scan(
     limits = Identified.of(recording).limits() if limits is None else limits
     start = scan_start(recording)
     found = candidate_scans(recording, limits, samples=samples, periods=periods, start_s=start)
-    rated = _rate(found, rivals, whitener, len(whitened.blocks))
+    rated = rate_scans(found, rivals, whitener, len(whitened.blocks))
     if not rated:
         return None
     order, powers = _rank(rated, rivals)
     best = _break_tie(order, powers, chances)
     order.insert(0, order.pop(order.index(best)))
-    return _next_scan(order, powers, rivals, recording.drive_unit)
+    return next_scan_of(order, powers, rivals, recording.drive_unit)
 
 
 def scan_length(whitened: WhitenedModel) -> tuple[int, int]:
@@ -167,40 +100,7 @@ def _rivals(
     return rivals, [h.probability for h in predicting]
 
 
-def _rate(
-    found: list[Candidate], rivals: list[Rival], whitener: Whitener, runs: int
-) -> list[_Rated]:
-    """First-order powers of all candidates, in batches of as many rows as the recording has.
-
-    Arrays of the recording's own shape meet code that is compiled already. Steps, whose rows are
-    long and whose plays start anywhere, go one by one.
-    """
-    size = min(runs, THRESHOLDS.batch)
-    rated = []
-    for together, group in (
-        (size, [c for c in found if c.drive.repeats]),
-        (1, [c for c in found if not c.drive.repeats]),
-    ):
-        for at in range(0, len(group), together):
-            batch = group[at : at + together]
-            padded = batch + [batch[-1]] * (together - len(batch))
-            trials = ScanBatch.of([c.drive for c in padded], whitener)
-            seen = [trials.see(rival) for rival in rivals]
-            for k, candidate in enumerate(batch):
-                rated.append(_rate_one(candidate, trials, k, [s[k] for s in seen]))
-    return [r for r in rated if all(np.isfinite(p) for p in r.first.values())]
-
-
-def _rate_one(
-    candidate: Candidate, trials: ScanBatch, k: int, seen: list[ScanPrediction]
-) -> _Rated:
-    first, moves = {}, {}
-    for i, j in permutations(range(len(seen)), 2):
-        first[i, j], moves[i, j] = linear_discrimination(seen[i], seen[j])
-    return _Rated(candidate, trials, k, seen, first, moves)
-
-
-def _rank(rated: list[_Rated], rivals: list[Rival]) -> tuple[list[_Rated], dict[int, float]]:
+def _rank(rated: list[RatedScan], rivals: list[Rival]) -> tuple[list[RatedScan], dict[int, float]]:
     """Candidates best first, and the power of each by its `id`.
 
     The most promising is refitted, again and again, until none that could lead is left.
@@ -229,7 +129,7 @@ def _rank(rated: list[_Rated], rivals: list[Rival]) -> tuple[list[_Rated], dict[
     return order, powers
 
 
-def _break_tie(order: list[_Rated], powers: dict[int, float], chances: list[float]) -> _Rated:
+def _break_tie(order: list[RatedScan], powers: dict[int, float], chances: list[float]) -> RatedScan:
     """Of the refitted ones next to the best, the one with the largest ratios over all pairs.
 
     Their logarithms are averaged, pairs of likely hypotheses counting more.
@@ -239,62 +139,14 @@ def _break_tie(order: list[_Rated], powers: dict[int, float], chances: list[floa
     if len(near) == 1:
         return near[0]
 
-    def mean_log_ratio(r: _Rated) -> float:
+    def mean_log_ratio(r: RatedScan) -> float:
         pairs = [(i, j) for i, j in r.first if i < j]
         weights = [max(chances[i] * chances[j], 1e-12) for i, j in pairs]
-        ratios = [np.log1p(max(ratio(r.seen[i], r.seen[j]), 0.0)) for i, j in pairs]
+        ratios = [np.log1p(max(_ratio(r, i, j), 0.0)) for i, j in pairs]
         return float(np.average(ratios, weights=weights))
 
     return max(near, key=mean_log_ratio)
 
 
-def _next_scan(
-    order: list[_Rated], powers: dict[int, float], rivals: list[Rival], unit: str
-) -> NextScan:
-    best, names = order[0], [rival.name for rival in rivals]
-    table = [
-        {
-            "true": names[i],
-            "rival": names[j],
-            "power": best.checked.get((i, j), power),
-            "checked": (i, j) in best.checked,
-        }
-        for (i, j), power in sorted(best.first.items())
-    ]
-    both = {
-        (i, j): min(best.checked.get(p, best.first[p]) for p in ((i, j), (j, i)))
-        for i, j in best.first
-        if i < j
-    }
-    apart = {i for pair, power in both.items() if power >= THRESHOLDS.separated_power for i in pair}
-    listed = [
-        {**r.candidate.to_dict(), "power": powers[id(r)], "checked": bool(r.checked)}
-        for r in order[:_LISTED]
-    ]
-    c = best.candidate
-    return NextScan(
-        waveform=c.waveform,
-        excitation_hz=c.excitation_hz,
-        amplitude=c.amplitude,
-        bias=c.bias,
-        separates=[names[i] for i in sorted(apart)],
-        power=powers[id(best)],
-        pairs=table,
-        candidates=listed,
-        reason=_reason(c, min(both, key=lambda p: both[p]), powers[id(best)], names, unit),
-        drive=c.drive,
-    )
-
-
-def _reason(candidate: Candidate, pair: Pair, power: float, names: list[str], unit: str) -> str:
-    one, other = (names[i].replace("_", " ") for i in pair)
-    scan, sigmas = candidate.describe(unit), float(np.sqrt(power))
-    if power >= THRESHOLDS.separated_power:
-        return (
-            f"{scan} tells {one} from {other}, the hardest pair, best: the wrong one would "
-            f"miss it by {sigmas:.3g} standard deviations even after a refit."
-        )
-    return (
-        f"{scan} is the best there is within the limits, but {one} and {other} would still "
-        f"differ by only {sigmas:.2g} standard deviations: wider limits or more periods are needed."
-    )
+def _ratio(scan: RatedScan, i: int, j: int) -> float:
+    return buzzi_ferraris_ratio(scan.predictions[i], scan.predictions[j])

@@ -10,7 +10,8 @@ from fitting.solver._damped_gauss_newton import (
     minimise_damped,
 )
 
-from ._discrimination import FRACTION, Rival, ScanBatch, ScanPrediction, solve
+from ._discrimination import solve
+from ._scan_batch import INITIAL_STATE_STD, Rival, ScanBatch, ScanPrediction
 
 _STEPS = 10
 _DAMPING = Damping(
@@ -24,16 +25,16 @@ _FINE = 1e-3  # the same, while the cost is above that of first order
 class _Joint:
     """A rival on its own fit of the old data, without noise, and on one new scan."""
 
-    def __init__(self, trials: ScanBatch, k: int, rival: Rival, target: np.ndarray) -> None:
-        self.trials, self.k, self.rival, self.target = trials, k, rival, target
-        self.new = trials.refit(rival)
+    def __init__(self, batch: ScanBatch, k: int, rival: Rival, target: np.ndarray) -> None:
+        self.batch, self.k, self.rival, self.target = batch, k, rival, target
+        self.new = batch.refit(rival)
         self.n, self.m = rival.state.values.size, rival.information.shape[0]
-        self.fractions = trials.fractions(rival, k)
+        self.initial_states = batch.initial_states(rival, k)
         prior, free = rival.refit.base.prior_std, rival.refit.base.free
         self.weight = np.where(free & np.isfinite(prior), prior, np.inf) ** -2.0
 
-    def begin(self) -> tuple[State, State]:
-        start = self.trials.start(self.rival)
+    def initial(self) -> tuple[State, State]:
+        start = self.batch.initial_values(self.rival)
         return self.rival.state, self.new.evaluate(start, self.rival.state.effects)
 
     def cost(self, at: tuple[State, State]) -> float:
@@ -42,21 +43,21 @@ class _Joint:
         synchronous = old.errors.synchronous - fit.errors.synchronous
         nonsynchronous = old.errors.nonsynchronous - fit.errors.nonsynchronous
         off = old.values - fit.values
-        fraction = (new.values[self.fractions] - 0.5) / FRACTION
-        rest = self._rest(new)
+        offset = (new.values[self.initial_states] - 0.5) / INITIAL_STATE_STD
+        residual = self._residual(new)
         sums = (
             synchronous @ synchronous,
             nonsynchronous @ nonsynchronous,
             (self.weight * off) @ off,
-            fraction @ fraction,
+            offset @ offset,
         )
-        return float(sum(sums) + rest @ rest)
+        return float(sum(sums) + residual @ residual)
 
-    def _rest(self, new: State) -> np.ndarray:
+    def _residual(self, new: State) -> np.ndarray:
         value = np.concatenate([new.errors.synchronous, new.errors.nonsynchronous])
-        return value[self.trials.parts[self.k]] - self.target
+        return value[self.batch.rows[self.k]] - self.target
 
-    def normal(self, at: tuple[State, State]) -> tuple[np.ndarray, np.ndarray]:
+    def normal_equations(self, at: tuple[State, State]) -> tuple[np.ndarray, np.ndarray]:
         old, new = at
         refit, fit, n = self.rival.refit, self.rival.state, self.n
         split = fit.errors.synchronous.size
@@ -65,56 +66,59 @@ class _Joint:
             np.concatenate([refit.jacobian_base(old), s[:split]], axis=1),
             s[split:],
         )
-        seen = self.trials.seen(self.rival, self.new, new, self.k)[0]
-        matrix = seen.normal.copy()
+        prediction = self.batch.predict_at(self.rival, self.new, new, self.k)[0]
+        matrix = prediction.normal.copy()
         matrix[: self.m, : self.m] += top.T @ top
         matrix[n : self.m, n : self.m] += nonsynchronous.T @ nonsynchronous
         matrix[range(n), range(n)] += self.weight
         extra = range(self.m, matrix.shape[0])
-        matrix[extra, extra] += FRACTION**-2.0
-        gradient = seen.pull(self._rest(new))
+        matrix[extra, extra] += INITIAL_STATE_STD**-2.0
+        gradient = prediction.apply_transpose(self._residual(new))
         gradient[: self.m] += (old.errors.synchronous - fit.errors.synchronous) @ top
         gradient[n : self.m] += (
             old.errors.nonsynchronous - fit.errors.nonsynchronous
         ) @ nonsynchronous
         gradient[:n] += self.weight * (old.values - fit.values)
-        gradient[self.m :] += (new.values[self.fractions] - 0.5) / FRACTION**2
+        gradient[self.m :] += (new.values[self.initial_states] - 0.5) / INITIAL_STATE_STD**2
         return matrix, gradient
 
     def linearise(self, at: tuple[State, State], width: float) -> Linearisation:
         """The damped normal equations at a state; secants have one width here."""
         del width
-        matrix, gradient = self.normal(at)
+        matrix, gradient = self.normal_equations(at)
         diagonal = np.diag(np.diag(matrix))
         return Linearisation(lambda damping: -solve(matrix + damping * diagonal, gradient))
 
-    def moved(self, at: tuple[State, State], move: np.ndarray) -> tuple[State, State]:
+    def take_step(self, at: tuple[State, State], move: np.ndarray) -> tuple[State, State]:
         old = self.rival.refit.take_step(at[0], move[: self.m])
         values = np.concatenate([old.values[: self.rival.own], at[1].values[self.rival.own :]])
-        values[self.fractions] = np.clip(values[self.fractions] + move[self.m :], 0.0, 1.0)
+        values[self.initial_states] = np.clip(
+            values[self.initial_states] + move[self.m :], 0.0, 1.0
+        )
         return old, self.new.evaluate(values, old.effects)
 
 
 def refit_rival(
-    trials: ScanBatch, k: int, truth: ScanPrediction, rival: Rival, first: tuple[float, np.ndarray]
+    batch: ScanBatch, k: int, truth: ScanPrediction, rival: Rival, first: tuple[float, np.ndarray]
 ) -> float:
-    """The power of scan `k` by a true joint refit of `rival`; `first`: what `linear` said.
+    """The power of scan `k` by a true joint refit of `rival`; `first`: power and step of
+    `linear_discrimination`.
 
-    The old data are what the rival itself says they are, so that its fit there costs nothing.
+    The old data are taken to be the rival's own prediction, so that its fit there costs nothing.
     """
-    joint = _Joint(trials, k, rival, truth.value)
-    at = joint.begin()
+    joint = _Joint(batch, k, rival, truth.value)
+    at = joint.initial()
     best = joint.cost(at)
-    there = joint.moved(at, first[1])
-    if joint.cost(there) < best:
-        at, best = there, joint.cost(there)
+    trial = joint.take_step(at, first[1])
+    if joint.cost(trial) < best:
+        at, best = trial, joint.cost(trial)
     if abs(best - first[0]) <= _AGREES * first[0]:
         return best  # the first-order solution costs what it should: it is the minimum
     reached = minimise_damped(
         at,
         cost=joint.cost,
         linearise=joint.linearise,
-        move=joint.moved,
+        move=joint.take_step,
         damping=_DAMPING,
         stop=StoppingRule(lambda decrease, cost: decrease < _negligible(cost, first[0])),
         max_steps=_STEPS,

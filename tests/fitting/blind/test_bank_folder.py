@@ -111,7 +111,7 @@ def test_going_on_gives_the_same_bytes(made_once, tmp_path):
     assert contents(folder) == contents(made_once)
     assert all(path.stat().st_mtime_ns == then for path, then in there.items())
     before = contents(folder)
-    assert make_bank(folder, "nulls", count=3) == made_once.about
+    assert make_bank(folder, "nulls", count=3) == made_once.manifest
     assert contents(folder) == before
 
 
@@ -195,7 +195,7 @@ def test_a_damaged_bank_json(tmp_path, text, words):
     if text is not None:
         (tmp_path / "bank.json").write_text(text)
     with pytest.raises(DataError, match=re.escape(words)) as caught:
-        BankFolder(tmp_path).about  # noqa: B018
+        BankFolder(tmp_path).manifest  # noqa: B018
     assert str(tmp_path) in str(caught.value) and "\n" not in str(caught.value)
 
 

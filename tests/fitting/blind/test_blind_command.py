@@ -261,8 +261,8 @@ def test_sealed(rapi, tmp_path, at_once, scoring, monkeypatch):
     folder = BankFolder(bank)
     specs = [read_spec(read_answer(folder, name)[0]) for name, _ in folder.entries]
     assert specs == [entry.spec for entry in bank_entries("sealed", seed, 2)]
-    assert folder.about["tree_sha256"] == tree
-    assert folder.about["secret_sha256"] == hashlib.sha256(secret).hexdigest()
+    assert folder.manifest["tree_sha256"] == tree
+    assert folder.manifest["secret_sha256"] == hashlib.sha256(secret).hexdigest()
 
     # Other code is refused before predictions are closed, and may reveal after.
     with monkeypatch.context() as other:

@@ -88,7 +88,7 @@ def test_commitments_hold(bank, pairs):
         name = answer["name"]
         content = (bank.answers / f"{name}.json").read_bytes()
         salt = (bank.answers / f"{name}.salt").read_bytes()
-        assert matches_commitment(bank.about["commitments"][name], content, salt)
+        assert matches_commitment(bank.manifest["commitments"][name], content, salt)
 
 
 def test_large_effects_are_seen_and_most_named(pairs):

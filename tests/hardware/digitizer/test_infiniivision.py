@@ -33,7 +33,7 @@ def test_a_record():
         scope.configure(ASKED)
         for _ in range(2):
             scope.arm()
-            samples = scope.fetch(1.0)
+            samples = scope.fetch(1.0).check(ASKED)
         time = samples.start_s + np.arange(samples.codes["cavity"].size) / samples.sample_hz
         assert time[0] <= -1e-4 and time[-1] >= 2e-3 - 1 / samples.sample_hz
         assert samples.sample_hz >= 5e6
@@ -62,7 +62,7 @@ def test_a_memory_that_is_too_short():
     bench.scope.configure(ASKED)
     bench.scope.arm()
     with pytest.raises(DataError, match="needs 5e\\+06"):
-        bench.scope.fetch(1.0)
+        bench.scope.fetch(1.0).check(ASKED)
 
 
 def test_another_instrument():

@@ -131,7 +131,7 @@ def test_a_record_is_what_was_there(tmp_path):
         assert scope.identity == "National Instruments,NI PXIe-5105,01A2B3C4"
         scope.configure(ASKED)
         scope.arm()
-        samples = scope.fetch(1.0)
+        samples = scope.fetch(1.0).check(ASKED)
         told = scope.snapshot()
     (session,) = Session.made
     time = samples.start_s + np.arange(samples.codes["cavity"].size) / samples.sample_hz
@@ -182,4 +182,4 @@ def test_a_short_record_is_refused(monkeypatch):
         scope.configure(ASKED)
         scope.arm()
         with pytest.raises(DataError, match="memory is too short"):
-            scope.fetch(1.0)
+            scope.fetch(1.0).check(ASKED)

@@ -165,4 +165,4 @@ def test_a_replay_refuses_what_it_does_not_hold(tmp_path):
         with ReplayDigitizer(tmp_path) as replay, pytest.raises(DataError, match=says):
             replay.configure(asked)
             replay.arm()
-            replay.fetch(1.0)
+            replay.fetch(1.0).check(asked)

@@ -22,7 +22,7 @@ def markdown(scores: Scores) -> str:
         "Single listed effects and other forms of them, 4 sigma or more.",
         _table(("effect", "right"), [(k, count(v)) for k, v in scores["by_effect"].items()]),
         "## Baselines",
-        "On the same worlds.",
+        "On the same devices.",
         _baselines(scores),
         *_left_out(scores),
         *_refused(scores),
@@ -111,7 +111,7 @@ def _refused(scores: Scores) -> list[str]:
         return []
     return [
         "## Promises that could not be tried",
-        _table(("world", "verdict", "reason"), rows),
+        _table(("device", "verdict", "reason"), rows),
     ]
 
 
@@ -124,7 +124,7 @@ def _confusion(scores: Scores) -> str:
 
 
 def _failures(scores: Scores) -> str:
-    heads = ("world", "truth", "size", "base", "verdict", "probability", "set", "counts against")
+    heads = ("device", "truth", "size", "base", "verdict", "probability", "set", "counts against")
     rows = []
     for f in scores["failures"]:
         truth = f"{f['truth']} (form)" if f["kind"] == "form" else f["truth"]

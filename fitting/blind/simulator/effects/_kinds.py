@@ -44,10 +44,10 @@ def pairs() -> list[tuple[str, str]]:
 
 
 def names_of(kind: str, *, unseen: bool = False) -> list[str]:
-    """The effects that a kind of world may be asked for, pairs joined by `+`.
+    """The effects that a kind of device may be asked for, pairs joined by `+`.
 
     `unseen`: instead those that no open bank and no calibration holds. Such a form is called by
-    its effect's name and `/2`, and the truth of its world is the name alone.
+    its effect's name and `/2`, and the truth of its device is the name alone.
     """
     table = {
         "null": [""],
@@ -64,12 +64,12 @@ def names_of(kind: str, *, unseen: bool = False) -> list[str]:
 
 
 def makers(kind: str, effect: str) -> list[Callable[[np.random.Generator, Setting], Recipe]]:
-    """The makers of a world's effects. `effect` is a name of `names_of(kind)`, or an unseen one."""
+    """Makers of a device's effects. `effect` is a name of `names_of(kind)`, or an unseen one."""
     effect = effect.removeprefix("unlisted:")
     if effect not in (*names_of(kind), *names_of(kind, unseen=True)):
         raise ValueError(
             f"Argument `effect` must be one of {', '.join(names_of(kind))}, or one of those "
-            f"that no open bank holds, for worlds of kind {kind}, but it is {effect!r}."
+            f"that no open bank holds, for devices of kind {kind}, but it is {effect!r}."
         )
     if kind == "null":
         return []

@@ -13,4 +13,4 @@ MORE_FORMS: dict[str, Maker] = {
         on_drive.rate_law, on_light.resonance, on_drive.saturation, on_drive.slew_limit,
     )
 }  # fmt: skip
-"""Makers by the listed effect's name and `/2`; their worlds' truth is the listed name."""
+"""Makers by the listed effect's name and `/2`; their devices' truth is the listed name."""

@@ -31,7 +31,7 @@ class ScaledEffects:
 def scale_to_size(
     rng: np.random.Generator, made: Sequence[Maker], setting: Setting, size: Size
 ) -> ScaledEffects:
-    """All effects of a world, together of the size asked for as nearly as they can be.
+    """All effects of a device, together of the size asked for as nearly as they can be.
 
     Each of two is solved alone for its share (of equal order, in quadrature), then both once more
     for shares corrected by what they came to together.

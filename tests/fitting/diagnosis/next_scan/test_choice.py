@@ -12,13 +12,11 @@ from hypothesis import strategies as st
 from fitting.diagnosis.next_scan._candidates import candidate_scans
 from fitting.diagnosis.next_scan._choice import Hypothesis, choose_next_scan
 from fitting.diagnosis.next_scan._discrimination import (
-    Rival,
-    ScanBatch,
-    ScanPrediction,
+    buzzi_ferraris_ratio,
     linear_discrimination,
-    ratio,
 )
 from fitting.diagnosis.next_scan._rival_refit import refit_rival
+from fitting.diagnosis.next_scan._scan_batch import Rival, ScanBatch, ScanPrediction
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._gauss_newton import Refit
@@ -109,16 +107,16 @@ def already(name, hz, amplitude, bias):
     rivals = [Rival.of(refit, h.name, h.values, h.effects) for h in said[:2]]
     (drive,) = triangle(hz, amplitude=amplitude, bias=bias, samples=N * P, periods=P)
     start = float(whitened.recording.drives[-1].session_time[-1]) + 60.0
-    trials = ScanBatch.of([dataclasses.replace(drive, start_s=start)], whitener)
-    one, two = (trials.see(rival)[0] for rival in rivals)
+    batch = ScanBatch.of([dataclasses.replace(drive, start_s=start)], whitener)
+    one, two = (batch.predict(rival)[0] for rival in rivals)
     return min(linear_discrimination(one, two)[0], linear_discrimination(two, one)[0])
 
 
 # The power of one pair
 
 
-def seen(rng, parameters, synchronous, nonsynchronous, prior):
-    """A prediction with a derivative, of which the last two columns reach the loose rows."""
+def make_prediction(rng, parameters, synchronous, nonsynchronous, prior):
+    """A prediction; the last two columns of its Jacobian reach the non-synchronous rows."""
     return ScanPrediction(
         rng.standard_normal(synchronous + nonsynchronous),
         rng.standard_normal((synchronous, parameters)),
@@ -131,7 +129,7 @@ def seen(rng, parameters, synchronous, nonsynchronous, prior):
 def full(one):
     """All columns over all rows."""
     rest = np.zeros((one.nonsynchronous.shape[0], one.synchronous.shape[1]))
-    rest[:, one.which] = one.nonsynchronous
+    rest[:, one.effect_columns] = one.nonsynchronous
     return np.concatenate([one.synchronous, rest])
 
 
@@ -143,8 +141,8 @@ def information(rng, size):
 @pytest.mark.parametrize("seed", range(5))
 def test_the_first_order_power_is_the_difference_against_noise_and_prediction_variance(seed):
     rng = np.random.default_rng(seed)
-    one = seen(rng, 5, 30, 12, information(rng, 5))
-    two = seen(rng, 7, 30, 12, information(rng, 7))
+    one = make_prediction(rng, 5, 30, 12, information(rng, 5))
+    two = make_prediction(rng, 7, 30, 12, information(rng, 7))
     d = one.value - two.value
     spread = [full(s) @ np.linalg.inv(s.prior) @ full(s).T for s in (one, two)]
     unit = np.eye(d.size)
@@ -155,12 +153,12 @@ def test_the_first_order_power_is_the_difference_against_noise_and_prediction_va
         linear_discrimination(two, one)[0], d @ np.linalg.solve(unit + spread[0], d)
     )
     both = 2.0 * unit + spread[0] + spread[1]
-    np.testing.assert_allclose(ratio(one, two), d @ np.linalg.solve(both, d))
+    np.testing.assert_allclose(buzzi_ferraris_ratio(one, two), d @ np.linalg.solve(both, d))
 
 
 def test_a_direction_of_which_nothing_is_known_takes_all_it_can():
     rng = np.random.default_rng(1)
-    one, two = (seen(rng, 4, 20, 0, np.zeros((4, 4))) for _ in range(2))
+    one, two = (make_prediction(rng, 4, 20, 0, np.zeros((4, 4))) for _ in range(2))
     one, two = (dataclasses.replace(s, nonsynchronous=np.zeros((0, 2))) for s in (one, two))
     d = one.value - two.value
     rest = d - two.synchronous @ np.linalg.lstsq(two.synchronous, d, rcond=None)[0]
@@ -185,8 +183,8 @@ def test_power_of_a_feed_through_in_closed_form():
         triangle(hz, amplitude=a, bias=b, samples=N * P, periods=P)[0]
         for hz, a, b in ((40.0, 3.0, 3.0), (100.0, 1.0, 2.0), (10.0, 2.0, 3.5), (400.0, 0.5, 3.0))
     ]
-    trials = ScanBatch.of(made, whitener)
-    seen_none, seen_coupled = trials.see(none), trials.see(coupled)
+    batch = ScanBatch.of(made, whitener)
+    from_none, from_coupled = batch.predict(none), batch.predict(coupled)
 
     def squares(drive):  # of the slope over noise: it is none on the two corners of a period
         return P * (N - 2) * (2.0 * drive.rate * drive.u_pp / NOISE) ** 2
@@ -196,15 +194,15 @@ def test_power_of_a_feed_through_in_closed_form():
         new = squares(drive)
         # No feed-through cannot follow; a feed-through weighs the new scan against the old data.
         expected = {"coupled true": k**2 * new, "none true": k**2 * new * old / (new + old)}
-        first = linear_discrimination(seen_coupled[i], seen_none[i])
+        first = linear_discrimination(from_coupled[i], from_none[i])
         np.testing.assert_allclose(first[0], expected["coupled true"], rtol=1e-6)
         np.testing.assert_allclose(
-            refit_rival(trials, i, seen_coupled[i], none, first), first[0], rtol=1e-6
+            refit_rival(batch, i, from_coupled[i], none, first), first[0], rtol=1e-6
         )
-        second = linear_discrimination(seen_none[i], seen_coupled[i])
+        second = linear_discrimination(from_none[i], from_coupled[i])
         np.testing.assert_allclose(second[0], expected["none true"], rtol=1e-6)
         np.testing.assert_allclose(
-            refit_rival(trials, i, seen_none[i], coupled, second), second[0], rtol=1e-6
+            refit_rival(batch, i, from_none[i], coupled, second), second[0], rtol=1e-6
         )
 
 

@@ -33,6 +33,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 ROOT = Path(__file__).resolve().parents[1]
 COMPILED, COMPILED_BYTES = ROOT / ".pytest_cache/d/jax", 2 * 2**30
+MAPS = 10_000  # memory maps of a worker, above which it forgets what was compiled
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -61,17 +62,8 @@ jax.config.update("jax_numpy_dtype_promotion", "strict")
 
 # Shapes and types of every function and dataclass of ours are checked when called. This must come
 # before the first import of ours, so nothing in this file or above it may import our packages.
-# Not of the few modules that a diagnosis runs through ten thousand times: there the checks would
-# take longer than the work, and pyright reads the same annotations.
-_UNCHECKED = ("diagnosis/refit/", "diagnosis/which/_candidates.py", "diagnosis/noise/_spectrum.py")
-_CHECKED = [
-    "fitting." + name.removesuffix(".py").replace("/", ".")
-    for path in (ROOT / "fitting").rglob("*.py")
-    if path.name != "__init__.py"
-    and not (name := path.relative_to(ROOT / "fitting").as_posix()).startswith(_UNCHECKED)
-]
 jaxtyping.install_import_hook(
-    ["rapi_jax", "hardware", *_CHECKED],
+    ["rapi_jax", "fitting", "hardware"],
     "beartype.beartype(conf=beartype.BeartypeConf(strategy=beartype.BeartypeStrategy.On))",
 )
 
@@ -92,10 +84,12 @@ def shared_data() -> Path:
 
 @pytest.fixture(autouse=True, scope="module")
 def _compiled_code_is_dropped() -> Iterator[None]:
-    """Forget what a module has compiled: each program holds memory maps, and Linux grants 65530.
+    """Forget what was compiled where it holds many memory maps, of which Linux grants 65530.
 
-    A worker that keeps them all grows to 5 GB, and in the end the compiler meets a refused map and
-    takes the process with it.
+    A worker that keeps all programs grows to 5 GB, and in the end the compiler meets a refused map
+    and takes the process with it.
     """
     yield
-    jax.clear_caches()
+    maps = Path("/proc/self/maps")
+    if not maps.exists() or maps.read_bytes().count(b"\n") > MAPS:
+        jax.clear_caches()

@@ -1,8 +1,9 @@
 """List every number that decides; halve and double each on open simulated devices.
 
-`--list` prints the table. Otherwise each threshold is varied in this process on `--count` devices
-of known effect, `diagnose` runs (`identify` for identification's), and a JSON line goes to
-`--output` for each device, threshold and factor; lines that are there are not computed again.
+`--list` prints the table. Otherwise `identify` and `diagnose` run on `--count` devices of known
+effect, and `measure` in a simulated laboratory, with each threshold that they read halved and
+doubled; a JSON line goes to `--output` for each. A threshold that no verdict, set or number follows
+(to `MOVES`, relative) is varied on the next device; those that move nothing on any are printed.
 Not a test.
 """
 
@@ -15,6 +16,7 @@ import math
 import pkgutil
 import signal
 import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,6 +26,8 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "support")]
 PACKAGES = ("rapi_jax", "fitting", "hardware")
 FACTORS = (0.5, 2.0)
+MOVES = 1e-3  # relative: what a result printed to three digits would show
+FIRST = ("etalon", "creep", "gain_drift")  # one that repeats, one with memory, one that does not
 
 
 @dataclasses.dataclass(frozen=True)
@@ -68,19 +72,55 @@ def find_thresholds() -> list[Threshold]:
     return sorted(found.values(), key=lambda one: (one.room, one.name))
 
 
+class Reads:
+    """Which thresholds an evaluation reads, and which of them while JAX traces."""
+
+    def __init__(self, thresholds: list[Threshold]) -> None:
+        self.names = {(id(one.holder), one.name) for one in thresholds}
+        self.types = {type(one.holder) for one in thresholds}
+        self.read: set[tuple[int, str]] = set()
+        self.traced: set[tuple[int, str]] = set()
+
+    @contextlib.contextmanager
+    def recorded(self) -> Iterator[None]:
+        """Every attribute read of the dataclasses is looked at meanwhile."""
+        import jax
+        import jax.numpy as jnp
+
+        jax.clear_caches()
+
+        def read(holder: Any, name: str) -> Any:
+            key = (id(holder), name)
+            if key in self.names:
+                self.read.add(key)
+                if key not in self.traced and isinstance(jnp.add(0.0, 0.0), jax.core.Tracer):
+                    self.traced.add(key)
+            return object.__getattribute__(holder, name)
+
+        for kind in self.types:
+            kind.__getattribute__ = read
+        try:
+            yield
+        finally:
+            for kind in self.types:
+                del kind.__getattribute__
+
+
 @contextlib.contextmanager
-def set_to(threshold: Threshold, value: float | int) -> Iterator[None]:
-    """Another value meanwhile. What was compiled with the first is forgotten before and after."""
+def set_to(threshold: Threshold, value: Any, *, compiled: bool) -> Iterator[None]:
+    """Another value meanwhile; `compiled`: programs hold it, and are forgotten before and after."""
     import jax
 
     before = threshold.value
-    jax.clear_caches()
+    if compiled:
+        jax.clear_caches()
     object.__setattr__(threshold.holder, threshold.name, value)
     try:
         yield
     finally:
         object.__setattr__(threshold.holder, threshold.name, before)
-        jax.clear_caches()
+        if compiled:
+            jax.clear_caches()
 
 
 @contextlib.contextmanager
@@ -105,40 +145,75 @@ def devices(count: int) -> list[tuple[str, Any]]:
 
     session = drives(rates=(10.0, 20.0, 40.0), periods=3, samples=192)
     out = [("none", recorded(noise=0.02, session=session))]
-    for name, truth in list(TRUTHS.items())[: count - 1]:
-        noise = projected([truth], session) / 4.0
-        out.append((name, recorded([truth], noise=noise, session=session)))
+    for name in [*FIRST, *(name for name in TRUTHS if name not in FIRST)][: count - 1]:
+        noise = projected([TRUTHS[name]], session) / 4.0
+        out.append((name, recorded([TRUTHS[name]], noise=noise, session=session)))
     return out[:count]
 
 
-def evaluate(recording: Any, room: str, limit_s: int) -> dict[str, Any]:
-    """Verdict, set, gap and probabilities, or the error; with the seconds it took."""
+def identified(recording: Any) -> dict[str, Any]:
+    """What `identify` returns: verdict and parameters."""
+    from fitting import identify
+
+    result = identify(recording, throw=False)
+    content = result.to_dict()["parameters"]
+    numbers = {f"{name}": one["value"] for name, one in content.items()}
+    numbers |= {f"{name}.stderr": one["stderr"] for name, one in content.items()}
+    return {"name": result.verdict.trusted, "set": [], "numbers": numbers | {"rmse": result.rmse}}
+
+
+def diagnosed(recording: Any) -> dict[str, Any]:
+    """What `diagnose` returns: verdict, set, gap, probabilities, and the next scan."""
+    from fitting import diagnose
+
+    content = diagnose(None, recording).to_dict()
+    verdict, scan = content["verdict"], content["next_scan"]
+    numbers = {f"gap.{key}": value for key, value in content["gap"].items()}
+    numbers |= {f"p.{one['name']}": one["probability"] for one in content["hypotheses"]}
+    numbers |= {f"shrinkage.{key}": value for key, value in content["shrinkage"].items()}
+    numbers |= {f"where.{k}": one["rms"] for k, one in enumerate(content["where"])}
+    keys = ("excitation_hz", "amplitude", "power")
+    numbers |= {f"scan.{key}": scan[key] for key in keys if scan is not None}
+    return {"name": verdict["name"], "set": sorted(verdict["set"]), "numbers": numbers}
+
+
+def measured(recording: Any) -> dict[str, Any]:
+    """What a simulated laboratory records of two scans, read from its fringes."""
+    import numpy as np
+    from benches import bench_file
+
+    from hardware.bench import dry_run, read_bench
+    from rapi_jax import triangle
+
+    del recording
+    drives = triangle([40.0, 80.0], amplitude=2.0, bias=3.0, samples=2000)
+    with tempfile.TemporaryDirectory() as folder:
+        with dry_run(read_bench(bench_file(Path(folder)))).bench as bench:
+            runs = bench.measure(drives).runs
+    numbers = {f"{k}.{n}": v for k, run in enumerate(runs) for n, v in enumerate(run.response)}
+    return {
+        "name": "",
+        "set": [],
+        "numbers": {key: float(np.real(v)) for key, v in numbers.items()},
+    }
+
+
+EVALUATIONS = {"identify": identified, "diagnose": diagnosed, "measure": measured}
+ONCE = ("measure",)  # does not depend on the device
+
+
+def evaluate(which: str, recording: Any, limit_s: int) -> dict[str, Any]:
+    """The result as a name, a set and numbers, or the error; with the seconds it took."""
     began = time.monotonic()
     try:
         with time_limit(limit_s):
-            if room.startswith("fitting.identification"):
-                from fitting import identify
-
-                result = identify(recording, throw=False)
-                out = {
-                    "name": str(result.verdict.trusted),
-                    "set": [],
-                    "numbers": {"rmse": result.rmse},
-                }
-            else:
-                from fitting import diagnose
-
-                content = diagnose(None, recording, scan=False).to_dict()
-                verdict = content["verdict"]
-                numbers = {f"gap.{k}": v for k, v in content["gap"].items()}
-                numbers |= {f"p.{h['name']}": h["probability"] for h in content["hypotheses"]}
-                out = {"name": verdict["name"], "set": sorted(verdict["set"]), "numbers": numbers}
+            out = EVALUATIONS[which](recording)
         out["numbers"] = {
             key: float(value)
             for key, value in out["numbers"].items()
             if isinstance(value, int | float) and not isinstance(value, bool)
         }
-    except Exception as error:  # a number that breaks the diagnosis is a finding, too
+    except Exception as error:  # a number that breaks the program is a finding, too
         out = {"error": f"{type(error).__name__}: {error}"}
     return out | {"seconds": round(time.monotonic() - began, 2)}
 
@@ -158,36 +233,48 @@ def compare(before: dict[str, Any], after: dict[str, Any]) -> dict[str, Any]:
 
 
 def vary(thresholds: list[Threshold], count: int, output: Path, limit_s: int) -> None:
-    """Write a JSON line for each device, threshold and factor that has none yet."""
-    lines = output.read_text().splitlines() if output.exists() else []
-    done = {(r["device"], r["room"], r["name"], r["factor"]) for r in map(json.loads, lines)}
+    """A JSON line for each threshold, evaluation, device and factor, until one of them moves.
+
+    A threshold that has moved something on one device is not varied on the next.
+    """
+    moved: set[tuple[str, str]] = set()
     for device, recording in devices(count):
-        reference: dict[bool, dict[str, Any]] = {}
-        for threshold in thresholds:
-            for factor in FACTORS:
-                key = (device, threshold.room, threshold.name, factor)
-                if key in done:
+        for which in EVALUATIONS:
+            if which in ONCE and device != "none":
+                continue
+            left = [one for one in thresholds if (one.room, one.name) not in moved]
+            reads = Reads(left)
+            with reads.recorded():
+                reference = evaluate(which, recording, limit_s)
+            reference = evaluate(which, recording, limit_s)  # what compiled programs return
+            for one in left:
+                key = (id(one.holder), one.name)
+                if key not in reads.read:
                     continue
-                kind = threshold.room.startswith("fitting.identification")
-                if kind not in reference:
-                    reference[kind] = evaluate(recording, threshold.room, limit_s)
-                value = threshold.scaled(factor)
-                with set_to(threshold, value):
-                    found = evaluate(recording, threshold.room, limit_s)
-                row = dict(zip(("device", "room", "name", "factor"), key, strict=True))
-                row |= {"value": value} | compare(reference[kind], found)
-                row |= {key: found[key] for key in ("seconds", "error") if key in found}
-                with output.open("a") as out:
-                    out.write(json.dumps(row) + "\n")
-                print(json.dumps(row), flush=True)
+                for factor in FACTORS:
+                    value = one.scaled(factor)
+                    with set_to(one, value, compiled=key in reads.traced):
+                        found = evaluate(which, recording, limit_s)
+                    row = {"room": one.room, "name": one.name, "on": which, "device": device}
+                    row |= {"factor": factor, "value": value} | compare(reference, found)
+                    row |= {key: found[key] for key in ("seconds", "error") if key in found}
+                    if row["changed"] or row["largest"] is None or row["largest"] > MOVES:
+                        moved.add((one.room, one.name))
+                    with output.open("a") as out:
+                        out.write(json.dumps(row) + "\n")
+    unmoved = [one for one in thresholds if (one.room, one.name) not in moved]
+    print(f"{len(unmoved)} of {len(thresholds)} move nothing:")
+    for one in unmoved:
+        print(f"{one.room}.{one.name} = {one.value!r} {one.unit} ({one.origin})")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--list", action="store_true", help="print the table and end")
     parser.add_argument("--only", default="", help="rooms whose name contains this")
+    parser.add_argument("--part", default="1/1", help="k/n: every nth threshold from the kth")
     parser.add_argument("--count", type=int, default=4, help="devices, the first without an effect")
-    parser.add_argument("--limit", type=int, default=300, help="seconds a device")
+    parser.add_argument("--limit", type=int, default=300, help="seconds an evaluation")
     parser.add_argument("--output", type=Path, default=Path("thresholds.jsonl"))
     arguments = parser.parse_args()
     thresholds = [one for one in find_thresholds() if arguments.only in one.room]
@@ -199,7 +286,8 @@ def main() -> None:
     import jax
 
     jax.config.update("jax_enable_x64", True)
-    vary(thresholds, arguments.count, arguments.output, arguments.limit)
+    k, n = map(int, arguments.part.split("/"))
+    vary(thresholds[k - 1 :: n], arguments.count, arguments.output, arguments.limit)
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 _ONE_THREAD = ("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+_CACHE = "JAX_COMPILATION_CACHE_DIR"
 
 
 @dataclass(frozen=True)
@@ -63,13 +64,14 @@ def predict_in_workers(
     - `workers`: how many processes.
     - `compiled`: folder of the compilation cache that the processes share, in later runs too:
       recordings of a bank have many shapes, and compiling for one takes as long as a diagnosis.
+      Where `JAX_COMPILATION_CACHE_DIR` names another folder, that one.
 
     Raises `DataError` where a recording cannot be read or a prediction not be written, and
     `RuntimeError` where a process ends before its job does; what is written stays.
     """
     waiting = deque(jobs)
     settings = dict.fromkeys(_ONE_THREAD, "1") | {
-        "JAX_COMPILATION_CACHE_DIR": str(compiled),
+        _CACHE: os.environ.get(_CACHE) or str(compiled),
         "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
     }
     running: dict[Future[None], tuple[_Worker, Job]] = {}

@@ -3,7 +3,7 @@
 import dataclasses
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ._lines import SpectralLines, to_lines
 from ._periods import PeriodBlock
@@ -48,7 +48,9 @@ class Spectrum:
         return self.red * (self.step_s / step_s) / (1.0 + (hertz / self.corner_hz) ** self.exponent)
 
     def mean_variance(
-        self, lines: SpectralLines, pick: Float[np.ndarray, " lines"] | float = 1.0
+        self,
+        lines: SpectralLines,
+        pick: Float[np.ndarray, " lines"] | Bool[np.ndarray, " lines"] | float = 1.0,
     ) -> float:
         """Variance of a reading; `pick`: 1 for the lines that count, 0 for others."""
         weight = lines.multiplicity * pick

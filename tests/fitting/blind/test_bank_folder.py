@@ -142,7 +142,7 @@ def test_a_changed_recording_is_refused(nulls):
     with pytest.raises(DataError, match="were changed|was changed|one of them"):
         make_bank(nulls, "nulls", count=3)
     (nulls.answers / f"{nulls_name(nulls)}.json").unlink()  # the recording alone
-    with pytest.raises(DataError, match="another recording than its world's"):
+    with pytest.raises(DataError, match="another recording than its device's"):
         make_bank(nulls, "nulls", count=3)
 
 

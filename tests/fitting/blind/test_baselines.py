@@ -25,6 +25,7 @@ def fitted(strong):
     return fit_base(WhitenedModel.of(strong), None)
 
 
+@pytest.mark.slow
 def test_each_answers_and_a_strong_effect_is_named(strong, fitted):
     found = baseline_verdicts(strong, FEW, seed=3, fitted=fitted)
     assert list(found) == ["correlation", "jacobian", "aic", "lowpass", "random"]

@@ -61,6 +61,16 @@ def test_what_a_diagnosis_refuses_is_a_prediction_and_what_hides_is_restored(pla
 
 
 @pytest.mark.process
+def test_what_was_compiled_is_kept_with_the_bank_unless_a_folder_is_named(place, monkeypatch):
+    work = jobs(place, "world-0")
+    list(predict_in_workers(work, place / "answers", 1, compiled=place / "not used"))
+    assert not (place / "not used").exists()
+    monkeypatch.delenv("JAX_COMPILATION_CACHE_DIR")
+    list(predict_in_workers(work, place / "answers", 1, compiled=place / "compiled"))
+    assert any((place / "compiled").iterdir())
+
+
+@pytest.mark.process
 def test_a_recording_among_the_answers_is_out_of_reach(place):
     """The blindfold is on before a recording is read; the work stops with one line."""
     job = Job(str(place / "answers"), None, str(place / "predictions"), "tree", False)

@@ -81,6 +81,7 @@ def overconfident(rng, count):
     return out
 
 
+@pytest.mark.slow
 def test_a_calibration_learns_how_often_the_likelier_is_right():
     """70 % of the time, with more than 99 % at first."""
     rng = np.random.default_rng(0)

@@ -756,7 +756,9 @@ def test_constant_drive_has_no_standard_errors(rapi, tmp_path):
     assert {"lam", "a", "d_1"} <= set(model["verdict"]["unidentifiable"])
 
 
-@pytest.mark.parametrize("command", ["fit", "demo", "predict"])
+@pytest.mark.parametrize(
+    "command", ["fit", pytest.param("demo", marks=pytest.mark.slow), "predict"]
+)
 def test_interrupt(command, rapi, monkeypatch, fitted, tmp_path):
     def interrupt(*_, **__):
         raise KeyboardInterrupt

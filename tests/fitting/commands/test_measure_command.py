@@ -71,6 +71,7 @@ def test_nothing_is_played_beyond_the_limits(tmp_path, drives, capsys):
     assert not (tmp_path / "r").exists()
 
 
+@pytest.mark.process  # as long as the time limits of its connection
 def test_an_instrument_that_fails_is_exit_code_6(tmp_path, drives, capsys):
     """In the second run; the first is written."""
     fault = {"fault": Silent(), "when": b":WAV:DATA?", "after": 2}

@@ -1,6 +1,7 @@
 """Four real scans of one laser, read from fringes and fitted together."""
 
 import numpy as np
+import pytest
 from scope_traces import FSR, NAMES, load
 
 from fitting import fit
@@ -8,6 +9,7 @@ from rapi_jax import ECDL, RAPI, Drive, Recording
 from rapi_jax.readout import read_etalon
 
 
+@pytest.mark.slow
 def test_four_traces_together(shared_data, capsys):
     drives, answers, noise = [], [], []
     for name in NAMES:

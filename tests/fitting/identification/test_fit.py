@@ -230,6 +230,7 @@ def test_too_few_samples_are_refused():
         fit(ECDL(RAPI.guess(recording)), recording)
 
 
+@pytest.mark.slow
 def test_size_is_chosen_on_held_out_runs():
     recording, _ = paper_recording(samples=1000)
     choices = choose_order(recording, plays=(2, 10), order=(1, 3), each=((),), starts=2)

@@ -26,7 +26,9 @@ def test_picma_last_third_of_the_periods(shared_data, tmp_path):
     assert any("lag" in note for note in model["verdict"]["notes"])
 
 
-@pytest.mark.parametrize("name", ["afm_z_closed_loop", "afm_z_open_loop"])
+@pytest.mark.parametrize(
+    "name", ["afm_z_open_loop", pytest.param("afm_z_closed_loop", marks=pytest.mark.slow)]
+)
 def test_afm_from_an_unconditioned_state(shared_data, name):
     """AFM z piezos whose first cycle starts anywhere: initial values freed, error below 2.2 %."""
     recording = read_recording(shared_data / name)

@@ -127,11 +127,12 @@ def grid_slopes(operator, low, high, size=400):
     return np.concatenate([rising[before], falling[~before]])
 
 
-def test_no_turn_and_place_of_a_grid_has_a_smaller_slope():
+@pytest.mark.parametrize("count", [60, pytest.param(200, marks=pytest.mark.slow)])
+def test_no_turn_and_place_of_a_grid_has_a_smaller_slope(count):
     """Strong bends and many plays, whose contacts change order close to where they should."""
     rng = np.random.default_rng(20)
     gaps = []
-    for _ in range(200):
+    for _ in range(count):
         operator, low, high = bent(rng, weights=(0.0, 1.0), plays=(12, 13), strong=0.99)
         least = certify(operator, low, high, FREQ).slope_min
         seen = grid_slopes(operator, low, high).min()
@@ -140,11 +141,12 @@ def test_no_turn_and_place_of_a_grid_has_a_smaller_slope():
     assert np.median(gaps) < 5e-2
 
 
-def test_models_that_cannot_be_inverted_are_all_refused_with_the_place():
-    """300 of them: those on which a history was seen to fall; and the place holds one."""
+@pytest.mark.parametrize("count", [60, pytest.param(300, marks=pytest.mark.slow)])
+def test_models_that_cannot_be_inverted_are_all_refused_with_the_place(count):
+    """Those on which a history was seen to fall; and the place holds one."""
     rng = np.random.default_rng(16)
     found, inverted = 0, 0
-    while found < 300:
+    while found < count:
         operator, low, high = bent(rng, weights=(0.2, 1.0), crossed=bool(found % 2))
         least, where = smallest_slope(operator, low, high, rng, histories=60, turns=25)
         certificate = certify(operator, low, high, FREQ)
@@ -157,7 +159,7 @@ def test_models_that_cannot_be_inverted_are_all_refused_with_the_place():
         assert any(f.low - room <= where <= f.high + room for f in certificate.failures)
         with pytest.raises(NotInvertible, match="does not rise"):
             certificate.require()
-    assert inverted > 60  # so not everything is refused
+    assert inverted > count / 5  # so not everything is refused
 
 
 def test_what_is_refused_has_a_history_that_falls():

@@ -1,10 +1,10 @@
 """List every number that decides; halve and double each on open simulated devices.
 
 `--list` prints the table. Otherwise `identify` and `diagnose` run on `--count` devices of known
-effect, and `measure` in a simulated laboratory, with each threshold that they read halved and
-doubled; a JSON line goes to `--output` for each. A threshold that no verdict, set or number follows
-(to `MOVES`, relative) is varied on the next device; those that move nothing on any are printed.
-Not a test.
+effect, `measure` in a simulated laboratory, and the data checks on damaged recordings, with each
+threshold that they read halved and doubled; a JSON line goes to `--output` for each. A threshold
+that no verdict, set or number follows (to `MOVES`, relative) is varied on the next device; those
+that move nothing on any are printed. Not a test.
 """
 
 import argparse
@@ -198,8 +198,45 @@ def measured(recording: Any) -> dict[str, Any]:
     }
 
 
-EVALUATIONS = {"identify": identified, "diagnose": diagnosed, "measure": measured}
-ONCE = ("measure",)  # does not depend on the device
+def checked(recording: Any) -> dict[str, Any]:
+    """What the data checks find in damaged recordings: kinds of faults, and how many samples."""
+    import bad_input as bad
+
+    from fitting.identification.data_checks._data_checks import find_faults, find_mode_hops
+    from rapi_jax.io import read_recording
+
+    del recording
+    damages = {
+        "clipped above": bad.clipped(None, 0.9),
+        "clipped below": bad.clipped(0.1, None),
+        "hop": bad.hopped(2.0, 130),
+        "hop and back": bad.hopped(-3.0, 60, 75),
+        "rate high": bad.entry(excitation_hz=12.5),
+        "rate halved": bad.entry(excitation_hz=5.0),
+        "rate doubled": bad.entry(excitation_hz=20.0),
+        "clock in ms": bad.scale(0, 1000.0),
+        "resting": bad.put(0, 2, slice(None), 3.0),
+        "noise": bad.unrelated("noise"),
+        "none": lambda damaged: None,
+    }
+    found, numbers = set(), {}
+    for name, damage in damages.items():
+        with tempfile.TemporaryDirectory() as folder:
+            bad.data(damage)(Path(folder) / "r")
+            damaged = read_recording(Path(folder) / "r")
+        errors = [
+            good.response - run.response
+            for run, good in zip(damaged.runs, bad.good().runs, strict=True)
+        ]
+        for fault in [*find_faults(damaged), *find_mode_hops(damaged, errors)]:
+            found.add(f"{name}: {fault.kind}")
+            key = f"{name}.{fault.kind}.{fault.run}"
+            numbers[key] = float(sum(last - first + 1 for first, last in fault.samples))
+    return {"name": "", "set": sorted(found), "numbers": numbers}
+
+
+EVALUATIONS = {"identify": identified, "diagnose": diagnosed, "measure": measured, "check": checked}
+ONCE = ("measure", "check")  # do not depend on the device
 
 
 def evaluate(which: str, recording: Any, limit_s: int) -> dict[str, Any]:

@@ -7,6 +7,7 @@ follow from the extremes of the target alone, since whatever came between, at it
 drive each play rests on its rising bound or where the minimum left it.
 """
 
+import functools
 from typing import Any
 
 import equinox as eqx
@@ -20,6 +21,7 @@ from rapi_jax.operators import AbstractOperator, Plays
 from ._root import Scalar, attach, root, search
 
 _GRID = 257  # peak-to-peak drives at which a first look is taken
+_MINIMUM_GRID = 33  # drives at which a falling response at the minimum is looked for
 _CROSSINGS = 4  # so many of the zeros between them are looked into
 
 
@@ -50,15 +52,22 @@ def _minimum_residual(u: Scalar, args: Any) -> Scalar:
     return at_minimum(operator, u, plays) - y_min
 
 
-def _drive_minimum(u_pp: Scalar, args: Any) -> Scalar:
+def _drive_minimum(u_pp: Scalar, args: Any, *, falling: bool) -> Scalar:
     operator, y_min, _, freq, low, high, ratio = args
-    plays = operator.plays(ratio * u_pp, freq)
-    return root(_minimum_residual, (operator, plays, y_min), low, high, (low + high) / 2)
+    given = operator, operator.plays(ratio * u_pp, freq), y_min
+    if not falling:
+        return root(_minimum_residual, given, low, high, (low + high) / 2)
+    fixed = jax.lax.stop_gradient(given)
+    grid = jnp.linspace(low, high, _MINIMUM_GRID)
+    above = jax.vmap(lambda u: _minimum_residual(u, fixed))(grid) > 0
+    place = jnp.argmax(above[:-1] & ~above[1:])
+    low, high = grid[place], grid[place + 1]
+    return root(lambda u, args: -_minimum_residual(u, args), given, low, high, (low + high) / 2)
 
 
-def _maximum_residual(u_pp: Scalar, args: Any) -> Scalar:
+def _maximum_residual(u_pp: Scalar, args: Any, *, falling: bool) -> Scalar:
     operator, y_min, y_max, freq, low, high, ratio = args
-    u_min, plays = _drive_minimum(u_pp, args), operator.plays(ratio * u_pp, freq)
+    u_min, plays = _drive_minimum(u_pp, args, falling=falling), operator.plays(ratio * u_pp, freq)
     # Outside the range, where the operator may turn over, it is continued more steeply than it is.
     ends = (plays.falling(operator.centred(u)) for u in (low, high))
     steepest = jnp.sum(jnp.abs(plays.p) * (1.0 + jnp.maximum(*ends)))
@@ -68,16 +77,16 @@ def _maximum_residual(u_pp: Scalar, args: Any) -> Scalar:
     return at_maximum(operator, u_max, u_min, plays) + beyond - y_max
 
 
-def _is_feasible(u_pp: Scalar, args: Any) -> Bool[Array, ""]:
+def _is_feasible(u_pp: Scalar, args: Any, *, falling: bool) -> Bool[Array, ""]:
     """Whether the drive stays in its range, and the minimum has a drive at all."""
     operator, y_min, y_max, freq, _, high, ratio = args
-    u_min = _drive_minimum(u_pp, args)
+    u_min = _drive_minimum(u_pp, args, falling=falling)
     off = jnp.abs(_minimum_residual(u_min, (operator, operator.plays(ratio * u_pp, freq), y_min)))
     return (u_min + u_pp <= high) & (off <= 1e-9 * (y_max - y_min))
 
 
-def _fixed_point(f: Any, holds: Any, args: Any, widest: Scalar) -> Scalar:
-    """The smallest `u_pp` up to `widest` where `f` is zero and `holds`, as a grid shows it.
+def _fixed_point(f: Any, holds: Any, args: Any, widest: Scalar) -> tuple[Scalar, Bool[Array, ""]]:
+    """The smallest `u_pp` up to `widest` where `f` is zero and `holds`, and whether there is one.
 
     Thresholds that grow with `u_pp` can make `f` rise and fall, so it need not be increasing.
     """
@@ -97,7 +106,7 @@ def _fixed_point(f: Any, holds: Any, args: Any, widest: Scalar) -> Scalar:
         return u_pp, holds(u_pp, fixed)
 
     found, good = jax.lax.map(at, places)
-    return attach(f, args, jax.lax.stop_gradient(found[jnp.argmax(good)]))
+    return attach(f, args, jax.lax.stop_gradient(found[jnp.argmax(good)])), jnp.any(good)
 
 
 @eqx.filter_jit
@@ -113,11 +122,22 @@ def extremes(
     """Smallest and largest drive of a run whose response goes from `y_min` to `y_max`.
 
     The fixed point on `u_pp` of Eq. 11, as one scalar root. Looked for in `[low, high]`; where
-    there is none, somewhere in it. `ratio` as in `placed`.
+    there is none, somewhere in it. `ratio`: see `drive_range_for_span`.
     """
-    args = (operator, y_min, y_max, freq, low, high, ratio)
-    u_pp = _fixed_point(_maximum_residual, _is_feasible, args, high - low)
-    u_min = _drive_minimum(u_pp, args)
+
+    def find(falling: bool) -> tuple[Scalar, Scalar, Bool[Array, ""]]:
+        args = (operator, y_min, y_max, freq, low, high, ratio)
+        residual = functools.partial(_maximum_residual, falling=falling)
+        feasible = functools.partial(_is_feasible, falling=falling)
+        u_pp, found = _fixed_point(residual, feasible, args, high - low)
+        return _drive_minimum(u_pp, args, falling=falling), u_pp, found
+
+    u_min, u_pp, found = find(False)
+    # With weights of both signs the response at the minimum may fall as the minimum rises, although
+    # every scan rises from there: Eq. 13 moves all plays with it.
+    other = jax.lax.cond(found, lambda: (u_min, u_pp, found), lambda: find(True))
+    use = ~found & other[2]
+    u_min, u_pp = jnp.where(use, other[0], u_min), jnp.where(use, other[1], u_pp)
     return u_min, u_min + u_pp
 
 
@@ -144,7 +164,7 @@ def drive_range_for_span(
     `ratio`: the peak-to-peak drive sent, for Eq. 11, over the one that reaches the operator.
     """
     args = (operator, centre, span, freq, ratio)
-    u_pp = _fixed_point(_span, lambda u_pp, _: jnp.asarray(True), args, widest)
+    u_pp, _ = _fixed_point(_span, lambda u_pp, _: jnp.asarray(True), args, widest)
     return centre - u_pp / 2, centre + u_pp / 2
 
 

@@ -37,6 +37,7 @@ def test_each_answers_and_a_strong_effect_is_named(strong, fitted):
     assert found == baseline_verdicts(strong, FEW, seed=3, fitted=fitted)
 
 
+@pytest.mark.slow
 def test_an_effect_left_out_is_never_named(strong, fitted):
     few = tuple(cls for cls in FEW if cls is not Resonance)
     for seed in range(2):

@@ -213,7 +213,7 @@ def test_effects_without_a_memory_are_undone_to_rounding(effects):
         ((LAG, LATE, RIPPLE), True),
         ((*LAWS, LAG, LATE), True),
         pytest.param((CurrentCoupling(coupling=3e-3),), True, marks=pytest.mark.slow),
-        ((CurrentCoupling(coupling=-3e-3),), True),
+        pytest.param((CurrentCoupling(coupling=-3e-3),), True, marks=pytest.mark.slow),
         pytest.param((LAG, LATE, CurrentCoupling(coupling=1e-3)), True, marks=pytest.mark.slow),
         ((), False),
     ],

@@ -93,6 +93,7 @@ def test_a_diagnosis_foresees_what_closes_and_how_straight_a_scan_becomes():
     assert found["straighter"]["low"] > 1.0
 
 
+@pytest.mark.slow
 def test_no_scan_becomes_straighter_by_an_effect_that_no_drive_allows_for():
     truth = Pickup(amplitude=0.05, hertz=50.3, phase=0.3)
     report = diagnose(None, recorded([truth], noise=0.01, session=SESSION), scan=False)

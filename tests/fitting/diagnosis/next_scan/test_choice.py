@@ -351,6 +351,7 @@ def test_the_power_is_what_a_joint_refit_of_the_simulated_recording_shows():
         assert pair["power"] == pytest.approx(shown, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_random_scan_of_equal_length_separates_less():
     """Paired over three worlds, in true joint refits; at most 1 in 9 against (sign test: 2 %)."""
     rng = np.random.default_rng(7)

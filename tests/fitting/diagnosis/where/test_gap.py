@@ -214,7 +214,8 @@ def test_harmonics_and_a_tone_are_told_apart():
     assert find_tones(cleaned, parts, spectrum) == []
 
 
-@pytest.mark.parametrize("low", [0.0, pytest.param(3.0, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("low", [0.0, 3.0])
 def test_tones_in_noise_alone_are_rare(low: float):
     """At 1 %: of 150 sessions up to 6 (0.1 % chance of more)."""
     _, parts = session()
@@ -254,16 +255,8 @@ def _closing(
     return plus(e, error), after
 
 
-@pytest.mark.parametrize(
-    ("left", "spread"),
-    [
-        (0.1, 0.7),
-        *(
-            pytest.param(*one, marks=pytest.mark.slow)
-            for one in [(0.1, 0.0), (0.5, 0.0), (0.5, 0.4)]
-        ),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("left", "spread"), [(0.1, 0.0), (0.1, 0.7), (0.5, 0.0), (0.5, 0.4)])
 def test_intervals_cover_the_truth(left: float, spread: float):
     """95 % intervals cover 90 to 99 % of 160 truths; runs that close alike, and that do not."""
     _, parts = session(rates=(10.0, 20.0, 30.0, 40.0) * 2)

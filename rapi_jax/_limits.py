@@ -6,8 +6,7 @@ import numpy as np
 
 from ._errors import LimitError
 from ._recording import Drive
-
-_ROUNDING = 1e-9  # of the range: two ways to compute one voltage must not differ in the verdict
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True)
@@ -41,7 +40,7 @@ class DriveLimits:
 
     def check(self, drive: Drive) -> None:
         """Raise `LimitError` where `drive` leaves the limits anywhere; never changes it."""
-        value, slack = drive.value, _ROUNDING * (self.high_v - self.low_v)
+        value, slack = drive.value, THRESHOLDS.limit_rounding * (self.high_v - self.low_v)
         for outside, name, limit in (
             (value < self.low_v - slack, "low_v", self.low_v),
             (value > self.high_v + slack, "high_v", self.high_v),
@@ -53,7 +52,7 @@ class DriveLimits:
                     f"{np.argmax(outside)}, the worst at sample {worst}: {value[worst]:.6g} V. "
                     "Scan less, move the bias, or widen the limit if the device allows it."
                 )
-        if drive.rate > self.max_frequency_hz * (1 + _ROUNDING):
+        if drive.rate > self.max_frequency_hz * (1 + THRESHOLDS.limit_rounding):
             raise LimitError(
                 f"the scan rate is {drive.rate:g} Hz, but `max_frequency_hz` is "
                 f"{self.max_frequency_hz:g} Hz. Scan more slowly."

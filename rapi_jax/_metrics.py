@@ -7,12 +7,10 @@ import numpy as np
 
 from ._errors import DataError
 from ._recording import ROI, Drive, Run
+from ._thresholds import THRESHOLDS
 from .sampling import _phase
 
 C = 299_792_458.0  # m/s
-_NEAR = 0.015  # of a period: the stretch on each side of a turn that it is found from
-_GUARD = 0.002  # of a period: left out next to the turn
-_LONGEST = 1 << 18  # samples of a beat
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -102,7 +100,7 @@ class Branch:
         radians = 2.0 * np.pi * delay_s * 1e9
         jump = radians * float(np.abs(np.diff(residual)).max())
         count = time.size * max(1, int(np.ceil(jump / 0.5)))
-        if count > _LONGEST:
+        if count > THRESHOLDS.longest_beat:
             raise DataError(
                 f"the beat of the {self.direction} branch cannot be formed: at {delay_s:g} s its "
                 f"phase moves {jump:.3g} rad between samples. Record more samples, or give the "
@@ -231,8 +229,8 @@ def _refined(cycles: np.ndarray, value: np.ndarray, at: float, slope: float) -> 
     """The phase of the minimum of `value` near `at`."""
     for _ in range(3):
         x = np.mod(cycles - at + 0.5, 1.0) - 0.5
-        left = (x > -_NEAR) & (x < -_GUARD)
-        right = (x < _NEAR) & (x > _GUARD)
+        left = (x > -THRESHOLDS.turn_near) & (x < -THRESHOLDS.turn_guard)
+        right = (x < THRESHOLDS.turn_near) & (x > THRESHOLDS.turn_guard)
         if min(left.sum(), right.sum()) < 8:
             return at  # too few samples for better
         a, b = np.polyfit(x[left], value[left], 2), np.polyfit(x[right], value[right], 2)
@@ -241,10 +239,10 @@ def _refined(cycles: np.ndarray, value: np.ndarray, at: float, slope: float) -> 
             real = roots[np.abs(roots.imag) < 1e-9].real
             move = float(real[np.argmin(np.abs(real))]) if real.size else 0.0
         else:
-            near = np.abs(x) < _NEAR
+            near = np.abs(x) < THRESHOLDS.turn_near
             c = np.polyfit(x[near], value[near], 2)
             move = float(-c[1] / (2.0 * c[0])) if c[0] > 0 else 0.0
-        if abs(move) > _NEAR:
+        if abs(move) > THRESHOLDS.turn_near:
             return at
         at = (at + move) % 1.0
     return at

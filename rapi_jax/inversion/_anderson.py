@@ -2,7 +2,7 @@
 
 import numpy as np
 
-_KEPT = 12  # rounds that are remembered
+from ._thresholds import THRESHOLDS
 
 
 class AndersonMixing:
@@ -18,8 +18,8 @@ class AndersonMixing:
 
     def next(self, place: np.ndarray, image: np.ndarray) -> np.ndarray:
         """Where to try next, now that the map is known to take `place` to `image`."""
-        self._images = [*self._images[-_KEPT:], image]
-        self._errors = [*self._errors[-_KEPT:], image - place]
+        self._images = [*self._images[-THRESHOLDS.mixed_iterations :], image]
+        self._errors = [*self._errors[-THRESHOLDS.mixed_iterations :], image - place]
         if len(self._errors) < 2:
             return image
         errors, images = np.diff(self._errors, axis=0), np.diff(self._images, axis=0)

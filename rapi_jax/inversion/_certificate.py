@@ -25,7 +25,7 @@ from rapi_jax._precision import as_float64, float64
 from rapi_jax.operators import AbstractOperator
 from rapi_jax.plays._contact_intervals import Band, Pieces
 
-_MARGIN = 1e-9  # of the mean slope: below it a model is singular to rounding
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True)
@@ -103,7 +103,7 @@ def certify(
         least = min(found.best for found in slopes)
         scale = abs(float(gain.integ()(high) - gain.integ()(low))) / (high - low)
         scale += np.abs(band.p).sum()
-        failures = tuple(_failed(slopes, _MARGIN * scale, origin))
+        failures = tuple(_failed(slopes, THRESHOLDS.least_slope * scale, origin))
         reasons = [
             f"on a drive going {f.direction} the response does not rise with it from {f.low:.6g} "
             f"to {f.high:.6g} (slope down to {f.slope:.4g}, with "

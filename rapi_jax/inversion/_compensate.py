@@ -20,10 +20,7 @@ from ._compensation_iteration import Round, Scan, bracketed
 from ._identified import Identified
 from ._inverse_effects import drive_effects, law_of, refuse, steady, undo_effects
 from ._target import Target
-
-_MOST_ROUNDS = 50
-_MORE = 4  # samples of the next period, so that the last one has a neighbour
-_CLOSE = 1e-6  # of the span, rms: how near the whole model must come to the target
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -135,18 +132,18 @@ def compensate(
 
 def _followed(ecdl: ECDL, drive: Drive, wanted: np.ndarray) -> np.ndarray:
     """The forward model's steady answer to `drive`, which must be `wanted`."""
-    more = np.arange(drive.size + _MORE)
+    more = np.arange(drive.size + THRESHOLDS.wrapped_samples)
     value = np.take(drive.value, more, mode="wrap")
     longer = Drive(more * drive.step_s, value, drive.excitation_hz, drive.waveform)
     answer = np.asarray(predict(steady(ecdl), longer))[: drive.size]
     off = (answer - wanted) / np.ptp(wanted)
     rms = float(np.sqrt(np.mean(off**2)))
-    if not rms <= _CLOSE:
+    if not rms <= THRESHOLDS.target_error:
         raise NotInvertible(
             f"the response to the drive found would be {rms:.2g} of the span off the scan (rms, "
-            f"most after {drive.time[np.abs(off).argmax()]:.4g} s), and no more than {_CLOSE:g} is "
-            "accepted: the scan asks for more than a drive of this many samples holds. Round its "
-            "corners more, or give the target more samples."
+            f"most after {drive.time[np.abs(off).argmax()]:.4g} s), and no more than "
+            f"{THRESHOLDS.target_error:g} is accepted: the scan asks for more than a drive "
+            "of this many samples holds. Round its corners more, or give the target more samples."
         )
     return answer
 
@@ -162,7 +159,7 @@ def _exact(
     law = law_of(ecdl, rate, scan.widest / 2, bias)
     state = Round.of(law, scan.widest / 2)
     mixing = AndersonMixing()
-    for _ in range(_MOST_ROUNDS):
+    for _ in range(THRESHOLDS.most_iterations):
         found = scan.at_operator(state)
         sent = np.asarray(undo_effects(drive_effects(ecdl), time, jnp.asarray(found.sampled)))
         low, high = float(sent.min()) - found.below, float(sent.max()) + found.above

@@ -23,9 +23,7 @@ from ._certificate import Certificate, certify
 from ._exact_inverse import at_minimum, drive_range_for_span, extremes, scan_inverse
 from ._inverse_effects import from_minimum, loop, response_effects, undo_effects
 from ._target import Target
-
-_SETTLED = 1e-8  # of the swing, far below what a scan must follow: how still a coupling drive is
-_EXACT = 1e-9  # of the span: how well an operator is inverted
+from ._thresholds import THRESHOLDS
 
 
 class Round(NamedTuple):
@@ -60,8 +58,10 @@ class Round(NamedTuple):
             return False
         still = 1e-12
         if self.sent is not None and last.sent is not None:
-            still = _SETTLED
-            if not np.abs(self.sent - last.sent).max() < _SETTLED * np.ptp(self.sent):
+            still = THRESHOLDS.coupling_change
+            if not np.abs(self.sent - last.sent).max() < THRESHOLDS.coupling_change * np.ptp(
+                self.sent
+            ):
                 return False
         most = max(abs(self.freq / last.freq - 1), abs(self.ratio - last.ratio))
         moved = abs(self.offset - last.offset) / max(abs(self.offset), 1e-300)
@@ -191,7 +191,7 @@ class Scan(NamedTuple):
         rate, u_pp, u_min = (as_float64(x) for x in (state.freq, u_pp, low))
         answer = np.asarray(operator(jnp.asarray(found.drive), rate, u_pp=u_pp, u_min=u_min))
         off = float(np.abs(answer - found.wanted).max())
-        if not off <= _EXACT * self.target.span:
+        if not off <= THRESHOLDS.inverse_error * self.target.span:
             raise NotInvertible(
                 f"the drive found answers the scan only to {off:.3g} of {self.target.span:g}. This "
                 "should not happen for a certified model: please report it with the model file."

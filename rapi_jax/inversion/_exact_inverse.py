@@ -19,10 +19,7 @@ from rapi_jax._precision import as_float64, float64
 from rapi_jax.operators import AbstractOperator, Plays
 
 from ._root import Scalar, attach, root, search
-
-_GRID = 257  # peak-to-peak drives at which a first look is taken
-_MINIMUM_GRID = 33  # drives at which a falling response at the minimum is looked for
-_CROSSINGS = 4  # so many of the zeros between them are looked into
+from ._thresholds import THRESHOLDS
 
 
 def _memoryless(operator: AbstractOperator, u: Scalar) -> Scalar:
@@ -58,7 +55,7 @@ def _drive_minimum(u_pp: Scalar, args: Any, *, falling: bool) -> Scalar:
     if not falling:
         return root(_minimum_residual, given, low, high, (low + high) / 2)
     fixed = jax.lax.stop_gradient(given)
-    grid = jnp.linspace(low, high, _MINIMUM_GRID)
+    grid = jnp.linspace(low, high, THRESHOLDS.minimum_grid)
     above = jax.vmap(lambda u: _minimum_residual(u, fixed))(grid) > 0
     place = jnp.argmax(above[:-1] & ~above[1:])
     low, high = grid[place], grid[place + 1]
@@ -91,10 +88,12 @@ def _fixed_point(f: Any, holds: Any, args: Any, widest: Scalar) -> tuple[Scalar,
     Thresholds that grow with `u_pp` can make `f` rise and fall, so it need not be increasing.
     """
     fixed = jax.lax.stop_gradient(args)
-    grid = jax.lax.stop_gradient(widest) * jnp.linspace(1e-9, 1.0, _GRID)
+    grid = jax.lax.stop_gradient(widest) * jnp.linspace(1e-9, 1.0, THRESHOLDS.swing_grid)
     values = jax.lax.map(lambda u_pp: f(u_pp, fixed), grid)
     crossing = (values[:-1] <= 0) != (values[1:] <= 0)
-    (places,) = jnp.nonzero(crossing, size=_CROSSINGS, fill_value=_GRID - 2)
+    (places,) = jnp.nonzero(
+        crossing, size=THRESHOLDS.swing_crossings, fill_value=THRESHOLDS.swing_grid - 2
+    )
 
     def signed(u_pp: Scalar, args: Any) -> Scalar:
         return args[0] * f(u_pp, args[1])

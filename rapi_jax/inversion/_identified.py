@@ -9,8 +9,7 @@ from rapi_jax._errors import ModelError
 from rapi_jax._limits import DriveLimits
 from rapi_jax._recording import Drive, Recording
 
-_BEYOND = 0.05  # of the range: a straight scan of the same span needs a little more drive
-_STEEPER = 3.0  # a straight scan turns twice as steeply as the triangle it was identified with
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True)
@@ -72,9 +71,11 @@ class Identified:
         A straight scan needs more drive than the crooked one of the same span at the fast rates,
         and right after a turn, where no play moves yet, about twice the slope.
         """
-        more = _BEYOND * (self.drive_max - self.drive_min)
+        more = THRESHOLDS.range_margin * (self.drive_max - self.drive_min)
         return DriveLimits(
-            self.drive_min - more, self.drive_max + more, _STEEPER * max(self.slew_max, 1e-12)
+            self.drive_min - more,
+            self.drive_max + more,
+            THRESHOLDS.slope_margin * max(self.slew_max, 1e-12),
         )
 
     def outside(self, drive: Drive) -> list[str]:

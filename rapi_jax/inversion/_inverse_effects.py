@@ -31,7 +31,7 @@ from rapi_jax.effects import (
 from rapi_jax.effects._base import Past
 from rapi_jax.sampling._corners import corners
 
-_ROUNDS = 30
+from ._thresholds import THRESHOLDS
 
 
 def refuse(effects: Sequence[AbstractEffect]) -> None:
@@ -91,7 +91,7 @@ def _uncoupled(
     size, wanted = signal.size, np.asarray(signal)
     clock = np.asarray(time)[0] + (np.arange(3 * size) - size) * float(time[1] - time[0])
     before = wanted
-    for _ in range(_ROUNDS):
+    for _ in range(THRESHOLDS.effect_iterations):
         three = (jnp.asarray(np.tile(x, 3)) for x in (before, sent))
         answer = np.asarray(effect(jnp.asarray(clock), *three))[size : 2 * size]
         off = wanted - answer

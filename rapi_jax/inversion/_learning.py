@@ -12,11 +12,7 @@ from rapi_jax._metrics import Linearity, linearity, turning_points
 from rapi_jax._recording import Drive, Run
 
 from ._target import Target
-
-_WORSE = 1.5  # times the best nonlinearity: an iteration that went wrong
-_MUCH_WORSE = 4.0  # times: no need to look twice
-_WEAK = 0.1  # of the response at rest: below it the inverse grows no further
-_GENTLE = 0.3  # of the mean slope: a smaller one would let noise near a turn into the drive
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -203,7 +199,7 @@ def _slope(drive: Drive, response: np.ndarray) -> np.ndarray:
     mean = float(np.abs(dy).sum() / np.abs(du).sum())
     steady = np.abs(du) > 0.5 * float(np.abs(du).mean())
     local = np.where(steady, dy / np.where(steady, du, 1.0), mean)
-    return np.clip(local, _GENTLE * mean, mean / _GENTLE)
+    return np.clip(local, THRESHOLDS.least_local_slope * mean, mean / THRESHOLDS.least_local_slope)
 
 
 def _low_pass(size: int, rate: float, bandwidth_hz: float) -> np.ndarray:
@@ -216,7 +212,7 @@ def _low_pass(size: int, rate: float, bandwidth_hz: float) -> np.ndarray:
 
 def _regularised_inverse(response: np.ndarray) -> np.ndarray:
     """The inverse of a response, held back where that is small: there a drive does little."""
-    return np.conj(response) / np.maximum(np.abs(response) ** 2, _WEAK**2)
+    return np.conj(response) / np.maximum(np.abs(response) ** 2, THRESHOLDS.weak_response**2)
 
 
 def _total_rms(scan: Linearity) -> float:
@@ -227,8 +223,8 @@ def _diverged(scans: list[Linearity]) -> str:
     course = [_total_rms(scan) for scan in scans]
     best = min(course)
     last = course[-2:]
-    if not np.isfinite(course[-1]) or last[-1] > _MUCH_WORSE * best:
+    if not np.isfinite(course[-1]) or last[-1] > THRESHOLDS.much_worse * best:
         return f"nonlinearity grew to {course[-1]:.3g} GHz from {best:.3g} GHz in one iteration"
-    if len(last) == 2 and min(last) > _WORSE * best:
-        return f"nonlinearity stayed above {_WORSE:g} times its best, {best:.3g} GHz"
+    if len(last) == 2 and min(last) > THRESHOLDS.worse * best:
+        return f"nonlinearity stayed above {THRESHOLDS.worse:g} times its best, {best:.3g} GHz"
     return ""

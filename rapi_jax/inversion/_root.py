@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-_MOST = 200  # steps; Newton takes 2 to 6, bisection alone at most 60 to the last bit
+from ._thresholds import THRESHOLDS
 
 Scalar = Float[Array, ""]
 
@@ -24,7 +24,7 @@ def search(
 
     def go_on(state):
         _, below, above, step, count = state
-        return (jnp.abs(step) > near) & (above - below > near) & (count < _MOST)
+        return (jnp.abs(step) > near) & (above - below > near) & (count < THRESHOLDS.root_steps)
 
     def advance(state):
         x, below, above, _, count = state

@@ -11,9 +11,7 @@ from rapi_jax._recording import Drive, Recording, Run
 
 from ._history import History
 from ._sampling_grid import Row, row_of
-
-# Rows are padded to a multiple of this, so that similar recordings share compiled code.
-_ROUND = 256
+from ._thresholds import THRESHOLDS
 
 
 class DriveBatch(eqx.Module):
@@ -67,7 +65,7 @@ def usable(run: Run, lag_s: float) -> Bool[np.ndarray, " time"]:
 def _stack(columns: Sequence[np.ndarray], fill: int | None = None) -> np.ndarray:
     """Columns of different lengths as one array, padded with their last element or with `fill`."""
     longest = max(column.size for column in columns)
-    longest += -longest % _ROUND
+    longest += -longest % THRESHOLDS.row_multiple
     pads = [(0, longest - column.size) for column in columns]
     if fill is None:
         return np.stack([np.pad(c, pad, "edge") for c, pad in zip(columns, pads, strict=True)])

@@ -4,9 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.lib.stride_tricks import sliding_window_view
 
-_SIDE = 6  # samples on either side through which a straight line must go
-_STRAIGHT = 5e-3  # of their rise: how far they may lie off it
-_SAME = 1e-6  # of a step: a corner this near a sample is that sample
+from ._thresholds import THRESHOLDS
 
 
 def corners(
@@ -26,7 +24,7 @@ def corners(
     for k in np.flatnonzero(there):
         step = time[turn[k]] - time[turn[k] - 1]
         # Midway between two samples both of them are an extreme.
-        if not kept or at[k] > at[kept[-1]] + _SAME * step:
+        if not kept or at[k] > at[kept[-1]] + THRESHOLDS.same_sample * step:
             kept.append(int(k))
     return at[kept], height[kept]
 
@@ -35,19 +33,22 @@ def _meeting(
     time: np.ndarray, value: np.ndarray, turn: np.ndarray, last: np.ndarray
 ) -> tuple[Bool[np.ndarray, " turns"], Float[np.ndarray, " turns"], Float[np.ndarray, " turns"]]:
     """Corners in the steps that follow the samples `last`: whether there is one, time and value."""
-    inside = (last >= _SIDE - 1) & (last + _SIDE < time.size)
+    inside = (last >= THRESHOLDS.corner_samples - 1) & (
+        last + THRESHOLDS.corner_samples < time.size
+    )
     if not inside.any():
         none = np.zeros(turn.size)
         return none.astype(bool), none, none
     last = np.where(inside, last, last[inside][0])
     origin = time[turn]
     (a, b, one), (c, d, other) = (
-        _lines(time, value, begin, origin) for begin in (last - _SIDE + 1, last + 1)
+        _lines(time, value, begin, origin)
+        for begin in (last - THRESHOLDS.corner_samples + 1, last + 1)
     )
     there = inside & one & other & (a != c)
     at = (d - b) / np.where(there, a - c, 1.0)
     left, right = time[last], time[last + 1]
-    near = _SAME * (right - left)
+    near = THRESHOLDS.same_sample * (right - left)
     there &= (left + near < at + origin) & (at + origin < right - near)
     return there, at + origin, a * at + b
 
@@ -59,10 +60,14 @@ def _lines(
 
     And whether the samples are on their line, and the line is not flat.
     """
-    x, y = (sliding_window_view(row, _SIDE)[begin] for row in (time, value))
+    x, y = (sliding_window_view(row, THRESHOLDS.corner_samples)[begin] for row in (time, value))
     middle, level = x.mean(axis=1), y.mean(axis=1)
     x, y = x - middle[:, None], y - level[:, None]
     slope = np.sum(x * y, axis=1) / np.sum(x * x, axis=1)
     off = np.abs(y - slope[:, None] * x).max(axis=1)
     rise = np.abs(slope) * (x[:, -1] - x[:, 0])
-    return slope, level + slope * (origin - middle), (rise > 0) & (off <= _STRAIGHT * rise)
+    return (
+        slope,
+        level + slope * (origin - middle),
+        (rise > 0) & (off <= THRESHOLDS.corner_straightness * rise),
+    )

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-_EDGE = 0.015  # a period that starts this near the record's first sample starts with it
+from ._thresholds import THRESHOLDS
 
 
 def fold(phase: np.ndarray, value: np.ndarray, bins: int) -> np.ndarray:
@@ -35,7 +35,7 @@ def complete_periods(cycles: np.ndarray, anchor: float) -> np.ndarray:
     they begin with the record.
     """
     step = (cycles[-1] - cycles[0]) / max(1, cycles.size - 1)
-    anchor = 0.0 if min(anchor, 1.0 - anchor) < max(_EDGE, 0.75 * step) else anchor
+    anchor = 0.0 if min(anchor, 1.0 - anchor) < max(THRESHOLDS.period_edge, 0.75 * step) else anchor
     for begin in (anchor, 0.0):
         period = np.floor(cycles - begin + step / 2).astype(int)
         first = 0 if begin == 0.0 else int(np.ceil(cycles[0] - begin - step / 2))

@@ -7,13 +7,10 @@ import numpy as np
 from rapi_jax._recording import Drive
 
 from ._corners import corners
+from ._thresholds import THRESHOLDS
 
-_WHOLE = 0.02  # of a sample, over the whole run: how far periods may be from whole samples
-_REPEATS = 1e-9  # of the swing: how far the drive of one period may be from that of the next
-_NEAR = 1e-6  # of a step
 # Steps behind a turning point where nodes are added.
 _REFINEMENT_STEPS = np.geomspace(1.0 / 64.0, 6.0, 24)
-_MOST_TURNS = 16  # a period: more are those of a multisine, or noise
 
 
 class Row(NamedTuple):
@@ -48,10 +45,13 @@ def _whole_period(drive: Drive) -> int:
         return 0
     exact = 1.0 / (drive.rate * drive.step_s)
     count = round(exact)
-    if not 8 <= count <= drive.size or abs(exact - count) * drive.size / count > _WHOLE:
+    if (
+        not 8 <= count <= drive.size
+        or abs(exact - count) * drive.size / count > THRESHOLDS.whole_periods
+    ):
         return 0
     again = drive.value[count:] - drive.value[:-count]
-    return count if np.abs(again).max(initial=0.0) <= _REPEATS * drive.u_pp else 0
+    return count if np.abs(again).max(initial=0.0) <= THRESHOLDS.repeat_error * drive.u_pp else 0
 
 
 def _tiled(drive: Drive, count: int, lag_s: float, lead: bool) -> Row:
@@ -59,7 +59,7 @@ def _tiled(drive: Drive, count: int, lag_s: float, lead: bool) -> Row:
     value = drive.value[:count]
     around = (np.arange(3 * count) - count) * step
     at, height = corners(around, np.tile(value, 3))
-    inside = (at >= -_NEAR * step) & (at < period - _NEAR * step)
+    inside = (at >= -THRESHOLDS.near_sample * step) & (at < period - THRESHOLDS.near_sample * step)
     at, height = at[inside], height[inside]
     if lead:  # a lag moves the drive's extreme to between samples
         at, height = _refine_behind_turns(value, step, at, height)
@@ -72,7 +72,10 @@ def _tiled(drive: Drive, count: int, lag_s: float, lead: bool) -> Row:
     number = np.concatenate([np.arange(count), np.full(at.size, -1)])
     u = np.concatenate([seen if lag_s else value, height])
     first = phase[np.argmin(u)]
-    phase = np.mod(phase - first + _NEAR * step, period) - _NEAR * step
+    phase = (
+        np.mod(phase - first + THRESHOLDS.near_sample * step, period)
+        - THRESHOLDS.near_sample * step
+    )
     order = np.argsort(phase)
     phase, number, u = phase[order], number[order], u[order]
     node_lead = u.size if lead else 0
@@ -82,7 +85,9 @@ def _tiled(drive: Drive, count: int, lag_s: float, lead: bool) -> Row:
     turns = np.arange(-2, whole + 1)
     time = (first + turns[:, None] * period + phase[None, :]).ravel()
     place = np.tile(cycle, turns.size)
-    keep = (time >= begin - _NEAR * step) & (time <= drive.time[-1] + _NEAR * step)
+    keep = (time >= begin - THRESHOLDS.near_sample * step) & (
+        time <= drive.time[-1] + THRESHOLDS.near_sample * step
+    )
     time, place = time[keep], place[keep]
     nearest = np.round(time / step).astype(int)
     is_sample = (number[place] >= 0) & (nearest >= 0) & (nearest < drive.size)
@@ -93,7 +98,7 @@ def _tiled(drive: Drive, count: int, lag_s: float, lead: bool) -> Row:
         drive.start_s + time,
         place + node_lead,
         np.where(is_sample, nearest, -1),
-        int((time < -_NEAR * step).sum()),
+        int((time < -THRESHOLDS.near_sample * step).sum()),
         node_lead,
         period if lead else 0.0,
     )
@@ -106,10 +111,10 @@ def _refine_behind_turns(
     rise = np.diff(value, prepend=value[-1:])
     turns = np.flatnonzero(rise * np.roll(rise, -1) < 0) * step
     count, period = value.size, value.size * step
-    if turns.size <= _MOST_TURNS:  # those of samples, where no corner stands beside them
+    if turns.size <= THRESHOLDS.most_turns:  # those of samples, where no corner stands beside them
         beside = np.abs(_around(turns[:, None] - at[None, :], period)) <= step
         turns = np.concatenate([at, turns[~beside.any(axis=1)]])
-    if not 0 < turns.size <= _MOST_TURNS:
+    if not 0 < turns.size <= THRESHOLDS.most_turns:
         return at, height
     known = np.concatenate([np.arange(count) * step, at])
     order = np.argsort(known)
@@ -136,7 +141,7 @@ def _plain(drive: Drive, lead: bool) -> Row:
     order = np.argsort(time, kind="stable")
     sample = np.concatenate([np.maximum(index, -1), np.full(at.size, -1)])[order]
     time, value = time[order], np.concatenate([value, height])[order]
-    start = int(np.searchsorted(time, -(length + _NEAR) * drive.step_s))
+    start = int(np.searchsorted(time, -(length + THRESHOLDS.near_sample) * drive.step_s))
     return Row(
         drive.start_s + time,
         value,

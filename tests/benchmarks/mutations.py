@@ -104,11 +104,12 @@ MUTATIONS = (
     Mutation(
         "credible set: ends one hypothesis too early",
         "fitting/diagnosis/which/evidence/_probability.py",
-        "        names.append(name)\n        total += probability\n        if total >= level:\n"
-        "            break\n",
-        "        total += probability\n        if total >= level and names:\n            break\n"
+        "        names.append(name)\n        total += probability\n"
+        "        if total >= THRESHOLDS.credible_level:\n            break\n",
+        "        total += probability\n"
+        "        if total >= THRESHOLDS.credible_level and names:\n            break\n"
         "        names.append(name)\n",
-        "tests/fitting/diagnosis",
+        "tests/fitting/diagnosis/which tests/fitting/diagnosis",
     ),
 )
 

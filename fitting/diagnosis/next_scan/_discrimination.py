@@ -13,8 +13,7 @@ $d'(I + J G^{-1} J')^{-1} d$; `_rival_refit` finds the minimum itself.
 import numpy as np
 
 from ._scan_batch import ScanPrediction
-
-_RIDGE = 1e-11
+from ._thresholds import THRESHOLDS
 
 
 def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -23,7 +22,7 @@ def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     informed = length > 0
     unit = np.where(informed, length, 1.0)
     scaled = matrix / unit[:, None] / unit[None, :]
-    scaled[range(unit.size), range(unit.size)] = np.where(informed, 1.0 + _RIDGE, 1.0)
+    scaled[range(unit.size), range(unit.size)] = np.where(informed, 1.0 + THRESHOLDS.ridge, 1.0)
     scaled = np.nan_to_num(scaled)
     right = np.nan_to_num(right / unit)
     try:

@@ -12,8 +12,6 @@ from ._rated_scan import Pair, RatedScan
 from ._scan_batch import Rival
 from ._thresholds import THRESHOLDS
 
-_LISTED = 20  # candidates in the report
-
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class NextScan:
@@ -64,7 +62,7 @@ def next_scan_of(
     apart = {i for pair, power in both.items() if power >= THRESHOLDS.separated_power for i in pair}
     listed = [
         {**r.candidate.to_dict(), "power": powers[id(r)], "checked": bool(r.checked)}
-        for r in order[:_LISTED]
+        for r in order[: THRESHOLDS.shown]
     ]
     c = best.candidate
     return NextScan(

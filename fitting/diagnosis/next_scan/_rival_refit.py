@@ -11,15 +11,12 @@ from fitting.solver._damped_gauss_newton import (
 )
 
 from ._discrimination import solve
-from ._scan_batch import INITIAL_STATE_STD, Rival, ScanBatch, ScanPrediction
+from ._scan_batch import Rival, ScanBatch, ScanPrediction
+from ._thresholds import THRESHOLDS
 
-_STEPS = 10
 _DAMPING = Damping(
     initial=1e-6, decrease=10.0, increase=30.0, smallest=1e-9, largest=1e6, attempts=5
 )
-_ENOUGH = 1e-2  # of the cost: a smaller fall ends a refit
-_AGREES = 1e-2  # of the first-order power: how near the cost of its solution must be to it
-_FINE = 1e-3  # the same, while the cost is above that of first order
 
 
 class _Joint:
@@ -43,7 +40,7 @@ class _Joint:
         synchronous = old.errors.synchronous - fit.errors.synchronous
         nonsynchronous = old.errors.nonsynchronous - fit.errors.nonsynchronous
         off = old.values - fit.values
-        offset = (new.values[self.initial_states] - 0.5) / INITIAL_STATE_STD
+        offset = (new.values[self.initial_states] - 0.5) / THRESHOLDS.initial_state_std
         residual = self._residual(new)
         sums = (
             synchronous @ synchronous,
@@ -72,14 +69,16 @@ class _Joint:
         matrix[n : self.m, n : self.m] += nonsynchronous.T @ nonsynchronous
         matrix[range(n), range(n)] += self.weight
         extra = range(self.m, matrix.shape[0])
-        matrix[extra, extra] += INITIAL_STATE_STD**-2.0
+        matrix[extra, extra] += THRESHOLDS.initial_state_std**-2.0
         gradient = prediction.apply_transpose(self._residual(new))
         gradient[: self.m] += (old.errors.synchronous - fit.errors.synchronous) @ top
         gradient[n : self.m] += (
             old.errors.nonsynchronous - fit.errors.nonsynchronous
         ) @ nonsynchronous
         gradient[:n] += self.weight * (old.values - fit.values)
-        gradient[self.m :] += (new.values[self.initial_states] - 0.5) / INITIAL_STATE_STD**2
+        gradient[self.m :] += (
+            new.values[self.initial_states] - 0.5
+        ) / THRESHOLDS.initial_state_std**2
         return matrix, gradient
 
     def linearise(self, at: tuple[State, State], width: float) -> Linearisation:
@@ -112,7 +111,7 @@ def refit_rival(
     trial = joint.take_step(at, first[1])
     if joint.cost(trial) < best:
         at, best = trial, joint.cost(trial)
-    if abs(best - first[0]) <= _AGREES * first[0]:
+    if abs(best - first[0]) <= THRESHOLDS.first_order_error * first[0]:
         return best  # the first-order solution costs what it should: it is the minimum
     reached = minimise_damped(
         at,
@@ -121,12 +120,16 @@ def refit_rival(
         move=joint.take_step,
         damping=_DAMPING,
         stop=StoppingRule(lambda decrease, cost: decrease < _negligible(cost, first[0])),
-        max_steps=_STEPS,
+        max_steps=THRESHOLDS.joint_steps,
     )
     return joint.cost(reached)
 
 
 def _negligible(cost: float, first_order: float) -> float:
     """The decrease below which a refit ends."""
-    share = _FINE if cost > 1.02 * first_order else _ENOUGH
-    return max(share * cost, 0.01)
+    share = (
+        THRESHOLDS.joint_gain_above
+        if cost > THRESHOLDS.first_order_above * first_order
+        else THRESHOLDS.joint_gain
+    )
+    return max(share * cost, THRESHOLDS.joint_gain_least)

@@ -14,8 +14,7 @@ from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import Drive, Recording
 from rapi_jax.effects import AbstractEffect
 
-_PAUSE_S = 1e6  # before a scan, for slow effects: none of what came before is left
-INITIAL_STATE_STD = 0.3  # standard deviation of a play's first output, as a share of its band
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -105,7 +104,7 @@ class ScanBatch:
         """The scans `drives`, with the noise that `whitener` knows."""
         zeros = [np.zeros(drive.size) for drive in drives]
         whitened = WhitenedModel.of(Recording.of(drives, zeros, response_origin="run"))
-        whitened.grids.drives["gap_s"][:] = _PAUSE_S
+        whitened.grids.drives["gap_s"][:] = THRESHOLDS.recovery
         own = whitened.make_whitener(whitener.spectrum)
         synchronous, nonsynchronous = [], []
         for block, lines in zip(whitened.blocks, own.lines, strict=True):
@@ -134,7 +133,7 @@ class ScanBatch:
         own = BaseModel(
             base.operator,
             extend(base.prior_mean, 0.5),
-            extend(base.prior_std, INITIAL_STATE_STD),
+            extend(base.prior_std, THRESHOLDS.initial_state_std),
             extend(base.lower, 0.0),
             extend(base.upper, 1.0),
             extend(base.free, True),
@@ -171,7 +170,9 @@ class ScanBatch:
             synchronous[:, size:] = base[part[:split], states]
             prior = np.zeros((size + new, size + new))
             prior[:size, :size] = rival.information
-            prior[range(size, size + new), range(size, size + new)] = INITIAL_STATE_STD**-2.0
+            prior[range(size, size + new), range(size, size + new)] = (
+                THRESHOLDS.initial_state_std**-2.0
+            )
             nonsynchronous = effect[part[split:]]
             out.append(
                 ScanPrediction(value[part], synchronous, nonsynchronous, effect_columns, prior)

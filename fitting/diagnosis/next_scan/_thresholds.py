@@ -66,6 +66,34 @@ class NextScanThresholds:
     tie: float = threshold(
         0.95, unit="of the best power", origin=f"{_TRIAL}; a scan above it ties with the best"
     )
+    shown: int = threshold(20, unit="scans", origin="in the report, best first")
+    ridge: float = threshold(
+        1e-11, unit="of a unit column", origin="rounding: keeps a dependent direction solvable"
+    )
+    recovery: float = threshold(
+        1e6, unit="s", origin="before a scan: nothing of what came before is left in slow effects"
+    )
+    initial_state_std: float = threshold(
+        0.3,
+        unit="of the band",
+        origin="standard deviation of an even spread, of a play's first output",
+    )
+    joint_steps: int = threshold(10, unit="steps", origin=f"{_TRIAL}; of one joint refit, at most")
+    joint_gain: float = threshold(
+        1e-2, unit="of the cost", origin=f"{_TRIAL}; a smaller decrease ends a joint refit"
+    )
+    joint_gain_above: float = threshold(
+        1e-3, unit="of the cost", origin=f"{_TRIAL}; the same while the first order found less"
+    )
+    joint_gain_least: float = threshold(
+        0.01, unit="chi-square", origin="far below the noise of one parameter, which is 1"
+    )
+    first_order_above: float = threshold(
+        1.02, unit="of the first-order power", origin=f"{_TRIAL}; a cost above it is not yet there"
+    )
+    first_order_error: float = threshold(
+        1e-2, unit="of the first-order power", origin=f"{_TRIAL}; its solution then is the minimum"
+    )
     batch: int = threshold(16, unit="scans", origin=f"{_TRIAL}; evaluated together; memory")
 
 

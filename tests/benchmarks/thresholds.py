@@ -1,10 +1,9 @@
 """List every number that decides; halve and double each on open simulated devices.
 
 `--list` prints the table. Otherwise `identify` and `diagnose` run on `--count` devices of known
-effect, `measure` in a simulated laboratory, and the data checks on damaged recordings, with each
-threshold that they read halved and doubled; a JSON line goes to `--output` for each. A threshold
-that no verdict, set or number follows (to `MOVES`, relative) is varied on the next device; those
-that move nothing on any are printed. Not a test.
+effect, `measure` in a simulated laboratory, and the data checks on damaged recordings, with those
+thresholds halved and doubled that they read. One that a verdict, a set or a number follows (to
+`MOVES`, relative) gets a JSON line in `--output`; those that move nothing are printed. Not a test.
 """
 
 import argparse
@@ -27,7 +26,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "support")]
 PACKAGES = ("rapi_jax", "fitting", "hardware")
 FACTORS = (0.5, 2.0)
 MOVES = 1e-3  # relative: what a result printed to three digits would show
-FIRST = ("etalon", "creep", "gain_drift")  # one that repeats, one with memory, one that does not
+FIRST = ("etalon", "creep", "none", "gain_drift")  # repeats; has memory; nothing; drifts
+GROUP = 8  # thresholds scaled together at first
 
 
 @dataclasses.dataclass(frozen=True)
@@ -107,18 +107,20 @@ class Reads:
 
 
 @contextlib.contextmanager
-def set_to(threshold: Threshold, value: Any, *, compiled: bool) -> Iterator[None]:
-    """Another value meanwhile; `compiled`: programs hold it, and are forgotten before and after."""
+def scaled(thresholds: list[Threshold], factor: float, *, compiled: bool) -> Iterator[None]:
+    """All of them scaled meanwhile; `compiled`: programs hold one, and are forgotten."""
     import jax
 
-    before = threshold.value
+    before = [one.value for one in thresholds]
     if compiled:
         jax.clear_caches()
-    object.__setattr__(threshold.holder, threshold.name, value)
+    for one in thresholds:
+        object.__setattr__(one.holder, one.name, one.scaled(factor))
     try:
         yield
     finally:
-        object.__setattr__(threshold.holder, threshold.name, before)
+        for one, value in zip(thresholds, before, strict=True):
+            object.__setattr__(one.holder, one.name, value)
         if compiled:
             jax.clear_caches()
 
@@ -140,15 +142,16 @@ def time_limit(seconds: int) -> Iterator[None]:
 
 
 def devices(count: int) -> list[tuple[str, Any]]:
-    """None, then one device for each effect; each about four times the noise after projection."""
+    """Those of `FIRST`, then one for each other effect, of about four times the noise each."""
     from worlds import TRUTHS, drives, projected, recorded
 
     session = drives(rates=(10.0, 20.0, 40.0), periods=3, samples=192)
-    out = [("none", recorded(noise=0.02, session=session))]
-    for name in [*FIRST, *(name for name in TRUTHS if name not in FIRST)][: count - 1]:
-        noise = projected([TRUTHS[name]], session) / 4.0
-        out.append((name, recorded([TRUTHS[name]], noise=noise, session=session)))
-    return out[:count]
+    out = []
+    for name in [*FIRST, *(name for name in TRUTHS if name not in FIRST)][:count]:
+        truth = () if name == "none" else (TRUTHS[name],)
+        noise = projected(truth, session) / 4.0 if truth else 0.02
+        out.append((name, recorded(truth, noise=noise, session=session)))
+    return out
 
 
 def identified(recording: Any) -> dict[str, Any]:
@@ -269,39 +272,60 @@ def compare(before: dict[str, Any], after: dict[str, Any]) -> dict[str, Any]:
     return {"changed": any(changed), "largest": max(change, default=0.0)}
 
 
-def vary(thresholds: list[Threshold], count: int, output: Path, limit_s: int) -> None:
-    """A JSON line for each threshold, evaluation, device and factor, until one of them moves.
+def moves(row: dict[str, Any]) -> bool:
+    """Whether a result follows: verdict, set, an error, or a number by more than `MOVES`."""
+    return row["changed"] or row["largest"] is None or row["largest"] > MOVES
 
-    A threshold that has moved something on one device is not varied on the next.
+
+def vary(thresholds: list[Threshold], count: int, output: Path, limit_s: int) -> None:
+    """A JSON line for each threshold that moves a result; on the next device the others are left.
+
+    By group testing: several are scaled together, and the group is halved where a result moves.
     """
     moved: set[tuple[str, str]] = set()
+    read: set[tuple[str, str]] = set()
+    evaluations = 0
     for device, recording in devices(count):
         for which in EVALUATIONS:
-            if which in ONCE and device != "none":
+            if which in ONCE and device != FIRST[0]:
                 continue
             left = [one for one in thresholds if (one.room, one.name) not in moved]
             reads = Reads(left)
             with reads.recorded():
-                reference = evaluate(which, recording, limit_s)
+                evaluate(which, recording, limit_s)
             reference = evaluate(which, recording, limit_s)  # what compiled programs return
-            for one in left:
-                key = (id(one.holder), one.name)
-                if key not in reads.read:
-                    continue
-                for factor in FACTORS:
-                    value = one.scaled(factor)
-                    with set_to(one, value, compiled=key in reads.traced):
+            left = [one for one in left if (id(one.holder), one.name) in reads.read]
+            read |= {(one.room, one.name) for one in left}
+            traced = {key for key in reads.traced}
+            for factor in FACTORS:
+                waiting = [left[k : k + GROUP] for k in range(0, len(left), GROUP)]
+                while waiting:
+                    group = waiting.pop()
+                    compiled = any((id(one.holder), one.name) in traced for one in group)
+                    with scaled(group, factor, compiled=compiled):
                         found = evaluate(which, recording, limit_s)
-                    row = {"room": one.room, "name": one.name, "on": which, "device": device}
-                    row |= {"factor": factor, "value": value} | compare(reference, found)
-                    row |= {key: found[key] for key in ("seconds", "error") if key in found}
-                    if row["changed"] or row["largest"] is None or row["largest"] > MOVES:
-                        moved.add((one.room, one.name))
+                    evaluations += 1
+                    row = compare(reference, found)
+                    if not moves(row):
+                        continue
+                    if len(group) > 1:
+                        middle = len(group) // 2
+                        waiting += [group[:middle], group[middle:]]
+                        continue
+                    one = group[0]
+                    moved.add((one.room, one.name))
+                    row |= {"room": one.room, "name": one.name, "on": which, "device": device}
+                    row |= {"factor": factor, "value": one.scaled(factor)}
+                    row |= {key: found[key] for key in ("error",) if key in found}
                     with output.open("a") as out:
                         out.write(json.dumps(row) + "\n")
-    unmoved = [one for one in thresholds if (one.room, one.name) not in moved]
-    print(f"{len(unmoved)} of {len(thresholds)} move nothing:")
-    for one in unmoved:
+            print(f"{device}, {which}: {len(moved)} move, {evaluations} evaluations", flush=True)
+    still = [one for one in thresholds if (one.room, one.name) in read - moved]
+    print(
+        f"{len(thresholds)} thresholds, {len(read)} read, {len(moved)} move a result, "
+        f"{len(still)} move nothing:"
+    )
+    for one in still:
         print(f"{one.room}.{one.name} = {one.value!r} {one.unit} ({one.origin})")
 
 
@@ -310,7 +334,7 @@ def main() -> None:
     parser.add_argument("--list", action="store_true", help="print the table and end")
     parser.add_argument("--only", default="", help="rooms whose name contains this")
     parser.add_argument("--part", default="1/1", help="k/n: every nth threshold from the kth")
-    parser.add_argument("--count", type=int, default=4, help="devices, the first without an effect")
+    parser.add_argument("--count", type=int, default=4, help="devices")
     parser.add_argument("--limit", type=int, default=300, help="seconds an evaluation")
     parser.add_argument("--output", type=Path, default=Path("thresholds.jsonl"))
     arguments = parser.parse_args()

@@ -99,7 +99,7 @@ MUTATIONS = (
         "fitting/identification/assessment/_cross_validation.py",
         "            first = periods - max(1, round(periods / 3))",
         "            first = periods - max(1, round(periods / 3)) - 1",
-        "tests/fitting/identification",
+        "tests/fitting/identification/test_cross_validation.py",
     ),
     Mutation(
         "credible set: ends one hypothesis too early",

@@ -71,7 +71,7 @@ def predict_in_workers(
     """
     waiting = deque(jobs)
     settings = dict.fromkeys(_ONE_THREAD, "1") | {
-        _CACHE: os.environ.get(_CACHE) or str(compiled),
+        _CACHE: cache_folder(compiled),
         "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
     }
     running: dict[Future[None], tuple[_Worker, Job]] = {}
@@ -90,6 +90,11 @@ def predict_in_workers(
                     following = waiting.popleft()
                     running[worker.executor.submit(_run_job, following)] = worker, following
                 yield job.name
+
+
+def cache_folder(compiled: Path) -> str:
+    """Where compiled programs are kept: the folder that the environment names, or the bank's."""
+    return os.environ.get(_CACHE) or str(compiled)
 
 
 @contextlib.contextmanager

@@ -109,7 +109,7 @@ MUTATIONS = (
         "        total += probability\n"
         "        if total >= THRESHOLDS.credible_level and names:\n            break\n"
         "        names.append(name)\n",
-        "tests/fitting/diagnosis/which tests/fitting/diagnosis",
+        "tests/fitting/diagnosis/which",
     ),
 )
 

@@ -74,6 +74,7 @@ def test_no_diagnosis_reached_for_an_answer(pairs):
     assert [prediction["refused"] for _, prediction in pairs] == [[]] * len(pairs)
 
 
+@only_large
 def test_the_answers_say_nothing_to_a_diagnosis(bank, pairs, tmp_path):
     """With no answers there at all a diagnosis says the same."""
     other = BankFolder(tmp_path / "bank")

@@ -41,7 +41,9 @@ def drives(tmp_path):
     return found
 
 
-@pytest.mark.parametrize("server", [HislipServer, TcpServer])
+@pytest.mark.parametrize(
+    "server", [HislipServer, pytest.param(TcpServer, marks=pytest.mark.process)]
+)
 def test_measured(tmp_path, drives, server, capsys):
     with contextlib.ExitStack() as stack:
         served = Served(stack, tmp_path, server)

@@ -94,6 +94,7 @@ def test_a_diagnosis_shows_itself(none, etalon):
         assert one._repr_html_().startswith("<pre>")
 
 
+@pytest.mark.slow
 def test_a_diagnosis_is_the_same_when_run_again(none):
     again = diagnose(None, none.recording, candidates=FEW).to_dict()
     assert again | {"seconds": 0} == none.to_dict() | {"seconds": 0}

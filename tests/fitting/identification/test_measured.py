@@ -16,6 +16,7 @@ def rapi(*arguments):
     return run(app, [str(a) for a in arguments])
 
 
+@pytest.mark.slow
 def test_picma_last_third_of_the_periods(shared_data, tmp_path):
     """A PICMA piezo at 1 Hz, fitted on two thirds of 39 periods, tested on the rest."""
     assert rapi("fit", shared_data / "picma_1hz", "-o", tmp_path, "--no-plots") == 0

@@ -125,6 +125,7 @@ def test_a_clear_lets_go_of_what_was_asked():
 
 
 @pytest.mark.parametrize("deaf", [False, True])
+@pytest.mark.process
 def test_unplugged_in_the_middle_of_an_upload(deaf):
     # Its first 100 000 bytes; then it is gone, until somebody connects anew.
     gone = Unplugged(SimulatedAFG31052(), 100_000, deaf=deaf, comes_back=True)

@@ -80,6 +80,7 @@ def test_derivative_is_that_of_finite_steps():
     assert float(gradient[1][90]) == pytest.approx(float((ends[0] - ends[1]) / 2e-4), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_works_under_vmap():
     operator = paper_device().operator
     y = target(200)

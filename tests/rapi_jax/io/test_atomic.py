@@ -119,6 +119,7 @@ def test_a_full_disk_leaves_the_old_recording(tmp_path, form):
 
 @posix
 @pytest.mark.parametrize("form", FORMS)
+@pytest.mark.process
 def test_sigkill_leaves_the_old_or_the_new_recording(tmp_path, form):
     assert "whole 30" in _work("kill", tmp_path / form, 30)
 

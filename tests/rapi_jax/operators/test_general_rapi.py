@@ -289,6 +289,7 @@ def test_the_inverse_agrees_with_bisection():
     assert worst < 1e-12
 
 
+@pytest.mark.slow
 def test_the_inverse_has_the_derivative_of_finite_steps_also_under_vmap():
     y, at = scan(200), 141
 

@@ -82,6 +82,7 @@ def test_the_number_of_values_determined_lies_between_none_and_all():
     assert effective_parameter_count(nonsynchronous, state) > count
 
 
+@pytest.mark.slow
 def test_a_diagnosis_foresees_what_closes_and_how_straight_a_scan_becomes():
     truth = Delay(tau=1e-4)
     noise = projected([truth], SESSION) / 4.0

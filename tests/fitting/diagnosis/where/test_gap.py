@@ -179,6 +179,7 @@ def test_the_parts_of_the_total_sum_up(given: float | None, refit: float, floor:
 # --- lines
 
 
+@pytest.mark.slow
 def test_p_values_of_harmonics_are_uniform_and_false_ones_rare():
     """Harmonics are judged by lines beside them, so 3 % have p < 0.03 in coloured noise too."""
     _, parts = session()

@@ -185,7 +185,7 @@ def measured(recording: Any) -> dict[str, Any]:
     import numpy as np
     from benches import bench_file
 
-    from hardware.bench import dry_run, read_bench
+    from hardware import dry_run, read_bench
     from rapi_jax import triangle
 
     del recording

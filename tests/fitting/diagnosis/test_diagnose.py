@@ -72,6 +72,8 @@ def test_an_effect_is_told_from_its_nearest_look_alike(name):
     report = diagnose(None, session_of(name), candidates=candidates, scan=False)
     assert name in report.verdict.set
     assert "none" not in report.verdict.set
+    likely = {h["name"]: h["probability"] for h in report.to_dict()["hypotheses"]}
+    assert likely[name] > likely.get(LOOK_ALIKES[name], 0.0)
 
 
 @pytest.mark.parametrize("name", every_effect(FOUND))

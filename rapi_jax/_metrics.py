@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ._errors import DataError
-from ._recording import ROI, Drive, Run
+from ._recording import ROI, Run
 from ._thresholds import THRESHOLDS
 from .sampling import _phase
 
@@ -170,16 +170,6 @@ def linearity(run: Run, *, turning: tuple[float, float] | None = None) -> Linear
         for name, begin, length in (("up", low, rise), ("down", high, 1.0 - rise))
     ]
     return Linearity(sides[0][0], sides[1][0], sides[0][1], sides[1][1], (low, high))
-
-
-def linearity_of(time: np.ndarray, frequency: np.ndarray, drive: Drive) -> Linearity:
-    """The same of `frequency` (GHz) at `time` (s after the start of `drive`), evenly sampled."""
-    shape = dataclasses.replace(
-        drive, time=time - time[0], value=np.interp(time, drive.time, drive.value)
-    )
-    found = linearity(Run(shape, frequency))
-    shift = float(time[0]) * drive.rate
-    return dataclasses.replace(found, turning=tuple((p + shift) % 1.0 for p in found.turning))
 
 
 def _side(cycles, response, rate, name, begin, length, ends, run_name):

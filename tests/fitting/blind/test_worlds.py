@@ -231,6 +231,7 @@ def test_a_bank_of_200_holds_what_it_should():
     assert [s.kind for s in specs] != sorted(s.kind for s in specs)
 
 
+@pytest.mark.slow
 def test_banks_of_any_size_add_up_and_draw_to_their_sizes():
     assert [len(bank(1, n)) for n in (0, 1, 7, 40, 333)] == [0, 1, 7, 40, 333]
     specs = [s for s in bank(2, 40) if s.kind != "null"][:16]

@@ -69,6 +69,7 @@ def test_one_recording(rapi, folder, tmp_path):
     assert [type(e) for e in model.effects] == [Etalon] and about["trusted"]
 
 
+@pytest.mark.slow
 def test_several_recordings_have_a_folder_each(rapi, folder, tmp_path):
     """Of one name they are numbered; JSON is one list on standard output."""
     other = tmp_path / "other" / "plain"

@@ -62,6 +62,7 @@ def test_none_of_those_known():
     assert out["next_scan"] is None
 
 
+@pytest.mark.slow
 def test_nothing_repeats():
     """Noise is unknown: no floor, a note, and a wide verdict or none."""
     out = check(diagnose(None, record([wandering(), wandering()]), candidates=FEW, scan=False))

@@ -160,6 +160,7 @@ def hopped(seed: int, noise: float, sizes=FINE) -> tuple[Recording, list[int]]:
     return Recording((Run(drive, reading),)), list(np.flatnonzero(np.diff(moved.astype(int))) + 1)
 
 
+@pytest.mark.slow
 def test_mode_hops_are_found_where_they_are():
     caught, right, listed = 0, 0, 0
     trials = 500

@@ -200,6 +200,7 @@ def test_unknown_history_is_freed_in_runs_that_do_not_repeat():
     assert freed.rmse < 0.021 and known.rmse > 1.2 * freed.rmse
 
 
+@pytest.mark.slow
 def test_drift_of_the_origin_does_not_spoil_held_out_periods():
     recording, _ = paper_recording(samples=4000, periods=8)
     drifted = [

@@ -124,6 +124,7 @@ def test_it_says_where_it_is_not_to_be_trusted(first):
 # --- the swapped recording
 
 
+@pytest.mark.slow
 def test_noise_on_the_input_is_taken_down_and_turns_kept(first):
     recording, truth, forward, _ = first
     swapped = swap(recording, forward)

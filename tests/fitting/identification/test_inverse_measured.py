@@ -32,6 +32,7 @@ def test_the_inverse_fits_the_identification(found):
 
 
 @pytest.mark.parametrize("segment", SEGMENTS)
+@pytest.mark.slow
 def test_the_drive_is_given_back_from_the_response(found, segment):
     """Growing small loops after shrinking ones, run over the file's whole history."""
     inverse, um_per_v, table = found

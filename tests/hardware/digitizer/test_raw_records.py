@@ -127,6 +127,7 @@ def test_an_object_array_is_not_unpickled(tmp_path):
         read_samples(path)
 
 
+@pytest.mark.slow
 def test_what_was_recorded_is_read_again_to_the_same_frequencies(tmp_path):
     drives = triangle([40.0, 80.0], amplitude=2.0, bias=3.0, samples=2000)
     raw = tmp_path / "raw"

@@ -16,6 +16,7 @@ from hardware.simulated import SimulatedAFG31052, SimulatedLink
 from rapi_jax import AfgWaveform, DataError, LimitError, triangle
 
 
+@pytest.mark.slow
 def test_a_few_thousand_waveforms():
     generator, rng = Generator(), np.random.default_rng(31)
     for i in range(1500):

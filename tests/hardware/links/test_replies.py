@@ -13,6 +13,7 @@ from hardware import InstrumentError, Scpi
 from hardware.simulated import Answer, Faulty, SimulatedAFG31052, SimulatedLink, Slow
 
 
+@pytest.mark.slow
 def test_a_few_thousand_replies():
     rng = np.random.default_rng(7)
     outcomes = Counter(try_one(rng) for _ in range(4000))

@@ -337,6 +337,7 @@ def test_every_measured_recording_reads_and_survives(tmp_path, data):
             assert same(read_recording(tmp_path / manifest.parent.name / form), read)
 
 
+@pytest.mark.slow
 def test_a_million_samples_take_seconds(tmp_path):
     time_s = np.arange(1_000_000) * 1e-6
     drive = 3 + np.sin(time_s * 60)

@@ -208,6 +208,7 @@ def test_a_circle_of_groups_ends(tmp_path, recording):
     assert read_recording(tmp_path / "r.nc").sha256() == recording.sha256()
 
 
+@pytest.mark.process
 def test_a_heap_that_never_ends_is_given_up(tmp_path, recording):
     path = tmp_path / "r.nc"
     write_recording(recording, path)

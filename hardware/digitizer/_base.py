@@ -145,7 +145,10 @@ class AbstractDigitizer(AbstractDriver):
 
     @abc.abstractmethod
     def fetch(self, timeout_s: float) -> Samples:
-        """The record of the trigger since `arm`; an error where none came in time."""
+        """The record of the trigger since `arm`; an error where none came in time.
+
+        The bench checks that it holds what was asked for (`Samples.check`).
+        """
 
     @abc.abstractmethod
     def snapshot(self) -> dict[str, str]:

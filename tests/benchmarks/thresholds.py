@@ -160,7 +160,7 @@ def identified(recording: Any) -> dict[str, Any]:
 
     result = identify(recording, throw=False)
     content = result.to_dict()["parameters"]
-    numbers = {f"{name}": one["value"] for name, one in content.items()}
+    numbers = {name: one["value"] for name, one in content.items()}
     numbers |= {f"{name}.stderr": one["stderr"] for name, one in content.items()}
     return {"name": result.verdict.trusted, "set": [], "numbers": numbers | {"rmse": result.rmse}}
 
@@ -182,7 +182,6 @@ def diagnosed(recording: Any) -> dict[str, Any]:
 
 def measured(recording: Any) -> dict[str, Any]:
     """What a simulated laboratory records of two scans, read from its fringes."""
-    import numpy as np
     from benches import bench_file
 
     from hardware import dry_run, read_bench
@@ -194,11 +193,7 @@ def measured(recording: Any) -> dict[str, Any]:
         with dry_run(read_bench(bench_file(Path(folder)))).bench as bench:
             runs = bench.measure(drives).runs
     numbers = {f"{k}.{n}": v for k, run in enumerate(runs) for n, v in enumerate(run.response)}
-    return {
-        "name": "",
-        "set": [],
-        "numbers": {key: float(np.real(v)) for key, v in numbers.items()},
-    }
+    return {"name": "", "set": [], "numbers": numbers}
 
 
 def checked(recording: Any) -> dict[str, Any]:
@@ -296,12 +291,11 @@ def vary(thresholds: list[Threshold], count: int, output: Path, limit_s: int) ->
             reference = evaluate(which, recording, limit_s)  # what compiled programs return
             left = [one for one in left if (id(one.holder), one.name) in reads.read]
             read |= {(one.room, one.name) for one in left}
-            traced = {key for key in reads.traced}
             for factor in FACTORS:
                 waiting = [left[k : k + GROUP] for k in range(0, len(left), GROUP)]
                 while waiting:
                     group = waiting.pop()
-                    compiled = any((id(one.holder), one.name) in traced for one in group)
+                    compiled = any((id(one.holder), one.name) in reads.traced for one in group)
                     with scaled(group, factor, compiled=compiled):
                         found = evaluate(which, recording, limit_s)
                     evaluations += 1

@@ -107,7 +107,6 @@ def test_large_effects_are_seen_and_most_named(pairs):
     assert sum(seen) >= 0.9 * len(large) and sum(named) >= 0.7 * len(large)
 
 
-@only_large
 def test_most_nulls_are_left_alone(pairs):
     nulls = [verdict(p)["name"] for a, p in pairs if not a["truth"]]
     assert len(nulls) >= len(pairs) / 6

@@ -22,8 +22,10 @@ from .effects import (
 from .effects._base import AbstractFollower
 from .effects._first_order_lags import respond_linear
 from .operators import AbstractOperator
+from .plays._monotone_stretches import Stretches, stretches_on_device
 from .sampling._batch import DriveBatch, batch, on_device
 from .sampling._history import History
+from .sampling._operator_nodes import OperatorNodes
 from .sampling._sampling_grid import row_of
 
 Effects = tuple[AbstractEffect, ...]
@@ -121,16 +123,21 @@ def operator_response(
     u: Float[Array, "runs nodes"],
     u_min: Float[Array, " runs"],
     initial: Float[Array, "runs plays"] | None = None,
+    stretches: Stretches | None = None,
 ) -> Float[Array, "runs nodes"]:
-    """What the operator answers to the drives `u` that reach it, on the nodes."""
+    """What the operator answers to the drives `u` that reach it, on the nodes.
+
+    `stretches`: where these drives are monotone, if that is known.
+    """
     constant = getattr(operator, operator.fields.constant)
 
-    def one(u, law, u_min, initial):
-        answer = operator(u, law.freq, initial=initial, u_pp=law.u_pp, u_min=u_min)
+    def one(u, law, u_min, initial, stretches):
+        known = {} if stretches is None else {"stretches": stretches}
+        answer = operator(u, law.freq, initial=initial, u_pp=law.u_pp, u_min=u_min, **known)
         return law.after(answer, constant)
 
-    axes = (0, 0, 0, None if initial is None else 0)
-    return jax.vmap(one, in_axes=axes)(u, law, u_min, initial)
+    axes = (0, 0, 0, None if initial is None else 0, None if stretches is None else 0)
+    return jax.vmap(one, in_axes=axes)(u, law, u_min, initial, stretches)
 
 
 def optical_side(
@@ -162,7 +169,9 @@ def respond(
     changed = any(isinstance(effect, AbstractDriveEffect) for effect in ecdl.effects)
     u = drive_side(ecdl.effects, drives)
     u_min = jnp.min(u, axis=1) if changed else drives.u_min
-    nodes = operator_response(ecdl.operator, laws(ecdl.effects, drives), u, u_min, initial)
+    stretches = None if changed else drives.stretches
+    law = laws(ecdl.effects, drives)
+    nodes = operator_response(ecdl.operator, law, u, u_min, initial, stretches)
     nu = jnp.take_along_axis(nodes, drives.place, axis=1)
     return optical_side(ecdl.effects, drives, nu)
 
@@ -179,8 +188,38 @@ def predict(ecdl: ECDL, drive: Drive, *, initial: Any = None) -> Float[Array, " 
     has them at the drive's minimum, and effects with a memory at rest. Turning points between
     samples count.
     """
+    given = None if initial is None else jnp.asarray(initial, dtype=jnp.float64)
+    alone = None if ecdl.effects else _operator_alone(ecdl.operator, drive, given)
+    return _on_grid(ecdl, drive, given) if alone is None else alone
+
+
+def _operator_alone(
+    operator: AbstractOperator, drive: Drive, initial: Float[Array, " plays"] | None
+) -> Float[Array, " time"] | None:
+    """Over monotone stretches; `None` where the drive has none to speak of, or a bound falls."""
+    nodes = OperatorNodes.of(drive)
+    stretches = stretches_on_device(nodes.u[None, :])
+    if stretches is None:
+        return None
+    low, high = float(nodes.u.min()), float(nodes.u.max())
+    law = np.array([drive.rate, high - low, low])
+    found = np.asarray(_respond(operator, nodes.u, law, initial, stretches))
+    return None if np.isnan(found[0]) else jnp.asarray(nodes.answer(found))
+
+
+@eqx.filter_jit
+def _respond(operator, u, law, initial, stretches):
+    freq, u_pp, u_min = law
+    one = Stretches(stretches.turn[0], stretches.index[0])
+    return operator(u, freq, initial=initial, u_pp=u_pp, u_min=u_min, stretches=one)
+
+
+def _on_grid(
+    ecdl: ECDL, drive: Drive, initial: Float[Array, " plays"] | None
+) -> Float[Array, " time"]:
+    """On the grid that effects need."""
     row = row_of(drive, 0.0, lead=bool(ecdl.effects))
     drives = on_device(batch([drive], [row]))
-    given = None if initial is None else jnp.asarray(initial, dtype=jnp.float64)[None, :]
+    given = None if initial is None else initial[None, :]
     answer = np.asarray(compiled_respond(ecdl, drives, given))[0, : row.sample.size]
     return jnp.asarray(answer[row.sample >= 0])

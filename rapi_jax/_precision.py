@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Callable
-from typing import Any, ParamSpec, TypeVar, cast
+from typing import Any, ParamSpec, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -33,4 +33,5 @@ def as_float64(value: Any) -> Array:
     with jax.enable_x64(True):
         if isinstance(value, jax.Array):
             return value.astype(jnp.float64)
-        return cast(Array, jnp.asarray(np.asarray(value, dtype=np.float64)))
+        # With a type named, nothing is compiled; without, one program for each shape.
+        return jnp.asarray(np.asarray(value, dtype=np.float64), dtype=jnp.float64)

@@ -26,6 +26,10 @@ from .io.drives._afg_waveform import POINTS as POINTS
 from .io.drives._afg_waveform import codes_of as codes_of
 from .io.drives._afg_waveform import period_volts as period_volts
 from .plays._contact_intervals import Band as Band
+from .plays._monotone_stretches import Stretches as Stretches
+from .plays._monotone_stretches import stretches_on_device as stretches_on_device
+from .plays._monotone_stretches import turning_places as turning_places
+from .plays._plays import Plays as Plays
 from .sampling._batch import Batch as Batch
 from .sampling._batch import DriveBatch as DriveBatch
 from .sampling._batch import on_device as on_device

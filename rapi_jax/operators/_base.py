@@ -15,6 +15,7 @@ from rapi_jax._errors import ModelError
 from rapi_jax._parameter import parameters
 from rapi_jax._precision import float64
 from rapi_jax._recording import Recording
+from rapi_jax.plays._monotone_stretches import Stretches
 from rapi_jax.plays._play import memory
 from rapi_jax.plays._plays import Plays
 
@@ -161,16 +162,17 @@ class AbstractOperator(eqx.Module):
         initial: Float[Array, " plays"] | None = None,
         u_pp: Float[Array, ""] | None = None,
         u_min: Float[Array, ""] | None = None,
+        stretches: Stretches | None = None,
     ) -> Float[Array, " time"]:
         """The memory function alone, `H` of Eq. 14."""
         plays = self.plays(jnp.ptp(u) if u_pp is None else u_pp, freq)
         u, u_min = self.centred(u), None if u_min is None else self.centred(u_min)
         start = plays.start(u, jnp.min(u) if u_min is None else u_min, initial)
         shape = (plays.r, plays.lam, plays.eta, plays.p)
-        return memory(u, *shape, start, plays.bow, plays.u_0)  # Eq. (14)
+        return memory(u, *shape, start, plays.bow, plays.u_0, stretches)  # Eq. (14)
 
     @float64
-    def memoryless(self, u: Float[Array, " time"]) -> Float[Array, " time"]:
+    def memoryless(self, u: Float[Array, "*time"]) -> Float[Array, "*time"]:
         """The memoryless function, `G` of Eq. 15, with the constant that the paper leaves out."""
         u = self.centred(u)
         total = jnp.zeros_like(u)
@@ -187,14 +189,17 @@ class AbstractOperator(eqx.Module):
         initial: Float[Array, " plays"] | None = None,
         u_pp: Float[Array, ""] | None = None,
         u_min: Float[Array, ""] | None = None,
+        stretches: Stretches | None = None,
     ) -> Float[Array, " time"]:
         """The response to `u` at scan rate `freq` (Hz).
 
         `initial` gives each play's first output as a fraction of its band, from 0 (lower) to 1
         (upper); without it Eq. 13 holds. `u_pp` and `u_min` are taken from `u` unless given, as
-        they must be where `u` is only a part of its run.
+        they must be where `u` is only a part of its run. `stretches`: where the drive is monotone,
+        if that is known; see `memory`.
         """
-        return self.hysteresis(u, freq, initial, u_pp, u_min) + self.memoryless(u)  # Eq. (16)
+        hysteresis = self.hysteresis(u, freq, initial, u_pp, u_min, stretches)
+        return hysteresis + self.memoryless(u)  # Eq. (16)
 
 
 def per_play(value: Float[Array, "..."], count: int) -> Float[Array, " plays"]:

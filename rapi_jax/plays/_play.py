@@ -13,6 +13,10 @@ from jaxtyping import Array, Bool, Float, Int
 
 from rapi_jax._precision import as_float64, float64
 
+from ._monotone_stretches import Stretches, clamp_states, rising, weighted_sum
+from ._plays import Plays
+from ._prefix_scan import prefix_contacts, prefix_values
+
 # The steps are functions of the module: a scan called outside `jit` is then compiled only once.
 
 
@@ -43,13 +47,22 @@ def _contacts(
 
     Where the band is crossed (`lower > upper`) the `max` of Eq. 9 is outermost, so `lower` wins.
     """
+    if _on_accelerator():
+        return prefix_contacts(lower, upper, start)
     never = jnp.full(start.shape, -1, dtype=jnp.int32)
     samples = jnp.arange(lower.shape[0], dtype=jnp.int32)
     initial = (start, never, jnp.zeros(start.shape, dtype=bool))
     return jax.lax.scan(_contact_step, initial, (lower, upper, samples))[1]
 
 
+def _on_accelerator() -> bool:
+    """Whether many samples at once cost less than one after the other."""
+    return jax.default_backend() != "cpu"
+
+
 def _values(lower, upper, start):
+    if _on_accelerator():
+        return prefix_values(lower, upper, start)
     return jax.lax.scan(_step, start, (lower, upper))[1]
 
 
@@ -92,17 +105,40 @@ def play(
 
 
 @eqx.filter_custom_jvp
-def _memory(u, r, lam, eta, p, start, bow, u_0):
-    return _values(*_bands(u, r, lam, eta, bow, u_0), start) @ p
+def _memory(u, r, lam, eta, p, start, bow, u_0, stretches):
+    if stretches is None:
+        return _values(*_bands(u, r, lam, eta, bow, u_0), start) @ p
+    plays = Plays(r, lam, eta, p, bow, u_0)
+    total = weighted_sum(plays, u, clamp_states(plays, u[stretches.turn], start), stretches.index)
+    return jnp.where(rising(plays, jnp.min(u), jnp.max(u)), total, jnp.nan)
+
+
+def _last_contacts(bounds, u, start, stretches):
+    """What `_contacts` gives, from the turning points: the rest is known without recursion."""
+    lower, upper = _bands(u, *bounds)
+    if stretches is None:
+        return _contacts(lower, upper, start)
+    turn, index = stretches
+    state, at_turn, low_at_turn = _contacts(lower[turn], upper[turn], start)
+    before = state[index]
+    capped = jnp.minimum(upper, before)
+    pushed_up = lower > capped
+    # At the turning point itself the output is on its bound: rounding must not decide again.
+    moved = (u != u[turn][index])[:, None]
+    touched = moved & (pushed_up | (upper < before))
+    known = jnp.where(at_turn < 0, -1, turn[jnp.maximum(at_turn, 0)])[index]
+    sample = jnp.arange(u.size, dtype=jnp.int32)[:, None]
+    contact = jnp.where(touched, sample, known)
+    return jnp.maximum(lower, capped), contact, jnp.where(touched, pushed_up, low_at_turn[index])
 
 
 @_memory.def_jvp
 @float64
 def _memory_jvp(primals, tangents):
-    u, r, lam, eta, p, start, bow, u_0 = primals
+    u, r, lam, eta, p, start, bow, u_0, stretches = primals
     du, *others = tangents
-    value, contact, low = _contacts(*_bands(u, r, lam, eta, bow, u_0), start)
-    out = value @ p
+    value, contact, low = _last_contacts((r, lam, eta, bow, u_0), u, start, stretches)
+    out = _memory(*primals) if stretches is not None else value @ p
     at = jnp.maximum(contact, 0)
     below = low & (contact >= 0)
     above = ~low & (contact >= 0)
@@ -152,14 +188,16 @@ def memory(
     start: Float[Array, " plays"],
     bow: Float[Array, ""] | None = None,
     u_0: Float[Array, ""] | None = None,
+    stretches: Stretches | None = None,
 ) -> Float[Array, " time"]:
     r"""The memory function $\sum_i p_i \Gamma_{r_i,\lambda_i,\eta_i}[u](t)$ (Eqs. 12, 14).
 
     `u` in the drive's unit, `r` likewise, `p` in response units per drive unit, `start` each
     operator's output before the first sample. `bow` bends the falling bounds of all operators
-    alike, to $\lambda u + \eta r + c (u - u_0)^2$; not given, they are straight. This function and
-    its derivative are the seam behind which the recursion lives: everything that fits or predicts
-    comes through here.
+    alike, to $\lambda u + \eta r + c (u - u_0)^2$; not given, they are straight. With the drive's
+    `stretches` known the recursion runs over its turning points alone; NaN then where a falling
+    bound does not rise with the drive. This function and its derivative are the seam behind which
+    the recursion lives: everything that predicts comes through here.
     """
     bend = (None, None) if bow is None or u_0 is None else (as_float64(bow), as_float64(u_0))
-    return _memory(*(as_float64(x) for x in (u, r, lam, eta, p, start)), *bend)
+    return _memory(*(as_float64(x) for x in (u, r, lam, eta, p, start)), *bend, stretches)

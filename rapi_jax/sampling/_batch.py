@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 
 import equinox as eqx
-import jax.numpy as jnp
+import jax
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from rapi_jax._recording import Drive, Recording, Run
+from rapi_jax.plays._monotone_stretches import Stretches, stretches_on_device
 
 from ._history import History
 from ._sampling_grid import Row, row_of
@@ -18,6 +19,7 @@ class DriveBatch(eqx.Module):
     """The drives of several runs, one row each; see `Row`.
 
     The operator acts on the nodes; `place` spreads what it answers over the samples of the runs.
+    `stretches` says where the drive as sent is monotone on the nodes, if its turns are few.
     """
 
     node_time: Float[Array, "runs nodes"]
@@ -30,6 +32,7 @@ class DriveBatch(eqx.Module):
     u_pp: Float[Array, " runs"]
     u_min: Float[Array, " runs"]
     bias: Float[Array, " runs"]
+    stretches: Stretches | None = None
 
 
 class Batch(eqx.Module):
@@ -103,14 +106,15 @@ def batch(drives: Sequence[Drive], rows: Sequence[Row]) -> dict[str, np.ndarray]
 
 def on_device(fields: dict[str, np.ndarray]) -> DriveBatch:
     """`fields` of `batch` as JAX arrays; call with 64-bit types on."""
-    a = {name: jnp.asarray(value) for name, value in fields.items()}
+    a = jax.device_put(fields)
     own = {k: a[k] for k in ("node_time", "node_u", "time", "place", "freq", "u_pp", "u_min")}
-    never = jnp.full(a["gap_s"].shape, jnp.inf)
+    never = jax.device_put(np.full(fields["gap_s"].shape, np.inf))
     return DriveBatch(
         **own,
         bias=a["bias"],
         node_history=History(a["period_s"], a["node_lead"], never),
         history=History(a["period_s"], a["lead"], a["gap_s"]),
+        stretches=stretches_on_device(fields["node_u"]),
     )
 
 

@@ -15,8 +15,8 @@ def corners(
     A turning point counts where the samples on either side lie on two straight lines; it stands
     where these meet. One that falls on a sample, and a smooth turn, add nothing.
     """
-    slope = np.diff(value) / np.diff(time)
-    turn = np.flatnonzero((slope[:-1] * slope[1:] <= 0) & (slope[:-1] != slope[1:])) + 1
+    rises, falls = value[1:] > value[:-1], value[1:] < value[:-1]
+    turn = np.flatnonzero((rises[1:] != rises[:-1]) | (falls[1:] != falls[:-1])) + 1
     # Near an extreme a corner lies in the step after it, or else in the one before.
     later, earlier = (_meeting(time, value, turn, turn - back) for back in (0, 1))
     there, at, height = (np.where(later[0], a, b) for a, b in zip(later, earlier, strict=True))
@@ -27,6 +27,19 @@ def corners(
         if not kept or at[k] > at[kept[-1]] + THRESHOLDS.same_sample * step:
             kept.append(int(k))
     return at[kept], height[kept]
+
+
+def periodic_corners(
+    value: Float[np.ndarray, " time"],
+) -> tuple[Float[np.ndarray, " corners"], Float[np.ndarray, " corners"]]:
+    """The same of one period of a drive, in steps from its first sample, from 0 on."""
+    beside = THRESHOLDS.corner_samples + 2
+    around = np.take(value, np.arange(-beside, 0), mode="wrap"), value
+    around = np.concatenate([*around, np.take(value, np.arange(beside), mode="wrap")])
+    at, height = corners(np.arange(around.size) - float(beside), around)
+    near = THRESHOLDS.near_sample
+    inside = (at >= -near) & (at < value.size - near)
+    return at[inside], height[inside]
 
 
 def _meeting(

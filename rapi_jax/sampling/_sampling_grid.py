@@ -6,7 +6,7 @@ import numpy as np
 
 from rapi_jax._recording import Drive
 
-from ._corners import corners
+from ._corners import corners, periodic_corners
 from ._thresholds import THRESHOLDS
 
 # Steps behind a turning point where nodes are added.
@@ -33,13 +33,13 @@ class Row(NamedTuple):
 
 def row_of(drive: Drive, lag_s: float, *, lead: bool) -> Row:
     """`drive`, answered `lag_s` later; with `lead` one period comes before what repeats."""
-    count = _whole_period(drive)
+    count = whole_period(drive)
     if count:
         return _tiled(drive, count, lag_s, lead)
     return _plain(drive.delayed(lag_s), lead)
 
 
-def _whole_period(drive: Drive) -> int:
+def whole_period(drive: Drive) -> int:
     """Samples a period, where they are whole and the drive repeats exactly; else 0."""
     if not drive.repeats or drive.u_pp == 0:
         return 0
@@ -51,16 +51,15 @@ def _whole_period(drive: Drive) -> int:
     ):
         return 0
     again = drive.value[count:] - drive.value[:-count]
-    return count if np.abs(again).max(initial=0.0) <= THRESHOLDS.repeat_error * drive.u_pp else 0
+    most = max(again.max(initial=0.0), -again.min(initial=0.0))
+    return count if most <= THRESHOLDS.repeat_error * drive.u_pp else 0
 
 
 def _tiled(drive: Drive, count: int, lag_s: float, lead: bool) -> Row:
     step, period = drive.step_s, count * drive.step_s
     value = drive.value[:count]
-    around = (np.arange(3 * count) - count) * step
-    at, height = corners(around, np.tile(value, 3))
-    inside = (at >= -THRESHOLDS.near_sample * step) & (at < period - THRESHOLDS.near_sample * step)
-    at, height = at[inside], height[inside]
+    at, height = periodic_corners(value)
+    at = at * step
     if lead:  # a lag moves the drive's extreme to between samples
         at, height = _refine_behind_turns(value, step, at, height)
     # Samples see the drive of `lag_s` ago; straight lines between samples and corners are exact.

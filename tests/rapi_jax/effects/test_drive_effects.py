@@ -176,7 +176,10 @@ def test_the_defaults_do_nothing_and_have_finite_gradients(cls):
     drive, _ = off_the_samples()
     base = ECDL(paper_device().operator)
     with_it = ECDL(base.operator, (cls(),))
-    np.testing.assert_array_equal(predict(with_it, drive), predict(base, drive))
+    # With an effect the plays may be summed another way, so equal to rounding: 10 plays, 3 powers.
+    expected = predict(base, drive)
+    rounding = 16 * np.finfo(float).eps * np.abs(expected).max()
+    np.testing.assert_allclose(predict(with_it, drive), expected, rtol=0, atol=rounding)
     t, u = jnp.asarray(drive.time[:50]), jnp.asarray(drive.value[:50])
     if cls in (RateLaw, AmplitudeLaw):
         return  # see `test_laws_at_rest_have_finite_gradients`

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from scipy.optimize import root_scalar
 
 from rapi_jax._ecdl import ECDL
 from rapi_jax._errors import LimitError, ModelError, NotInvertible
@@ -20,7 +19,13 @@ from rapi_jax.operators import AbstractOperator
 
 from ._anderson import AndersonMixing
 from ._certificate import Certificate, certify
-from ._exact_inverse import at_minimum, drive_range_for_span, extremes, scan_inverse
+from ._exact_inverse import (
+    at_minimum,
+    drive_range_for_span,
+    extremes,
+    scan_inverse,
+    target_stretches,
+)
 from ._inverse_effects import from_minimum, loop, response_effects, undo_effects
 from ._target import Target
 from ._thresholds import THRESHOLDS
@@ -143,7 +148,8 @@ class Scan(NamedTuple):
             )
             _, u_min, u_max = ends(begin)
         y, place = wanted(begin)
-        u = np.asarray(scan_inverse(operator, jnp.asarray(y), rate, u_min, u_max, ratio))
+        stretches = target_stretches(as_float64(y))
+        u = np.asarray(scan_inverse(operator, jnp.asarray(y), rate, u_min, u_max, ratio, stretches))
         return Found(u, y, place, begin, u_min, u_max)
 
     def next(self, mixing: AndersonMixing, last: Round, new: Round) -> Round:
@@ -219,6 +225,8 @@ class _Ends(NamedTuple):
 
 def bracketed(f: Callable[[float], float], at: float, reach: float, most: float) -> float:
     """Where the increasing `f` is zero, looked for ever farther from `at`."""
+    from scipy.optimize import root_scalar
+
     while f(at - reach) > 0 or f(at + reach) < 0:
         reach *= 1.5
         if reach > most:

@@ -13,11 +13,15 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from rapi_jax._precision import as_float64, float64
 from rapi_jax.operators import AbstractOperator, Plays
+from rapi_jax.plays._monotone_stretches import Stretches, stretches_on_device
 
+from ._inverse_on_stretches import attach_samples, solve_samples
 from ._root import Scalar, attach, root, search
 from ._thresholds import THRESHOLDS
 
@@ -190,15 +194,16 @@ def exact_inverse(
     the implicit function theorem.
     """
     low, high = (as_float64(x) for x in within)
-    return _exact(operator, as_float64(y), as_float64(freq), low, high)
+    y, freq = as_float64(y), as_float64(freq)
+    return _exact(operator, y, freq, low, high, target_stretches(y))
 
 
 @eqx.filter_jit
-def _exact(operator, y, freq, low, high):
+def _exact(operator, y, freq, low, high, stretches):
     one = jnp.ones_like(low)
     u_min, u_max = extremes(operator, jnp.min(y), jnp.max(y), freq, low, high, one)
-    u = scan_inverse(operator, y, freq, u_min, u_max, one)
-    off = jnp.abs(operator(u, freq, u_pp=u_max - u_min, u_min=u_min) - y)
+    u = scan_inverse(operator, y, freq, u_min, u_max, one, stretches)
+    off = jnp.abs(operator(u, freq, u_pp=u_max - u_min, u_min=u_min, stretches=stretches) - y)
     return eqx.error_if(
         u,
         ~(jnp.max(off) <= 1e-6 * jnp.ptp(y)),
@@ -207,12 +212,25 @@ def _exact(operator, y, freq, low, high):
     )
 
 
+def target_stretches(y: Float[Array, " time"]) -> Stretches | None:
+    """Where the target `y` is monotone; `None` where its turns are many, or it is traced."""
+    if isinstance(y, Tracer):
+        return None
+    found = stretches_on_device(np.asarray(y)[None, :])
+    return None if found is None else Stretches(found.turn[0], found.index[0])
+
+
 @eqx.filter_jit
-def scan_inverse(operator, y, freq, u_min, u_max, ratio):
-    """The drive for `y`, once its extremes are known; `ratio` as in `placed`."""
+def scan_inverse(operator, y, freq, u_min, u_max, ratio, stretches=None):
+    """The drive for `y`, once its extremes are known; `ratio` as in `drive_range_for_span`.
+
+    `stretches`: where `y` is monotone, if that is known.
+    """
     plays = operator.plays(ratio * (u_max - u_min), freq)
     slack = 1e-9 * (u_max - u_min)  # so that rounding of the extremes cannot shut a root out
     low, high = u_min - slack, u_max + slack
+    if stretches is not None and plays.bow is None:
+        return _on_stretches(operator, plays, y, stretches, u_min, low, high)
 
     def step(carry, wanted):
         u, rate, state = carry
@@ -222,3 +240,20 @@ def scan_inverse(operator, y, freq, u_min, u_max, ratio):
 
     start = plays.lowest(operator.centred(u_min))
     return jax.lax.scan(step, (u_min, jnp.zeros_like(u_min), start), y)[1]
+
+
+def _on_stretches(operator, plays, y, stretches, u_min, low, high):
+    """The same over monotone stretches: turning points in turn, then all samples at once."""
+
+    def step(carry, wanted):
+        u, state = carry
+        new = root(_error, (operator, plays, state, wanted), low, high, u)
+        state = plays.clamped(operator.centred(new), state)
+        return (new, state), (operator.centred(new), state)
+
+    start = plays.lowest(operator.centred(u_min))
+    turning, states = jax.lax.scan(step, (u_min, start), y[stretches.turn])[1]
+    fixed = jax.lax.stop_gradient((operator, plays, y, stretches, (turning, states)))
+    ends = (operator.centred(jax.lax.stop_gradient(x)) for x in (low, high))
+    u = jax.lax.stop_gradient(solve_samples(*fixed, *ends) - operator.centred(jnp.zeros(())))
+    return jnp.clip(attach_samples(operator, plays, y, stretches, states, u), low, high)

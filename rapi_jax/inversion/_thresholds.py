@@ -86,6 +86,12 @@ class InversionThresholds:
         unit="of the mean slope",
         origin="set by trial; a smaller one would let noise near a turn into the drive",
     )
+    interval_steps: int = threshold(
+        20, unit="steps", origin="Newton inside one polynomial piece takes 2 to 5"
+    )
+    root_rounding: float = threshold(
+        1e-15, unit="of the range", origin="rounding: a step no larger ends the search"
+    )
     root_steps: int = threshold(
         200, unit="steps", origin="Newton takes 2 to 6, bisection alone at most 60 to the last bit"
     )

@@ -30,6 +30,10 @@ from .inversion._learning import Learned as Learned
 from .inversion._learning import learn as learn
 from .inversion._target import Target as Target
 from .inversion._target import linear_scan as linear_scan
+from .inversion.streaming._compensator import StreamingCompensator as StreamingCompensator
+from .inversion.streaming._fixed_point import FixedPointCompensator as FixedPointCompensator
+from .inversion.streaming._operator import StreamingOperator as StreamingOperator
+from .inversion.streaming._word_length import word_length_errors as word_length_errors
 from .io.drives._afg_waveform import AfgWaveform as AfgWaveform
 from .operators import PI as PI
 from .operators import RAPI as RAPI

@@ -176,3 +176,20 @@ def learning(courses: Sequence[tuple[str, Any]]) -> Figure:
     axis.set_ylabel("rms nonlinearity (MHz)")
     axis.legend(frameon=False, fontsize=8)
     return figure
+
+
+def word_lengths(errors: Sequence[Any]) -> Figure:
+    """Largest errors of drive and scan against word length, for each `WordLengthError`."""
+    bits = np.array([e.bits for e in errors])
+    figure = Figure(figsize=(6.8, 4.2), layout="constrained")
+    axis = figure.subplots()
+    axis.plot(bits, [e.response for e in errors], "o-", ms=4, color=_UP, label="scan (GHz)")
+    axis.plot(bits, [e.drive for e in errors], "s--", ms=4, color=_DOWN, label="drive (V)")
+    half = errors[0].response * 2.0 ** (bits[0] - bits)
+    axis.plot(bits, half, ":", color=_MEASURED, label="half as much a bit")
+    axis.set_yscale("log")
+    axis.set_xticks(bits[::2])
+    axis.set_xlabel("word length (bits)")
+    axis.set_ylabel("largest error")
+    axis.legend(frameon=False, fontsize=8)
+    return figure

@@ -1,1 +1,1 @@
-"""The inverse of a model: certificate, exact inverse, compensation, learning control."""
+"""The inverse of a model: certificate, exact inverse, compensation, streaming, learning control."""

@@ -9,6 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array
 
 from rapi_jax import ECDL, ModelError, Parameter, parameters
@@ -68,8 +69,12 @@ class ParameterVector:
 
     def put(self, module: Module, values: Array) -> Module:
         """`module` with the elements of `values`; works on traced values."""
-        pairs = zip(self.parts, self.slices, strict=True)
-        leaves = [values[at].reshape(part.shape) for part, at in pairs]
+        pairs = list(zip(self.parts, self.slices, strict=True))
+        if isinstance(values, Tracer):
+            leaves = [values[at].reshape(part.shape) for part, at in pairs]
+        else:  # without a program for each shape
+            known = np.asarray(values)
+            leaves = [as_device(known[at].reshape(part.shape)) for part, at in pairs]
         return eqx.tree_at(lambda e: [follow(e, part.path) for part in self.parts], module, leaves)
 
     def mask(self, ecdl: ECDL, free: Callable[[ECDL], Any]) -> np.ndarray:

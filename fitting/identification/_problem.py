@@ -6,6 +6,8 @@ the end.
 """
 
 import dataclasses
+from collections.abc import Callable
+from functools import cached_property, partial
 from typing import Any
 
 import equinox as eqx
@@ -14,11 +16,13 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.solver._bound_transform import Bounds
-from fitting.solver._identifiability import is_determined, scale_columns
 from fitting.solver._least_squares import LeastSquares, SolverOptions, least_squares, linearise
 from rapi_jax import ECDL, Recording
-from rapi_jax.internal import Batch, DriveBatch, respond, to_batch
+from rapi_jax.internal import Batch, DriveBatch, float64, respond, to_batch
 
+from ._interval_residual import IntervalResidual
+from ._interval_sums import IntervalSums
+from ._linear_part import LinearPart
 from ._parameter_vector import ParameterVector, as_device
 from ._thresholds import THRESHOLDS
 
@@ -62,8 +66,14 @@ class Solution:
 
     values: np.ndarray  # as `Problem.names`
     solver: LeastSquares
-    jacobian: np.ndarray  # weighted, with respect to `values`; "samples values"
     error: np.ndarray  # model less data, "runs time"; also where it was not fitted
+    differentiate: Callable[[], np.ndarray]
+
+    @cached_property
+    @float64
+    def jacobian(self) -> np.ndarray:
+        """Of the weighted errors with respect to `values`; "samples values"."""
+        return self.differentiate()
 
     @property
     def cost(self) -> float:
@@ -176,25 +186,44 @@ class Problem:
         use = self.data.use if use is None else self.data.use & use
         return np.sqrt(run_weights)[:, None] * use
 
-    def columns(self, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Weighted columns of the linear part, "samples linear", and their places in the vector."""
+    @cached_property
+    def columns(self) -> tuple[np.ndarray, np.ndarray]:
+        """Columns of the linear part, "runs time linear", and their places in the vector."""
         names = self.vector.names
-        runs, length = self.data.u.shape
+        shape = self.data.u.shape
         basis = self.ecdl.operator.linear_basis(self.data.u)
         columns, places = [], []
         for at in np.flatnonzero(self.linear):
             if names[at] != self.constant or not self.own_origin:
-                columns.append(weight * basis[names[at]])
+                columns.append(basis[names[at]])
                 places.append(at)
         for run in range(self.offsets):
-            columns.append(weight * (np.arange(runs) == run)[:, None])
+            columns.append(np.broadcast_to((np.arange(shape[0]) == run)[:, None], shape))
             places.append(self.vector.size + run)
         if self.drift is not None:
-            columns.append(weight * self.drift)
+            columns.append(self.drift)
             places.append(self.vector.size + self.offsets)
         if not columns:
-            return np.zeros((runs * length, 0)), np.zeros(0, dtype=int)
-        return np.stack([c.ravel() for c in columns], axis=1), np.array(places)
+            return np.zeros((*shape, 0)), np.zeros(0, dtype=int)
+        return np.stack(columns, axis=2), np.array(places)
+
+    def linear_part(self, weight: np.ndarray) -> LinearPart:
+        """The linear part under these weights, kept for the next fit with the same."""
+        kept = self.kept.get("linear part")
+        if kept is None or not np.array_equal(kept[0], weight):
+            columns, places = self.columns
+            weighted = (weight[:, :, None] * columns).reshape(weight.size, -1)
+            kept = self.kept["linear part"] = weight, LinearPart.of(weighted, places)
+        return kept[1]
+
+    @cached_property
+    def kept(self) -> dict[str, Any]:
+        """What fits of this problem need again."""
+        return {}
+
+    @cached_property
+    def _drives(self) -> DriveBatch:
+        return self.data.device()
 
     def moving_bounds(self) -> dict[tuple[int, int], float]:
         """Places of free parameters whose bounds move with another's, by the operator."""
@@ -235,33 +264,56 @@ class Problem:
     ) -> Solution:
         """Fit from the vector `start`; `weight` as from `weights`. Call with 64-bit types on."""
         n = self.vector.size
-        columns, places = self.columns(weight)
-        scaled, length = scale_columns(columns)
-        left, size, _ = np.linalg.svd(scaled, full_matrices=False)
-        basis = left * is_determined(size, THRESHOLDS.linear_rank)
-        drives = self.data.device()
-        data = Data(drives, as_device(self.data.y), as_device(weight), as_device(basis))
-        plain = eqx.tree_at(lambda d: d.basis, data, jnp.zeros_like(data.basis))
-        residual = self._residual()
         tail = start[n + self.nuisances :]
         own = np.concatenate([np.where(self.linear, 0.0, start[:n]), tail])
         move = np.concatenate([self.free & ~self.linear, np.ones(tail.size, dtype=bool)])
-        solver = least_squares(
-            residual, own, data, bounds=self.bounds(own), free=move, ties=ties, options=options
-        )
+        solver = self._minimise(own, weight, move, ties, options)
         own = np.where(move, solver.values, own)  # to the last bit: the change of variables rounds
-        error, jacobian = (
-            np.asarray(a) for a in linearise(residual, _unbounded(own.size), as_device(own), plain)
-        )
-        solved = -np.linalg.lstsq(scaled, error, rcond=THRESHOLDS.linear_solution_rank)[0]
+        error = self._own_error(own)
+        solved = self.linear_part(weight).solve((weight * error).ravel())
+        columns, places = self.columns
         values = np.concatenate([own[:n], np.zeros(self.nuisances), own[n:]])
-        values[places] = solved / np.where(length > 0, length, 1.0)
-        full = np.zeros((error.size, values.size))
-        full[:, np.r_[0:n, n + self.nuisances : values.size]] = jacobian * move
-        full[:, places] = columns
+        values[places] = solved
         if self.own_origin:
             values = self._share_origin(values)
-        return Solution(values, solver, full, self.error(values))
+        differentiate = partial(self._differentiate, own, weight, move)
+        return Solution(values, solver, error + columns @ solved, differentiate)
+
+    def _minimise(
+        self,
+        own: np.ndarray,
+        weight: np.ndarray,
+        move: np.ndarray,
+        ties: np.ndarray | None,
+        options: SolverOptions,
+    ) -> LeastSquares:
+        """Over contact intervals where these are known, and have digits enough for the end."""
+        fit = partial(least_squares, free=move, ties=ties, options=options)
+        sums = IntervalSums.of(self, own)
+        if sums is not None:
+            data = sums.data(weight)
+            compressed = self._residual(IntervalResidual)
+            found = fit(compressed, own, data, bounds=self.bounds(own))
+            if sums.resolves(found, data):
+                return found
+            if np.isfinite(found.cost):
+                own = np.where(move, found.values, own)
+        basis = self.linear_part(weight).basis
+        data = Data(self._drives, *(as_device(a) for a in (self.data.y, weight, basis)))
+        return fit(self._residual(), own, data, bounds=self.bounds(own))
+
+    def _differentiate(self, own: np.ndarray, weight: np.ndarray, move: np.ndarray) -> np.ndarray:
+        """The Jacobian of the weighted errors at the vector `own`, of all values."""
+        n = self.vector.size
+        none = np.zeros((weight.size, 0))
+        plain = Data(self._drives, *(as_device(a) for a in (self.data.y, weight, none)))
+        unbounded = Bounds.of(np.ones(own.size))
+        jacobian = linearise(self._residual(), unbounded, as_device(own), plain)[1]
+        full = np.zeros((weight.size, own.size + self.nuisances))
+        full[:, np.r_[0:n, n + self.nuisances : full.shape[1]]] = np.asarray(jacobian) * move
+        linear = self.linear_part(weight)
+        full[:, linear.places] = linear.columns
+        return full
 
     def project(self, values: np.ndarray, moves: np.ndarray) -> np.ndarray:
         """`values` with those that move inside their bounds, also where these move with others."""
@@ -279,17 +331,20 @@ class Problem:
     def error(self, values: np.ndarray) -> np.ndarray:
         """Model less data at the vector `values`, "runs time"."""
         n = self.vector.size
-        model_only = np.concatenate([values[:n], values[n + self.nuisances :]])
-        y = np.asarray(_respond(self._residual(), as_device(model_only), self.data.device()))
+        error = self._own_error(np.concatenate([values[:n], values[n + self.nuisances :]]))
         if self.offsets:
-            y = y + values[n : n + self.offsets, None]
+            error = error + values[n : n + self.offsets, None]
         if self.drift is not None:
-            y = y + values[n + self.offsets] * self.drift
-        return y - self.data.y
+            error = error + values[n + self.offsets] * self.drift
+        return error
 
-    def _residual(self) -> RunResidual:
+    def _own_error(self, own: np.ndarray) -> np.ndarray:
+        """The same without offsets and drift; `own`: the vector without them."""
+        return np.asarray(_respond(self._residual(), as_device(own), self._drives)) - self.data.y
+
+    def _residual(self, kind: Any = RunResidual) -> Any:
         unknown = tuple(int(i) for i in np.flatnonzero(self.unknown_history))
-        return RunResidual(self.ecdl, self.vector, unknown)
+        return kind(self.ecdl, self.vector, unknown)
 
     def _share_origin(self, values: np.ndarray) -> np.ndarray:
         n, values = self.vector.size, values.copy()
@@ -304,10 +359,6 @@ def _decades(recording: Recording, data: Batch) -> np.ndarray:
     first = min(drive.start_s for drive in recording.drives)
     unit = max(1.0 / drive.rate for drive in recording.drives if drive.rate > 0)
     return np.log10(1.0 + np.maximum(data.time - first, 0.0) / unit)
-
-
-def _unbounded(size: int) -> Bounds:
-    return Bounds.of(np.ones(size))
 
 
 @eqx.filter_jit

@@ -32,6 +32,21 @@ class IdentificationThresholds:
         unit="of the largest singular value",
         origin="set by trial; as `linear_rank`, where the coefficients are solved for",
     )
+    interval_rounding: float = threshold(
+        1e-15,
+        unit="of the sum of squares over all samples",
+        origin="rounding of a cumulative sum; a smaller one over an interval says nothing",
+    )
+    interval_digits: float = threshold(
+        1e-6,
+        unit="of the sum of squares that the linear part leaves",
+        origin="rounding; with less misfit, sums over intervals have too few digits to end a fit",
+    )
+    interval_samples: int = threshold(
+        4,
+        unit="samples an interval",
+        origin="measured; with fewer the samples themselves are as few",
+    )
     weight_bins: int = threshold(
         100, unit="bins of the drive", origin="set by trial; branches are averaged in them"
     )

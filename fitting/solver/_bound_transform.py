@@ -5,6 +5,7 @@ away still has a gradient, and far from a bound they are linear.
 """
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -34,6 +35,17 @@ class Bounds(eqx.Module):
 
     def values(self, x: Float[Array, " parameters"]) -> Float[Array, " parameters"]:
         """Physical values at unbounded coordinates `x`."""
+        return self.coupling @ self._inside(x)
+
+    def linearise(
+        self, x: Float[Array, " parameters"]
+    ) -> tuple[Float[Array, " parameters"], Float[Array, "parameters parameters"]]:
+        """The same, and their Jacobian."""
+        inside, slope = jax.jvp(self._inside, (x,), (jnp.ones_like(x),))
+        return self.coupling @ inside, self.coupling * slope[None, :]
+
+    def _inside(self, x: Float[Array, " parameters"]) -> Float[Array, " parameters"]:
+        """What `low` and `high` hold for, at `x`; each by its own coordinate alone."""
         has_low, has_high = jnp.isfinite(self.low), jnp.isfinite(self.high)
         low = jnp.where(has_low, self.low, 0.0)
         high = jnp.where(has_high, self.high, 0.0)
@@ -43,10 +55,9 @@ class Bounds(eqx.Module):
         fall = jnp.where(x < 0, root - x, 4.0 / (root + jnp.where(x < 0, 0.0, x)))
         both = low + (high - low) * (1.0 + x / jnp.sqrt(1.0 + x**2)) / 2.0
         one = jnp.where(has_low, low + self.scale * rise / 2.0, high - self.scale * fall / 2.0)
-        bounded = jnp.where(
+        return jnp.where(
             has_low & has_high, both, jnp.where(has_low | has_high, one, self.scale * x)
         )
-        return self.coupling @ bounded
 
     def bounded(self, values: np.ndarray) -> np.ndarray:
         """What `low` and `high` hold for: `values` with the couplings taken out."""
@@ -98,4 +109,4 @@ class Bounds(eqx.Module):
             np.where(np.isfinite(low), v - low, np.where(np.isfinite(high), high - v, v))
         )
         scale = np.where(reach > THRESHOLDS.smallest_scale, reach, 1.0)
-        return cls(*(jnp.asarray(a, dtype=float) for a in (low, high, scale, coupling)))
+        return cls(*jax.device_put([np.asarray(a, float) for a in (low, high, scale, coupling)]))

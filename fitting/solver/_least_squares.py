@@ -26,6 +26,7 @@ from rapi_jax.internal import float64
 from ._bound_transform import Bounds
 from ._identifiability import inverse_gram, qr_factor, scale_columns, singular_directions
 from ._normal_equations import NormalEquations
+from ._quick_compilation import quick_jit
 from ._thresholds import THRESHOLDS
 
 Residual = Callable[[Array, Any], Array]  # (values, args) -> residuals
@@ -53,17 +54,19 @@ def _residual(residual: Residual, bounds: Bounds, x: Array, args: Any) -> Array:
     return residual(bounds.values(x), args)
 
 
-@eqx.filter_jit
-def linearise(residual: Residual, bounds: Bounds, x: Array, args: Any) -> tuple[Array, Array]:
+def _linearise(residual: Residual, bounds: Bounds, x: Array, args: Any) -> tuple[Array, Array]:
     """Residuals and their Jacobian with respect to the unbounded coordinates."""
     value, push = jax.linearize(lambda x: _residual(residual, bounds, x, args), x)
     return value, jax.vmap(push, out_axes=1)(jnp.eye(x.size))
 
 
-@eqx.filter_jit
-def _physical(bounds: Bounds, x: Array) -> tuple[Array, Array]:
-    """Values at `x`, and their Jacobian."""
-    return bounds.values(x), jax.jacfwd(bounds.values)(x)
+linearise = quick_jit(_linearise)
+
+
+@quick_jit
+def _evaluate(residual: Residual, bounds: Bounds, x: Array, args: Any) -> tuple[Array, ...]:
+    """Residuals at `x` and their Jacobian, then the values there and theirs."""
+    return *_linearise(residual, bounds, x, args), *bounds.linearise(x)
 
 
 def _stage_residual(z: Array, args: Any) -> Array:
@@ -71,7 +74,7 @@ def _stage_residual(z: Array, args: Any) -> Array:
     return _residual(residual, bounds, center + basis @ z, inner) / unit
 
 
-@eqx.filter_jit
+@quick_jit
 def _stage(residual, bounds, center, basis, unit, args, tolerance):
     solver = optx.LevenbergMarquardt(
         rtol=tolerance, atol=tolerance, linear_solver=NormalEquations()
@@ -178,7 +181,7 @@ def least_squares(
     group = np.arange(first.size) if ties is None else np.asarray(ties)
     tie = (group[:, None] == np.arange(first.size)[None, :]) & free[:, None]
     x = jnp.asarray(bounds.coordinates(first))
-    begin = _Point(x, *(np.asarray(a) for a in linearise(residual, bounds, x, args)))
+    begin = _Point.at(residual, bounds, x, args)
     count = int(tie.any(axis=0).sum())
     if not begin.finite(tie):
         return _finish(bounds, begin, tie, slope, np.nan, "not finite at the start", [])
@@ -202,7 +205,7 @@ def least_squares(
             x, taken, stretch = _stage(
                 residual, bounds, point.x, jnp.asarray(basis), scaled, args, tolerance
             )
-            new = _Point(x, *(np.asarray(a) for a in linearise(residual, bounds, x, args)))
+            new = _Point.at(residual, bounds, x, args)
             steps += int(taken)
             scale = reach * float(stretch)
             reach = float(
@@ -243,7 +246,7 @@ def _polish(residual, bounds, point, args, tie, wanted, angle) -> tuple["_Point"
         ).all():
             break  # on its way elsewhere, not at rest
         x = point.x + jnp.asarray(move)
-        new = _Point(x, *(np.asarray(a) for a in linearise(residual, bounds, x, args)))
+        new = _Point.at(residual, bounds, x, args)
         if not new.finite(tie) or not new.cost <= point.cost * (1.0 + THRESHOLDS.polish_cost_rise):
             break
         flat = new.slope(bounds, tie, wanted)
@@ -257,11 +260,18 @@ def _polish(residual, bounds, point, args, tie, wanted, angle) -> tuple["_Point"
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class _Point:
-    """Unbounded coordinates, the residuals there, and their Jacobian."""
+    """Unbounded coordinates, residuals and physical values there, and the Jacobians of both."""
 
     x: Array
     value: np.ndarray
     jacobian: np.ndarray
+    physical: np.ndarray
+    inner: np.ndarray  # Jacobian of the physical values
+
+    @classmethod
+    def at(cls, residual: Residual, bounds: Bounds, x: Array, args: Any) -> "_Point":
+        """What is known at the coordinates `x`."""
+        return cls(x, *(np.asarray(a) for a in _evaluate(residual, bounds, x, args)))
 
     @cached_property
     def cost(self) -> float:
@@ -293,7 +303,7 @@ class _Point:
         moved = np.where(tie.any(axis=1), self.jacobian, 0.0)
         # Distance and derivative of the bijection near a bound combine to the coordinate itself.
         left = (self.value @ moved) * x / unit**2
-        near = bounds.at_bound(np.asarray(_physical(bounds, self.x)[0]))
+        near = bounds.at_bound(self.physical)
         pinned = near & (left <= 0) & (left >= -wanted)
         columns = moved @ (tie & ~pinned[:, None])
         length = np.linalg.norm(columns, axis=0)
@@ -309,7 +319,7 @@ class _Point:
 
 
 def _finish(bounds, point, tie, wanted, slope, why, trace) -> LeastSquares:
-    values, inner = (np.asarray(a) for a in _physical(bounds, point.x))
+    values, inner = point.physical, point.inner
     trace = trace or [(0, point.cost)]
     if not why and not (slope <= wanted or point.exact):
         why = f"the gradient is not zero at the end (cosine {slope:.1e})"

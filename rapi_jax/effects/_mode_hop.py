@@ -6,7 +6,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
-from scipy.optimize import bisect
 
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
@@ -133,6 +132,8 @@ def _fit_threshold(below: np.ndarray, above: np.ndarray) -> float:
     Where the two overlap: the least sum of squares of the readings on the wrong side. Readings
     bound a threshold without a model of the response.
     """
+    from scipy.optimize import bisect
+
     low, high = float(below.max()), float(above.min())
     if low <= high:
         return (low + high) / 2.0

@@ -5,7 +5,6 @@ from typing import ClassVar
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
-from scipy.fft import next_fast_len
 
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
@@ -72,6 +71,8 @@ class Pickup(AbstractOpticalEffect):
 
 def _find_lines(summary: ResidualSummary, residual: np.ndarray, count: int) -> list[float]:
     """Frequencies (Hz) at which a sine over the session explains most of `residual`."""
+    from scipy.fft import next_fast_len
+
     lasts, step = summary.duration_s, summary.step_s
     if not (lasts > 0 and step > 0):
         return []

@@ -109,7 +109,7 @@ class GeneralRAPI(AbstractOperator):
         count: int = 8,
     ) -> list["GeneralRAPI"]:
         """Those of `RAPI`, free to bend about the middle of the drives."""
-        middle = partial(cls._from_rapi, u_0=middle_drive(recording))
+        middle = partial(cls._from_rapi, u_0=as_float64(middle_drive(recording)))
         return guess_shapes(middle, recording, plays=plays, order=order, each=each, count=count)
 
     def held(self, recording: Recording) -> set[str]:

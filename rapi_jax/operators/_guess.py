@@ -2,14 +2,17 @@
 
 import dataclasses
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 from rapi_jax._errors import DataError
+from rapi_jax._precision import as_float64
 from rapi_jax._recording import Recording
 from rapi_jax.sampling._batch import Batch, to_batch
 from rapi_jax.sampling._phase import turning_samples
@@ -64,11 +67,16 @@ def basis(u: np.ndarray, order: int, groups: np.ndarray) -> np.ndarray:
 
 
 def evaluate_guesses(
-    recording: Recording, shapes: Sequence[tuple[dict[str, float], AbstractOperator]], order: int
+    recording: Recording,
+    respond: Callable[..., tuple[Array, Array]],
+    fields: Sequence[dict[str, float]],
+    order: int,
+    count: int,
 ) -> list[Trial]:
-    """Each shape of memory function with its scale and polynomial solved for, best first.
+    """The `count` best shapes of memory function, each with its scale and polynomial solved for.
 
-    The shapes have one origin.
+    `respond` takes drives, rates, peaks to peak and minima of the runs, and gives the response of
+    each shape's memory, in the order of `fields`, and the drives from the origin that all share.
     """
     data = to_batch(recording)
     kept = thinned(data)
@@ -81,7 +89,7 @@ def evaluate_guesses(
         ]
     )
     u = np.stack([data.u[row, columns] for row, columns in enumerate(padded)])
-    centred = np.asarray(shapes[0][1].centred(jnp.asarray(u)))
+    h, centred = map(np.asarray, respond(*map(as_float64, (u, data.freq, data.u_pp, data.u_min))))
     y = np.stack([data.y[row, columns] for row, columns in enumerate(padded)])[use]
     groups = np.broadcast_to(np.arange(u.shape[0])[:, None], u.shape)[use]
     if recording.response_origin == "session":
@@ -90,27 +98,54 @@ def evaluate_guesses(
     q, _ = np.linalg.qr(fixed / np.maximum(np.linalg.norm(fixed, axis=0), 1e-300))
     rest = y - q @ (q.T @ y)
     power = max(float(rest @ rest), 1e-300)
-    rows = [jnp.asarray(a) for a in (u, data.freq, data.u_pp, data.u_min)]
+    h = h[:, use]
+    orthogonal = h - (h @ q) @ q.T
+    norm = (orthogonal**2).sum(axis=1)
+    scale = np.maximum(orthogonal @ rest, 0.0) / np.where(norm > 0, norm, np.inf)
+    cost = ((rest - scale[:, None] * orthogonal) ** 2).sum(axis=1) / power
     found = []
-    for fields, operator in shapes:
-        h = np.asarray(_all_runs(operator, *rows))[use]
-        orthogonal = h - q @ (q.T @ h)
-        norm = float(orthogonal @ orthogonal)
-        scale = max(float(orthogonal @ rest) / norm, 0.0) if norm > 0 else 0.0
-        left = rest - scale * orthogonal
-        solved = np.linalg.lstsq(fixed, y - scale * h, rcond=1e-12)[0]
+    for i in np.argsort(cost, kind="stable")[:count]:
+        solved = np.linalg.lstsq(fixed, y - scale[i] * h[i], rcond=1e-12)[0]
         constants = solved[: fixed.shape[1] - order]
-        found.append(
-            Trial(
-                fields, float(constants.mean()), solved[-order:], scale, float(left @ left) / power
-            )
-        )
-    return sorted(found, key=lambda trial: trial.cost)
+        d_0 = float(constants.mean())
+        found.append(Trial(fields[i], d_0, solved[-order:], float(scale[i]), float(cost[i])))
+    return found
 
 
 @eqx.filter_jit
-def _all_runs(operator, u, freq, u_pp, u_min):
-    return jax.vmap(operator.hysteresis, in_axes=(0, 0, None, 0, 0))(u, freq, None, u_pp, u_min)
+def one_response(operator, *runs):
+    """Response of the operator's memory to all runs, and their drives from its origin."""
+    return _response(operator, *runs)[None], operator.centred(runs[0])
+
+
+@eqx.filter_jit
+def _drawn_responses(build, columns, *runs):
+    """The same of many shapes of memory function, one after the other."""
+    responses, centred = jax.lax.map(
+        lambda fields: (_response(build(fields), *runs), build(fields).centred(runs[0])), columns
+    )
+    return responses, centred[0]
+
+
+def _response(operator, u, freq, u_pp, u_min):
+    runs = jax.vmap(operator.hysteresis, in_axes=(0, 0, None, 0, 0))
+    return runs(u, freq, None, u_pp, u_min)
+
+
+class _Family(eqx.Module):
+    """Operators of one size, by the fields drawn."""
+
+    build: Callable[..., Any]
+    plays: int = eqx.field(static=True)
+    order: int = eqx.field(static=True)
+    each: frozenset[str] = eqx.field(static=True)
+
+    def __call__(self, fields: dict[str, Any], a: Any = 1.0, d: Any = None, d_0: Any = 0.0) -> Any:
+        wide = {
+            k: jnp.broadcast_to(v, self.plays) if k in self.each else v for k, v in fields.items()
+        }
+        d = np.zeros(self.order) if d is None else d
+        return self.build(**wide, a=a, d=d, d_0=d_0, plays=self.plays)
 
 
 def draw(recording: Recording, trial: int) -> dict[str, float]:
@@ -155,14 +190,12 @@ def guess_shapes(
     if unknown:
         raise ValueError(f"Argument `each` may name alpha, lam and eta, but names {unknown}.")
 
-    def operator(fields: dict[str, float], a: float, d: Any, d_0: float) -> Operator:
-        wide = {k: np.full(plays, v) if k in each else v for k, v in fields.items()}
-        return build(**wide, a=a, d=d, d_0=d_0, plays=plays)
-
+    family = _Family(build, plays, order, frozenset(each))
     drawn = [draw(recording, i) for i in range(THRESHOLDS.guess_trials)]
-    shapes = [(f, operator(f, 1.0, np.zeros(order), 0.0)) for f in drawn]
-    found = evaluate_guesses(recording, shapes, order)
-    return [operator(t.fields, t.scale, t.d, t.d_0) for t in found[:count]]
+    columns = {name: as_float64([fields[name] for fields in drawn]) for name in drawn[0]}
+    respond = partial(_drawn_responses, family, columns)
+    found = evaluate_guesses(recording, respond, drawn, order, count)
+    return [family(t.fields, t.scale, t.d, t.d_0) for t in found]
 
 
 def middle_drive(recording: Recording) -> float:

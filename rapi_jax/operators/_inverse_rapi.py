@@ -1,6 +1,7 @@
 """The paper's inverse operator: optical frequency to the drive that makes it."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -14,7 +15,7 @@ from rapi_jax._recording import Recording
 from rapi_jax.plays._plays import Plays
 
 from ._base import AbstractOperator, Fields, check_shapes, per_play
-from ._guess import evaluate_guesses
+from ._guess import evaluate_guesses, one_response
 from ._inverse_guess import find_contacts, fit_threshold_law, fit_weight_law
 from ._thresholds import THRESHOLDS
 
@@ -148,7 +149,7 @@ class InverseRAPI(AbstractOperator):
             for fall in THRESHOLDS.inverse_lam_falls if own else (0.0,):
                 fields["lam"] = lam * np.exp(fall * np.linspace(0.5, -0.5, n)) if own else lam[0]
                 shape = cls(**fields, sigma=sigma, g=np.zeros(order))
-                trial = evaluate_guesses(recording, [({}, shape)], order)[0]
+                (trial,) = evaluate_guesses(recording, partial(one_response, shape), [{}], order, 1)
                 scale = trial.scale if trial.scale > 0 else 1.0
                 full = cls(**fields, sigma=sigma * scale, g=trial.d, g_0=trial.d_0)
                 members.append((trial.cost, full))

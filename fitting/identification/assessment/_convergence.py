@@ -34,6 +34,16 @@ def remaining_step(
     problem: Problem, solution: Solution, weight: np.ndarray
 ) -> tuple[float, np.ndarray]:
     """Share of the cost that a further Gauss-Newton step takes away, and where it leads."""
+    kept = problem.kept.get("remaining step")
+    if kept is None or kept[0] is not solution or kept[1] is not weight:
+        found = _remaining_step(problem, solution, weight)
+        kept = problem.kept["remaining step"] = solution, weight, found
+    return kept[2]
+
+
+def _remaining_step(
+    problem: Problem, solution: Solution, weight: np.ndarray
+) -> tuple[float, np.ndarray]:
     return try_gauss_newton_step(
         solution.values,
         (weight * solution.error).ravel(),

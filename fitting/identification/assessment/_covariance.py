@@ -10,7 +10,6 @@ expected loss is computed and put back (as in restricted maximum likelihood).
 import dataclasses
 
 import numpy as np
-from scipy import linalg
 
 from fitting.identification._problem import Problem, Solution
 from fitting.identification._thresholds import THRESHOLDS
@@ -99,7 +98,7 @@ def _fit_autoregression(gamma: np.ndarray, n: int) -> tuple[np.ndarray, float]:
             variance = float(gamma[0] * (1.0 - phi[0] ** 2))
         else:
             try:
-                phi = linalg.solve_toeplitz(gamma[:order], gamma[1 : order + 1])
+                phi = np.linalg.solve(gamma[_lag(order)], gamma[1 : order + 1])
             except np.linalg.LinAlgError:
                 continue
             variance = float(gamma[0] - phi @ gamma[1 : order + 1])
@@ -112,6 +111,22 @@ def _fit_autoregression(gamma: np.ndarray, n: int) -> tuple[np.ndarray, float]:
     return best[1], best[2]
 
 
+def _lag(order: int) -> np.ndarray:
+    """Between each two of `order` samples."""
+    return np.abs(np.subtract.outer(np.arange(order), np.arange(order)))
+
+
+def _correlate(autocovariance: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """The covariance matrix (Toeplitz) of a stationary process times `columns`."""
+    n = columns.shape[0]
+    size = 1 << (2 * n - 1).bit_length()  # a circulant that holds it
+    circulant = np.zeros(size)
+    circulant[:n] = autocovariance
+    circulant[size - n + 1 :] = autocovariance[:0:-1]
+    product = np.fft.rfft(circulant)[:, None] * np.fft.rfft(columns, size, axis=0)
+    return np.fft.irfft(product, size, axis=0)[:n]
+
+
 def _model_autocovariance(phi: np.ndarray, variance: float, n: int) -> np.ndarray:
     """Autocovariance of an AR process at lags 0 to n-1, from its spectrum."""
     spectrum = 1.0 / np.abs(np.fft.rfft(np.r_[1.0, -phi], 8 * n)) ** 2
@@ -120,9 +135,9 @@ def _model_autocovariance(phi: np.ndarray, variance: float, n: int) -> np.ndarra
 
 def _lagged_traces(left: np.ndarray, right: np.ndarray, lags: int) -> np.ndarray:
     """Sum over t and columns of `left[t] right[t + k]`, for lags k."""
-    n = 2 * left.shape[0]
-    product = np.fft.rfft(right, n, axis=0) * np.conj(np.fft.rfft(left, n, axis=0))
-    return np.fft.irfft(product.sum(axis=1), n)[: lags + 1]
+    n, width = left.shape
+    one, other = (np.ascontiguousarray(x).ravel() for x in (left, right))
+    return np.array([one[: (n - k) * width] @ other[k * width :] for k in range(lags + 1)])
 
 
 def correlated_covariance(
@@ -145,7 +160,7 @@ def correlated_covariance(
         products, models, middle = [], [], np.zeros_like(gram)
         for gamma, j, w in zip(target, jacobians, weights, strict=True):
             model = _model_autocovariance(*_fit_autoregression(gamma, j.shape[0]), j.shape[0])
-            product = w * linalg.matmul_toeplitz(model, j, check_finite=False)
+            product = w * _correlate(model, j)
             middle += w * j.T @ product
             models.append(model)
             products.append(product)

@@ -1,7 +1,10 @@
 """The verdict on a fit: trusted or not, by gradient, rank, agreeing starts and held-out data."""
 
 import dataclasses
+import operator
 
+import equinox as eqx
+import jax
 import numpy as np
 
 from fitting.identification._parameter_vector import as_device
@@ -184,25 +187,36 @@ def bounded_parameters(problem: Problem, solution: Solution) -> np.ndarray:
 
 def _band_notes(problem: Problem, solution: Solution) -> list[str]:
     """Crossed bands and thresholds that are not positive, with where."""
-    operator = problem.model(solution.values).operator
-    origin = -float(operator.centred(as_device(np.zeros(()))))
+    runs = problem.recording.runs
+    ends = np.array([[0.0, run.drive.value.min(), run.drive.value.max()] for run in runs])
+    plays, centred = jax.tree_util.tree_map(
+        np.asarray,
+        _plays_of_runs(
+            problem.model(solution.values).operator,
+            *map(as_device, (problem.data.u_pp, problem.data.freq, ends)),
+        ),
+    )
     notes = []
-    for row, run in enumerate(problem.recording.runs):
-        plays = operator.plays(*(as_device(v[row]) for v in (problem.data.u_pp, problem.data.freq)))
-        band = Band.of(plays)
+    for row, run in enumerate(runs):
+        band = Band.of(jax.tree_util.tree_map(operator.itemgetter(row), plays))
+        zero, low, high = map(float, centred[row])
         if (band.r <= 0).any():
             notes.append(
                 f"run {run.name!r}: threshold of play {int(np.argmin(band.r)) + 1} is "
                 f"{band.r.min():.3g}, not positive: that play has no memory there."
             )
-        u = run.drive.value
-        low, high = np.asarray(operator.centred(as_device(np.array([u.min(), u.max()]))))
-        crossed = band.crossed_stretches(float(low), float(high))
+        crossed = band.crossed_stretches(low, high)
         if crossed:
             play, begin, end = crossed[0]
             notes.append(
-                f"run {run.name!r}: the band of play {play} is crossed from {begin + origin:.3g} "
-                f"to {end + origin:.3g} {problem.recording.drive_unit}: no memory there, but still "
+                f"run {run.name!r}: the band of play {play} is crossed from {begin - zero:.3g} "
+                f"to {end - zero:.3g} {problem.recording.drive_unit}: no memory there, but still "
                 "monotone."
             )
     return notes
+
+
+@eqx.filter_jit
+def _plays_of_runs(model, u_pp, freq, drives):
+    """The plays of each run, and `drives` (`runs any`) counted from the operator's origin."""
+    return jax.vmap(model.plays)(u_pp, freq), model.centred(drives)

@@ -10,17 +10,36 @@ from jaxtyping import Array, Float, Int
 from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import AbstractOperator
 from rapi_jax.effects import AbstractDriveEffect, AbstractEffect, AbstractLawEffect, Law
-from rapi_jax.internal import DriveBatch, drive_side, laws, operator_response, optical_side
+from rapi_jax.internal import (
+    DriveBatch,
+    Stretches,
+    drive_side,
+    laws,
+    operator_response,
+    optical_side,
+)
 
 from ._effect_vector import Effects
 
 
 class OperatorInput(NamedTuple):
-    """What reaches the operator: the laws of each run, the drive, and its minimum in each run."""
+    """What reaches the operator: the laws of each run, the drive, and its minimum in each run.
+
+    `stretches`: where these drives are monotone, if their turns are few.
+    """
 
     law: Law
     u: Float[Array, "runs grid"]
     u_min: Float[Array, " runs"]
+    stretches: Stretches | None = None
+
+    def response(
+        self, operator: AbstractOperator, initial_state: Float[Array, "runs plays"] | None
+    ) -> Float[Array, "runs grid"]:
+        """What the operator answers."""
+        return operator_response(
+            operator, self.law, self.u, self.u_min, initial_state, self.stretches
+        )
 
 
 def acts_before_operator(effect: AbstractEffect) -> bool:
@@ -51,7 +70,7 @@ def respond(
     initial_state: Float[Array, "runs plays"] | None,
 ) -> Float[Array, "runs grid"]:
     """The response of the operator with parameters `values`; `initial_state`: NaN for Eq. 13."""
-    return operator_response(set_values(operator, values), *given, initial_state)
+    return given.response(set_values(operator, values), initial_state)
 
 
 def set_values(operator: AbstractOperator, values: Float[Array, " values"]) -> AbstractOperator:
@@ -79,7 +98,7 @@ def linearise_response(
             given_states = values[vector.size :].reshape(-1, start.shape[1])
             row = jnp.cumsum(~jnp.isnan(start[:, 0])) - 1
             start = jnp.where(jnp.isnan(start), start, given_states[jnp.maximum(row, 0)])
-        return operator_response(set_values(operator, values), *given, start)
+        return given.response(set_values(operator, values), start)
 
     value, push = jax.linearize(response, values)
     return value, jax.vmap(push)(jnp.eye(values.size))

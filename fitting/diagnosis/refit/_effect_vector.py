@@ -54,12 +54,17 @@ def effect_values(effects: Sequence[AbstractEffect]) -> Float[np.ndarray, " para
 
 
 def with_values(effects: Effects, values: Float[np.ndarray, " parameters"]) -> Effects:
-    """The effects with the elements of `values` as their free parameters."""
+    """The effects with the elements of `values` as their free parameters.
+
+    Those whose values do not change are the same objects.
+    """
     out, at = [], 0
     for effect in effects:
         leaves, structure = jax.tree_util.tree_flatten(effect)
+        changed = False
         for p in free_parameters(effect):
+            changed |= float(leaves[p.leaf]) != values[at]
             leaves[p.leaf] = np.asarray(values[at], dtype=np.float64)
             at += 1
-        out.append(jax.tree_util.tree_unflatten(structure, leaves))
+        out.append(jax.tree_util.tree_unflatten(structure, leaves) if changed else effect)
     return tuple(out)

@@ -103,7 +103,8 @@ class Refit:
 
         def errors_with(effects: Effects) -> np.ndarray:
             response = state.operator_response
-            if any(acts_before_operator(effect) for effect in effects):
+            pairs = zip(effects, state.effects, strict=True)
+            if any(acts_before_operator(one) and one is not other for one, other in pairs):
                 response = whitened.operator_response(operator, state.values, effects)
             return whitened.evaluate_errors(self.whitener, effects, response).all
 

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.diagnosis.noise._periods import PeriodBlock
-from rapi_jax.internal import DriveBatch, on_device
+from rapi_jax.internal import DriveBatch, on_device, stretches_on_device
 
 from ._shape_bucketing import pad_drives, repeat_rows, round_up
 
@@ -38,11 +38,13 @@ class SamplingGrids:
         longest = round_up(int(np.max(np.asarray(session.place).max(axis=1) - lead)) + 1)
         index = np.minimum(lead[:, None] + np.arange(longest)[None, :], last)
         time = np.take_along_axis(np.asarray(session.node_time), index, axis=1)
+        u = np.take_along_axis(u, index, axis=1)
         return dataclasses.replace(
             session,
             node_time=jnp.asarray(time),
-            node_u=jnp.asarray(np.take_along_axis(u, index, axis=1)),
+            node_u=jnp.asarray(u),
             place=session.place - jnp.asarray(lead)[:, None],
+            stretches=stretches_on_device(u),
         )
 
 

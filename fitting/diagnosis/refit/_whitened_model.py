@@ -7,7 +7,7 @@ whole session. The Jacobian of the operator is exact; that of effects is taken b
 
 import dataclasses
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -20,7 +20,7 @@ from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.noise._whitening import Whitener
 from rapi_jax import AbstractOperator, Recording
 from rapi_jax.effects import AbstractDriveEffect, AbstractLawEffect, AbstractSwitch
-from rapi_jax.internal import DriveBatch, to_batch
+from rapi_jax.internal import DriveBatch, stretches_on_device, to_batch
 
 from ._compiled_stages import (
     OperatorInput,
@@ -38,8 +38,11 @@ from ._compiled_stages import (
 from ._effect_vector import Effects
 from ._jump_timing import match_jump_timing
 from ._linear_effects import apply_transfer_functions, is_linear
+from ._recent import Recent
 from ._sampling_grids import FirstPeriod, SamplingGrids
 from ._thresholds import THRESHOLDS
+
+_KEPT = 8  # inputs and responses; a state and its secants ask again for as many
 
 
 class WhitenedErrors(NamedTuple):
@@ -120,14 +123,34 @@ class WhitenedModel:
         changed = any(isinstance(effect, AbstractDriveEffect) for effect in effects)
         return self.grids.session if changed else self.grids.period
 
+    @cached_property
+    def _unchanged_input(self) -> OperatorInput:
+        """What reaches the operator where no effect stands before it."""
+        drives = self.grids.period
+        return OperatorInput(
+            combine_laws((), drives), drives.node_u, drives.u_min, drives.stretches
+        )
+
     def _operator_input(self, effects: Effects) -> OperatorInput:
+        if not any(acts_before_operator(effect) for effect in effects):
+            return self._unchanged_input
+        before = tuple(effect for effect in effects if acts_before_operator(effect))
+        return self._inputs.get(before, lambda: self._changed_input(before))
+
+    @cached_property
+    def _inputs(self) -> Recent[OperatorInput]:
+        return Recent(_KEPT)
+
+    def _changed_input(self, effects: Effects) -> OperatorInput:
         drives = self._drives(effects)
-        u, u_min = drives.node_u, drives.u_min
+        u, u_min, stretches = drives.node_u, drives.u_min, drives.stretches
         for effect in effects:
             if isinstance(effect, AbstractDriveEffect):
                 u, u_min = apply_drive_effect(effect, drives, u)
+        if u is not drives.node_u:
+            stretches = stretches_on_device(np.asarray(u))
         law_effects = tuple(e for e in effects if isinstance(e, AbstractLawEffect))
-        return OperatorInput(combine_laws(law_effects, drives), u, u_min)
+        return OperatorInput(combine_laws(law_effects, drives), u, u_min, stretches)
 
     def operator_response(
         self, operator: AbstractOperator, values: Float[np.ndarray, " values"], effects: Effects
@@ -136,15 +159,21 @@ class WhitenedModel:
 
         `values`: the operator's parameters, then the unknown initial states.
         """
-        start = self._padded_initial_state(operator, values)
-        return respond(operator, values, self._operator_input(effects), start)
+        start, given = self._padded_initial_state(operator, values), self._operator_input(effects)
+        response = respond(operator, values, given, start)
+        if _is_known(response):
+            return response
+        return respond(operator, values, given._replace(stretches=None), start)
 
     def linearise_operator(
         self, operator: AbstractOperator, values: Float[np.ndarray, " values"], effects: Effects
     ) -> tuple[Float[Array, "runs grid"], Float[Array, "values runs grid"]]:
         """The same, with its derivative by each value."""
-        start = self._padded_initial_state(operator, values)
-        return linearise_response(operator, values, self._operator_input(effects), start)
+        start, given = self._padded_initial_state(operator, values), self._operator_input(effects)
+        response, derivative = linearise_response(operator, values, given, start)
+        if _is_known(response):
+            return response, derivative
+        return linearise_response(operator, values, given._replace(stretches=None), start)
 
     def response_rows(
         self, effects: Effects, operator_response: Float[Array, "runs grid"]
@@ -157,14 +186,21 @@ class WhitenedModel:
     ) -> tuple[np.ndarray, list[np.ndarray]]:
         """The same, and what each switch adds."""
         drives = self._drives(effects)
-        nu, jumps = gather_samples(operator_response, drives.place), []
+        key: tuple[object, ...] = (drives, operator_response)
+        nu = self._responses.get(key, lambda: gather_samples(operator_response, drives.place))
+        jumps = []
         for effect in effects:
             if acts_before_operator(effect):
                 continue
-            before, nu = nu, apply_optical_effect(effect, drives, nu)
+            key, before = (*key, effect), nu
+            nu = self._responses.get(key, partial(apply_optical_effect, effect, drives, before))
             if isinstance(effect, AbstractSwitch):
                 jumps.append(np.asarray(nu) - np.asarray(before))
         return np.asarray(nu), jumps
+
+    @cached_property
+    def _responses(self) -> Recent[Array]:
+        return Recent(_KEPT)
 
     def block_errors(
         self,
@@ -238,3 +274,8 @@ class WhitenedModel:
                 value = apply_transfer_functions(linear, value, block)
             parts.append((value * block.use.mean(axis=0))[:, None, :])
         return whitener.whiten_mean_period(parts).T
+
+
+def _is_known(response: Float[Array, "runs grid"]) -> bool:
+    """Whether monotone stretches tell the response: not where a falling bound falls."""
+    return not np.isnan(np.asarray(response)[:, 0]).any()

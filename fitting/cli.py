@@ -1,8 +1,10 @@
 """`rapi`: command line, composition root, only place that prints. Commands load when called."""
 
+import os
 import sys
+from typing import Annotated, Any
 
-from cyclopts import App
+from cyclopts import App, Parameter
 
 app = App(
     name="rapi",
@@ -13,19 +15,50 @@ app = App(
 )
 app.command("fitting.commands.bench:app", name="bench")
 app.command("fitting.commands.blind:app", name="blind")
+app.command("fitting.commands.cache:cache", name="cache")
 app.command("fitting.commands.compensate:compensate", name="compensate")
 app.command("fitting.commands.demo:demo", name="demo")
 app.command("fitting.commands.diagnose:diagnose", name="diagnose")
 app.command("fitting.commands.fit:fit", name="fit")
 app.command("fitting.commands.measure:measure", name="measure")
 app.command("fitting.commands.predict:predict", name="predict")
+app.meta.end_of_options_delimiter = ""  # `--` is for the commands
+app.meta.suppress_keyboard_interrupt = False
+
+
+@app.meta.default
+def launch(
+    *tokens: Annotated[str, Parameter(show=False, allow_leading_hyphen=True)],
+    no_compile_cache: Annotated[
+        bool, Parameter(negative="", group="Options of all commands", show_default=False)
+    ] = False,
+) -> Any:
+    """Run one command, with what it compiles kept for the next one.
+
+    Parameters
+    ----------
+    tokens
+        The command and its arguments.
+    no_compile_cache
+        Neither read nor keep compiled programs (`rapi cache` tells where they are).
+    """
+    command, bound, _ = app.parse_args(tokens, exit_on_error=False, print_error=False)
+    if isinstance(getattr(command, "__self__", None), App):  # help, version
+        return command(*bound.args, **bound.kwargs)
+    from .commands.run import fail
+    from .compile_cache import SWITCH, compiled_programs_kept
+
+    if no_compile_cache:
+        os.environ[SWITCH] = "0"
+    with compiled_programs_kept(lambda line: fail("note", line)):
+        return command(*bound.args, **bound.kwargs)
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Run `rapi` and exit with the code of the contract."""
     from .commands.run import run_and_leave
 
-    run_and_leave(app, sys.argv[1:] if arguments is None else arguments)
+    run_and_leave(app.meta, sys.argv[1:] if arguments is None else arguments)
 
 
 if __name__ == "__main__":

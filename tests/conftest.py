@@ -1,5 +1,7 @@
 """Settings that hold for every test: 64 bits, strict shapes, checked annotations, compile cache."""
 
+# ruff: noqa: E402 (what comes between the imports must come before the next of them)
+
 import os
 import signal
 from collections.abc import Iterator
@@ -8,57 +10,7 @@ from pathlib import Path
 # Read when NumPy loads: test processes with two threads each would spin against each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# JAX's compiled programs are kept in the checkout: for all workers, for the processes that tests
-# start (hence environment variables), and for the next time.
-os.environ.setdefault(
-    "JAX_COMPILATION_CACHE_DIR", str(Path(__file__).resolve().parents[1] / ".pytest_cache/d/jax")
-)
-os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
-os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES", "-1")
-# Entries are not written in one step: one that another process is writing, or was when it was
-# ended, cannot be read. JAX warns, and compiles. pyproject.toml has the same for this process.
-os.environ.setdefault(
-    "PYTHONWARNINGS", "ignore:Error reading persistent compilation cache entry:UserWarning"
-)
-
-import hypothesis
-import jax
 import jaxtyping
-import pytest
-
-# A shell makes what it starts in the background deaf to Ctrl-C, and its children with it; tests of
-# interrupts must be heard there too.
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-
-ROOT = Path(__file__).resolve().parents[1]
-COMPILED, COMPILED_BYTES = ROOT / ".pytest_cache/d/jax", 2 * 2**30
-MAPS = 10_000  # memory maps of a worker, above which it forgets what was compiled
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    """Drop the oldest compiled programs where all take more than `COMPILED_BYTES`.
-
-    JAX's own bound (`jax_compilation_cache_max_size`) reads the whole folder at each writing.
-    """
-    if hasattr(config, "workerinput") or not COMPILED.is_dir():
-        return
-    entries = sorted(
-        ((entry.stat(), entry.path) for entry in os.scandir(COMPILED)),
-        key=lambda pair: pair[0].st_mtime,
-        reverse=True,
-    )
-    total = 0
-    for stat, path in entries:
-        total += stat.st_size
-        if total > COMPILED_BYTES:
-            os.unlink(path)
-
-
-jax.config.update("jax_enable_x64", True)
-jax.config.update("jax_numpy_rank_promotion", "raise")
-jax.config.update("jax_numpy_dtype_promotion", "strict")
-
 
 # Shapes and types of every function and dataclass of ours are checked when called. This must come
 # before the first import of ours, so nothing in this file or above it may import our packages.
@@ -66,6 +18,37 @@ jaxtyping.install_import_hook(
     ["rapi_jax", "fitting", "hardware"],
     "beartype.beartype(conf=beartype.BeartypeConf(strategy=beartype.BeartypeStrategy.On))",
 )
+
+from fitting.compile_cache import drop_oldest, machine_folder, variables
+
+# JAX's compiled programs are kept in the checkout: for all workers, for the processes that tests
+# start (hence environment variables, set before JAX is imported), and for the next time.
+ROOT = Path(__file__).resolve().parents[1]
+COMPILED, COMPILED_BYTES = ROOT / ".pytest_cache/d/compiled", 2 * 2**30
+for name, value in variables(machine_folder(COMPILED)).items():
+    os.environ.setdefault(name, value)
+
+import hypothesis
+import jax
+import pytest
+
+# A shell makes what it starts in the background deaf to Ctrl-C, and its children with it; tests of
+# interrupts must be heard there too.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+MAPS = 10_000  # memory maps of a worker, above which it forgets what was compiled
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Drop the oldest compiled programs where all take more than `COMPILED_BYTES`."""
+    if not hasattr(config, "workerinput"):
+        drop_oldest(COMPILED, COMPILED_BYTES)
+
+
+jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_numpy_rank_promotion", "raise")
+jax.config.update("jax_numpy_dtype_promotion", "strict")
 
 # The first example of a test compiles, so times of single examples mean nothing.
 hypothesis.settings.register_profile("local", deadline=None)

@@ -10,11 +10,11 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from rapi_jax.io import OutputError
-
 
 def output_folder(path: Path) -> Path:
     """`path` as a folder that exists and can be written to."""
+    from rapi_jax.io import OutputError
+
     cure = "Choose another with `-o`."
     if path.exists() and not path.is_dir():
         raise OutputError(f"the output {path} is there and is not a folder. {cure}")

@@ -15,12 +15,14 @@ import tempfile
 import time
 from pathlib import Path
 
+from fitting.compile_cache import machine_folder, variables
+
 ROOT = Path(__file__).resolve().parents[2]
 ENOUGH = 9
 SHORT = "not slow and not bank and not notebook and not process"
 # What a mutation leaves as it was is compiled already; a program that it changes has another key.
 ENVIRONMENT = {
-    "JAX_COMPILATION_CACHE_DIR": str(ROOT / ".pytest_cache/d/jax"),
+    **variables(machine_folder(ROOT / ".pytest_cache/d/compiled")),
     "PYTHONDONTWRITEBYTECODE": "1",
 }
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv", ".*_cache", "__pycache__", "rapi-demo", "dist")

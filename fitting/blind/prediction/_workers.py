@@ -17,8 +17,9 @@ from dataclasses import dataclass
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
+from fitting.compile_cache import DIRECTORY, drop_damaged_entries, worker_variables
+
 _ONE_THREAD = ("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-_CACHE = "JAX_COMPILATION_CACHE_DIR"
 
 
 @dataclass(frozen=True)
@@ -64,16 +65,13 @@ def predict_in_workers(
     - `workers`: how many processes.
     - `compiled`: folder of the compilation cache that the processes share, in later runs too:
       recordings of a bank have many shapes, and compiling for one takes as long as a diagnosis.
-      Where `JAX_COMPILATION_CACHE_DIR` names another folder, that one.
+      Where this process has a cache, as the command line does, that one.
 
     Raises `DataError` where a recording cannot be read or a prediction not be written, and
     `RuntimeError` where a process ends before its job does; what is written stays.
     """
     waiting = deque(jobs)
-    settings = dict.fromkeys(_ONE_THREAD, "1") | {
-        _CACHE: cache_folder(compiled),
-        "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
-    }
+    settings = dict.fromkeys(_ONE_THREAD, "1") | worker_variables(compiled)
     running: dict[Future[None], tuple[_Worker, Job]] = {}
     with hide_folder(answers), _ended() as started:
         for _ in range(min(workers, len(jobs))):
@@ -90,11 +88,6 @@ def predict_in_workers(
                     following = waiting.popleft()
                     running[worker.executor.submit(_run_job, following)] = worker, following
                 yield job.name
-
-
-def cache_folder(compiled: Path) -> str:
-    """Where compiled programs are kept: the folder that the environment names, or the bank's."""
-    return os.environ.get(_CACHE) or str(compiled)
 
 
 @contextlib.contextmanager
@@ -171,6 +164,7 @@ def _initialise(answers: str) -> None:
     """Prepare a worker process: the parent alone interrupts it, and the blindfold is installed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    drop_damaged_entries(Path(os.environ.get(DIRECTORY, "")))
     from ._blindfold import install
 
     global _refused

@@ -7,7 +7,7 @@ BANK/answers/NAME.json, NAME.salt  what it is not given; secret, from which salt
 BANK/predictions/NAME.json, NAME/  what it said; predictions.json holds their hashes
 BANK/follow/advised, random        second sessions of devices whose diagnosis was tied
 BANK/scores.json, scores.md, failures.csv
-BANK/compiled/                     what diagnoses have compiled, for later ones; may be deleted
+BANK/compiled/                     what diagnoses have compiled without the user's cache
 ```
 """
 

@@ -14,7 +14,6 @@ import pytest
 
 from fitting.blind.prediction._workers import (
     Job,
-    cache_folder,
     hide_folder,
     predict_in_workers,
 )
@@ -63,13 +62,6 @@ def test_what_a_diagnosis_refuses_is_a_prediction_and_what_hides_is_restored(pla
         assert said["error"].startswith("DataError: ") and said["refused"] == []
         assert (said["name"], said["withheld"], said["tree_sha256"]) == (name, None, "tree")
     assert {name: os.environ.get(name) for name in before} == before
-
-
-def test_what_was_compiled_is_kept_with_the_bank_unless_a_folder_is_named(monkeypatch, tmp_path):
-    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "named")
-    assert cache_folder(tmp_path) == "named"
-    monkeypatch.delenv("JAX_COMPILATION_CACHE_DIR")
-    assert cache_folder(tmp_path) == str(tmp_path)
 
 
 @pytest.mark.process

@@ -35,6 +35,13 @@ def default_free(ecdl: ECDL, recording: Recording) -> Callable[[ECDL], Any]:
     return lambda e: tuple(getattr(e.operator, name) for name in names)
 
 
+def solver_options(max_steps: int) -> SolverOptions:
+    """How far fits of models are driven."""
+    return SolverOptions(
+        THRESHOLDS.solver_tolerance, THRESHOLDS.solver_slope, max_steps, THRESHOLDS.solver_promise
+    )
+
+
 @float64
 def fit(
     ecdl: ECDL,
@@ -75,7 +82,7 @@ def fit(
     """
     began = time.perf_counter()
     report = progress or (lambda line: None)
-    options = SolverOptions(THRESHOLDS.solver_tolerance, THRESHOLDS.solver_slope, max_steps)
+    options = solver_options(max_steps)
     check_usable(recording)
     chosen = default_free(ecdl, recording) if free is None else free
     problem = Problem.of(ecdl, recording, chosen, history=history, drift=drift)

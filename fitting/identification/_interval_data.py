@@ -35,7 +35,7 @@ class IntervalData(eqx.Module):
     freq: Float[Array, " runs"]
     u_pp: Float[Array, " runs"]
     u_min: Float[Array, " runs"]
-    sums: Float[Array, "runs ends products"]
+    sums: Float[Array, "products runs ends"]
     total: Float[Array, "others others"]  # products of x^2 and what follows with each other
     scale: Float[Array, ""]
     smallest: Float[Array, ""]  # a sum of squares that is no more than rounding
@@ -113,28 +113,26 @@ class Stretched:
         `fields`: those of `DriveBatch`. `shares`: the linear columns in the basis of each run.
         """
         in_basis = shares @ linear.whitening
-        coefficients = in_basis @ (linear.basis.T @ (weight * y).ravel())
-        runs, nodes = self.u.shape
+        coefficients = in_basis @ (linear.whitening.T @ (linear.columns.T @ (weight * y).ravel()))
         place = fields["place"]
         x = np.take_along_axis(self.x, place, axis=1)
-        powers = [np.ones_like(x), x]
-        while len(powers) < order + 2:
-            powers.append(powers[-1] * x)
-        columns = powers[: order + 1] + ([] if drift is None else [drift])
-        rest = y - np.einsum("rtk,rk->rt", np.stack(columns, axis=2), coefficients)
+        rest = y - _combine(x, coefficients[:, : order + 1])
+        if drift is not None:
+            rest -= coefficients[:, -1:] * drift
         square = weight**2
         scale = np.sqrt(float(np.sum(square * rest**2)) / max(float(square.sum()), 1e-300)) or 1.0
-        columns.append(rest / scale)
-        products = [square * power for power in powers]
-        for column in columns[order + 1 :]:
-            product = square * column
-            products += [product, product * x]
-        at = (place + (nodes * np.arange(runs))[:, None]).ravel()
-        sums = np.zeros((runs, nodes + 1, len(products)))
-        for n, product in enumerate(products):
-            folded = np.bincount(at, product.ravel(), minlength=runs * nodes)
-            np.cumsum(folded.reshape(runs, nodes), axis=1, out=sums[:, 1:, n])
-        others = (weight[:, :, None] * np.stack(columns[2:], axis=2)).reshape(place.size, -1)
+        extra = [*([] if drift is None else [drift]), rest / scale]
+        powers = [square]
+        while len(powers) < order + 2:
+            powers.append(powers[-1] * x)
+        products = powers + [
+            product for one in extra for product in (powers[0] * one, powers[1] * one)
+        ]
+        columns = [weight * x**2]
+        while len(columns) < order - 1:
+            columns.append(columns[-1] * x)
+        columns = columns[: max(order - 1, 0)] + [weight * one for one in extra]
+        others = np.stack([column.ravel() for column in columns])
         arrays = dict(
             u=self.u,
             x_of_u=(np.asarray(self.middle), np.asarray(self.half)),
@@ -144,10 +142,33 @@ class Stretched:
             freq=fields["freq"],
             u_pp=fields["u_pp"],
             u_min=self.u_min,
-            sums=sums,
-            total=others.T @ others,
+            sums=self._cumulative(products, place),
+            total=others @ others.T,
             scale=np.asarray(scale),
             smallest=np.asarray(THRESHOLDS.interval_rounding * float(square.sum())),
             linear=in_basis,
         )
         return IntervalData(**jax.device_put(arrays), order=order)
+
+    def _cumulative(
+        self, products: list[np.ndarray], place: Int[np.ndarray, "runs time"]
+    ) -> Float[np.ndarray, "products runs ends"]:
+        """Sums along the nodes, 0 first, of products that are given at the samples of the runs."""
+        runs, nodes = self.u.shape
+        sums = np.zeros((len(products), runs, nodes + 1))
+        direct = place.shape[1] == nodes and (place == np.arange(nodes)).all()
+        at = None if direct else (place + (nodes * np.arange(runs))[:, None]).ravel()
+        for out, product in zip(sums[:, :, 1:], products, strict=True):
+            if at is not None:
+                product = np.bincount(at, product.ravel(), minlength=runs * nodes)
+            np.cumsum(product.reshape(runs, nodes), axis=1, out=out)
+        return sums
+
+
+def _combine(x: Float[np.ndarray, "runs time"], coefficients: np.ndarray) -> np.ndarray:
+    """Polynomials in `x`, one a row, their coefficients from the constant on."""
+    total = np.zeros_like(x)
+    for one in coefficients.T[::-1]:
+        total *= x
+        total += one[:, None]
+    return total

@@ -135,8 +135,9 @@ def _rows(line: Line, data: IntervalData) -> Float[Array, " rows"]:
     level, slope = line.level + line.slope * middle, line.slope * half  # of x
     runs, stretches, edges = line.edge.shape
     flat = line.edge.reshape(runs, -1)
-    sums = jnp.take_along_axis(data.sums, flat[:, :, None], axis=1)
-    sums = jnp.diff(sums.reshape(runs, stretches, edges, -1), axis=2)
+    sums = jnp.take_along_axis(data.sums, flat[None], axis=2)
+    sums = jnp.diff(sums.reshape(-1, runs, stretches, edges), axis=3)
+    sums = jnp.moveaxis(sums, 0, 3)
     powers = data.order + 2
     # Products of each of the basis with 1 and with x; the response comes last.
     by_one = jnp.concatenate([sums[..., : powers - 1], sums[..., powers::2]], axis=-1)

@@ -6,7 +6,6 @@ the end.
 """
 
 import dataclasses
-from collections.abc import Callable
 from functools import cached_property, partial
 from typing import Any
 
@@ -62,23 +61,48 @@ class RunResidual(eqx.Module):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Solution:
-    """One fit: the whole vector (model, offsets, initial fractions) and the solver's report."""
+    """One fit: the solver's report, and what follows from it once it is asked for.
 
-    values: np.ndarray  # as `Problem.names`
+    `own`: the vector that the solver sees, without offsets and drift, its linear part zero; `move`:
+    which of it moved. `weight`: square roots of the samples' weights.
+    """
+
+    problem: "Problem"
+    own: np.ndarray
+    move: np.ndarray
+    weight: np.ndarray
     solver: LeastSquares
-    error: np.ndarray  # model less data, "runs time"; also where it was not fitted
-    differentiate: Callable[[], np.ndarray]
-
-    @cached_property
-    @float64
-    def jacobian(self) -> np.ndarray:
-        """Of the weighted errors with respect to `values`; "samples values"."""
-        return self.differentiate()
 
     @property
     def cost(self) -> float:
         """Half the weighted sum of squares."""
         return self.solver.cost
+
+    @property
+    def start(self) -> np.ndarray:
+        """`values` without what is solved for: enough to begin another fit."""
+        return self.problem.whole_vector(self.own)
+
+    @property
+    def values(self) -> np.ndarray:
+        """The whole vector (model, offsets, drift, initial fractions), as `Problem.names`."""
+        return self._solved[0]
+
+    @property
+    def error(self) -> np.ndarray:
+        """Model less data, "runs time"; also where it was not fitted."""
+        return self._solved[1]
+
+    @cached_property
+    @float64
+    def jacobian(self) -> np.ndarray:
+        """Of the weighted errors with respect to `values`; "samples values"."""
+        return self.problem.differentiate(self.own, self.weight, self.move)
+
+    @cached_property
+    @float64
+    def _solved(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.problem.solve_linear(self.own, self.weight)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -269,15 +293,19 @@ class Problem:
         move = np.concatenate([self.free & ~self.linear, np.ones(tail.size, dtype=bool)])
         solver = self._minimise(own, weight, move, ties, options)
         own = np.where(move, solver.values, own)  # to the last bit: the change of variables rounds
-        error = self._own_error(own)
-        solved = self.linear_part(weight).solve((weight * error).ravel())
+        return Solution(self, own, move, weight, solver)
+
+    def whole_vector(self, own: np.ndarray) -> np.ndarray:
+        """`own`, as the solver sees it, with zeros for offsets and drift."""
+        n = self.vector.size
+        return np.concatenate([own[:n], np.zeros(self.nuisances), own[n:]])
+
+    def solve_linear(self, own: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The whole vector with its linear part at the optimum for `own`, and model less data."""
+        error, values = self._own_error(own), self.whole_vector(own)
         columns, places = self.columns
-        values = np.concatenate([own[:n], np.zeros(self.nuisances), own[n:]])
-        values[places] = solved
-        if self.own_origin:
-            values = self._share_origin(values)
-        differentiate = partial(self._differentiate, own, weight, move)
-        return Solution(values, solver, error + columns @ solved, differentiate)
+        values[places] = solved = self.linear_part(weight).solve((weight * error).ravel())
+        return self._share_origin(values) if self.own_origin else values, error + columns @ solved
 
     def _minimise(
         self,
@@ -302,7 +330,7 @@ class Problem:
         data = Data(self._drives, *(as_device(a) for a in (self.data.y, weight, basis)))
         return fit(self._residual(), own, data, bounds=self.bounds(own))
 
-    def _differentiate(self, own: np.ndarray, weight: np.ndarray, move: np.ndarray) -> np.ndarray:
+    def differentiate(self, own: np.ndarray, weight: np.ndarray, move: np.ndarray) -> np.ndarray:
         """The Jacobian of the weighted errors at the vector `own`, of all values."""
         n = self.vector.size
         none = np.zeros((weight.size, 0))

@@ -176,7 +176,7 @@ def search_starts(
         if count == 1 or _settled(problem, weight, ends):
             break
         best = min((end for _, end in ends), key=_cost)
-        begin = _perturb(problem, best.values, trial, THRESHOLDS.perturbation)
+        begin = _perturb(problem, best.start, trial, THRESHOLDS.perturbation)
         ends.append((f"best, shaken {trial + 1}", problem.solve(begin, weight, options)))
     best = min((end for _, end in ends), key=_cost)
     starts = [
@@ -225,7 +225,7 @@ def _fit_candidates(
         if groups is not None:
             ties = np.concatenate([groups, np.arange(groups.size, problem.own_size)])
             averaged = average_groups(problem, start, groups)
-            start = problem.solve(averaged, weight, options, ties=ties).values
+            start = problem.solve(averaged, weight, options, ties=ties).start
             tied = start
             gradings["tilted"] = 1.0
         found = []
@@ -254,7 +254,7 @@ def _jump(
     identifiable, jumps = not unidentifiable(problem, best), []
     for jump in range(THRESHOLDS.jumps):
         if jump % 2:
-            begin = _perturb_plays(problem, best.values, groups, jump)
+            begin = _perturb_plays(problem, best.start, groups, jump)
         else:
             begin = _perturb(problem, tied, jump, sizes[jump // 2 % len(sizes)])
         end = problem.solve(begin, weight, options)

@@ -14,7 +14,16 @@ class IdentificationThresholds:
         1e-6, unit="scaled coordinate", origin="set by trial; far below any standard error"
     )
     solver_slope: float = threshold(
-        1e-5, unit="cosine", origin="set by trial; an optimum far below any standard error"
+        1e-4,
+        unit="cosine",
+        origin="its square is the share of the cost that a step can still take away, 1e-8; of 10^4 "
+        "samples 0.01 standard errors",
+    )
+    solver_promise: float = threshold(
+        3e-9,
+        unit="of the cost",
+        origin="a third of 1e-8, to which costs are to agree; measured: half as many steps, since "
+        "the others go from kink to kink of the noise",
     )
     drift_periods: int = threshold(
         6,

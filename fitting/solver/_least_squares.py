@@ -26,6 +26,7 @@ from rapi_jax.internal import float64
 from ._bound_transform import Bounds
 from ._identifiability import inverse_gram, qr_factor, scale_columns, singular_directions
 from ._normal_equations import NormalEquations
+from ._promised_decrease import StopByPromise
 from ._quick_compilation import quick_jit
 from ._thresholds import THRESHOLDS
 
@@ -40,11 +41,13 @@ class SolverOptions:
     `tolerance`: the solver's relative and absolute tolerance in scaled coordinates. `slope`: the
     cosine between residuals and Jacobian below which the end counts as an optimum. `max_steps`: the
     limit of steps over all attempts, checked after each stage; a curved valley may take thousands.
+    `promise`: the share of the cost that the next step must promise for the solver to take it.
     """
 
     tolerance: float = 1e-8
     slope: float = 1e-7
     max_steps: int = 20_000
+    promise: float = 0.0
 
 
 DEFAULTS = SolverOptions()
@@ -75,12 +78,13 @@ def _stage_residual(z: Array, args: Any) -> Array:
 
 
 @quick_jit
-def _stage(residual, bounds, center, basis, unit, args, tolerance):
+def _stage(residual, bounds, center, basis, unit, args, tolerance, promise):
     solver = optx.LevenbergMarquardt(
         rtol=tolerance, atol=tolerance, linear_solver=NormalEquations()
     )
     search = optx.ClassicalTrustRegion(high_cutoff=THRESHOLDS.region_growth)
     solver = eqx.tree_at(lambda s: s.search, solver, search)
+    solver = StopByPromise(solver, promise)
     solution = optx.least_squares(
         _stage_residual,
         solver,
@@ -90,8 +94,9 @@ def _stage(residual, bounds, center, basis, unit, args, tolerance):
         throw=False,
     )
     # The damping, 1 / step size, is relative to squared column lengths.
-    stretch = jnp.sqrt(solution.state.search_state.step_size)
-    return center + basis @ solution.value, solution.stats["num_steps"], stretch
+    stretch = jnp.sqrt(solution.state.inner.search_state.step_size)
+    small = solution.state.small
+    return center + basis @ solution.value, solution.stats["num_steps"], stretch, small
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -202,8 +207,15 @@ def least_squares(
             length = np.linalg.norm(point.jacobian @ tie, axis=0) / unit
             basis = tie * np.where(length > 0, reach / np.where(length > 0, length, 1.0), 0.0)
             scaled = jnp.asarray(unit)  # an array: a number would compile anew for each value
-            x, taken, stretch = _stage(
-                residual, bounds, point.x, jnp.asarray(basis), scaled, args, tolerance
+            x, taken, stretch, small = _stage(
+                residual,
+                bounds,
+                point.x,
+                jnp.asarray(basis),
+                scaled,
+                args,
+                tolerance,
+                options.promise,
             )
             new = _Point.at(residual, bounds, x, args)
             steps += int(taken)
@@ -216,7 +228,10 @@ def least_squares(
                 point = new
                 lost = alive & (new.jacobian @ tie == 0).all(axis=0)
                 angle = 1.0 if lost.any() else new.slope(bounds, tie, slope)
-            quiet = 0 if gain > THRESHOLDS.at_rest else quiet + 1
+            if gain > THRESHOLDS.at_rest:
+                quiet = 0
+            else:  # at rest twice, or once where the solver itself says that nothing is left
+                quiet = 2 if small else quiet + 1
             trace.append((steps, point.cost))
         if quiet and angle > slope:
             point, angle = _polish(residual, bounds, point, args, tie, slope, angle)

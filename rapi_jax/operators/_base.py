@@ -138,10 +138,16 @@ class AbstractOperator(eqx.Module):
 
         One for each element of the parameters declared `linear`: `d_0`, `d_1`, ... (Eq. 15).
         """
-        centred = np.asarray(self.centred(jnp.asarray(u, dtype=jnp.float64)))
-        columns = {self.fields.constant: centred**0}
+        centred = u
+        if self.fields.origin is not None:
+            centred = np.asarray(self.centred(jnp.asarray(u, dtype=jnp.float64)))
+        columns = {self.fields.constant: np.ones_like(centred)}
         polynomial = next(p for p in parameters(self) if p.name == self.fields.polynomial)
-        return columns | {name: centred**k for k, name in enumerate(polynomial.names(), start=1)}
+        power = columns[self.fields.constant]
+        for name in polynomial.names():
+            power = power * centred
+            columns[name] = power
+        return columns
 
     @property
     def coefficients(self) -> Float[Array, " order"]:

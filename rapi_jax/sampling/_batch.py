@@ -69,12 +69,11 @@ def _stack(columns: Sequence[np.ndarray], fill: int | None = None) -> np.ndarray
     """Columns of different lengths as one array, padded with their last element or with `fill`."""
     longest = max(column.size for column in columns)
     longest += -longest % THRESHOLDS.row_multiple
-    pads = [(0, longest - column.size) for column in columns]
-    if fill is None:
-        return np.stack([np.pad(c, pad, "edge") for c, pad in zip(columns, pads, strict=True)])
-    return np.stack(
-        [np.pad(c, p, constant_values=fill) for c, p in zip(columns, pads, strict=True)]
-    )
+    rows = np.empty((len(columns), longest), dtype=columns[0].dtype)
+    for row, column in zip(rows, columns, strict=True):
+        row[: column.size] = column
+        row[column.size :] = column[-1] if fill is None else fill
+    return rows
 
 
 def batch(drives: Sequence[Drive], rows: Sequence[Row]) -> dict[str, np.ndarray]:
@@ -127,8 +126,8 @@ def to_batch(recording: Recording, *, lead: bool = False) -> Batch:
     y, use = np.zeros(sample.shape), np.zeros(sample.shape, dtype=bool)
     for k, run in enumerate(recording.runs):
         inside = sample[k] >= 0
-        y[k, inside] = np.nan_to_num(run.response)[sample[k, inside]]
-        use[k, inside] = usable(run, lag)[sample[k, inside]]
+        y[k] = np.where(inside, np.where(run.valid, run.response, 0.0)[sample[k]], 0.0)
+        use[k] = inside & usable(run, lag)[sample[k]]
     return Batch(
         time=fields["time"],
         u=np.take_along_axis(fields["node_u"], fields["place"], axis=1),

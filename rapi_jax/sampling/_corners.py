@@ -18,8 +18,10 @@ def corners(
     rises, falls = value[1:] > value[:-1], value[1:] < value[:-1]
     turn = np.flatnonzero((rises[1:] != rises[:-1]) | (falls[1:] != falls[:-1])) + 1
     # Near an extreme a corner lies in the step after it, or else in the one before.
-    later, earlier = (_meeting(time, value, turn, turn - back) for back in (0, 1))
-    there, at, height = (np.where(later[0], a, b) for a, b in zip(later, earlier, strict=True))
+    found = _meeting(time, value, np.tile(turn, 2), np.concatenate([turn, turn - 1]))
+    there, at, height = (part.reshape(2, -1) for part in found)
+    at, height = (np.where(there[0], part[0], part[1]) for part in (at, height))
+    there = there.any(axis=0)
     kept: list[int] = []
     for k in np.flatnonzero(there):
         step = time[turn[k]] - time[turn[k] - 1]
@@ -54,10 +56,9 @@ def _meeting(
         return none.astype(bool), none, none
     last = np.where(inside, last, last[inside][0])
     origin = time[turn]
-    (a, b, one), (c, d, other) = (
-        _lines(time, value, begin, origin)
-        for begin in (last - THRESHOLDS.corner_samples + 1, last + 1)
-    )
+    begin = np.concatenate([last - THRESHOLDS.corner_samples + 1, last + 1])
+    lines = (part.reshape(2, -1) for part in _lines(time, value, begin, np.tile(origin, 2)))
+    (a, c), (b, d), (one, other) = lines
     there = inside & one & other & (a != c)
     at = (d - b) / np.where(there, a - c, 1.0)
     left, right = time[last], time[last + 1]

@@ -62,32 +62,25 @@ def _tiled(drive: Drive, count: int, lag_s: float, lead: bool) -> Row:
     at = at * step
     if lead:  # a lag moves the drive's extreme to between samples
         at, height = _refine_behind_turns(value, step, at, height)
-    # Samples see the drive of `lag_s` ago; straight lines between samples and corners are exact.
-    known = np.concatenate([np.arange(count) * step, at])
-    order = np.argsort(known)
-    levels = np.concatenate([value, height])[order]
-    seen = np.interp(np.arange(count) * step - lag_s, known[order], levels, period=period)
-    phase = np.concatenate([np.arange(count) * step, np.mod(at + lag_s, period)])
-    number = np.concatenate([np.arange(count), np.full(at.size, -1)])
-    u = np.concatenate([seen if lag_s else value, height])
+    phase, number = np.arange(count) * step, np.arange(count)
+    u = _seen(value, step, at, height, lag_s) if lag_s else value
+    if at.size:
+        phase = np.concatenate([phase, np.mod(at + lag_s, period)])
+        number = np.concatenate([number, np.full(at.size, -1)])
+        u = np.concatenate([u, height])
+    near = THRESHOLDS.near_sample * step
     first = phase[np.argmin(u)]
-    phase = (
-        np.mod(phase - first + THRESHOLDS.near_sample * step, period)
-        - THRESHOLDS.near_sample * step
-    )
-    order = np.argsort(phase)
+    phase = np.mod(phase - first + near, period) - near
+    order = np.argsort(phase, kind="stable")  # of a few ascending pieces
     phase, number, u = phase[order], number[order], u[order]
     node_lead = u.size if lead else 0
-    cycle = np.arange(phase.size)
     begin = -period if lead else 0.0
     whole = int(np.ceil((drive.time[-1] - begin) / period)) + 2
     turns = np.arange(-2, whole + 1)
     time = (first + turns[:, None] * period + phase[None, :]).ravel()
-    place = np.tile(cycle, turns.size)
-    keep = (time >= begin - THRESHOLDS.near_sample * step) & (
-        time <= drive.time[-1] + THRESHOLDS.near_sample * step
-    )
-    time, place = time[keep], place[keep]
+    # Ascending, but that rounding may not tell two that stand together; hence no search.
+    kept = np.flatnonzero((time >= begin - near) & (time <= drive.time[-1] + near))
+    time, place = time[kept], kept % phase.size
     nearest = np.round(time / step).astype(int)
     is_sample = (number[place] >= 0) & (nearest >= 0) & (nearest < drive.size)
     node_phase = np.concatenate([phase - period, phase]) if lead else phase
@@ -97,10 +90,21 @@ def _tiled(drive: Drive, count: int, lag_s: float, lead: bool) -> Row:
         drive.start_s + time,
         place + node_lead,
         np.where(is_sample, nearest, -1),
-        int((time < -THRESHOLDS.near_sample * step).sum()),
+        int((time < -near).sum()),
         node_lead,
         period if lead else 0.0,
     )
+
+
+def _seen(
+    value: np.ndarray, step: float, at: np.ndarray, height: np.ndarray, lag_s: float
+) -> np.ndarray:
+    """The drive of `lag_s` ago at each sample; lines between samples and corners are exact."""
+    count = value.size
+    known = np.concatenate([np.arange(count) * step, at])
+    order = np.argsort(known)
+    levels = np.concatenate([value, height])[order]
+    return np.interp(np.arange(count) * step - lag_s, known[order], levels, period=count * step)
 
 
 def _refine_behind_turns(

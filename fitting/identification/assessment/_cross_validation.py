@@ -82,7 +82,7 @@ def cross_validate(
         seen = problem.data.use & ~left
         if not left.any() or seen.sum() <= problem.free_count:
             continue
-        solution = problem.solve(full.values, problem.weights(run_weights, seen), options)
+        solution = problem.solve(full.start, problem.weights(run_weights, seen), options)
         results.append(score(problem, solution, name, left, seen, whole and problem.own_origin))
     return results
 

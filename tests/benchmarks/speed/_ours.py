@@ -6,18 +6,16 @@ from typing import Any
 import numpy as np
 
 from fitting import FitResult, fit
-from fitting.identification._fit import default_free
+from fitting.identification._fit import default_free, solver_options
 from fitting.identification._problem import Problem, Solution
 from fitting.identification._starts import tied_groups
-from fitting.identification._thresholds import THRESHOLDS
 from fitting.identification._weights import run_weights
-from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, Drive, Recording, predict
 from rapi_jax.internal import compiled_respond, float64, to_batch
 
 from ._cases import Case
 
-OPTIONS = SolverOptions(THRESHOLDS.solver_tolerance, THRESHOLDS.solver_slope, 1000)
+OPTIONS = solver_options(1000)
 
 
 @float64
@@ -31,8 +29,10 @@ def bare(given: Case) -> Solution:
     begin = problem.start(given.start)
     groups = tied_groups(given.start.operator, problem)
     if groups is not None:
-        begin = problem.solve(begin, weight, OPTIONS, ties=groups).values
-    return problem.solve(begin, weight, OPTIONS)
+        begin = problem.solve(begin, weight, OPTIONS, ties=groups).start
+    found = problem.solve(begin, weight, OPTIONS)
+    assert np.isfinite(found.values).all()  # solved for when asked for: the linear part, too
+    return found
 
 
 SETTINGS: dict[str, Any] = {

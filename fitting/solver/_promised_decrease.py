@@ -1,0 +1,54 @@
+"""A stop that does not polish noise: when the next step promises next to nothing."""
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import optimistix as optx
+from jaxtyping import Array, Bool
+
+
+class _State(eqx.Module):
+    inner: Any
+    small: Bool[Array, ""]
+
+
+class StopByPromise(optx.AbstractLeastSquaresSolver):
+    """`solver`, ended also where its next step promises less than `share` of the cost.
+
+    What a step promises is the decrease of the linearised problem. Where residuals have kinks the
+    solver goes on for many steps, ever shorter, each of which lowers the cost by less than noise
+    would change it; the parameters by themselves do not tell, since in a valley they move far.
+    """
+
+    solver: Any  # one of Gauss-Newton type with a search that predicts
+    share: float
+
+    @property
+    def rtol(self) -> float:
+        return self.solver.rtol
+
+    @property
+    def atol(self) -> float:
+        return self.solver.atol
+
+    @property
+    def norm(self) -> Any:
+        return self.solver.norm
+
+    def init(self, *args: Any) -> _State:
+        return _State(self.solver.init(*args), jnp.asarray(False))
+
+    def step(self, fn, y, args, options, state, tags) -> tuple[Any, _State, Any]:
+        y, inner, aux = self.solver.step(fn, y, args, options, state.inner, tags)
+        # A step that is not a number promises nothing, and is shortened by the search.
+        promised = -self.solver.search.predict_reduction(inner.y_eval - y, inner.f_info)
+        small = (promised <= self.share * inner.f_info.as_min()) & jnp.isfinite(promised)
+        return y, _State(inner, small), aux
+
+    def terminate(self, fn, y, args, options, state, tags) -> tuple[Bool[Array, ""], Any]:
+        done, result = self.solver.terminate(fn, y, args, options, state.inner, tags)
+        return done | state.small, result
+
+    def postprocess(self, fn, y, aux, args, options, state, tags, result) -> Any:
+        return self.solver.postprocess(fn, y, aux, args, options, state.inner, tags, result)

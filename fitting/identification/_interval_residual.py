@@ -41,18 +41,22 @@ class IntervalResidual(eqx.Module):
     unknown: tuple[int, ...] = eqx.field(static=True)  # runs whose initial fractions end `values`
 
     def __call__(self, values: Array, data: IntervalData) -> Float[Array, " rows"]:
-        operator = self.vector.put(self.ecdl, values).operator
-        initial = jnp.full((data.freq.size, operator.count), jnp.nan)
-        if self.unknown:
-            rest = values[self.vector.size :].reshape(len(self.unknown), -1)
-            initial = initial.at[jnp.array(self.unknown)].set(rest)
+        return _rows(find_lines(self, values, data), data)
 
-        def one(u_pp, freq, u_min, initial, *drive):
-            return _lines(operator.plays(u_pp, freq), u_min, initial, *drive)
 
-        drive = data.u, data.begin, data.end, data.rises
-        line = jax.vmap(one)(data.u_pp, data.freq, data.u_min, initial, *drive)
-        return _rows(line, data)
+def find_lines(residual: IntervalResidual, values: Array, data: IntervalData) -> Line:
+    """The sum of plays on the intervals of all runs, "runs" first in each field."""
+    operator = residual.vector.put(residual.ecdl, values).operator
+    initial = jnp.full((data.freq.size, operator.count), jnp.nan)
+    if residual.unknown:
+        rest = values[residual.vector.size :].reshape(len(residual.unknown), -1)
+        initial = initial.at[jnp.array(residual.unknown)].set(rest)
+
+    def one(u_pp, freq, u_min, initial, *drive):
+        return _lines(operator.plays(u_pp, freq), u_min, initial, *drive)
+
+    drive = data.u, data.begin, data.end, data.rises
+    return jax.vmap(one)(data.u_pp, data.freq, data.u_min, initial, *drive)
 
 
 def _lines(

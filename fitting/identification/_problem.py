@@ -20,6 +20,7 @@ from rapi_jax import ECDL, Recording
 from rapi_jax.internal import Batch, DriveBatch, float64, respond, to_batch
 
 from ._interval_residual import IntervalResidual
+from ._interval_samples import IntervalSamples
 from ._interval_sums import IntervalSums
 from ._linear_part import LinearPart
 from ._parameter_vector import ParameterVector, as_device
@@ -97,12 +98,30 @@ class Solution:
     @float64
     def jacobian(self) -> np.ndarray:
         """Of the weighted errors with respect to `values`; "samples values"."""
-        return self.problem.differentiate(self.own, self.weight, self.move)
+        problem, weight = self.problem, self.weight
+        n, extra = problem.vector.size, problem.nuisances
+        full = np.zeros((weight.size, self.own.size + extra))
+        places = np.r_[0:n, n + extra : full.shape[1]][self.move]
+        if self._samples is not None:
+            columns = weight[:, None, :] * self._samples.derivatives
+            full[:, places] = columns.transpose(0, 2, 1).reshape(weight.size, -1)
+        else:
+            full[:, places] = problem.differentiate(self.own, weight)[:, self.move]
+        linear = problem.linear_part(weight)
+        full[:, linear.places] = linear.columns
+        return full
 
     @cached_property
     @float64
     def _solved(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.problem.solve_linear(self.own, self.weight)
+        known = self._samples
+        error = None if known is None else known.response - self.problem.data.y
+        return self.problem.solve_linear(self.own, self.weight, error)
+
+    @cached_property
+    @float64
+    def _samples(self) -> IntervalSamples | None:
+        return IntervalSamples.of(self.problem, self.own, self.weight, self.move)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -300,10 +319,15 @@ class Problem:
         n = self.vector.size
         return np.concatenate([own[:n], np.zeros(self.nuisances), own[n:]])
 
-    def solve_linear(self, own: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The whole vector with its linear part at the optimum for `own`, and model less data."""
-        error, values = self._own_error(own), self.whole_vector(own)
-        columns, places = self.columns
+    def solve_linear(
+        self, own: np.ndarray, weight: np.ndarray, error: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The whole vector with its linear part at the optimum for `own`, and model less data.
+
+        `error`: model less data without the linear part, if that is known.
+        """
+        error = self._own_error(own) if error is None else error
+        values, (columns, places) = self.whole_vector(own), self.columns
         values[places] = solved = self.linear_part(weight).solve((weight * error).ravel())
         return self._share_origin(values) if self.own_origin else values, error + columns @ solved
 
@@ -320,7 +344,7 @@ class Problem:
         sums = IntervalSums.of(self, own)
         if sums is not None:
             data = sums.data(weight)
-            compressed = self._residual(IntervalResidual)
+            compressed = self.residual(IntervalResidual)
             found = fit(compressed, own, data, bounds=self.bounds(own))
             if sums.resolves(found, data):
                 return found
@@ -328,20 +352,14 @@ class Problem:
                 own = np.where(move, found.values, own)
         basis = self.linear_part(weight).basis
         data = Data(self._drives, *(as_device(a) for a in (self.data.y, weight, basis)))
-        return fit(self._residual(), own, data, bounds=self.bounds(own))
+        return fit(self.residual(), own, data, bounds=self.bounds(own))
 
-    def differentiate(self, own: np.ndarray, weight: np.ndarray, move: np.ndarray) -> np.ndarray:
-        """The Jacobian of the weighted errors at the vector `own`, of all values."""
-        n = self.vector.size
+    def differentiate(self, own: np.ndarray, weight: np.ndarray) -> np.ndarray:
+        """The Jacobian of the weighted errors at the vector `own`, by its elements."""
         none = np.zeros((weight.size, 0))
         plain = Data(self._drives, *(as_device(a) for a in (self.data.y, weight, none)))
         unbounded = Bounds.of(np.ones(own.size))
-        jacobian = linearise(self._residual(), unbounded, as_device(own), plain)[1]
-        full = np.zeros((weight.size, own.size + self.nuisances))
-        full[:, np.r_[0:n, n + self.nuisances : full.shape[1]]] = np.asarray(jacobian) * move
-        linear = self.linear_part(weight)
-        full[:, linear.places] = linear.columns
-        return full
+        return np.asarray(linearise(self.residual(), unbounded, as_device(own), plain)[1])
 
     def project(self, values: np.ndarray, moves: np.ndarray) -> np.ndarray:
         """`values` with those that move inside their bounds, also where these move with others."""
@@ -368,9 +386,10 @@ class Problem:
 
     def _own_error(self, own: np.ndarray) -> np.ndarray:
         """The same without offsets and drift; `own`: the vector without them."""
-        return np.asarray(_respond(self._residual(), as_device(own), self._drives)) - self.data.y
+        return np.asarray(_respond(self.residual(), as_device(own), self._drives)) - self.data.y
 
-    def _residual(self, kind: Any = RunResidual) -> Any:
+    def residual(self, kind: Any = RunResidual) -> Any:
+        """The residual as a function of the vector without offsets and drift."""
         unknown = tuple(int(i) for i in np.flatnonzero(self.unknown_history))
         return kind(self.ecdl, self.vector, unknown)
 

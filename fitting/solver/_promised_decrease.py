@@ -21,20 +21,15 @@ class StopByPromise(optx.AbstractLeastSquaresSolver):
     would change it; the parameters by themselves do not tell, since in a valley they move far.
     """
 
-    solver: Any  # one of Gauss-Newton type with a search that predicts
+    solver: Any  # of Gauss-Newton type, with a search that predicts
     share: float
+    rtol: float
+    atol: float
+    norm: Any
 
-    @property
-    def rtol(self) -> float:
-        return self.solver.rtol
-
-    @property
-    def atol(self) -> float:
-        return self.solver.atol
-
-    @property
-    def norm(self) -> Any:
-        return self.solver.norm
+    def __init__(self, solver: Any, share: float):
+        self.solver, self.share = solver, share
+        self.rtol, self.atol, self.norm = solver.rtol, solver.atol, solver.norm
 
     def init(self, *args: Any) -> _State:
         return _State(self.solver.init(*args), jnp.asarray(False))

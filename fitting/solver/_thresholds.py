@@ -111,6 +111,12 @@ class SolverThresholds:
         origin="set by trial; a further step that gains less is not taken, and does not speak "
         "against convergence",
     )
+    promised_gain: float = threshold(
+        0.01,
+        unit="of the gain below which a step is not taken",
+        origin="a step that is promised less is not tried; kinks keep less than is promised, and "
+        "curvature would have to give a hundred times more",
+    )
     refinements: int = threshold(
         4, unit="refits", origin="set by trial; each begins where a further step leads"
     )

@@ -50,6 +50,7 @@ def _remaining_step(
         solution.jacobian,
         residual_at=lambda values: weight * problem.error(values),
         project=problem.project,
+        least=THRESHOLDS.promised_gain * gain_tolerance(problem, weight),
     )
 
 

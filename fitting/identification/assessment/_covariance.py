@@ -15,6 +15,9 @@ from fitting.identification._problem import Problem, Solution
 from fitting.identification._thresholds import THRESHOLDS
 from fitting.solver._identifiability import pseudo_gram
 
+from ._autoregression import autocovariance, fit_autoregression, model_autocovariance
+from ._lagged_products import LaggedProducts
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Uncertainty:
@@ -80,66 +83,6 @@ def estimate_uncertainty(
     return Uncertainty(covariance, part.rho, part.effective)
 
 
-def autocovariance(series: np.ndarray, lags: int) -> np.ndarray:
-    """Sums of lagged products over the number of pairs, for lags 0 to `lags`."""
-    n = series.size
-    power = np.abs(np.fft.rfft(series, 2 * n)) ** 2
-    return np.fft.irfft(power, 2 * n)[: lags + 1] / (n - np.arange(lags + 1))
-
-
-def _fit_autoregression(gamma: np.ndarray, n: int) -> tuple[np.ndarray, float]:
-    """Coefficients and innovation variance by Yule-Walker, the order by BIC; always stationary."""
-    if gamma[0] <= 0:
-        return np.zeros(0), 0.0
-    best = (n * np.log(gamma[0]), np.zeros(0), gamma[0])
-    for order in range(1, min(gamma.size - 1, THRESHOLDS.noise_order) + 1):
-        if order == 1:  # a residual that hardly changes in one sample: as slow as the run can show
-            phi = np.clip(gamma[1:2] / gamma[0], -1.0 + 2.0 / n, 1.0 - 2.0 / n)
-            variance = float(gamma[0] * (1.0 - phi[0] ** 2))
-        else:
-            try:
-                phi = np.linalg.solve(gamma[_lag(order)], gamma[1 : order + 1])
-            except np.linalg.LinAlgError:
-                continue
-            variance = float(gamma[0] - phi @ gamma[1 : order + 1])
-            stationary = (np.abs(np.roots(np.r_[1.0, -phi])) < 1.0 - 1.0 / n).all()
-            if not (stationary and variance > THRESHOLDS.innovation * gamma[0]):
-                continue
-        score = n * np.log(variance) + order * np.log(n)
-        if score < best[0]:
-            best = (score, phi, variance)
-    return best[1], best[2]
-
-
-def _lag(order: int) -> np.ndarray:
-    """Between each two of `order` samples."""
-    return np.abs(np.subtract.outer(np.arange(order), np.arange(order)))
-
-
-def _correlate(autocovariance: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """The covariance matrix (Toeplitz) of a stationary process times `columns`."""
-    n = columns.shape[0]
-    size = 1 << (2 * n - 1).bit_length()  # a circulant that holds it
-    circulant = np.zeros(size)
-    circulant[:n] = autocovariance
-    circulant[size - n + 1 :] = autocovariance[:0:-1]
-    product = np.fft.rfft(circulant)[:, None] * np.fft.rfft(columns, size, axis=0)
-    return np.fft.irfft(product, size, axis=0)[:n]
-
-
-def _model_autocovariance(phi: np.ndarray, variance: float, n: int) -> np.ndarray:
-    """Autocovariance of an AR process at lags 0 to n-1, from its spectrum."""
-    spectrum = 1.0 / np.abs(np.fft.rfft(np.r_[1.0, -phi], 8 * n)) ** 2
-    return variance * np.fft.irfft(spectrum, 8 * n)[:n]
-
-
-def _lagged_traces(left: np.ndarray, right: np.ndarray, lags: int) -> np.ndarray:
-    """Sum over t and columns of `left[t] right[t + k]`, for lags k."""
-    n, width = left.shape
-    one, other = (np.ascontiguousarray(x).ravel() for x in (left, right))
-    return np.array([one[: (n - k) * width] @ other[k * width :] for k in range(lags + 1)])
-
-
 def correlated_covariance(
     residuals: list[np.ndarray], jacobians: list[np.ndarray], weights: list[float]
 ) -> Uncertainty:
@@ -154,28 +97,32 @@ def correlated_covariance(
     ]
     raw = [autocovariance(r, k) for r, k in zip(residuals, lags, strict=True)]
     target = list(raw)
-    middle = np.zeros_like(gram)
-    rho, effective = [], 0.0
+    runs = [LaggedProducts.of(j, k) for j, k in zip(jacobians, lags, strict=True)]
+    lost = [run.power(gram) for run in runs]
+    models, middle = [], np.zeros_like(gram)
     for step in range(THRESHOLDS.noise_passes):
-        products, models, middle = [], [], np.zeros_like(gram)
-        for gamma, j, w in zip(target, jacobians, weights, strict=True):
-            model = _model_autocovariance(*_fit_autoregression(gamma, j.shape[0]), j.shape[0])
-            product = w * _correlate(model, j)
-            middle += w * j.T @ product
-            models.append(model)
-            products.append(product)
+        fitted = [
+            fit_autoregression(gamma, r.size) for gamma, r in zip(target, residuals, strict=True)
+        ]
+        models = [
+            model_autocovariance(*one, run.length) for one, run in zip(fitted, runs, strict=True)
+        ]
+        density = [run.density(model) for run, model in zip(runs, models, strict=True)]
+        parts = zip(runs, density, weights, strict=True)
+        middle = sum((w**2 * run.middle(s) for run, s, w in parts), np.zeros_like(gram))
         if step == THRESHOLDS.noise_passes - 1:
             break
         spread = gram @ middle @ gram
-        for i, (j, product) in enumerate(zip(jacobians, products, strict=True)):
-            lost = j @ gram
-            both = _lagged_traces(lost, product, lags[i]) + _lagged_traces(product, lost, lags[i])
-            kept = _lagged_traces(j @ spread, j, lags[i])
-            target[i] = raw[i] + (both - kept) / (j.shape[0] - np.arange(lags[i] + 1))
-    for model in models:
+        for i, run in enumerate(runs):
+            both = run.correlated_traces(gram, lost[i], models[i], density[i])
+            kept = run.traces(run.power(spread))
+            pairs = residuals[i].size - np.arange(lags[i] + 1)
+            target[i] = raw[i] + (weights[i] * both - kept) / pairs
+    rho, effective = [], 0.0
+    for model, r in zip(models, residuals, strict=True):
         rho.append(float(model[1] / model[0]) if model[0] > 0 else 0.0)
-        total = model[0] + 2.0 * model[1:].sum()
-        effective += model.size * min(1.0, model[0] / total) if total > 0 else model.size
+        total = model[0] + 2.0 * model[1 : r.size].sum()
+        effective += r.size * min(1.0, model[0] / total) if total > 0 else r.size
     covariance = gram @ middle @ gram
     covariance[undetermined, undetermined] = np.inf
     return Uncertainty(

@@ -7,7 +7,6 @@ sample to the next.
 """
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from fitting.identification._thresholds import THRESHOLDS
 
@@ -37,10 +36,10 @@ def detect_steps(
             continue
         at = np.arange(width, step.size - width - 1)  # between samples `at` and `at + 1`
         value, slope = np.linalg.pinv(np.stack([np.ones(width), np.arange(width) + 1.5], axis=1))
-        window = sliding_window_view(error, width)
-        after, before = window[at + 2], window[at - width][:, ::-1]
-        size = after @ value - before @ value
-        rise, fall = after @ slope, -(before @ slope)
+        after, before = slice(at[0] + 2, at[-1] + 3), slice(0, at.size)  # of windows
+        size = np.correlate(error, value)[after] - np.convolve(error, value, "valid")[before]
+        rise = np.correlate(error, slope)[after]
+        fall = -np.convolve(error, slope, "valid")[before]
         sudden = np.sign(size) * (step[at] - (rise + fall) / 2)
         usual = 1.4826 * float(np.median(np.abs(size)))
         spread = noise * float(np.linalg.norm(value)) * np.sqrt(2.0)
@@ -65,7 +64,8 @@ def _turns(drive: np.ndarray) -> np.ndarray:
 
 def _nearby(value: np.ndarray, reach: int) -> np.ndarray:
     """The largest of `value` within `reach` places."""
-    return sliding_window_view(np.pad(value, reach, mode="edge"), 2 * reach + 1).max(axis=1)
+    padded, size = np.pad(value, reach, mode="edge"), value.size
+    return np.maximum.reduce([padded[shift : shift + size] for shift in range(2 * reach + 1)])
 
 
 def _strongest(found: dict[int, float]) -> list[tuple[int, float]]:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from fitting.identification._interval_residual import IntervalResidual
+from fitting.identification._interval_samples import IntervalSamples
 from fitting.identification._interval_sums import IntervalSums
 from fitting.identification._problem import Data, Problem
 from fitting.solver._bound_transform import Bounds
@@ -89,8 +90,8 @@ CASES = {
 }  # fmt: skip
 
 
-def both(case, weights=None):
-    """The problem, its own vector, and (residual, Jacobian) over intervals and over samples."""
+def posed(case):
+    """The problem of a case, square roots of its weights, and its own vector."""
     ecdl, recording, options = CASES[case]()
     free = options.pop("free", lambda e: e.operator)
     problem = Problem.of(ecdl, recording, free, **options)
@@ -99,22 +100,28 @@ def both(case, weights=None):
     start = problem.start(ecdl, initial=0.3)
     n = problem.vector.size
     own = np.concatenate([np.where(problem.linear, 0.0, start[:n]), start[n + problem.nuisances :]])
+    return problem, weight, own
+
+
+def both(case):
+    """The problem, and (residual, Jacobian) over intervals and over samples."""
+    problem, weight, own = posed(case)
     sums = IntervalSums.of(problem, own)
     assert sums is not None
     basis = problem.linear_part(weight).basis
     samples = Data(problem.data.device(), *map(jnp.asarray, (problem.data.y, weight, basis)))
     ends, bounds = [], Bounds.of(np.ones(own.size))
     for residual, data in (
-        (problem._residual(IntervalResidual), sums.data(weight)),
-        (problem._residual(), samples),
+        (problem.residual(IntervalResidual), sums.data(weight)),
+        (problem.residual(), samples),
     ):
         ends.append([np.asarray(a) for a in linearise(residual, bounds, jnp.asarray(own), data)])
-    return problem, own, ends
+    return problem, ends
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_cost_gradient_and_gauss_newton_matrix_are_those_of_the_samples(case):
-    problem, _, ((few, slopes), (error, jacobian)) = both(case)
+    problem, ((few, slopes), (error, jacobian)) = both(case)
     move = problem.free & ~problem.linear
     move = np.append(move, np.ones(jacobian.shape[1] - move.size, bool))
     slopes, jacobian = slopes * move, jacobian * move
@@ -130,6 +137,25 @@ def test_cost_gradient_and_gauss_newton_matrix_are_those_of_the_samples(case):
     unit = np.where(moved, made, 1.0)
     close = np.abs(gram - expected)[moved][:, moved] / np.outer(unit, unit)[moved][:, moved]
     assert close.max() < 1e-8
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_response_and_derivatives_at_the_samples(case):
+    """Spread from the intervals, they are those of the model evaluated sample by sample."""
+    problem, weight, own = posed(case)
+    move = np.append(
+        problem.free & ~problem.linear, np.ones(own.size - problem.vector.size, dtype=bool)
+    )
+    found = IntervalSamples.of(problem, own, weight, move)
+    assert found is not None
+    expected = np.asarray(problem.residual().model(jnp.asarray(own), problem.data.device()))
+    np.testing.assert_allclose(found.response, expected, rtol=0, atol=1e-11 * np.ptp(expected))
+    expected = problem.differentiate(own, weight)[:, move]
+    columns = (weight[:, None, :] * found.derivatives).transpose(0, 2, 1).reshape(weight.size, -1)
+    size = np.abs(expected).max(axis=0)
+    # A contact between two samples by no more than rounding may be told at either.
+    off = np.abs(columns - expected) > 1e-9 * np.where(size > 0, size, 1.0)
+    assert off.any(axis=1).sum() <= 1
 
 
 def test_intervals_stand_for_samples_only_where_they_can():
@@ -158,7 +184,7 @@ def test_a_play_with_a_bound_that_falls_is_left_to_the_samples():
     sums = IntervalSums.of(problem, own)
     assert sums is not None
     data = sums.data(problem.weights(np.ones(2)))
-    assert np.isnan(np.asarray(problem._residual(IntervalResidual)(jnp.asarray(own), data))).any()
+    assert np.isnan(np.asarray(problem.residual(IntervalResidual)(jnp.asarray(own), data))).any()
 
 
 def test_without_noise_a_fit_ends_on_the_samples_with_all_digits():
@@ -168,3 +194,16 @@ def test_without_noise_a_fit_ends_on_the_samples_with_all_digits():
     start[: problem.vector.size] *= np.where(problem.linear, 1.0, 1.02)
     found = problem.solve(start, problem.weights(np.ones(4)), SolverOptions(1e-6, 1e-5, 300))
     assert np.sqrt(np.mean(found.error[problem.data.use] ** 2)) < 1e-9
+
+
+def test_a_stop_by_promise_leaves_out_steps_that_change_the_cost_by_less():
+    """With a `lam` for each play the cost has kinks of the noise, and many steps go between them."""
+    start = rapi(lam=np.full(10, 1.6))
+    problem = Problem.of(start, measured(wave()), lambda e: e.operator)
+    weight = problem.weights(np.ones(2))
+    every, few = (
+        problem.solve(problem.start(start), weight, SolverOptions(1e-6, 1e-4, 300, promise))
+        for promise in (0.0, 3e-9)
+    )
+    assert few.solver.steps < every.solver.steps
+    assert few.cost < every.cost * (1.0 + 1e-8)

@@ -197,7 +197,7 @@ def test_without_noise_a_fit_ends_on_the_samples_with_all_digits():
 
 
 def test_a_stop_by_promise_leaves_out_steps_that_change_the_cost_by_less():
-    """With a `lam` for each play the cost has kinks of the noise, and many steps go between them."""
+    """With a `lam` for each play the cost has kinks of noise; many steps go between them."""
     start = rapi(lam=np.full(10, 1.6))
     problem = Problem.of(start, measured(wave()), lambda e: e.operator)
     weight = problem.weights(np.ones(2))

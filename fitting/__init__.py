@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from .diagnosis import Diagnosis as Diagnosis
     from .diagnosis import diagnose as diagnose
     from .identification._fit import fit as fit
+    from .identification._fit_many import fit_many as fit_many
     from .identification._identify import identify as identify
     from .identification._model_order import Choice as Choice
     from .identification._model_order import choose_order as choose_order
@@ -20,22 +21,23 @@ if TYPE_CHECKING:
     from .identification.assessment._verdict import Verdict as Verdict
     from .identification.inverse._identify_inverse import identify_inverse as identify_inverse
     from .identification.inverse._swap import swap as swap
-    from .solver._least_squares import LeastSquares as LeastSquares
     from .solver._least_squares import SolverOptions as SolverOptions
     from .solver._least_squares import least_squares as least_squares
+    from .solver._optimum import LeastSquares as LeastSquares
 
 _HOME = {
     "Choice": "identification._model_order",
     "Diagnosis": "diagnosis",
     "Estimate": "identification._result",
     "FitResult": "identification._result",
-    "LeastSquares": "solver._least_squares",
+    "LeastSquares": "solver._optimum",
     "SolverOptions": "solver._least_squares",
     "UntrustedFit": "identification._result",
     "Verdict": "identification.assessment._verdict",
     "choose_order": "identification._model_order",
     "diagnose": "diagnosis",
     "fit": "identification._fit",
+    "fit_many": "identification._fit_many",
     "hysteresis_weights": "identification._weights",
     "identify": "identification._identify",
     "identify_inverse": "identification.inverse._identify_inverse",

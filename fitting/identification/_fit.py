@@ -1,5 +1,6 @@
 """`fit`: identify the free parameters of a model on all runs of a recording (Eqs. 25 to 27)."""
 
+import dataclasses
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -10,9 +11,9 @@ from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, DataError, Recording, parameters
 from rapi_jax.internal import float64
 
-from ._problem import Problem
+from ._problem import Problem, Solution
 from ._result import FitResult, UntrustedFit
-from ._starts import search_starts
+from ._starts import Start, search_starts
 from ._thresholds import THRESHOLDS
 from ._weights import run_weights
 from .assessment._convergence import refine
@@ -83,45 +84,82 @@ def fit(
     began = time.perf_counter()
     report = progress or (lambda line: None)
     options = solver_options(max_steps)
-    check_usable(recording)
-    chosen = default_free(ecdl, recording) if free is None else free
-    problem = Problem.of(ecdl, recording, chosen, history=history, drift=drift)
-    _check_size(problem)
-    per_run = run_weights(recording, weights)
-    weight = problem.weights(per_run)
+    posed = Posed.of(ecdl, recording, free, weights, history=history, drift=drift)
     report("starts")
-    solution, ends = search_starts(problem, weight, starts, options, guess=guess)
-    solution = refine(problem, weight, solution, options)
-    report("standard errors")
-    uncertainty = estimate_uncertainty(problem, solution, per_run)
-    held_out = []
-    if hold_out:
-        report("held-out data")
-        kinds = KINDS if hold_out is True else hold_out
-        held_out = cross_validate(problem, per_run, solution, kinds, options=options)
-    errors = cut_to_runs(problem, solution.error)
-    faults = find_faults(recording) + find_mode_hops(recording, errors)
-    verdict = judge(problem, weight, solution, ends, held_out, faults, uncertainty.stderr)
-    result = FitResult(
-        ecdl=problem.model(solution.values),
-        recording=recording,
-        verdict=verdict,
-        parameters=estimate_parameters(problem, solution, uncertainty, verdict),
-        runs=summarise_runs(problem, solution, uncertainty, per_run),
-        rmse=float(np.sqrt(np.mean(solution.error[problem.data.use] ** 2))),
-        held_out=tuple(held_out),
-        starts=tuple(ends),
-        faults=tuple(faults),
-        names=tuple(problem.names[i] for i in uncertainty.fitted),
-        correlation=uncertainty.fitted_correlation,
-        effective=uncertainty.effective,
-        predicted=tuple(cut_to_runs(problem, solution.error + problem.data.y)),
-        used=tuple(cut_to_runs(problem, problem.data.use)),
-        seconds=time.perf_counter() - began,
-    )
-    if throw and not verdict.trusted:
+    solution, ends = search_starts(posed.problem, posed.weight, starts, options, guess=guess)
+    result = posed.conclude(solution, ends, hold_out, options, began, report)
+    if throw and not result.verdict.trusted:
         raise UntrustedFit(result)
     return result
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Posed:
+    """A problem with its weights: of the runs, and square roots of those of the samples."""
+
+    problem: Problem
+    per_run: np.ndarray
+    weight: np.ndarray
+
+    @classmethod
+    def of(
+        cls,
+        ecdl: ECDL,
+        recording: Recording,
+        free: Callable[[ECDL], Any] | None,
+        weights: str | Sequence[float],
+        *,
+        history: bool,
+        drift: bool | None,
+    ) -> "Posed":
+        """The problem of a fit with these arguments; `DataError` where the data are too few."""
+        check_usable(recording)
+        chosen = default_free(ecdl, recording) if free is None else free
+        problem = Problem.of(ecdl, recording, chosen, history=history, drift=drift)
+        _check_size(problem)
+        per_run = run_weights(recording, weights)
+        return cls(problem, per_run, problem.weights(per_run))
+
+    def conclude(
+        self,
+        solution: Solution,
+        starts: list[Start],
+        hold_out: bool | tuple[str, ...],
+        options: SolverOptions,
+        began: float,
+        report: Progress,
+    ) -> FitResult:
+        """The result, with errors and verdict; `solution` is the best of the ends of `starts`."""
+        problem, per_run, weight = self.problem, self.per_run, self.weight
+        recording = problem.recording
+        solution = refine(problem, weight, solution, options)
+        report("standard errors")
+        uncertainty = estimate_uncertainty(problem, solution, per_run)
+        held_out = []
+        if hold_out:
+            report("held-out data")
+            kinds = KINDS if hold_out is True else hold_out
+            held_out = cross_validate(problem, per_run, solution, kinds, options=options)
+        errors = cut_to_runs(problem, solution.error)
+        faults = find_faults(recording) + find_mode_hops(recording, errors)
+        verdict = judge(problem, weight, solution, starts, held_out, faults, uncertainty.stderr)
+        return FitResult(
+            ecdl=problem.model(solution.values),
+            recording=recording,
+            verdict=verdict,
+            parameters=estimate_parameters(problem, solution, uncertainty, verdict),
+            runs=summarise_runs(problem, solution, uncertainty, per_run),
+            rmse=float(np.sqrt(np.mean(solution.error[problem.data.use] ** 2))),
+            held_out=tuple(held_out),
+            starts=tuple(starts),
+            faults=tuple(faults),
+            names=tuple(problem.names[i] for i in uncertainty.fitted),
+            correlation=uncertainty.fitted_correlation,
+            effective=uncertainty.effective,
+            predicted=tuple(cut_to_runs(problem, solution.error + problem.data.y)),
+            used=tuple(cut_to_runs(problem, problem.data.use)),
+            seconds=time.perf_counter() - began,
+        )
 
 
 def _check_size(problem: Problem) -> None:

@@ -7,9 +7,9 @@ differences of cumulative sums. They are taken once for each weighting of a reco
 
 import dataclasses
 import math
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
-import jax
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
@@ -17,6 +17,11 @@ from rapi_jax.internal import turning_places
 
 from ._linear_part import LinearPart
 from ._thresholds import THRESHOLDS
+
+if TYPE_CHECKING:
+    Numbers = Array
+else:
+    Numbers = Array | np.ndarray  # before they are put on a device
 
 
 class IntervalData(eqx.Module):
@@ -27,19 +32,19 @@ class IntervalData(eqx.Module):
     basis: `x^0` to `x^(order + 1)`, then drift and response, each by 1 and by `x`.
     """
 
-    u: Float[Array, "runs nodes"]  # counted from the operator's origin
-    x_of_u: tuple[Float[Array, ""], Float[Array, ""]]  # its middle and half its range
-    begin: Int[Array, "runs stretches"]
-    end: Int[Array, "runs stretches"]
-    rises: Bool[Array, "runs stretches"]
-    freq: Float[Array, " runs"]
-    u_pp: Float[Array, " runs"]
-    u_min: Float[Array, " runs"]
-    sums: Float[Array, "products runs ends"]
-    total: Float[Array, "others others"]  # products of x^2 and what follows with each other
-    scale: Float[Array, ""]
-    smallest: Float[Array, ""]  # a sum of squares that is no more than rounding
-    linear: Float[Array, "runs shared rank"]  # orthonormal linear columns in the basis
+    u: Float[Numbers, "runs nodes"]  # counted from the operator's origin
+    x_of_u: tuple[Float[Numbers, ""], Float[Numbers, ""]]  # its middle and half its range
+    begin: Int[Numbers, "runs stretches"]
+    end: Int[Numbers, "runs stretches"]
+    rises: Bool[Numbers, "runs stretches"]
+    freq: Float[Numbers, " runs"]
+    u_pp: Float[Numbers, " runs"]
+    u_min: Float[Numbers, " runs"]
+    sums: Float[Numbers, "products runs ends"]
+    total: Float[Numbers, "others others"]  # products of x^2 and what follows with each other
+    scale: Float[Numbers, ""]
+    smallest: Float[Numbers, ""]  # a sum of squares that is no more than rounding
+    linear: Float[Numbers, "runs shared rank"]  # orthonormal linear columns in the basis
     order: int = eqx.field(static=True)
 
     @property
@@ -108,7 +113,7 @@ class Stretched:
         shares: Float[np.ndarray, "runs shared linear"],
         order: int,
     ) -> IntervalData:
-        """Sums for `y`, the response less what is neither linear nor of plays.
+        """Sums for `y`, the response less what is neither linear nor of plays; NumPy arrays.
 
         `fields`: those of `DriveBatch`. `shares`: the linear columns in the basis of each run.
         """
@@ -133,7 +138,7 @@ class Stretched:
             columns.append(columns[-1] * x)
         columns = columns[: max(order - 1, 0)] + [weight * one for one in extra]
         others = np.stack([column.ravel() for column in columns])
-        arrays = dict(
+        arrays: dict[str, Any] = dict(
             u=self.u,
             x_of_u=(np.asarray(self.middle), np.asarray(self.half)),
             begin=self.begin,
@@ -148,7 +153,7 @@ class Stretched:
             smallest=np.asarray(THRESHOLDS.interval_rounding * float(square.sum())),
             linear=in_basis,
         )
-        return IntervalData(**jax.device_put(arrays), order=order)
+        return IntervalData(**arrays, order=order)
 
     def _cumulative(
         self, products: list[np.ndarray], place: Int[np.ndarray, "runs time"]

@@ -85,12 +85,18 @@ def _lines(
     at = edge[:, :-1, None]
     touches = at >= contact[:, None, :]
     here = u[jnp.minimum(at, last)]
-    r, lam, shift = (x[None, None, :] for x in (plays.r, plays.lam, plays.eta * plays.r))
-    below = rises[:, None, None] | (here - r > lam * here + shift)
-    level = jnp.where(touches, jnp.where(below, -r, shift), state[:, None, :])
-    slope = jnp.where(touches, jnp.where(below, 1.0, lam), 0.0)
+    shift = plays.eta * plays.r
+    r, lam, eta_r = (x[None, None, :] for x in jax.lax.stop_gradient((plays.r, plays.lam, shift)))
+    below = rises[:, None, None] | (here - r > lam * here + eta_r)
+    # Which bound holds a play on an interval, if one does, is no matter of degree: so the sums over
+    # plays, and their derivatives by all parameters at once, are products with these masks.
+    masks = (touches & below, touches & ~below, ~touches)
+    lower, upper, free = (mask.astype(u.dtype) for mask in masks)
+    level = lower @ (-plays.p * plays.r) + upper @ (plays.p * shift)
+    level = level + jnp.einsum("sip,sp->si", free, plays.p[None, :] * state)
+    slope = lower @ plays.p + upper @ (plays.p * plays.lam)
     known = jnp.where(jnp.all(plays.lam > 0.0), 0.0, jnp.nan)
-    return Line(level @ plays.p + known, slope @ plays.p, edge)
+    return Line(level + known, slope, edge)
 
 
 def _changes(

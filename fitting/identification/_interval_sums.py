@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Optional
 import jax
 import numpy as np
 
-from fitting.solver._least_squares import LeastSquares
+from fitting.solver._optimum import LeastSquares
 from rapi_jax import AbstractOperator
 
 from ._interval_data import IntervalData, Stretched, count_intervals
@@ -66,21 +66,25 @@ class IntervalSums:
         return cls(problem, operator, stretched, rest)
 
     def data(self, weight: np.ndarray) -> IntervalData:
-        """The sums under these weights, kept for the next fit with the same."""
+        """The sums under these weights as JAX arrays, kept for the next fit with the same."""
         problem = self.problem
         kept = problem.kept.get("sums")
         if kept is None or kept[0] is not self or not np.array_equal(kept[1], weight):
-            data = self.stretched.data(
-                problem.data.drives,
-                y=problem.data.y - self.rest,
-                weight=weight,
-                drift=problem.drift,
-                linear=problem.linear_part(weight),
-                shares=self._shares(),
-                order=max(self.operator.coefficients.size, 1),
-            )
-            kept = problem.kept["sums"] = self, weight, data
+            kept = problem.kept["sums"] = self, weight, jax.device_put(self.arrays(weight))
         return kept[2]
+
+    def arrays(self, weight: np.ndarray) -> IntervalData:
+        """The sums under these weights, as NumPy arrays."""
+        problem = self.problem
+        return self.stretched.data(
+            problem.data.drives,
+            y=problem.data.y - self.rest,
+            weight=weight,
+            drift=problem.drift,
+            linear=problem.linear_part(weight),
+            shares=self._shares(),
+            order=max(self.operator.coefficients.size, 1),
+        )
 
     def resolves(self, found: LeastSquares, data: IntervalData) -> bool:
         """Whether the sums have digits enough for the end that was found."""

@@ -15,7 +15,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.solver._bound_transform import Bounds
-from fitting.solver._least_squares import LeastSquares, SolverOptions, least_squares, linearise
+from fitting.solver._least_squares import SolverOptions, least_squares
+from fitting.solver._levenberg_marquardt import linearise
+from fitting.solver._optimum import LeastSquares
 from rapi_jax import ECDL, Recording
 from rapi_jax.internal import Batch, DriveBatch, float64, respond, to_batch
 
@@ -306,11 +308,20 @@ class Problem:
         ties: np.ndarray | None = None,
     ) -> Solution:
         """Fit from the vector `start`; `weight` as from `weights`. Call with 64-bit types on."""
+        own, move = self.own_vector(start)
+        return self.solution(own, move, weight, self._minimise(own, weight, move, ties, options))
+
+    def own_vector(self, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What the solver sees of the vector `start`, and which of it moves."""
         n = self.vector.size
         tail = start[n + self.nuisances :]
         own = np.concatenate([np.where(self.linear, 0.0, start[:n]), tail])
-        move = np.concatenate([self.free & ~self.linear, np.ones(tail.size, dtype=bool)])
-        solver = self._minimise(own, weight, move, ties, options)
+        return own, np.concatenate([self.free & ~self.linear, np.ones(tail.size, dtype=bool)])
+
+    def solution(
+        self, own: np.ndarray, move: np.ndarray, weight: np.ndarray, solver: LeastSquares
+    ) -> Solution:
+        """The fit that `solver` reports, from the vector `own`."""
         own = np.where(move, solver.values, own)  # to the last bit: the change of variables rounds
         return Solution(self, own, move, weight, solver)
 

@@ -77,7 +77,7 @@ def _changed(ecdl: ECDL, seed: int) -> ECDL:
     return jax.tree_util.tree_map(change, ecdl)
 
 
-def _perturb(problem: Problem, vector: np.ndarray, seed: int, size: float) -> np.ndarray:
+def perturb(problem: Problem, vector: np.ndarray, seed: int, size: float) -> np.ndarray:
     """`vector` with every free parameter changed at random, by `size` in its logarithm."""
     out = vector.copy()
     n = problem.vector.size
@@ -173,11 +173,18 @@ def search_starts(
     if count > 1 and groups is not None and wrong:
         ends += _jump(problem, weight, best, tied, groups, options)
     for trial in range(THRESHOLDS.perturbations):
-        if count == 1 or _settled(problem, weight, ends):
+        if count == 1 or settled(problem, weight, ends):
             break
         best = min((end for _, end in ends), key=_cost)
-        begin = _perturb(problem, best.start, trial, THRESHOLDS.perturbation)
+        begin = perturb(problem, best.start, trial, THRESHOLDS.perturbation)
         ends.append((f"best, shaken {trial + 1}", problem.solve(begin, weight, options)))
+    return rank_ends(problem, weight, ends)
+
+
+def rank_ends(
+    problem: Problem, weight: np.ndarray, ends: list[tuple[str, Solution]]
+) -> tuple[Solution, list[Start]]:
+    """The best of named ends, and what became of each start."""
     best = min((end for _, end in ends), key=_cost)
     starts = [
         Start(
@@ -193,7 +200,7 @@ def search_starts(
     return best, starts
 
 
-def _settled(problem: Problem, weight: np.ndarray, ends: list[tuple[str, Solution]]) -> bool:
+def settled(problem: Problem, weight: np.ndarray, ends: list[tuple[str, Solution]]) -> bool:
     """Whether enough ends agree with the best."""
     best = min((end for _, end in ends), key=_cost)
     agreeing = sum(agree(problem, weight, best, end) for _, end in ends)
@@ -233,7 +240,7 @@ def _fit_candidates(
             begin = start if groups is None else grade_lam(problem, start, groups, by)
             found.append((f"{origin} {name}".strip(), problem.solve(begin, weight, options)))
         ends.append(min(found, key=lambda pair: pair[1].cost))
-        if _settled(problem, weight, ends):
+        if settled(problem, weight, ends):
             break
     return ends, tied
 
@@ -256,7 +263,7 @@ def _jump(
         if jump % 2:
             begin = _perturb_plays(problem, best.start, groups, jump)
         else:
-            begin = _perturb(problem, tied, jump, sizes[jump // 2 % len(sizes)])
+            begin = perturb(problem, tied, jump, sizes[jump // 2 % len(sizes)])
         end = problem.solve(begin, weight, options)
         jumps.append((f"jump {jump + 1}", end))
         if end.cost < best.cost and not (identifiable and unidentifiable(problem, end)):

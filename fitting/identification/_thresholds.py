@@ -41,6 +41,9 @@ class IdentificationThresholds:
         unit="of the largest singular value",
         origin="set by trial; as `linear_rank`, where the coefficients are solved for",
     )
+    lanes: int = threshold(
+        1024, unit="fits", origin="1 MB each of 4 x 4000 samples; fewer leave an accelerator idle"
+    )
     interval_rounding: float = threshold(
         1e-15,
         unit="of the sum of squares over all samples",

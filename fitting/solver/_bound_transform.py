@@ -4,6 +4,8 @@ Algebraic forms are used, not exponentials: near a bound they flatten as 1/x^2, 
 away still has a gradient, and far from a bound they are linear.
 """
 
+from typing import TYPE_CHECKING, Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -11,6 +13,11 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ._thresholds import THRESHOLDS
+
+if TYPE_CHECKING:
+    Numbers = Array
+else:
+    Numbers = Array | np.ndarray  # before they are put on a device
 
 
 class Bounds(eqx.Module):
@@ -28,10 +35,10 @@ class Bounds(eqx.Module):
     | both | $l + (h - l)(1 + x/\sqrt{1 + x^2})/2$ |
     """
 
-    low: Float[Array, " parameters"]
-    high: Float[Array, " parameters"]
-    scale: Float[Array, " parameters"]
-    coupling: Float[Array, "parameters parameters"]
+    low: Float[Numbers, " parameters"]
+    high: Float[Numbers, " parameters"]
+    scale: Float[Numbers, " parameters"]
+    coupling: Float[Numbers, "parameters parameters"]
 
     def values(self, x: Float[Array, " parameters"]) -> Float[Array, " parameters"]:
         """Physical values at unbounded coordinates `x`."""
@@ -109,4 +116,5 @@ class Bounds(eqx.Module):
             np.where(np.isfinite(low), v - low, np.where(np.isfinite(high), high - v, v))
         )
         scale = np.where(reach > THRESHOLDS.smallest_scale, reach, 1.0)
-        return cls(*jax.device_put([np.asarray(a, float) for a in (low, high, scale, coupling)]))
+        fields: Any = (np.asarray(a, dtype=float) for a in (low, high, scale, coupling))
+        return cls(*fields)

@@ -18,7 +18,11 @@ class NormalEquations(lx.AbstractLinearSolver):
     the solution; where that is too large, or the factor does not exist, QR solves instead.
     `lineax.Normal(lineax.Cholesky())` would do without both, and so lose as many digits as the
     squared condition number has, unnoticed.
+
+    Not `guarded`, it solves without QR, which a batch would compute for every lane, needed or not.
     """
+
+    guarded: bool = True
 
     def init(self, operator: lx.AbstractLinearOperator, options: dict[str, Any]) -> Any:
         """The matrix as a whole; columns far fewer than rows."""
@@ -38,6 +42,8 @@ class NormalEquations(lx.AbstractLinearSolver):
 
         first = solve(target)
         change = solve(target - state @ first)
+        if not self.guarded:
+            return first + change, lx.RESULTS.successful, {}
         safe = jnp.linalg.norm(change) <= THRESHOLDS.semi_normal_correction * jnp.linalg.norm(first)
 
         def by_qr() -> Array:

@@ -30,6 +30,17 @@ class SolverThresholds:
     stage_steps: int = threshold(
         40, unit="steps", origin="set by trial; coordinates are scaled afresh after so many"
     )
+    lane_steps: int = threshold(
+        8, unit="steps", origin="measured; after so many the lanes of a batch that rest leave it"
+    )
+    lane_growth: int = threshold(
+        4, unit="1", origin="measured; each number of lanes is compiled for, which takes a second"
+    )
+    slope_ridge: float = threshold(
+        1e-13,
+        unit="of a squared column",
+        origin="rounding of a Gram matrix; without it one that is singular has no factor",
+    )
     first_step_large: float = threshold(
         10.0, unit="scaled column length", origin="set by trial; the first attempt is bold"
     )

@@ -9,7 +9,8 @@ from fitting.identification._interval_samples import IntervalSamples
 from fitting.identification._interval_sums import IntervalSums
 from fitting.identification._problem import Data, Problem
 from fitting.solver._bound_transform import Bounds
-from fitting.solver._least_squares import SolverOptions, linearise
+from fitting.solver._least_squares import SolverOptions
+from fitting.solver._levenberg_marquardt import linearise
 from rapi_jax import ECDL, PI, RAPI, Drive, InverseRAPI, Recording, predict, triangle
 from rapi_jax.examples import paper_device, paper_drives, paper_recording
 

@@ -1,0 +1,62 @@
+"""Fits of many recordings: the ends of single fits, also where a program solves many at once."""
+
+import numpy as np
+import pytest
+
+from fitting import fit, fit_many
+from rapi_jax import ECDL, RAPI, DataError, Drive, Recording
+from rapi_jax.examples import paper_device, paper_recording
+
+
+def recordings(count, samples=500):
+    return [paper_recording(samples=samples, seed=i)[0] for i in range(count)]
+
+
+def start(**changes):
+    """The paper's device, somewhat off."""
+    paper = paper_device().operator
+    fields = {name: np.asarray(getattr(paper, name)) for name in ("zeta", "eta", "b", "d", "d_0")}
+    fields |= {"alpha": 1.2 * paper.alpha, "lam": 1.3, "a": 0.8 * paper.a}
+    return ECDL(RAPI(**{**fields, **changes}, plays=10))
+
+
+def values(result):
+    return np.array([parameter.value for parameter in result.parameters])
+
+
+@pytest.mark.parametrize("lanes", [1, 4])
+@pytest.mark.parametrize("lam", [1.3, np.full(10, 1.3)], ids=["shared", "each"])
+def test_results_are_those_of_single_fits(lanes, lam):
+    """Six recordings of two shapes, so that a batch of four and one of two are solved."""
+    data = [*recordings(5), *recordings(1, samples=400)]
+    model = start(lam=lam)
+    many = fit_many(model, data, lanes=lanes)
+    assert [result.recording for result in many] == data
+    for result, recording in zip(many, data, strict=True):
+        one = fit(model, recording, starts=1, guess=False, hold_out=False, throw=False)
+        mine, best = (r.starts[0].cost for r in (result, one))
+        assert mine < best * (1.0 + 1e-8)
+        assert result.rmse == pytest.approx(one.rmse, rel=1e-4)
+        stderr = np.array([p.stderr for p in one.parameters])
+        assert np.all(np.abs(values(result) - values(one)) < 0.05 * stderr + 1e-12)
+        assert len(result.starts) == 2 and result.verdict.trusted
+
+
+def test_a_recording_that_needs_samples_is_fitted_beside_the_others():
+    """A random walk turns at every sample: no intervals, so no lane of its own."""
+    data = recordings(2)
+    rng = np.random.default_rng(0)
+    drive = data[0].drives[0]
+    walk = Drive(drive.time, 3.0 + 0.5 * rng.standard_normal(drive.size), 10.0, "other")
+    other = Recording.of([walk], [data[0].runs[0].response])
+    found = fit_many(start(), [data[0], other, data[1]], lanes=4, check=False)
+    assert [len(result.runs) for result in found] == [4, 1, 4]
+    assert not found[1].verdict.trusted and found[0].rmse < 0.03
+
+
+def test_what_cannot_be_fitted_is_refused_before_any_fit():
+    short = Recording.of([Drive(np.arange(4) * 1e-3, np.arange(4.0))], [np.arange(4.0)])
+    with pytest.raises(DataError, match="cannot fix"):
+        fit_many(start(), [*recordings(1), short])
+    with pytest.raises(ValueError, match="one model or one a recording"):
+        fit_many([start()], recordings(2))

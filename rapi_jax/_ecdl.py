@@ -201,10 +201,10 @@ def _operator_alone(
     stretches = stretches_on_device(nodes.u[None, :])
     if stretches is None:
         return None
-    low, high = float(nodes.u.min()), float(nodes.u.max())
+    low, high = nodes.u.min(), nodes.u.max()
     law = np.array([drive.rate, high - low, low])
     found = np.asarray(_respond(operator, nodes.u, law, initial, stretches))
-    return None if np.isnan(found[0]) else jnp.asarray(nodes.answer(found))
+    return None if np.isnan(found[0]) else jax.device_put(nodes.answer(found))
 
 
 @eqx.filter_jit

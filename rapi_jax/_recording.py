@@ -122,7 +122,7 @@ class Drive:
         """Sampling interval, s."""
         return float(self.time[-1] - self.time[0]) / (self.size - 1)
 
-    @property
+    @cached_property
     def u_pp(self) -> float:
         """Largest less smallest drive of the run, in the drive's unit (Eq. 11)."""
         return float(np.ptp(self.value))
@@ -136,6 +136,13 @@ class Drive:
     def repeats(self) -> bool:
         """Whether the drive is periodic with `excitation_hz`."""
         return self.excitation_hz is not None and self.waveform != "other"
+
+    @cached_property
+    def whole_period(self) -> int:
+        """Samples a period, where they are whole and the drive repeats exactly; else 0."""
+        if not self.repeats or self.u_pp == 0:
+            return 0
+        return _phase.whole_period(self.value, 1.0 / (self.rate * self.step_s), self.u_pp)
 
     @property
     def session_time(self) -> np.ndarray:

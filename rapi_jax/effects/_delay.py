@@ -64,8 +64,8 @@ class Delay(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
             return signal
         value, clock = np.asarray(signal), np.asarray(t) - float(t[0])
         period = clock.size * float(clock[1])
-        around = (np.arange(3 * clock.size) - clock.size) * float(clock[1])
-        at, height = corners(around, np.tile(value, 3))
+        at, height = corners(np.tile(value, 3))
+        at = (at - clock.size) * float(clock[1])
         inside = (at > 0) & (at < period)
         known = np.concatenate([clock, at[inside]])
         levels = np.concatenate([value, height[inside]])

@@ -133,7 +133,8 @@ def from_minimum(value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     **Returns** the values, and at which of them the samples stand, in the order of `value`.
     """
     size = value.size
-    at, height = corners(np.arange(3.0 * size) - size, np.tile(value, 3))
+    at, height = corners(np.tile(value, 3))
+    at = at - size
     inside = (at >= 0) & (at < size)
     phase = np.concatenate([np.arange(float(size)), at[inside]])
     levels = np.concatenate([value, height[inside]])

@@ -32,13 +32,23 @@ class Stretches(NamedTuple):
     index: Int[Array, "*runs time"]
 
 
+def direction_changes(u: Float[np.ndarray, " time"]) -> Int[np.ndarray, " changes"]:
+    """The samples from which on the drive `u` goes another way than before: up, down or level."""
+    rises, falls = u[1:] > u[:-1], u[1:] < u[:-1]
+    if np.count_nonzero(rises) + np.count_nonzero(falls) == rises.size:
+        return np.flatnonzero(rises[1:] != rises[:-1]) + 1
+    return np.flatnonzero((rises[1:] != rises[:-1]) | (falls[1:] != falls[:-1])) + 1
+
+
 def turning_places(u: Float[np.ndarray, " time"]) -> Int[np.ndarray, " turns"]:
     """The samples at which the drive `u` turns; of equal ones the last."""
-    rises = u[1:] > u[:-1]
-    falls = u[1:] < u[:-1]
-    moves = np.flatnonzero(rises | falls)
-    up = rises[moves]
-    return moves[1:][up[1:] != up[:-1]]
+    changes = direction_changes(u)
+    if not changes.size:
+        return changes
+    before = np.append(0, changes)
+    way = np.sign(u[before + 1] - u[before])  # of each piece
+    moves = np.flatnonzero(way)
+    return before[moves[1:][way[moves[1:]] != way[moves[:-1]]]]
 
 
 def find_stretches(

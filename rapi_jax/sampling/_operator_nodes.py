@@ -12,7 +12,6 @@ from jaxtyping import Float, Int
 from rapi_jax._recording import Drive
 
 from ._corners import corners, periodic_corners
-from ._sampling_grid import whole_period
 from ._thresholds import THRESHOLDS
 
 _ALIGNMENT = 64  # bytes; JAX takes such an array as it is, without a copy
@@ -37,7 +36,7 @@ class OperatorNodes(NamedTuple):
     @classmethod
     def of(cls, drive: Drive) -> "OperatorNodes":
         """The nodes of a drive."""
-        count = whole_period(drive)
+        count = drive.whole_period
         if count:
             value = drive.value[:count]
             at, height = periodic_corners(value)
@@ -45,7 +44,7 @@ class OperatorNodes(NamedTuple):
         else:
             before = drive.lead_in()
             value = np.concatenate([before, drive.value]) if before.size else drive.value
-            at, height = corners(np.arange(value.size) * 1.0, value)
+            at, height = corners(value)
             lead = before.size
         spot = np.ceil(at).astype(int)
         between = spot + np.arange(spot.size)

@@ -28,6 +28,22 @@ def turning_phases(phase: np.ndarray, value: np.ndarray) -> tuple[float, float]:
     return (np.argmin(mean) + 0.5) / bins % 1.0, (np.argmax(mean) + 0.5) / bins % 1.0
 
 
+def whole_period(value: np.ndarray, exact: float, u_pp: float) -> int:
+    """Samples a period of the drive `value`, if `exact` is near enough a whole number; else 0.
+
+    And if the drive repeats exactly, beside its peak-to-peak value `u_pp`.
+    """
+    count = round(exact)
+    if (
+        not 8 <= count <= value.size
+        or abs(exact - count) * value.size / count > THRESHOLDS.whole_periods
+    ):
+        return 0
+    again = value[count:] - value[:-count]
+    most = max(again.max(initial=0.0), -again.min(initial=0.0))
+    return count if most <= THRESHOLDS.repeat_error * u_pp else 0
+
+
 def complete_periods(cycles: np.ndarray, anchor: float) -> np.ndarray:
     """The period of each sample, counted from 0; -1 in a broken period at either end.
 

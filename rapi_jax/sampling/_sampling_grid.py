@@ -33,26 +33,10 @@ class Row(NamedTuple):
 
 def row_of(drive: Drive, lag_s: float, *, lead: bool) -> Row:
     """`drive`, answered `lag_s` later; with `lead` one period comes before what repeats."""
-    count = whole_period(drive)
+    count = drive.whole_period
     if count:
         return _tiled(drive, count, lag_s, lead)
     return _plain(drive.delayed(lag_s), lead)
-
-
-def whole_period(drive: Drive) -> int:
-    """Samples a period, where they are whole and the drive repeats exactly; else 0."""
-    if not drive.repeats or drive.u_pp == 0:
-        return 0
-    exact = 1.0 / (drive.rate * drive.step_s)
-    count = round(exact)
-    if (
-        not 8 <= count <= drive.size
-        or abs(exact - count) * drive.size / count > THRESHOLDS.whole_periods
-    ):
-        return 0
-    again = drive.value[count:] - drive.value[:-count]
-    most = max(again.max(initial=0.0), -again.min(initial=0.0))
-    return count if most <= THRESHOLDS.repeat_error * drive.u_pp else 0
 
 
 def _tiled(drive: Drive, count: int, lag_s: float, lead: bool) -> Row:
@@ -139,8 +123,8 @@ def _plain(drive: Drive, lead: bool) -> Row:
     length = length if length <= drive.size else 0
     value = np.concatenate([before, drive.value[:length], drive.value])
     index = np.arange(-before.size - length, drive.size)
-    at, height = corners(index * drive.step_s, value)
-    time = np.concatenate([index * drive.step_s, at])
+    at, height = corners(value)
+    time = np.concatenate([index, at + index[0]]) * drive.step_s
     order = np.argsort(time, kind="stable")
     sample = np.concatenate([np.maximum(index, -1), np.full(at.size, -1)])[order]
     time, value = time[order], np.concatenate([value, height])[order]

@@ -24,8 +24,18 @@ def values(result):
     return np.array([parameter.value for parameter in result.parameters])
 
 
-@pytest.mark.parametrize("lanes", [1, 4])
-@pytest.mark.parametrize("lam", [1.3, np.full(10, 1.3)], ids=["shared", "each"])
+SLOW = pytest.mark.slow  # compiles for each number of lanes, with plays tied and free
+
+
+@pytest.mark.parametrize(
+    ("lanes", "lam"),
+    [
+        pytest.param(1, 1.3, id="1-shared"),
+        pytest.param(1, np.full(10, 1.3), id="1-each"),
+        pytest.param(4, 1.3, id="4-shared", marks=SLOW),
+        pytest.param(4, np.full(10, 1.3), id="4-each", marks=SLOW),
+    ],
+)
 def test_results_are_those_of_single_fits(lanes, lam):
     """Six recordings of two shapes, so that a batch of four and one of two are solved."""
     data = [*recordings(5), *recordings(1, samples=400)]

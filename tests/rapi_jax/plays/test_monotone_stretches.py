@@ -116,3 +116,16 @@ def test_rows_with_few_turns_repeat_their_last():
 
 def test_a_noisy_drive_has_no_stretches_worth_finding():
     assert find_stretches(np.random.default_rng(0).normal(size=(2, 500))) is None
+
+
+def test_turning_places_of_drives_with_level_pieces():
+    """The last of equal samples at a turn; a pause on the way is none."""
+    for drive, expected in (
+        ([0.0, 1.0, 2.0, 1.0, 0.0, 3.0], [2, 4]),
+        ([0.0, 1.0, 1.0, 2.0], []),
+        ([0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0], [3, 5]),
+        ([2.0, 2.0, 1.0, 1.0, 3.0], [3]),
+        ([1.0, 1.0, 1.0], []),
+        ([1.0], []),
+    ):
+        assert turning_places(np.array(drive)).tolist() == expected

@@ -79,7 +79,8 @@ def least_squares(
     tie = tie_matrix(first.size, free, ties)
     x = jnp.asarray(bounds.coordinates(first))
     begin = Point.at(residual, bounds, x, args)
-    count = int(tie.any(axis=0).sum())
+    moving = tie.any(axis=0)
+    count = int(moving.sum())
     if not begin.finite(tie):
         return finish(bounds, begin, tie, slope, np.nan, "not finite at the start", [])
     initial = begin.slope(bounds, tie, slope)

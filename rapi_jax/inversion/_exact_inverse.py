@@ -19,7 +19,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float
 
 from rapi_jax._precision import as_float64, float64
 from rapi_jax.operators import AbstractOperator, Plays
-from rapi_jax.plays._monotone_stretches import Stretches, stretches_on_device
+from rapi_jax.plays._monotone_stretches import Stretches, find_stretches
 
 from ._inverse_on_stretches import attach_samples, solve_samples
 from ._root import Scalar, attach, root, search
@@ -93,7 +93,7 @@ def _fixed_point(f: Any, holds: Any, args: Any, widest: Scalar) -> tuple[Scalar,
     """
     fixed = jax.lax.stop_gradient(args)
     grid = jax.lax.stop_gradient(widest) * jnp.linspace(1e-9, 1.0, THRESHOLDS.swing_grid)
-    values = jax.lax.map(lambda u_pp: f(u_pp, fixed), grid)
+    values = jax.vmap(lambda u_pp: f(u_pp, fixed))(grid)
     crossing = (values[:-1] <= 0) != (values[1:] <= 0)
     (places,) = jnp.nonzero(
         crossing, size=THRESHOLDS.swing_crossings, fill_value=THRESHOLDS.swing_grid - 2
@@ -108,7 +108,7 @@ def _fixed_point(f: Any, holds: Any, args: Any, widest: Scalar) -> tuple[Scalar,
         u_pp = search(signed, (sign, fixed), low, high, (low + high) / 2)
         return u_pp, holds(u_pp, fixed)
 
-    found, good = jax.lax.map(at, places)
+    found, good = jax.vmap(at)(places)
     return attach(f, args, jax.lax.stop_gradient(found[jnp.argmax(good)])), jnp.any(good)
 
 
@@ -216,8 +216,8 @@ def target_stretches(y: Float[Array, " time"]) -> Stretches | None:
     """Where the target `y` is monotone; `None` where its turns are many, or it is traced."""
     if isinstance(y, Tracer):
         return None
-    found = stretches_on_device(np.asarray(y)[None, :])
-    return None if found is None else Stretches(found.turn[0], found.index[0])
+    found = find_stretches(np.asarray(y)[None, :])
+    return None if found is None else Stretches(*jax.device_put([row[0] for row in found]))
 
 
 @eqx.filter_jit

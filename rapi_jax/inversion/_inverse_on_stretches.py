@@ -121,11 +121,13 @@ def _interval(
     index: Int[Array, " time"],
 ) -> Int[Array, " time"]:
     """The interval of each sample among those of its stretch, by what it must answer."""
-    count = responses.shape[1]
+    last = responses.shape[1] - 2  # the last interval
     place = jnp.zeros(y.shape, dtype=jnp.int32)
-    for k in range(1, count - 1):
-        knot = responses[:, k].at[index].get(mode="promise_in_bounds")
-        place = place + (y > knot).astype(jnp.int32)
+    table, begin = responses.ravel(), index * responses.shape[1]
+    for power in reversed(range(last.bit_length())):  # bit by bit
+        trial = place + (1 << power)
+        knot = table.at[begin + jnp.minimum(trial, last)].get(mode="promise_in_bounds")
+        place = jnp.where((trial <= last) & (y > knot), trial, place)
     return place
 
 

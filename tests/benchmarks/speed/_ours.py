@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from fitting import FitResult, fit
-from fitting.identification._fit import default_free, solver_options
+from fitting.identification._fit import Posed, default_free, solver_options
+from fitting.identification._fit_many import solve_many
 from fitting.identification._problem import Problem, Solution
 from fitting.identification._starts import tied_groups
 from fitting.identification._weights import run_weights
@@ -32,6 +33,19 @@ def bare(given: Case) -> Solution:
         begin = problem.solve(begin, weight, OPTIONS, ties=groups).start
     found = problem.solve(begin, weight, OPTIONS)
     assert np.isfinite(found.values).all()  # solved for when asked for: the linear part, too
+    return found
+
+
+@float64
+def bare_many(cases: Sequence[Case], lanes: int) -> list[Solution]:
+    """The same for many recordings, up to `lanes` of them solved by one program."""
+    posed = [
+        Posed.of(one.start, one.recording, None, "hysteresis", history=True, drift=None)
+        for one in cases
+    ]
+    begins = [one.problem.start(case.start) for one, case in zip(posed, cases, strict=True)]
+    found = solve_many(posed, begins, OPTIONS, lanes)
+    assert all(np.isfinite(end.values).all() for end in found)
     return found
 
 

@@ -15,13 +15,13 @@ from rapi_jax import ECDL, Recording
 from rapi_jax.internal import float64
 
 from ._fit import Posed, solver_options
-from ._interval_data import IntervalData
-from ._interval_residual import IntervalResidual
-from ._interval_sums import IntervalSums
 from ._problem import Solution
 from ._result import FitResult
 from ._starts import average_groups, perturb, rank_ends, search_starts, settled, tied_groups
 from ._thresholds import THRESHOLDS
+from .intervals._data import IntervalData
+from .intervals._residual import IntervalResidual
+from .intervals._sums import IntervalSums
 
 
 @float64

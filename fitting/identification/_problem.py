@@ -10,120 +10,23 @@ from functools import cached_property, partial
 from typing import Any
 
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array
 
 from fitting.solver._bound_transform import Bounds
 from fitting.solver._least_squares import SolverOptions, least_squares
 from fitting.solver._levenberg_marquardt import linearise
 from fitting.solver._optimum import LeastSquares
 from rapi_jax import ECDL, Recording
-from rapi_jax.internal import Batch, DriveBatch, float64, respond, to_batch
+from rapi_jax.internal import Batch, DriveBatch, to_batch
 
-from ._interval_residual import IntervalResidual
-from ._interval_samples import IntervalSamples
-from ._interval_sums import IntervalSums
 from ._linear_part import LinearPart
 from ._parameter_vector import ParameterVector, as_device
+from ._run_residual import Data, RunResidual
+from ._solution import Solution
 from ._thresholds import THRESHOLDS
-
-
-class Data(eqx.Module):
-    """What a residual needs besides the parameters, as arrays."""
-
-    drives: DriveBatch
-    y: Float[Array, "runs time"]
-    weight: Float[Array, "runs time"]  # square root of the weight, 0 where a sample is not used
-    basis: Float[Array, "samples linear"]  # orthonormal columns, projected out
-
-
-class RunResidual(eqx.Module):
-    """Weighted model less data over all runs, flattened; `values`: the model's, then `initial`."""
-
-    ecdl: ECDL
-    vector: ParameterVector = eqx.field(static=True)
-    unknown: tuple[int, ...] = eqx.field(static=True)  # runs whose initial fractions end `values`
-
-    def model(self, values: Array, drives: DriveBatch) -> Float[Array, "runs time"]:
-        """The model's response in every run."""
-        ecdl = self.vector.put(self.ecdl, values)
-        initial = None
-        if self.unknown:
-            rest = values[self.vector.size :].reshape(len(self.unknown), -1)
-            known = jnp.full((drives.time.shape[0], rest.shape[1]), jnp.nan)
-            initial = known.at[jnp.array(self.unknown)].set(rest)
-
-        return respond(ecdl, drives, initial)
-
-    def __call__(self, values: Array, data: Data) -> Array:
-        error = data.weight * (self.model(values, data.drives) - data.y)  # Eq. (25)
-        flat = error.ravel()
-        return flat - data.basis @ (data.basis.T @ flat)
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Solution:
-    """One fit: the solver's report, and what follows from it once it is asked for.
-
-    `own`: the vector that the solver sees, without offsets and drift, its linear part zero; `move`:
-    which of it moved. `weight`: square roots of the samples' weights.
-    """
-
-    problem: "Problem"
-    own: np.ndarray
-    move: np.ndarray
-    weight: np.ndarray
-    solver: LeastSquares
-
-    @property
-    def cost(self) -> float:
-        """Half the weighted sum of squares."""
-        return self.solver.cost
-
-    @property
-    def start(self) -> np.ndarray:
-        """`values` without what is solved for: enough to begin another fit."""
-        return self.problem.whole_vector(self.own)
-
-    @property
-    def values(self) -> np.ndarray:
-        """The whole vector (model, offsets, drift, initial fractions), as `Problem.names`."""
-        return self._solved[0]
-
-    @property
-    def error(self) -> np.ndarray:
-        """Model less data, "runs time"; also where it was not fitted."""
-        return self._solved[1]
-
-    @cached_property
-    @float64
-    def jacobian(self) -> np.ndarray:
-        """Of the weighted errors with respect to `values`; "samples values"."""
-        problem, weight = self.problem, self.weight
-        n, extra = problem.vector.size, problem.nuisances
-        full = np.zeros((weight.size, self.own.size + extra))
-        places = np.r_[0:n, n + extra : full.shape[1]][self.move]
-        if self._samples is not None:
-            columns = weight[:, None, :] * self._samples.derivatives
-            full[:, places] = columns.transpose(0, 2, 1).reshape(weight.size, -1)
-        else:
-            full[:, places] = problem.differentiate(self.own, weight)[:, self.move]
-        linear = problem.linear_part(weight)
-        full[:, linear.places] = linear.columns
-        return full
-
-    @cached_property
-    @float64
-    def _solved(self) -> tuple[np.ndarray, np.ndarray]:
-        known = self._samples
-        error = None if known is None else known.response - self.problem.data.y
-        return self.problem.solve_linear(self.own, self.weight, error)
-
-    @cached_property
-    @float64
-    def _samples(self) -> IntervalSamples | None:
-        return IntervalSamples.of(self.problem, self.own, self.weight, self.move)
+from .intervals._residual import IntervalResidual
+from .intervals._sums import IntervalSums
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -15,11 +15,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import ECDL
 from rapi_jax.internal import Plays
 
-from ._interval_data import IntervalData
-from ._parameter_vector import ParameterVector
+from ._data import IntervalData
 
 
 class Line(NamedTuple):

@@ -13,10 +13,9 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from fitting.identification._linear_part import LinearPart
+from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax.internal import turning_places
-
-from ._linear_part import LinearPart
-from ._thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
     Numbers = Array

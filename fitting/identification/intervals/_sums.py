@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any, Optional
 import jax
 import numpy as np
 
+from fitting.identification._parameter_vector import as_device
+from fitting.identification._thresholds import THRESHOLDS
 from fitting.solver._optimum import LeastSquares
 from rapi_jax import AbstractOperator
 
-from ._interval_data import IntervalData, Stretched, count_intervals
-from ._parameter_vector import as_device
-from ._thresholds import THRESHOLDS
+from ._data import IntervalData, Stretched, count_intervals
 
 if TYPE_CHECKING:
-    from ._problem import Problem
+    from fitting.identification._problem import Problem
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

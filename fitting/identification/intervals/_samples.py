@@ -8,14 +8,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
+from fitting.identification._parameter_vector import as_device
 from fitting.solver._quick_compilation import quick_jit
 
-from ._interval_residual import IntervalResidual, find_lines
-from ._interval_sums import IntervalSums
-from ._parameter_vector import as_device
+from ._residual import IntervalResidual, find_lines
+from ._sums import IntervalSums
 
 if TYPE_CHECKING:
-    from ._problem import Problem
+    from fitting.identification._problem import Problem
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

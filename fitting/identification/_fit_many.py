@@ -189,8 +189,9 @@ def _solve_lanes(lanes: Sequence[_Lane], options: SolverOptions) -> list[Solutio
     one = lanes[0]
     starts = np.stack([lane.own for lane in lanes])
     ends = least_squares_many(
-        residual, starts, data, bounds=bounds, free=one.move, ties=one.ties, options=options
-    )
+        residual, starts, data, bounds=bounds, free=one.move, ties=one.ties,
+        options=one.posed.problem.stopped(options, one.posed.weight),
+    )  # fmt: skip
     return [
         lane.posed.problem.solution(lane.own, lane.move, lane.posed.weight, end)
         if end is not None and lane.sums.resolves(end, lane.arrays[1])

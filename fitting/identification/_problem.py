@@ -245,6 +245,13 @@ class Problem:
         values[places] = solved = self.linear_part(weight).solve((weight * error).ravel())
         return self._share_origin(values) if self.own_origin else values, error + columns @ solved
 
+    def stopped(self, options: SolverOptions, weight: np.ndarray) -> SolverOptions:
+        """`options`, with an end where a whole step promises next to nothing of chi-square."""
+        if not options.promise:
+            return options
+        share = THRESHOLDS.solver_chi_square / max(int((weight > 0).sum()), 1)
+        return dataclasses.replace(options, whole_promise=share)
+
     def _minimise(
         self,
         own: np.ndarray,
@@ -254,7 +261,7 @@ class Problem:
         options: SolverOptions,
     ) -> LeastSquares:
         """Over contact intervals where these are known, and have digits enough for the end."""
-        fit = partial(least_squares, free=move, ties=ties, options=options)
+        fit = partial(least_squares, free=move, ties=ties, options=self.stopped(options, weight))
         sums = IntervalSums.of(self, own)
         if sums is not None:
             data = sums.data(weight)

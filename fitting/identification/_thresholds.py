@@ -25,6 +25,12 @@ class IdentificationThresholds:
         origin="a third of 1e-8, to which costs are to agree; measured: half as many steps, since "
         "the others go from kink to kink of the noise",
     )
+    solver_chi_square: float = threshold(
+        0.05,
+        unit="of chi-square, of white noise as large as what is left",
+        origin="what a whole step may promise at the end, 0.2 standard errors; measured: where "
+        "steps go from kink to kink of the noise it promises up to 0.03, and does not keep it",
+    )
     drift_periods: int = threshold(
         6,
         unit="periods of one run",

@@ -20,6 +20,7 @@ from ._bound_transform import Bounds
 from ._least_squares import SolverOptions, tie_matrix
 from ._levenberg_marquardt import Residual, evaluate_at, linearise_at, take_steps
 from ._optimum import LeastSquares, Point, finish
+from ._promised_decrease import cosine
 from ._quick_compilation import quick_jit
 from ._thresholds import THRESHOLDS
 
@@ -34,11 +35,17 @@ class _Lane:
     slope: float = np.inf
     steps: int = 0
     quiet: int = 0
+    small: bool = False
     trace: tuple[tuple[int, float], ...] = ()
 
     def goes_on(self, options: SolverOptions) -> bool:
         """Whether more steps may find the optimum."""
         return self.slope > options.slope and self.quiet < 2 and self.steps < options.max_steps
+
+    def has_ended(self, options: SolverOptions) -> bool:
+        """Whether this is an optimum, or as near to one as the solver is asked to come."""
+        near = self.small and self.slope**2 <= options.whole_promise
+        return self.slope <= options.slope or near
 
     def move(self, new: dict[str, Any]) -> None:
         """Take over what some steps led to."""
@@ -48,8 +55,9 @@ class _Lane:
         self.x, self.reach, self.cost = new["x"], float(new["reach"]), float(new["cost"])
         self.slope = float(new["slope"])  # NaN, where no number was found, ends the lane, too
         self.steps += int(new["steps"])
+        self.small = bool(new["small"])
         at_rest = not gain > THRESHOLDS.at_rest
-        self.quiet = (2 if new["small"] else self.quiet + 1) if at_rest else 0
+        self.quiet = (2 if self.small else self.quiet + 1) if at_rest else 0
         self.trace += ((self.steps, self.cost),)
 
 
@@ -84,12 +92,12 @@ def least_squares_many(
         index = _padded(going)
         x = np.stack([lanes[i].x for i in index])
         reach = np.array([lanes[i].reach for i in index])
-        ended = _advance(problem, index, x, reach, tie, options.tolerance, options.promise)
+        ended = _advance(problem, index, x, reach, tie, options.tolerance, options.promises)
         found = {name: np.asarray(value) for name, value in ended.items()}
         for place, i in enumerate(going):
             lanes[i].move({name: value[place] for name, value in found.items()})
         going = [i for i in going if lanes[i].goes_on(options)]
-    good = [i for i, lane in enumerate(lanes) if lane.slope <= options.slope]
+    good = [i for i, lane in enumerate(lanes) if lane.has_ended(options)]
     ends: list[LeastSquares | None] = [None] * len(lanes)
     if good:
         index = _padded(good)
@@ -133,11 +141,13 @@ def _advance(problem, index, x, reach, tie, tolerance, promise) -> dict[str, Arr
         cost = jnp.sum(moved**2) / 2.0
         better = cost < before
         value, jacobian = (jnp.where(better, a, b) for a, b in ((moved, value), (slopes, jacobian)))
+        columns = jacobian @ tie
+        dead = jnp.all(columns == 0, axis=0)  # what mattered at the start may have run away
         return {
             "x": jnp.where(better, end, x),
             "before": before,
             "cost": jnp.where(better, cost, before),
-            "slope": _slope(value, jacobian @ tie),
+            "slope": jnp.where(jnp.any(dead), jnp.inf, cosine(value, columns)),
             "reach": jnp.clip(
                 reach * stretch, THRESHOLDS.smallest_step_scale, THRESHOLDS.largest_step_scale
             ),
@@ -163,13 +173,3 @@ def _mapped(function, problem, index, *others):
     arrays, rest = eqx.partition(problem, eqx.is_array)
     chosen = jax.tree_util.tree_map(lambda leaf: leaf[index], arrays)
     return jax.vmap(lambda own, *more: function(eqx.combine(own, rest), *more))(chosen, *others)
-
-
-def _slope(value: Float[Array, " rows"], columns: Float[Array, "rows free"]) -> Float[Array, ""]:
-    """Cosine between residuals and the range of the columns; infinite where one is zero."""
-    length = jnp.linalg.norm(columns, axis=0)
-    scaled = columns / jnp.where(length > 0, length, 1.0)[None, :]
-    ridge = THRESHOLDS.slope_ridge * jnp.eye(columns.shape[1])
-    factor = jnp.linalg.cholesky(scaled.T @ scaled + ridge)
-    along = jax.scipy.linalg.solve_triangular(factor, scaled.T @ value, lower=True)
-    return jnp.where(jnp.all(length > 0), jnp.linalg.norm(along / jnp.linalg.norm(value)), jnp.inf)

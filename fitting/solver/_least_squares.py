@@ -14,6 +14,7 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 from rapi_jax.internal import float64
 
@@ -32,13 +33,20 @@ class SolverOptions:
     `tolerance`: the solver's relative and absolute tolerance in scaled coordinates. `slope`: the
     cosine between residuals and Jacobian below which the end counts as an optimum. `max_steps`: the
     limit of steps over all attempts, checked after each stage; a curved valley may take thousands.
-    `promise`: the share of the cost that the next step must promise for the solver to take it.
+    `promise`, `whole_promise`: the shares of the cost that the next step and, undamped, a whole
+    step must promise, one of them at least, for the solver to go on.
     """
 
     tolerance: float = 1e-8
     slope: float = 1e-7
     max_steps: int = 20_000
     promise: float = 0.0
+    whole_promise: float = 0.0
+
+    @property
+    def promises(self) -> tuple[Array, Array]:
+        """Both, as arrays: a number would compile anew for each value."""
+        return jnp.asarray(self.promise), jnp.asarray(self.whole_promise)
 
 
 DEFAULTS = SolverOptions()
@@ -108,7 +116,7 @@ def least_squares(
                 scaled,
                 args,
                 tolerance,
-                options.promise,
+                options.promises,
             )
             new = Point.at(residual, bounds, x, args)
             steps += int(taken)

@@ -3,9 +3,14 @@
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import optimistix as optx
-from jaxtyping import Array, Bool
+from jaxtyping import Array, Bool, Float
+
+from ._thresholds import THRESHOLDS
+
+Scalar = Float[Array, ""]
 
 
 class _State(eqx.Module):
@@ -19,16 +24,19 @@ class StopByPromise(optx.AbstractLeastSquaresSolver):
     What a step promises is the decrease of the linearised problem. Where residuals have kinks the
     solver goes on for many steps, ever shorter, each of which lowers the cost by less than noise
     would change it; the parameters by themselves do not tell, since in a valley they move far.
+    In a curved valley, too, short steps promise little: so the whole Gauss-Newton step must promise
+    less than `whole_share`, unless that is not asked (`None`).
     """
 
     solver: Any  # of Gauss-Newton type, with a search that predicts
-    share: float
+    share: Scalar
+    whole_share: Scalar | None
     rtol: float
     atol: float
     norm: Any
 
-    def __init__(self, solver: Any, share: float):
-        self.solver, self.share = solver, share
+    def __init__(self, solver: Any, share: Scalar, whole_share: Scalar | None = None):
+        self.solver, self.share, self.whole_share = solver, share, whole_share
         self.rtol, self.atol, self.norm = solver.rtol, solver.atol, solver.norm
 
     def init(self, *args: Any) -> _State:
@@ -39,6 +47,13 @@ class StopByPromise(optx.AbstractLeastSquaresSolver):
         # A step that is not a number promises nothing, and is shortened by the search.
         promised = -self.solver.search.predict_reduction(inner.y_eval - y, inner.f_info)
         small = (promised <= self.share * inner.f_info.as_min()) & jnp.isfinite(promised)
+        if self.whole_share is not None:
+            whole, value, jacobian = self.whole_share, inner.f_info.residual, inner.f_info.jac
+            small = jax.lax.cond(
+                small,
+                lambda: cosine(value, jacobian.as_matrix()) ** 2 <= whole,
+                lambda: jnp.asarray(False),
+            )
         return y, _State(inner, small), aux
 
     def terminate(self, fn, y, args, options, state, tags) -> tuple[Bool[Array, ""], Any]:
@@ -47,3 +62,16 @@ class StopByPromise(optx.AbstractLeastSquaresSolver):
 
     def postprocess(self, fn, y, aux, args, options, state, tags, result) -> Any:
         return self.solver.postprocess(fn, y, aux, args, options, state.inner, tags, result)
+
+
+def cosine(value: Float[Array, " rows"], columns: Float[Array, "rows columns"]) -> Scalar:
+    """Cosine between residuals and the range of the columns, those of zeros left out.
+
+    Its square is the share of the cost that a whole Gauss-Newton step promises to take away.
+    """
+    length = jnp.linalg.norm(columns, axis=0)
+    scaled = columns / jnp.where(length > 0, length, 1.0)[None, :]
+    ridge = THRESHOLDS.slope_ridge + jnp.where(length > 0, 0.0, 1.0)
+    factor = jnp.linalg.cholesky(scaled.T @ scaled + jnp.diag(ridge))
+    along = jax.scipy.linalg.solve_triangular(factor, scaled.T @ value, lower=True)
+    return jnp.linalg.norm(along) / jnp.linalg.norm(value)

@@ -92,7 +92,9 @@ def least_squares_many(
         index = _padded(going)
         x = np.stack([lanes[i].x for i in index])
         reach = np.array([lanes[i].reach for i in index])
-        ended = _advance(problem, index, x, reach, tie, options.tolerance, options.promises)
+        ended = _advance(
+            problem, index, x, reach, tie, options.tolerance, jnp.asarray(options.promise)
+        )
         found = {name: np.asarray(value) for name, value in ended.items()}
         for place, i in enumerate(going):
             lanes[i].move({name: value[place] for name, value in found.items()})

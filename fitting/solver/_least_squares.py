@@ -14,7 +14,6 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
 
 from rapi_jax.internal import float64
 
@@ -42,11 +41,6 @@ class SolverOptions:
     max_steps: int = 20_000
     promise: float = 0.0
     whole_promise: float = 0.0
-
-    @property
-    def promises(self) -> tuple[Array, Array]:
-        """Both, as arrays: a number would compile anew for each value."""
-        return jnp.asarray(self.promise), jnp.asarray(self.whole_promise)
 
 
 DEFAULTS = SolverOptions()
@@ -102,8 +96,8 @@ def least_squares(
         THRESHOLDS.first_step_medium,
         THRESHOLDS.first_step_small,
     ):
-        point, angle, quiet = begin, initial, 0
-        while steps < max_steps and quiet < 2 and angle > slope:
+        point, angle, quiet, promise, little_left = begin, initial, 0, options.promise, False
+        while steps < max_steps and quiet < 2 and angle > slope and not little_left:
             unit = np.sqrt(2.0 * point.cost)
             length = np.linalg.norm(point.jacobian @ tie, axis=0) / unit
             basis = tie * np.where(length > 0, reach / np.where(length > 0, length, 1.0), 0.0)
@@ -116,7 +110,7 @@ def least_squares(
                 scaled,
                 args,
                 tolerance,
-                options.promises,
+                jnp.asarray(promise),
             )
             new = Point.at(residual, bounds, x, args)
             steps += int(taken)
@@ -129,12 +123,12 @@ def least_squares(
                 point = new
                 lost = alive & (new.jacobian @ tie == 0).all(axis=0)
                 angle = 1.0 if lost.any() else new.slope(bounds, tie, slope)
-            if gain > THRESHOLDS.at_rest:
-                quiet = 0
-            else:  # at rest twice, or once where the solver itself says that nothing is left
-                quiet = 2 if small else quiet + 1
+            quiet = 0 if gain > THRESHOLDS.at_rest else quiet + 1
+            if small:
+                little_left = angle**2 <= options.whole_promise
+                promise = 0.0  # else short steps, of which many lead far: a curved valley
             trace.append((steps, point.cost))
-        if quiet and angle > slope:
+        if quiet and angle > slope and not little_left:
             point, angle = _polish(residual, bounds, point, args, tie, slope, angle)
         if point.cost < best.cost:
             best, flattest = point, angle

@@ -52,22 +52,22 @@ def take_steps(
     unit: Array,
     args: Any,
     tolerance: float,
-    promise: tuple[Array, Array],
+    promise: Array,
     most: int,
     guarded: bool = True,
 ) -> tuple[Array, Array, Array, Array]:
     """Up to `most` steps from `center` along the columns of `basis`, residuals in units of `unit`.
 
     Returns the coordinates, how many steps were taken, by how much the trust region has grown, and
-    whether the next step promises too little. `promise`: the shares of `StopByPromise`. `guarded`:
-    see `NormalEquations`; where not, the whole step is not asked for either.
+    whether the next step promises less than `promise` of the cost. `guarded`: see
+    `NormalEquations`.
     """
     solver = optx.LevenbergMarquardt(
         rtol=tolerance, atol=tolerance, linear_solver=NormalEquations(guarded)
     )
     search = optx.ClassicalTrustRegion(high_cutoff=THRESHOLDS.region_growth)
     solver = eqx.tree_at(lambda s: s.search, solver, search)
-    solver = StopByPromise(solver, promise[0], promise[1] if guarded else None)
+    solver = StopByPromise(solver, promise)
     solution = optx.least_squares(
         _stage_residual,
         solver,

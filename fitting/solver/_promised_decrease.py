@@ -24,19 +24,18 @@ class StopByPromise(optx.AbstractLeastSquaresSolver):
     What a step promises is the decrease of the linearised problem. Where residuals have kinks the
     solver goes on for many steps, ever shorter, each of which lowers the cost by less than noise
     would change it; the parameters by themselves do not tell, since in a valley they move far.
-    In a curved valley, too, short steps promise little: so the whole Gauss-Newton step must promise
-    less than `whole_share`, unless that is not asked (`None`).
+    In a curved valley, too, short steps promise little: whether a whole Gauss-Newton step does is
+    for the caller to see.
     """
 
     solver: Any  # of Gauss-Newton type, with a search that predicts
     share: Scalar
-    whole_share: Scalar | None
     rtol: float
     atol: float
     norm: Any
 
-    def __init__(self, solver: Any, share: Scalar, whole_share: Scalar | None = None):
-        self.solver, self.share, self.whole_share = solver, share, whole_share
+    def __init__(self, solver: Any, share: Scalar):
+        self.solver, self.share = solver, share
         self.rtol, self.atol, self.norm = solver.rtol, solver.atol, solver.norm
 
     def init(self, *args: Any) -> _State:
@@ -47,13 +46,6 @@ class StopByPromise(optx.AbstractLeastSquaresSolver):
         # A step that is not a number promises nothing, and is shortened by the search.
         promised = -self.solver.search.predict_reduction(inner.y_eval - y, inner.f_info)
         small = (promised <= self.share * inner.f_info.as_min()) & jnp.isfinite(promised)
-        if self.whole_share is not None:
-            whole, value, jacobian = self.whole_share, inner.f_info.residual, inner.f_info.jac
-            small = jax.lax.cond(
-                small,
-                lambda: cosine(value, jacobian.as_matrix()) ** 2 <= whole,
-                lambda: jnp.asarray(False),
-            )
         return y, _State(inner, small), aux
 
     def terminate(self, fn, y, args, options, state, tags) -> tuple[Bool[Array, ""], Any]:

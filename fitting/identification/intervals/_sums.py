@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Any, Optional
 
 import jax
 import numpy as np
+from jaxtyping import Array
 
 from fitting.identification._parameter_vector import as_device
 from fitting.identification._thresholds import THRESHOLDS
 from fitting.solver._optimum import LeastSquares
 from rapi_jax import AbstractOperator
+from rapi_jax.internal import Plays
 
 from ._data import IntervalData, Stretched, count_intervals
 
@@ -118,10 +120,11 @@ def has_straight_bounds(operator: AbstractOperator) -> bool:
 
 @functools.cache
 def _has_straight_bounds(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> bool:
-    leaves = [as_device(np.ones(shape)) for shape in shapes]
-    operator = jax.tree_util.tree_unflatten(structure, leaves)
-    one = as_device(np.ones(()))
-    return operator.plays(one, one).bow is None
+    def plays(leaves: list[Array], one: Array) -> Plays:
+        return jax.tree_util.tree_unflatten(structure, leaves).plays(one, one)
+
+    leaves = [jax.ShapeDtypeStruct(shape, np.float64) for shape in shapes]
+    return jax.eval_shape(plays, leaves, jax.ShapeDtypeStruct((), np.float64)).bow is None
 
 
 def _holds_memoryless(problem: "Problem") -> bool:

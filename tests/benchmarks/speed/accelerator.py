@@ -66,8 +66,8 @@ def forward_rows(copied: float) -> Iterator[dict[str, Any]]:
         yield bandwidth_row(work, runs * samples, fastest(call), copied)
 
 
-@float64
-def prefix_rows(copied: float) -> Iterator[dict[str, Any]]:
+@float64  # no generator: its body would run after 64-bit types are off again
+def prefix_row(copied: float) -> dict[str, Any]:
     """The evaluation by a prefix scan of clamps."""
     size = SIZES[jax.default_backend() == "cpu"]
     work = f"forward by prefix scan, 1 x {size} samples, 10 plays"
@@ -82,7 +82,7 @@ def prefix_rows(copied: float) -> Iterator[dict[str, Any]]:
         return prefix_values(u[:, None] - r, lam * u[:, None] + shift, start) @ plays.p
 
     seconds = fastest(lambda: respond(u, plays, start))
-    yield bandwidth_row(work, drive.size, seconds, copied)
+    return bandwidth_row(work, drive.size, seconds, copied)
 
 
 def fit_rows(many: int) -> Iterator[dict[str, Any]]:
@@ -106,7 +106,7 @@ def rows(many: int) -> Iterator[dict[str, Any]]:
     copied = copy_bandwidth()
     yield {"work": "copy", "seconds": None, "figure": f"{copied / 1e9:.3g} GB/s"}
     yield from forward_rows(copied)
-    yield from prefix_rows(copied)
+    yield prefix_row(copied)
     yield from fit_rows(many)
 
 

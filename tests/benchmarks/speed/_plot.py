@@ -27,7 +27,7 @@ def plot(path: Path, found: Sequence[dict[str, Any]]) -> None:
             axes[row, column].loglog(sizes, values, "o-", label=label)
     for column, name in enumerate(columns):
         axes[1, column].set_xlabel(name)
-        axes[0, column].legend(fontsize="small")
+        axes[0, column].legend(fontsize="small", loc="lower right")
     axes[0, 0].set_ylabel("time (s)")
     axes[1, 0].set_ylabel("peak memory above the start (MB)")
     figure.tight_layout()

@@ -47,8 +47,8 @@ def fit_many(
     **Arguments:**
 
     - `models`: one for all recordings, or one for each.
-    - `lanes`: how many fits of one shape are solved by one program; by default as many as keep an
-      accelerator busy, and 1 on a CPU, where together they take as long as one after the other.
+    - `lanes`: how many fits of one shape are solved by one program; by default 1024 on an
+      accelerator, and 1 on a CPU, where together they take nearly as long as one after the other.
     - the others: as for `fit`. A verdict that is not to be trusted is no error here.
 
     **Returns** a `FitResult` a recording, in their order. Raises `DataError`, before any fit, where

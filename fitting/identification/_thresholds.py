@@ -22,8 +22,8 @@ class IdentificationThresholds:
     solver_promise: float = threshold(
         3e-9,
         unit="of the cost",
-        origin="a third of 1e-8, to which costs are to agree; measured: half as many steps, since "
-        "the others go from kink to kink of the noise",
+        origin="a third of 1e-8, to which costs are to agree; measured: with kinks of the noise a "
+        "fifth to a half fewer steps, to the same cost within 1e-9",
     )
     solver_chi_square: float = threshold(
         0.05,
@@ -48,7 +48,9 @@ class IdentificationThresholds:
         origin="set by trial; as `linear_rank`, where the coefficients are solved for",
     )
     lanes: int = threshold(
-        1024, unit="fits", origin="1 MB each of 4 x 4000 samples; fewer leave an accelerator idle"
+        1024,
+        unit="fits",
+        origin="memory: 1 MB each of 4 x 4000 samples; not yet tried on an accelerator",
     )
     interval_rounding: float = threshold(
         1e-15,

@@ -31,10 +31,10 @@ class SolverThresholds:
         40, unit="steps", origin="set by trial; coordinates are scaled afresh after so many"
     )
     lane_steps: int = threshold(
-        8, unit="steps", origin="measured; after so many the lanes of a batch that rest leave it"
+        8, unit="steps", origin="most fits of ten parameters take 6 to 11; lanes at rest leave then"
     )
     lane_growth: int = threshold(
-        4, unit="1", origin="measured; each number of lanes is compiled for, which takes a second"
+        4, unit="1", origin="measured; each number of lanes is compiled for, which takes 6 s"
     )
     slope_ridge: float = threshold(
         1e-13,

@@ -93,6 +93,9 @@ def _cosine(size: int, lags: int) -> Float[np.ndarray, "waves lags"]:
 
 
 def _fast_length(least: int) -> int:
-    """The smallest size from `least` on that is even and has no prime factor above 5."""
+    """The smallest size from `least` on that is even and has no prime factor above 5.
+
+    SciPy's `next_fast_len` would do; to import it takes 0.07 s of a first fit.
+    """
     odd = [3**i * 5**k for i in range(3) for k in range(3)]
     return min(factor << max(1, int(np.ceil(np.log2(least / factor)))) for factor in odd)

@@ -171,7 +171,7 @@ def _parts(
         sums = IntervalSums.of(one.problem, own)
         if sums is None:
             continue
-        residual = one.problem.residual(IntervalResidual)
+        residual = one.problem.interval_residual
         arrays = residual, sums.arrays(one.weight), one.problem.bounds(own)
         lane = _Lane(place, one, own, move, tie, sums, arrays)
         alike = waiting.setdefault(lane.shape, [])

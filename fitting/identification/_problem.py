@@ -265,8 +265,7 @@ class Problem:
         sums = IntervalSums.of(self, own)
         if sums is not None:
             data = sums.data(weight)
-            compressed = self.residual(IntervalResidual)
-            found = fit(compressed, own, data, bounds=self.bounds(own))
+            found = fit(self.interval_residual, own, data, bounds=self.bounds(own))
             if sums.resolves(found, data):
                 return found
             if np.isfinite(found.cost):
@@ -309,10 +308,26 @@ class Problem:
         """The same without offsets and drift; `own`: the vector without them."""
         return np.asarray(_respond(self.residual(), as_device(own), self._drives)) - self.data.y
 
-    def residual(self, kind: Any = RunResidual) -> Any:
+    def residual(self, kind: Any = RunResidual, **options: Any) -> Any:
         """The residual as a function of the vector without offsets and drift."""
         unknown = tuple(int(i) for i in np.flatnonzero(self.unknown_history))
-        return kind(self.ecdl, self.vector, unknown)
+        return kind(self.ecdl, self.vector, unknown, **options)
+
+    @property
+    def interval_residual(self) -> IntervalResidual:
+        """The same over contact intervals.
+
+        Weights of plays, one each, are projected out where they move and have no bounds.
+        """
+        vector, name = self.vector, self.ecdl.operator.weight
+        part = next((part for part in vector.parts if part.name == name), None)
+        projects = (
+            part is not None
+            and part.size > 1
+            and not np.isfinite(part.bounds).any()
+            and bool(self.free[vector.slice(part.name)].all())
+        )
+        return self.residual(IntervalResidual, projects=projects)
 
     def _share_origin(self, values: np.ndarray) -> np.ndarray:
         n, values = self.vector.size, values.copy()

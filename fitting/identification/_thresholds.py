@@ -47,6 +47,11 @@ class IdentificationThresholds:
         unit="of the largest singular value",
         origin="set by trial; as `linear_rank`, where the coefficients are solved for",
     )
+    weight_rank: float = threshold(
+        1e-10,
+        unit="of squared columns of length 1",
+        origin="half of the digits; weights of plays that act alike are shared between them",
+    )
     lanes: int = threshold(
         1024,
         unit="fits",

@@ -106,7 +106,8 @@ def least_squares_many(
         x = np.stack([lanes[i].x for i in index])
         found = [np.asarray(value) for value in _evaluate(problem, index, x)]
         for place, i in enumerate(good):
-            point = Point(jnp.asarray(lanes[i].x), *(value[place] for value in found))
+            x, *known = (value[place] for value in found)
+            point = Point(jnp.asarray(x), *known)
             lane = lanes[i]
             ends[i] = finish(each[i], point, whole, options.slope, lane.slope, "", [*lane.trace])
     return ends

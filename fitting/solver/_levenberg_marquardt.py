@@ -1,7 +1,7 @@
 """Levenberg-Marquardt steps as compiled programs, and residuals with their Jacobian."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import equinox as eqx
 import jax
@@ -18,6 +18,19 @@ from ._thresholds import THRESHOLDS
 Residual = Callable[[Array, Any], Array]  # (values, args) -> residuals
 
 
+@runtime_checkable
+class Projected(Protocol):
+    """A residual that solves for some of its values itself, which must have no bounds.
+
+    `solved` returns the residuals and the values for which they hold; derivatives by the values
+    solved for are those of a residual that takes them as they are.
+    """
+
+    def __call__(self, values: Array, args: Any, /) -> Array: ...
+
+    def solved(self, values: Array, args: Any, /) -> tuple[Array, Array]: ...
+
+
 def _residual(residual: Residual, bounds: Bounds, x: Array, args: Any) -> Array:
     return residual(bounds.values(x), args)
 
@@ -32,8 +45,21 @@ linearise = quick_jit(linearise_at)
 
 
 def evaluate_at(residual: Residual, bounds: Bounds, x: Array, args: Any) -> tuple[Array, ...]:
-    """Residuals at `x` and their Jacobian, then the values there and theirs."""
-    return *linearise_at(residual, bounds, x, args), *bounds.linearise(x)
+    """Coordinates, residuals there and their Jacobian, then the values there and theirs.
+
+    The coordinates are `x`, but for values that `residual` solves for.
+    """
+    values, inner = bounds.linearise(x)
+    if not isinstance(residual, Projected):
+        return x, *linearise_at(residual, bounds, x, args), values, inner
+
+    def both(x: Array) -> tuple[Array, Array]:
+        return residual.solved(bounds.values(x), args)
+
+    value, push, solved = jax.linearize(both, x, has_aux=True)
+    jacobian = jax.vmap(push, out_axes=1)(jnp.eye(x.size))
+    change = jnp.where(solved == values, 0.0, (solved - values) / jnp.diag(inner))
+    return x + change, value, jacobian, solved, inner
 
 
 evaluate = quick_jit(evaluate_at)

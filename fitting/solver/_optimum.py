@@ -86,7 +86,8 @@ class Point:
     @classmethod
     def at(cls, residual: Residual, bounds: Bounds, x: Array, args: Any) -> "Point":
         """What is known at the coordinates `x`."""
-        return cls(x, *(np.asarray(a) for a in evaluate(residual, bounds, x, args)))
+        x, *known = evaluate(residual, bounds, x, args)
+        return cls(x, *(np.asarray(a) for a in known))
 
     @cached_property
     def cost(self) -> float:

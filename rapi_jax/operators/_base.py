@@ -61,6 +61,8 @@ class AbstractOperator(eqx.Module):
     count: eqx.AbstractVar[int]  # the number of plays, N1
     # Parameters that hold one number or one a play; in a fit, those with one a play are first tied.
     tied_first: ClassVar[tuple[str, ...]] = ()
+    # A parameter in which the weights of plays are linear: one number for all, or one a play.
+    weight: ClassVar[str | None] = None
     # A parameter to which the weights of all plays are proportional, if hysteresis may fade by it.
     amplitude: ClassVar[str | None] = None
 

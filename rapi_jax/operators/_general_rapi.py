@@ -50,6 +50,7 @@ class GeneralRAPI(AbstractOperator):
     d_0: Float[Array, ""] = parameter(unit="{x}", linear=True)
     count: int = eqx.field(static=True, kw_only=True)
     fields: ClassVar = Fields("d", "d_0")
+    weight: ClassVar = "a"
     tied_first: ClassVar = ("alpha", "lam", "eta")
 
     def __init__(

@@ -60,6 +60,7 @@ class InverseRAPI(AbstractOperator):
     v_0: Float[Array, ""] = parameter(unit="{u}")
     count: int = eqx.field(static=True, kw_only=True)
     fields: ClassVar = Fields("g", "g_0", "v_0")
+    weight: ClassVar = "sigma"
 
     def __init__(
         self,

@@ -33,6 +33,7 @@ class PI(AbstractOperator):
     d: Float[Array, " order"] = parameter(unit="{x}/{u}^k", linear=True)
     d_0: Float[Array, ""] = parameter(unit="{x}", linear=True)
     fields: ClassVar = Fields("d", "d_0")
+    weight: ClassVar = "p"
 
     def __init__(self, *, r: Any, p: Any, d: Any, d_0: Any = 0.0):
         self.r, self.p, self.d, self.d_0 = r, p, d, d_0

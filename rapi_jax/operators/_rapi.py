@@ -51,6 +51,7 @@ class RAPI(AbstractOperator):
     count: int = eqx.field(static=True, kw_only=True)
     fields: ClassVar = Fields("d", "d_0")
     tied_first: ClassVar = ("alpha", "lam", "eta")
+    weight: ClassVar = "a"
     amplitude: ClassVar = "a"
 
     def __init__(

@@ -79,8 +79,9 @@ def _linearise(residual, values, basis, data):
     """Levels and slopes with their derivatives along `basis`, and where intervals begin."""
 
     def lines(values):
-        line = find_lines(residual, values, data)
-        return (line.level, line.slope), line.edge
+        found = find_lines(residual, values, data)
+        weights = residual.weights(values)
+        return (found.level @ weights, found.slope @ weights), found.edge
 
     value, push, edge = jax.linearize(lines, values, has_aux=True)
     moved = jax.vmap(push)(basis)

@@ -4,6 +4,24 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rapi_jax import ModelError
+
+
+class UntrustedModel(ModelError):
+    """A model whose fit was not to be trusted, asked for a drive."""
+
+
+def check_trusted(about: dict[str, Any], *, allowed: bool) -> None:
+    """Raise `UntrustedModel` for a model that its fit did not trust, unless that is `allowed`."""
+    if about.get("trusted", False) or allowed:
+        return
+    reasons = about.get("reasons") or ["see its model.json"]
+    more = f" (and {len(reasons) - 1} more)" if len(reasons) > 1 else ""
+    raise UntrustedModel(
+        f"no drive is made from a model that is not to be trusted: {reasons[0].rstrip('.')}{more}. "
+        "Mend the recording and fit again, or ask for it with `--untrusted`."
+    )
+
 
 def load_model(
     model: Path, effects: Sequence[type[Any]] = (), operators: Sequence[type[Any]] = ()
@@ -14,7 +32,6 @@ def load_model(
     Raises `ModelError` where there is no such file.
     """
     from fitting.report import MODEL, TABLE
-    from rapi_jax import ModelError
     from rapi_jax.io import read_model
 
     path = model / MODEL if model.is_dir() else model

@@ -20,6 +20,7 @@ def compensate(
     limits: Path | None = None,
     inverse: Literal["exact", "paper"] = "exact",
     extrapolate: Annotated[bool, Parameter(negative="")] = False,
+    untrusted: Annotated[bool, Parameter(negative="")] = False,
     rise: float = 0.5,
     corner: float = 0.02,
     samples: int = 8192,
@@ -53,7 +54,9 @@ def compensate(
     inverse
         `exact` inverts the model sample by sample; `paper` fits the paper's inverse operator.
     extrapolate
-        Also make drives beyond the range and the rates that were identified.
+        Also make drives beyond the range, the rates and the swings that were identified.
+    untrusted
+        Also make drives from a model that is not to be trusted; without it the exit code is 4.
     rise
         Share of the period on the way up: 0.5 is a triangle, 0.9 a sawtooth.
     corner
@@ -76,11 +79,12 @@ def compensate(
     from rapi_jax import compensate as compensated
     from rapi_jax.io import read_limits
 
-    from ._model import load_model
+    from ._model import check_trusted, load_model
     from ._out import console, output_folder, print_json, progress
     from ._plugins import plugin_effects, plugin_operators
 
     ecdl, about = load_model(model, plugin_effects(plugin), plugin_operators(plugin))
+    check_trusted(about, allowed=untrusted)
     identified = Identified.from_dict(about["identified"])
     allowed = None if limits is None else read_limits(limits)
     if not frequency or not all(np.isfinite(f) and f > 0 for f in frequency):
@@ -118,6 +122,13 @@ def compensate(
         return 0
     out = console(json)
     out.print(_table(made, about["drive_unit"]))
+    expected = report["expected"]
+    if expected is not None:
+        out.print(
+            f"expected of the device: {expected['low']:.2g} to {expected['high']:.2g} "
+            f"{expected['unit']} rms off the straight scan (95 %), from runs that were left out.",
+            markup=False,
+        )
     for note in report["notes"]:
         out.print(f"note: {note}", markup=False)
     out.print(f"written to {folder}: {', '.join(path.name for path in written)}", markup=False)
@@ -174,6 +185,8 @@ def _certificate_report(
         "limits_from": "identification" if limits is None else "file",
         "identified": identified.to_dict(),
         "drives": [one.to_dict() | {"file": f"{_stem(one)}.csv"} for one in made],
+        "claim": about.get("claim"),
+        "expected": _expected(about.get("claim")),
         "notes": list(dict.fromkeys(notes)),
         "versions": package_versions(),
         "data_sha256": about["data_sha256"],
@@ -185,6 +198,17 @@ def _certificate_report(
             "excitation_hz": [run.excitation_hz for run in fitted.runs],
         }
     return report
+
+
+def _expected(claim: dict[str, Any] | None) -> dict[str, Any] | None:
+    """How far the device is to be expected off the scan: the claim of the fit, less the noise."""
+    if claim is None:
+        return None
+    noise = claim["noise"]
+    without = {
+        name: max(claim[name] ** 2 - noise**2, 0.0) ** 0.5 for name in ("rms", "low", "high")
+    }
+    return without | {"unit": claim["unit"]}
 
 
 def _stem(one: Any) -> str:

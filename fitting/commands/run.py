@@ -87,6 +87,11 @@ def _report_error(error: Exception) -> int:
     from rapi_jax import DataError, ModelError
     from rapi_jax.io import OutputError
 
+    from ._model import UntrustedModel
+
+    if isinstance(error, UntrustedModel):
+        fail("not to be trusted", error)
+        return UNTRUSTED
     if isinstance(error, DataError | ModelError):
         fail("bad data", error)
         return BAD_DATA

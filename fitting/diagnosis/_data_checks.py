@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from fitting.identification._fit import default_free
+from fitting.identification._fit import Posed, default_free, solver_options
 from fitting.identification._parameter_vector import ParameterVector
 from fitting.identification.data_checks._data_checks import Fault, check_usable, find_faults
 from rapi_jax import ECDL, AbstractOperator, DataError, ModelError, Recording
@@ -61,6 +61,21 @@ def check_enough(whitened: WhitenedModel, operator: AbstractOperator) -> None:
             f"{phases} usable samples a period, of all runs together, cannot fix {count} "
             "parameters. Record more samples a period, or another rate or amplitude."
         )
+
+
+def find_inconsistencies(recording: Recording, operator: AbstractOperator) -> list[Fault]:
+    """Drives and readings that do not belong together, which an effect must not explain.
+
+    `operator`: the base, from which all runs are fitted once more, without effects.
+    """
+    model = ECDL(operator)
+    try:
+        posed = Posed.of(model, recording, None, "uniform", history=True, drift=None)
+    except DataError:  # too few samples to tell
+        return []
+    options = solver_options(THRESHOLDS.consistency_steps)
+    end = posed.problem.solve(posed.problem.start(model), posed.weight, options)
+    return posed.inconsistencies(end, options)
 
 
 def shown_faults(

@@ -17,9 +17,9 @@ from ._content import (
     describe_recording,
     describe_shrinkage,
 )
-from ._data_checks import check_arguments, check_data, shown_faults
+from ._data_checks import check_arguments, check_data, find_inconsistencies, shown_faults
 from ._diagnosis import Diagnosis
-from ._verdict import collect_notes, give_verdict
+from ._verdict import blame_data, collect_notes, give_verdict
 from .how_far._cross_validation import cross_validate
 from .next_scan._proposal import propose_next_scan
 from .noise._periods import decimate
@@ -29,7 +29,11 @@ from .which._forward_selection import select_effects
 from .which._ranking import choose_refit, likely_candidates, match_candidates, needs_flexible_base
 from .which.evidence._calibration import load_calibration
 from .which.evidence._evidence import Evidence
-from .which.evidence._probability import credible_set, hypothesis_probabilities
+from .which.evidence._probability import (
+    credible_set,
+    doubt_effects,
+    hypothesis_probabilities,
+)
 
 Progress = Callable[[str], None]
 
@@ -68,7 +72,12 @@ def diagnose(
 
     report("base model")
     fitted = fit_base(whitened, ecdl)
+    report("consistency of the runs")
+    broken = find_inconsistencies(
+        whitened.recording, fitted.state.to_ecdl(whitened, fitted.refit.base).operator
+    )
     classes = effects.ALL if candidates is None else tuple(dict.fromkeys(candidates))
+    classes = () if broken else classes  # an effect would only imitate what is wrong with the data
     attribution = select_effects(fitted, classes, report)
 
     evidence = Evidence.of(attribution, noise_known=fitted.spectrum.measured)
@@ -85,6 +94,8 @@ def diagnose(
     # What stays open on held-out data tells whether something is missing that is not listed.
     closed = {name: v.closed["value"] for name, v in held_out.items() if v.closed}
     probabilities = hypothesis_probabilities(evidence, closed)
+    if broken:
+        probabilities = doubt_effects(probabilities)
     ranked = match_candidates(attribution, probabilities)
     credible = credible_set(probabilities)
     name, probability = probabilities[0]
@@ -104,10 +115,12 @@ def diagnose(
     verdict = give_verdict(
         name, probability, credible, top, attribution.none, gap, shrinkage, next_scan, recording
     )
+    if broken:
+        verdict = blame_data(verdict, broken)
     refit, state = choose_refit(top, fitted.refit, flexible=flexible)
     model = state.to_ecdl(whitened, refit.base)
     base = none[1].to_ecdl(whitened, none[0].base)
-    faults = shown_faults(recording, state.errors.raw, whitened, verdict.effects)
+    faults = broken + shown_faults(recording, state.errors.raw, whitened, verdict.effects)
     content = {
         "recording": describe_recording(whitened),
         **gap,

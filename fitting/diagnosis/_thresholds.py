@@ -9,6 +9,9 @@ from rapi_jax.internal import threshold
 class DiagnosisThresholds:
     """Limits of the data checks."""
 
+    consistency_steps: int = threshold(
+        120, unit="steps", origin="as in a fit; from the base, which is near"
+    )
     least_explained: float = threshold(
         0.5,
         unit="variance of the readings",

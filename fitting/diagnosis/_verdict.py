@@ -1,7 +1,9 @@
 """The verdict: the most probable hypothesis, the reason for it, and what to do; notes besides."""
 
+import dataclasses
 from typing import Any
 
+from fitting.identification.data_checks._data_checks import Fault
 from rapi_jax import Recording
 
 from ._diagnosis import Verdict
@@ -41,6 +43,14 @@ def give_verdict(
             name, top.effects, probability, shrinkage, recording.response_unit
         ),
         advice=verdict_advice(name, top.effects, tied, scan, unsure=needs_confirmation(credible)),
+    )
+
+
+def blame_data(verdict: Verdict, faults: list[Fault]) -> Verdict:
+    """The verdict on data that do not belong together: the first fault in place of a cause."""
+    sentence = f"The data come first, nothing is said of the laser: {faults[0].message}"
+    return dataclasses.replace(
+        verdict, sentence=sentence, advice="Mend the recording, and diagnose it again."
     )
 
 

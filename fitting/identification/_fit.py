@@ -9,19 +9,25 @@ import numpy as np
 
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, DataError, Recording, parameters
-from rapi_jax.internal import float64
+from rapi_jax.internal import float64, usable
 
 from ._problem import Problem, Solution
 from ._result import FitResult, UntrustedFit
 from ._starts import Start, search_starts
 from ._thresholds import THRESHOLDS
 from ._weights import run_weights
+from .assessment._claim import curvature, make_claim
 from .assessment._convergence import refine
 from .assessment._covariance import estimate_uncertainty
 from .assessment._cross_validation import KINDS, cross_validate
 from .assessment._estimates import cut_to_runs, estimate_parameters, summarise_runs
+from .assessment._noise import measure_noise
 from .assessment._verdict import judge
-from .data_checks._data_checks import check_usable, find_faults, find_mode_hops
+from .data_checks._data_checks import Fault, check_usable, find_faults, find_mode_hops
+from .data_checks._drive_noise import find_drive_noise
+from .data_checks._exchanged_runs import find_copied_readings, find_exchanged_runs
+from .data_checks._outliers import few_outliers, find_outliers, leave_out, report_outliers
+from .data_checks._run_changes import find_changed_runs
 
 Progress = Callable[[str], None]
 
@@ -85,8 +91,12 @@ def fit(
     report = progress or (lambda line: None)
     options = solver_options(max_steps)
     posed = Posed.of(ecdl, recording, free, weights, history=history, drift=drift)
-    report("starts")
-    solution, ends = search_starts(posed.problem, posed.weight, starts, options, guess=guess)
+
+    def search(posed: Posed) -> tuple[Solution, list[Start]]:
+        report("starts")
+        return search_starts(posed.problem, posed.weight, starts, options, guess=guess)
+
+    posed, (solution, ends) = posed.without_outliers(search)
     result = posed.conclude(solution, ends, hold_out, options, began, report)
     if throw and not result.verdict.trusted:
         raise UntrustedFit(result)
@@ -95,11 +105,15 @@ def fit(
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Posed:
-    """A problem with its weights: of the runs, and square roots of those of the samples."""
+    """A problem with its weights: of the runs, and square roots of those of the samples.
+
+    `recording`: as given; the problem's own may leave readings out.
+    """
 
     problem: Problem
     per_run: np.ndarray
     weight: np.ndarray
+    recording: Recording
 
     @classmethod
     def of(
@@ -118,7 +132,31 @@ class Posed:
         problem = Problem.of(ecdl, recording, chosen, history=history, drift=drift)
         _check_size(problem)
         per_run = run_weights(recording, weights)
-        return cls(problem, per_run, problem.weights(per_run))
+        return cls(problem, per_run, problem.weights(per_run), recording)
+
+    def without_outliers(
+        self,
+        search: Callable[["Posed"], tuple[Solution, list[Start]]],
+        found: tuple[Solution, list[Start]] | None = None,
+    ) -> tuple["Posed", tuple[Solution, list[Start]]]:
+        """The problem without outliers, and what `search` finds of it.
+
+        Outliers show in what a fit leaves, large ones first: so it is searched again without them.
+        `found`: what was found with all readings, if that is known.
+        """
+        posed, found = self, search(self) if found is None else found
+        for _ in range(THRESHOLDS.outlier_rounds):
+            outliers = few_outliers(find_outliers(posed.problem, found[0].error))
+            if not any(out.any() for out in outliers):
+                break
+            problem = posed.problem.with_recording(leave_out(posed.problem.recording, outliers))
+            if problem.data.use.sum() <= problem.free_count:
+                break
+            posed = dataclasses.replace(
+                posed, problem=problem, weight=problem.weights(self.per_run)
+            )
+            found = search(posed)
+        return posed, found
 
     def conclude(
         self,
@@ -140,13 +178,19 @@ class Posed:
             report("held-out data")
             kinds = KINDS if hold_out is True else hold_out
             held_out = cross_validate(problem, per_run, solution, kinds, options=options)
-        errors = cut_to_runs(problem, solution.error)
-        faults = find_faults(recording) + find_mode_hops(recording, errors)
-        verdict = judge(problem, weight, solution, starts, held_out, faults, uncertainty.stderr)
+        noise = measure_noise(problem, solution.error)
+        curved = curvature(recording, [usable(r, recording.response_lag_s) for r in recording.runs])
+        claim = make_claim(recording, held_out, noise, curved)
+        report("faults")
+        faults = self._faults(solution, options)
+        verdict = judge(
+            problem, weight, solution, starts, held_out, faults, uncertainty.stderr, noise, claim
+        )
         return FitResult(
             ecdl=problem.model(solution.values),
-            recording=recording,
+            recording=self.recording,
             verdict=verdict,
+            claim=claim,
             parameters=estimate_parameters(problem, solution, uncertainty, verdict),
             runs=summarise_runs(problem, solution, uncertainty, per_run),
             rmse=float(np.sqrt(np.mean(solution.error[problem.data.use] ** 2))),
@@ -159,6 +203,27 @@ class Posed:
             predicted=tuple(cut_to_runs(problem, solution.error + problem.data.y)),
             used=tuple(cut_to_runs(problem, problem.data.use)),
             seconds=time.perf_counter() - began,
+        )
+
+    def _faults(self, solution: Solution, options: SolverOptions) -> list[Fault]:
+        """What is wrong with the data, the plain first; the search for causes only without it."""
+        problem = self.problem
+        recording = problem.recording
+        errors = cut_to_runs(problem, solution.error)
+        found = find_faults(recording) + find_mode_hops(recording, errors)
+        if not found:
+            found = self.inconsistencies(solution, options)
+        left = find_outliers(problem, solution.error)
+        return found + report_outliers(self.recording, recording, left)
+
+    def inconsistencies(self, solution: Solution, options: SolverOptions) -> list[Fault]:
+        """Drives and readings that do not belong together, as one model for all runs shows."""
+        problem, weight = self.problem, self.weight
+        errors = cut_to_runs(problem, solution.error)
+        return (
+            find_copied_readings(self.recording) + find_drive_noise(problem.recording, errors)
+            or find_changed_runs(problem, weight, solution, options)
+            or find_exchanged_runs(problem, weight, solution, options)
         )
 
 

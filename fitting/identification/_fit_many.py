@@ -17,7 +17,7 @@ from rapi_jax.internal import float64
 from ._fit import Posed, solver_options
 from ._problem import Solution
 from ._result import FitResult
-from ._starts import average_groups, perturb, rank_ends, search_starts, settled, tied_groups
+from ._starts import Start, average_groups, perturb, rank_ends, search_starts, settled, tied_groups
 from ._thresholds import THRESHOLDS
 from .intervals._data import IntervalData
 from .intervals._residual import IntervalResidual
@@ -83,6 +83,11 @@ def fit_many(
             ranked = search_starts(one.problem, one.weight, starts, options)
         else:
             ranked = rank_ends(one.problem, one.weight, found)
+
+        def search(posed: Posed) -> tuple[Solution, list[Start]]:
+            return search_starts(posed.problem, posed.weight, starts, options)
+
+        one, ranked = one.without_outliers(search, ranked)
         results.append(one.conclude(*ranked, hold_out, options, began, lambda line: None))
         began = time.perf_counter()
     return results

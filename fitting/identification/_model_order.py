@@ -67,8 +67,9 @@ def choose_order(
 ) -> list[Choice]:
     """Fit every size asked for, and rank: the chosen one first, the others by score.
 
-    Chosen is the smallest model whose held-out error is within 2 % of the lowest. A size is not
-    tried where a smaller one, contained in it, is trusted and leaves nothing but white noise.
+    Chosen is the smallest model whose held-out error is within 2 % of the lowest, among those that
+    are trusted where there are any. A size is not tried where a smaller one, contained in it, is
+    trusted and leaves nothing but white noise.
     `operator` is the class to fit. The other arguments are those of `fit`;
     fits are never refused here,
     each `Choice` holds its result with the verdict.
@@ -94,8 +95,9 @@ def choose_order(
         )
         size = sum(not p.held for p in result.parameters)
         found.append(Choice(n1, n2, tuple(own), held_out_error(result), size, result))
-    lowest = min(choice.score for choice in found)
-    near = [choice for choice in found if choice.score <= (1.0 + THRESHOLDS.order_gain) * lowest]
+    pool = [choice for choice in found if choice.result.verdict.trusted] or found
+    lowest = min(choice.score for choice in pool)
+    near = [choice for choice in pool if choice.score <= (1.0 + THRESHOLDS.order_gain) * lowest]
     chosen = min(near, key=lambda choice: (choice.parameters, choice.plays, choice.score))
     rest = sorted((c for c in found if c is not chosen), key=lambda choice: choice.score)
     return [chosen, *rest]

@@ -75,6 +75,12 @@ class Problem:
         problem = cls(ecdl, recording, data, vector, mask, linear, unknown, decades)
         return problem if problem._has_constant else dataclasses.replace(problem, drift=None)
 
+    def with_recording(self, recording: Recording) -> "Problem":
+        """The same problem on other data: runs of the same number, names and sizes."""
+        data = to_batch(recording, lead=bool(self.ecdl.effects))
+        drift = None if self.drift is None else _decades(recording, data)
+        return dataclasses.replace(self, recording=recording, data=data, drift=drift)
+
     @property
     def constant(self) -> str:
         """The name of the operator's constant."""

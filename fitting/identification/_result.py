@@ -12,6 +12,7 @@ from fitting._versions import package_versions
 from rapi_jax import ECDL, Recording
 
 from ._starts import Start
+from .assessment._claim import Claim
 from .assessment._cross_validation import HeldOut
 from .assessment._verdict import Verdict
 from .data_checks._data_checks import Fault
@@ -71,8 +72,8 @@ class FitResult:
     """A fitted model and all that is needed to decide whether to use it.
 
     `predicted` holds the model's response to each run, `correlation` that of `names`, `effective`
-    the number of independent samples the residuals are worth. RMS values are in
-    `recording.response_unit`.
+    the number of independent samples the residuals are worth. `claim`: what to expect of data not
+    seen. RMS values are in `recording.response_unit`.
     """
 
     ecdl: ECDL
@@ -90,6 +91,7 @@ class FitResult:
     predicted: tuple[np.ndarray, ...]
     used: tuple[np.ndarray, ...]
     seconds: float
+    claim: Claim | None = None
 
     @property
     def rmse_held_out(self) -> float:
@@ -181,7 +183,11 @@ class FitResult:
                     "reasons": list(self.verdict.reasons),
                     "notes": list(self.verdict.notes),
                     "unidentifiable": list(self.verdict.unidentifiable),
+                    "with_gap": self.verdict.with_gap,
                 },
+                "claim": None
+                if self.claim is None
+                else dataclasses.asdict(self.claim) | {"unit": unit},
                 "faults": [dataclasses.asdict(fault) for fault in self.faults],
                 "seconds": self.seconds,
                 "versions": package_versions(),

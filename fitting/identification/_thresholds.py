@@ -162,7 +162,18 @@ class IdentificationThresholds:
     )
 
     # Verdict
-    poor_fit: float = threshold(0.05, unit="of the span", origin="convention; rmse of a poor fit")
+    poor_gap: float = threshold(
+        0.125,
+        unit="of the response's rms about a straight line",
+        origin="measured piezos leave at most 0.117, simulated effects of 20 times the noise 0.10, "
+        "a lag, a drift or soft clipping that spoils a scan 0.14 and more",
+    )
+    with_gap: float = threshold(
+        1.1, unit="rmse over noise", origin="convention; a tenth more than noise is a gap"
+    )
+    extrapolation: float = threshold(
+        6.0, unit="held-out over in-sample rmse", origin="set by trial; said however small"
+    )
     exact_fit: float = threshold(
         1e-9, unit="of the span", origin="rounding; convergence of a smaller rmse is not asked for"
     )
@@ -174,6 +185,60 @@ class IdentificationThresholds:
     )
     held_out_error: float = threshold(
         0.01, unit="of the held-out span", origin="convention; a smaller error is no failure"
+    )
+    changed_runs_gap: float = threshold(
+        1.0, unit="times the noise", origin="convention; a smaller gap asks for no explanation"
+    )
+    changed_runs_first: float = threshold(
+        0.5,
+        unit="of the squared gap",
+        origin="set by trial; large changes explain 0.7 or more to first order",
+    )
+    changed_runs_explained: float = threshold(
+        0.95,
+        unit="of the squared gap",
+        origin="120 simulated devices of another make, effects up to 20 times the noise: at most "
+        "0.945; changes of one or half of the runs: 0.99",
+    )
+    changed_runs_rounds: int = threshold(
+        3, unit="refits", origin="set by trial; a gain of 1.1 is then right to 1e-4"
+    )
+    changed_runs_rank: float = threshold(
+        1e-9, unit="of the largest", origin="rounding; a change that the model can follow"
+    )
+    changed_runs_slope: float = threshold(
+        0.3, unit="of the steepest", origin="convention; where the drive turns its bias shows not"
+    )
+    permuted_runs: int = threshold(
+        4, unit="runs", origin="24 orders; of more runs only pairs and the reverse are tried"
+    )
+    exchanged_orders: int = threshold(
+        40, unit="orders", origin="time; each costs a guess and a fit, some 20 ms"
+    )
+    outlier_size: float = threshold(
+        15.0,
+        unit="usual distances from the median of the neighbours",
+        origin="white noise reaches 7 in 10^6 samples; twice that for heavier tails",
+    )
+    outlier_least: float = threshold(
+        2e-3, unit="of the span", origin="set by trial; a smaller one moves no parameter"
+    )
+    outlier_share: float = threshold(
+        0.01, unit="of a run's readings", origin="convention; more are no accident"
+    )
+    outlier_samples: int = threshold(
+        20, unit="samples", origin="set by trial; fewer have no usual distance"
+    )
+    outlier_rounds: int = threshold(
+        3, unit="fits", origin="set by trial; large outliers hide small ones"
+    )
+    drive_noise_correlation: float = threshold(
+        0.7,
+        unit="correlation of third differences",
+        origin="half of what is left from sample to sample; that of noise is 0.02",
+    )
+    drive_noise_calm: float = threshold(
+        6.0, unit="usual third differences of the drive", origin="four deviations of noise"
     )
     one_rate: float = threshold(
         1.2, unit="factor", origin="set by trial; rates within it show no rate dependence"

@@ -88,6 +88,14 @@ class Identified:
                 f"the drive goes from {low:.4g} to {high:.4g}, the model was identified from "
                 f"{self.drive_min:.4g} to {self.drive_max:.4g}"
             )
+        swings = self.amplitudes
+        if swings and drive.u_pp < THRESHOLDS.least_swing * min(swings):
+            found.append(
+                f"the drive swings by {drive.u_pp:.3g}, the model was identified at "
+                f"{' and '.join(f'{swing:.3g}' for swing in swings)}: how thresholds follow the "
+                "swing is assumed below that (Eq. 11), and one more run near "
+                f"{drive.u_pp:.2g} would measure it"
+            )
         slow, fast = min(self.rates_hz, default=0.0), max(self.rates_hz, default=np.inf)
         if not 0.95 * slow <= drive.rate <= 1.05 * fast:
             seen = f"{slow:g} to {fast:g}" if slow < fast else f"{slow:g}"

@@ -58,6 +58,11 @@ class InversionThresholds:
         unit="of the range",
         origin="a straight scan of the same span needs a little more drive",
     )
+    least_swing: float = threshold(
+        0.6,
+        unit="of the least swing recorded",
+        origin="set by trial; measured piezos asked for 0.26 and 0.41 of it were missed by half",
+    )
     slope_margin: float = threshold(
         3.0,
         unit="of the slope",

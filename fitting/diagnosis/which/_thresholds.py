@@ -216,6 +216,11 @@ class WhichThresholds:
 
     # Probabilities.
     credible_level: float = threshold(0.95, unit="probability", origin="the files' contract")
+    doubt_share: float = threshold(
+        0.05,
+        unit="of the hypotheses' probability",
+        origin="what a change of runs leaves of the gap where it is named: at most a twentieth",
+    )
     excess_least: float = threshold(
         0.02, unit="excess a line", origin="what noise leaves by chance"
     )

@@ -1,15 +1,15 @@
 """How well a model predicts what it was not fitted to: periods, scan rates, amplitudes."""
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from fitting.identification._problem import Problem, Solution
 from fitting.solver._least_squares import SolverOptions
-from rapi_jax import Recording
+from rapi_jax import Drive, Recording
 
-KINDS = ("last third", "rate", "amplitude")
+KINDS = ("last third", "rate", "amplitude", "run")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -19,6 +19,8 @@ class HeldOut:
     `rmse` and `std` (about each run's mean error) are in the response's unit, over the samples left
     out; `fraction` is `rmse` over their span. `train_rmse` is the rmse on what the fit did see.
     Where `origin_from_data` is true a run left out has an origin of its own, taken from its mean.
+    `runs`: which runs were left out as a whole. `inside`: whether the others enclose them in rate
+    and amplitude.
     """
 
     scheme: str
@@ -28,6 +30,8 @@ class HeldOut:
     train_rmse: float
     samples: int
     origin_from_data: bool = False
+    runs: tuple[int, ...] = ()
+    inside: bool = True
 
 
 def last_third(recording: Recording, problem: Problem) -> np.ndarray:
@@ -64,6 +68,24 @@ def schemes(recording: Recording, problem: Problem) -> Iterator[tuple[str, np.nd
             rows = np.array([k == i for k in nearest])
             name = f"amplitude {level:.4g} {recording.drive_unit}"
             yield name, problem.data.use & rows[:, None], True
+    if len(recording.runs) > 2:
+        for row, run in enumerate(recording.runs):
+            alone = np.arange(len(recording.runs)) == row
+            yield f"run {run.name}", problem.data.use & alone[:, None], True
+
+
+def _encloses(recording: Recording, rows: tuple[int, ...]) -> bool:
+    """Whether rates and amplitudes of the runs `rows` lie between those of the others."""
+    drives = recording.drives
+    others = [drive for row, drive in enumerate(drives) if row not in rows]
+    if not others:
+        return False
+
+    def between(of: Callable[[Drive], float], slack: float) -> bool:
+        low, high = min(map(of, others)), max(map(of, others))
+        return all(low / slack <= of(drives[row]) <= high * slack for row in rows)
+
+    return between(lambda d: d.rate, 1.0) and between(lambda d: d.u_pp, 1.02)
 
 
 def cross_validate(
@@ -76,14 +98,20 @@ def cross_validate(
 ) -> list[HeldOut]:
     """Refit without each part, from the full fit's parameters, and predict it."""
     results = []
+    done: set[bytes] = set()
     for name, left, whole in schemes(problem.recording, problem):
-        if not name.startswith(kinds):
+        if not name.startswith(kinds) or left.tobytes() in done:
             continue
+        done.add(left.tobytes())
         seen = problem.data.use & ~left
         if not left.any() or seen.sum() <= problem.free_count:
             continue
         solution = problem.solve(full.start, problem.weights(run_weights, seen), options)
-        results.append(score(problem, solution, name, left, seen, whole and problem.own_origin))
+        one = score(problem, solution, name, left, seen, whole and problem.own_origin)
+        if whole:
+            rows = tuple(np.flatnonzero(left.any(axis=1)).tolist())
+            one = dataclasses.replace(one, runs=rows, inside=_encloses(problem.recording, rows))
+        results.append(one)
     return results
 
 

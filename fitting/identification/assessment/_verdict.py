@@ -14,18 +14,24 @@ from fitting.identification._thresholds import THRESHOLDS
 from fitting.identification.data_checks._data_checks import Fault
 from rapi_jax.internal import Band
 
+from ._claim import Claim
 from ._convergence import gain_tolerance, remaining_step, unidentifiable
 from ._cross_validation import HeldOut
+from ._noise import Noise
 
 
 @dataclasses.dataclass(frozen=True)
 class Verdict:
-    """`trusted` with no reasons, or not with at least one; `notes` do not speak against the fit."""
+    """`trusted` with no reasons, or not with at least one; `notes` do not speak against the fit.
+
+    `with_gap`: trusted, though what is left is more than noise; the claim covers it.
+    """
 
     trusted: bool
     reasons: tuple[str, ...]
     notes: tuple[str, ...]
     unidentifiable: tuple[str, ...] = ()
+    with_gap: bool = False
 
 
 def judge(
@@ -36,6 +42,8 @@ def judge(
     held_out: list[HeldOut],
     faults: list[Fault],
     stderr: np.ndarray,
+    noise: Noise,
+    claim: Claim | None,
 ) -> Verdict:
     """The verdict on a fit. `weight` is of the samples, `stderr` of the problem's vector."""
     data = problem.data
@@ -47,13 +55,26 @@ def judge(
         *_check_rank(undetermined),
         *_check_convergence(problem, weight, solution, rmse, span),
         *_check_starts(starts),
-        *(f"{fault.kind}: {fault.message}" for fault in faults),
-        *_check_misfit(problem, rmse, span),
+        *(f"{fault.kind}: {fault.message}" for fault in faults if not fault.left_out),
+        *_check_misfit(problem, rmse, span, noise, claim),
     ]
-    failures, notes = _check_held_out(held_out, span)
+    failures, notes = _check_held_out(held_out, span, noise.total)
     reasons += failures
+    notes += [f"{fault.kind}: {fault.message}" for fault in faults if fault.left_out]
+    with_gap = not reasons and rmse > THRESHOLDS.with_gap * noise.total
+    with_gap = with_gap and rmse > THRESHOLDS.exact_fit * span
+    if with_gap:
+        notes.append(_gap_note(rmse, noise, problem.recording.response_unit))
     notes += _notes(problem, solution, stderr, undetermined)
-    return Verdict(not reasons, tuple(reasons), tuple(notes), undetermined)
+    return Verdict(not reasons, tuple(reasons), tuple(notes), undetermined, with_gap)
+
+
+def _gap_note(rmse: float, noise: Noise, unit: str) -> str:
+    known = "the noise" if noise.repeated.all() else "what changes from sample to sample"
+    return (
+        f"gap: the model leaves {rmse:.3g} {unit} rms, {known} is {noise.total:.2g} {unit}. The "
+        "claim includes it; `rapi diagnose` says what causes it."
+    )
 
 
 def _check_rank(undetermined: tuple[str, ...]) -> list[str]:
@@ -90,8 +111,10 @@ def _check_starts(starts: list[Start]) -> list[str]:
     return []
 
 
-def _check_misfit(problem: Problem, rmse: float, span: float) -> list[str]:
-    """The residual against the response's span and variance."""
+def _check_misfit(
+    problem: Problem, rmse: float, span: float, noise: Noise, claim: Claim | None
+) -> list[str]:
+    """The residual against the response's variance, what is not noise against its curvature."""
     data = problem.data
     variance = float(np.mean([np.var(data.y[r, data.use[r]]) for r in range(data.y.shape[0])]))
     if span == 0:
@@ -102,30 +125,40 @@ def _check_misfit(problem: Problem, rmse: float, span: float) -> list[str]:
             "response's variance. The response does not follow this drive; check wiring, columns "
             "and lag."
         ]
-    if rmse > THRESHOLDS.poor_fit * span:
+    gap, curved = noise.gap(rmse), np.inf if claim is None else claim.curvature
+    if gap > THRESHOLDS.poor_gap * curved and gap > THRESHOLDS.exact_fit * span:
         return [
-            f"poor fit: rmse is {100 * rmse / span:.1f} % of the span. More plays (`plays`) or "
-            "order, an effect the model lacks, or a wrong lag."
+            f"poor fit: beyond noise the model leaves {gap:.3g} {problem.recording.response_unit} "
+            f"rms, {100 * gap / curved:.0f} % of what the response curves by, so that a "
+            "compensated scan would keep as much. More plays (`plays`) or order, a drift, a wrong "
+            "lag, or an effect the model lacks (`rapi diagnose`)."
         ]
     return []
 
 
-def _check_held_out(held_out: list[HeldOut], span: float) -> tuple[list[str], list[str]]:
-    """Reasons and notes: a model has to predict the last third, but not to extrapolate."""
+def _check_held_out(
+    held_out: list[HeldOut], span: float, noise: float
+) -> tuple[list[str], list[str]]:
+    """Reasons and notes: a model has to predict what lies between runs, but not to extrapolate."""
     reasons, notes = [], []
     for scheme in held_out:
-        limit = THRESHOLDS.generalisation * scheme.train_rmse + THRESHOLDS.exact_fit * span
-        if scheme.rmse > limit and scheme.fraction > THRESHOLDS.held_out_error:
-            text = (
-                f"{scheme.scheme}: held-out rmse {scheme.rmse:.3g} is "
-                f"{scheme.rmse / scheme.train_rmse:.1f} times that of the fitted part"
+        usual = max(scheme.train_rmse, noise)
+        if scheme.rmse <= THRESHOLDS.generalisation * usual + THRESHOLDS.exact_fit * span:
+            continue
+        text = (
+            f"{scheme.scheme}: held-out rmse {scheme.rmse:.3g} is {scheme.rmse / usual:.1f} times "
+            "that of the fitted part"
+        )
+        large = scheme.fraction > THRESHOLDS.held_out_error
+        if scheme.scheme == "last third" and large:
+            reasons.append(f"does not generalise: {text}. Fewer parameters, or a drift to model.")
+        elif scheme.runs and scheme.inside and large:
+            reasons.append(
+                f"not predicted: {text}, though other runs lie on both sides of it. Look at that "
+                "run, or record more between."
             )
-            if scheme.scheme == "last third":
-                reasons.append(
-                    f"does not generalise: {text}. Fewer parameters, or a drift to model."
-                )
-            else:
-                notes.append(f"{text}: do not extrapolate there.")
+        elif large or scheme.rmse > THRESHOLDS.extrapolation * usual:
+            notes.append(f"{text}: do not extrapolate there.")
     return reasons, notes
 
 

@@ -13,12 +13,16 @@ from ._step_detection import detect_steps
 
 @dataclasses.dataclass(frozen=True)
 class Fault:
-    """Something wrong in one run: `samples` are the first and last (inclusive) of each stretch."""
+    """Something wrong in one run: `samples` are the first and last (inclusive) of each stretch.
+
+    `left_out`: those were left out of the fit, and say nothing against it.
+    """
 
     kind: str
     run: str
     message: str
     samples: tuple[tuple[int, int], ...] = ()
+    left_out: bool = False
 
 
 def check_usable(recording: Recording) -> None:
@@ -46,7 +50,7 @@ def find_faults(recording: Recording) -> list[Fault]:
     """Clipped or dead readings, dead drives and wrong periods, which show before any fit."""
     found = []
     for run in recording.runs:
-        for check in (_check_motion, _check_clipping, _check_period):
+        for check in (_check_motion, _check_clipping, _check_frozen, _check_period):
             fault = check(run)
             if fault is not None:
                 found.append(fault)
@@ -58,7 +62,7 @@ def _intervals(mask: np.ndarray) -> list[tuple[int, int]]:
     return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _format_intervals(stretches: list[tuple[int, int]]) -> str:
+def format_intervals(stretches: list[tuple[int, int]]) -> str:
     shown = ", ".join(f"{a}-{b}" if b > a else f"{a}" for a, b in stretches[:3])
     return shown + (f" and {len(stretches) - 3} more" if len(stretches) > 3 else "")
 
@@ -121,10 +125,37 @@ def _check_clipping(run: Run) -> Fault | None:
         "clipped",
         run.name,
         f"run {run.name!r}: the reading stays at {' and at '.join(levels)} for up to {longest} "
-        f"samples (samples {_format_intervals(sorted(kept))}) while the drive moves on, as a "
+        f"samples (samples {format_intervals(sorted(kept))}) while the drive moves on, as a "
         "clipped reading does. Widen the input range and record again.",
         tuple(sorted(kept)),
     )
+
+
+def _check_frozen(run: Run) -> Fault | None:
+    """Equal readings in a row, not at the ends of their range, while the drive moves on."""
+    y, u = run.response, run.drive.value
+    if not run.valid.any() or run.span == 0 or run.drive.u_pp == 0:
+        return None
+    limits = THRESHOLDS
+    resolution = _resolution(y[run.valid])
+    shortest = limits.clipped_samples_digitised if resolution > 0 else limits.clipped_samples
+    least = max(limits.clipped_steps * resolution, limits.clipped_move * run.span)
+    ends = (float(np.nanmax(y)), float(np.nanmin(y)))
+    found = []
+    for a, last in _intervals(np.diff(y) == 0.0):
+        b = last + 1
+        way = np.sign(u[a] - u[max(a - 3, 0)])
+        onward = float((way * (u[a : b + 1] - u[a])).max()) / run.drive.u_pp * run.span
+        if b - a + 1 >= shortest and onward > least and y[a] not in ends:
+            found.append((a, b))
+    if not found:
+        return None
+    text = (
+        f"run {run.name!r}: the reading does not change (samples {format_intervals(found)}) while "
+        "the drive moves on: the readout hung there. Leave that part out (readings that are not "
+        "finite are, with `--nan mask`), or record again."
+    )
+    return Fault("frozen reading", run.name, text, tuple(found))
 
 
 def _check_period(run: Run) -> Fault | None:
@@ -231,7 +262,7 @@ def find_mode_hops(recording: Recording, errors: list[np.ndarray]) -> list[Fault
                     run.name,
                     f"run {run.name!r}: the response jumps by about {size:.3g} "
                     f"{recording.response_unit} at sample{'s' * (len(places) > 1)} "
-                    f"{_format_intervals(places)}, which no hysteresis does: a mode hop, or "
+                    f"{format_intervals(places)}, which no hysteresis does: a mode hop, or "
                     "fringes miscounted. Leave that part out, or shift bias or current.",
                     tuple(places),
                 )

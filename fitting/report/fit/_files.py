@@ -33,6 +33,8 @@ def write_fit(result: "FitResult", folder: Path, *, plots: bool) -> list[Path]:
         response_origin=recording.response_origin,
         response_lag_s=recording.response_lag_s,
         trusted=result.verdict.trusted,
+        reasons=list(result.verdict.reasons),
+        claim=result.to_dict()["claim"],
         identified=Identified.of(recording).to_dict(),
         rmse=result.rmse,
         versions=package_versions(),

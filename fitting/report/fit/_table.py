@@ -11,6 +11,7 @@ from rich.text import Text
 
 if TYPE_CHECKING:
     from fitting.identification._result import FitResult
+    from fitting.identification.assessment._claim import Claim
 
 
 def _format_number(value: float, digits: int = 4) -> str:
@@ -38,6 +39,8 @@ def render_tables(result: "FitResult") -> Group:
     if np.isfinite(result.rmse_held_out):
         head.append(f", held out {_format_number(result.rmse_held_out)} {unit}")
     lines: list[Text | Table] = [head]
+    if result.claim is not None and result.verdict.trusted:
+        lines.append(Text(f"  {_claim_line(result, result.claim)}"))
     for reason in result.verdict.reasons:
         lines.append(Text(f"  x {reason}", style=colour))
     for note in result.verdict.notes:
@@ -48,6 +51,23 @@ def render_tables(result: "FitResult") -> Group:
         _tabulate_runs(result),
         _tabulate_held_out(result),
         _tabulate_starts(result),
+    )
+
+
+def _claim_line(result: "FitResult", claim: "Claim") -> str:
+    """The claim in words."""
+    unit, number = result.recording.response_unit, _format_number
+
+    def between(ends: tuple[float, float], unit: str) -> str:
+        low, high = (number(end) for end in ends)
+        return f"at {low} {unit}" if low == high else f"from {low} to {high} {unit}"
+
+    swings = between(claim.swings, result.recording.drive_unit)
+    return (
+        f"predicts another run within {number(claim.rms, 2)} {unit} rms ({number(claim.low, 2)} to "
+        f"{number(claim.high, 2)} in 95 %), noise of {number(claim.noise, 2)} included, "
+        f"{between(claim.rates_hz, 'Hz')}, swings {swings}, as over the {number(claim.hours, 2)} h "
+        "recorded."
     )
 
 

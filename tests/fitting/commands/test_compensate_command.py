@@ -120,6 +120,29 @@ def test_extrapolation_is_done_when_asked_for_and_noted(model, tmp_path):
     assert "50 Hz" in report["notes"][0]
 
 
+def test_a_swing_far_below_those_recorded_is_refused(model, tmp_path, capsys):
+    options = ("--frequency", 20, "--no-plots", "-o", tmp_path / "out")
+    assert rapi("compensate", model, "--span", 25, *options) == 3
+    error = capsys.readouterr().err
+    assert "identified at 4.5" in error and "Eq. 11" in error and "one more run near" in error
+    assert rapi("compensate", model, "--span", 25, *options, "--extrapolate") == 0
+    report = json.loads((tmp_path / "out" / "certificate.json").read_text())
+    assert "Eq. 11" in report["notes"][0]
+
+
+def test_the_certificate_carries_what_to_expect_of_the_device(tmp_path):
+    recording, _ = paper_recording(samples=400)
+    claim = {"rms": 0.05, "low": 0.02, "high": 0.13, "noise": 0.03, "unit": "GHz"}
+    folder = write(tmp_path / "model", paper_device(), recording, claim=claim)
+    options = ("--span", 70, "--frequency", 20, "--no-plots", "-o", tmp_path / "out")
+    assert rapi("compensate", folder, *options) == 0
+    report = json.loads((tmp_path / "out" / "certificate.json").read_text())
+    assert report["claim"] == claim
+    expected = {"rms": 0.04, "low": 0.0, "high": np.sqrt(0.13**2 - 0.03**2)}
+    for name, value in expected.items():
+        assert report["expected"][name] == pytest.approx(value)
+
+
 def test_a_model_that_is_not_monotone_is_refused_with_the_place(tmp_path, capsys):
     recording, _ = paper_recording(samples=400)
     operator = RAPI(alpha=0.3, zeta=0.0, lam=1.2, eta=1.0, a=0.5, b=0.0, d=(30.0, -4.0), plays=5)
@@ -130,11 +153,16 @@ def test_a_model_that_is_not_monotone_is_refused_with_the_place(tmp_path, capsys
     assert list((tmp_path / "out").iterdir()) == []
 
 
-def test_a_model_not_to_be_trusted_is_noted(tmp_path):
+def test_a_model_not_to_be_trusted_is_refused_unless_asked_for(tmp_path, capsys):
     recording, _ = paper_recording(samples=400)
-    folder = write(tmp_path / "model", paper_device(), recording, trusted=False)
+    about = {"trusted": False, "reasons": ["run does not belong: run 'run02'.", "poor fit"]}
+    folder = write(tmp_path / "model", paper_device(), recording, **about)
     options = ("--span", 70, "--frequency", 20, "--no-plots", "-o", tmp_path / "out")
-    assert rapi("compensate", folder, *options) == 0
+    assert rapi("compensate", folder, *options) == 4
+    error = capsys.readouterr().err
+    assert "'run02' (and 1 more)" in error and "--untrusted" in error and error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+    assert rapi("compensate", folder, *options, "--untrusted") == 0
     report = json.loads((tmp_path / "out" / "certificate.json").read_text())
     assert "not to be trusted" in report["notes"][0]
 

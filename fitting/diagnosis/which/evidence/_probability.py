@@ -33,6 +33,17 @@ def hypothesis_probabilities(
     return sorted([*out, (UNLISTED, unlisted)], key=lambda pair: -pair[1])
 
 
+def doubt_effects(ranked: Ranked) -> Ranked:
+    """The same where data that do not belong together explain the gap: little is left for effects.
+
+    What the hypotheses keep is the share of the gap that need not be explained by the data.
+    """
+    share = THRESHOLDS.doubt_share
+    kept = [(name, share * p) for name, p in ranked if name != UNLISTED]
+    rest = (UNLISTED, 1.0 - sum(p for _, p in kept))
+    return sorted([*kept, rest], key=lambda pair: -pair[1])
+
+
 def credible_set(ranked: Ranked) -> list[str]:
     """Names of the smallest set of hypotheses with at least 95 % of the probability."""
     total, names = 0.0, []

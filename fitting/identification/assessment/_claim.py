@@ -1,0 +1,91 @@
+"""What a model may be expected to miss on data not seen, from runs that were left out."""
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from rapi_jax import Recording
+
+from ._cross_validation import HeldOut
+from ._noise import Noise
+
+
+@dataclasses.dataclass(frozen=True)
+class Claim:
+    """The rms error to expect in a run like those recorded, in the response's unit.
+
+    - `rms`: of the runs left out. `low`, `high`: the 95 % interval for another run's.
+    - `noise`: of the readings, part of all three. `curvature`: the rms of the response about a
+      straight line in the drive, which compensation is to take away.
+    - `rates_hz`, `swings`, `hours`: between which the runs lay, and how long the session was.
+    """
+
+    rms: float
+    low: float
+    high: float
+    noise: float
+    curvature: float
+    rates_hz: tuple[float, float]
+    swings: tuple[float, float]
+    hours: float
+
+    @property
+    def gap(self) -> float:
+        """What of `rms` is not noise."""
+        return float(np.sqrt(max(self.rms**2 - self.noise**2, 0.0)))
+
+
+def make_claim(
+    recording: Recording, held_out: Sequence[HeldOut], noise: Noise, curvature: float
+) -> Claim | None:
+    """The claim that follows from runs left out one by one; of one run, from its last third.
+
+    Errors of runs are taken as log-normal: a new run's lies within Student's t of their mean.
+    `None` where nothing was left out.
+    """
+    errors = {h.runs: h.rmse for h in held_out if len(h.runs) == 1}
+    samples = float(np.mean(noise.use.sum(axis=1)))
+    if len(errors) < 2:
+        errors = {h.runs: h.rmse for h in held_out if h.scheme == "last third"}
+    if not errors:
+        return None
+    found = np.array(list(errors.values()))
+    rms = float(np.sqrt(np.mean(found**2)))
+    low, high = _interval(found, samples) if found.all() else (rms, rms)
+    rates, swings = recording.rates, recording.amplitudes
+    drives = recording.drives
+    end = max(float(d.start_s + d.time[-1]) for d in drives) - min(d.start_s for d in drives)
+    return Claim(
+        rms, low, high, noise.total, curvature,
+        (min(rates), max(rates)), (min(swings), max(swings)), float(end) / 3600.0,
+    )  # fmt: skip
+
+
+def _interval(errors: np.ndarray, samples: float) -> tuple[float, float]:
+    """The 95 % interval of another error of this kind; of one alone, three times either way."""
+    from scipy.special import stdtrit
+
+    middle, count = float(np.mean(np.log(errors))), errors.size
+    if count == 1:
+        return float(errors[0]) / 3.0, float(errors[0]) * 3.0
+    spread = max(float(np.std(np.log(errors), ddof=1)), 1.0 / np.sqrt(2.0 * samples))
+    reach = float(stdtrit(count - 1, 0.975)) * spread * np.sqrt(1.0 + 1.0 / count)
+    return float(np.exp(middle - reach)), float(np.exp(middle + reach))
+
+
+def curvature(recording: Recording, use: Sequence[np.ndarray]) -> float:
+    """The rms of the response about one straight line in the drive, each run with its origin.
+
+    `use`: the samples of each run that count.
+    """
+    drives, responses = [], []
+    for run, chosen in zip(recording.runs, use, strict=True):
+        u = run.drive.delayed(recording.response_lag_s).value[chosen]
+        y = run.response[chosen]
+        drives.append(u - u.mean())
+        responses.append(y - y.mean())
+    u, y = np.concatenate(drives), np.concatenate(responses)
+    square = float(u @ u)
+    slope = float(u @ y) / square if square > 0 else 0.0
+    return float(np.sqrt(np.mean((y - slope * u) ** 2)))

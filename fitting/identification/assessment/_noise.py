@@ -1,0 +1,77 @@
+"""The noise of each run: what of a residual does not repeat from period to period."""
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from fitting.identification._problem import Problem
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Noise:
+    """The rms of the noise in each run, in the response's unit, and whether periods showed it.
+
+    Where a run does not repeat it is what changes from sample to sample: white noise alone.
+    """
+
+    rms: Float[np.ndarray, " runs"]
+    repeated: Bool[np.ndarray, " runs"]
+    use: Bool[np.ndarray, "runs time"]
+
+    @property
+    def total(self) -> float:
+        """The rms over the samples of all runs."""
+        return self.over(self.use)
+
+    def over(self, samples: Bool[np.ndarray, "runs time"]) -> float:
+        """The rms over some samples."""
+        count = samples.sum(axis=1)
+        return float(np.sqrt(np.average(self.rms**2, weights=count))) if count.any() else 0.0
+
+    def gap(self, rms: float, samples: Bool[np.ndarray, "runs time"] | None = None) -> float:
+        """What of the rms of an error over `samples` (by default all) is not noise."""
+        noise = self.over(self.use if samples is None else samples)
+        return float(np.sqrt(max(rms**2 - noise**2, 0.0)))
+
+
+def measure_noise(problem: Problem, error: Float[np.ndarray, "runs time"]) -> Noise:
+    """The noise under `error`, model less data at the samples of all runs."""
+    use, rms, repeated = problem.data.use, [], []
+    for row, run in enumerate(problem.recording.runs):
+        index = np.flatnonzero(use[row])
+        sample = problem.data.sample[row, index]
+        found = None
+        if run.drive.repeats and index.size:
+            cycles = run.drive.time[sample] * run.drive.rate
+            found = _between_periods(error[row, index], cycles, run.drive.rate * run.drive.step_s)
+        repeated.append(found is not None)
+        rms.append(_between_samples(error[row, index]) if found is None else found)
+    return Noise(np.array(rms), np.array(repeated), use)
+
+
+def _between_periods(
+    error: Float[np.ndarray, " samples"], cycles: Float[np.ndarray, " samples"], step: float
+) -> float | None:
+    """The rms about the mean period; `None` where no phase is seen twice."""
+    phases = max(int(round(1.0 / step)), 1)
+    place = np.floor((cycles % 1.0) * phases + 1e-6).astype(int) % phases
+    period = np.floor(cycles + 1e-9).astype(int)
+    period -= period.min()
+    level = np.bincount(period, error) / np.maximum(np.bincount(period), 1)
+    error = error - level[period]  # a drifting origin is no noise
+    count = np.bincount(place, minlength=phases)
+    mean = np.bincount(place, error, minlength=phases) / np.maximum(count, 1)
+    twice = count > 1
+    left = float((count[twice] - 1).sum())
+    if not left:
+        return None
+    square = (error - mean[place])[twice[place]] ** 2
+    return float(np.sqrt(square.sum() / left))
+
+
+def _between_samples(error: Float[np.ndarray, " samples"]) -> float:
+    """The rms of white noise, from third differences, which smooth errors hardly have."""
+    if error.size < 4:
+        return 0.0
+    return 1.4826 * float(np.median(np.abs(np.diff(error, 3)))) / np.sqrt(20.0)

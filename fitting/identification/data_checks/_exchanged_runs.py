@@ -1,0 +1,111 @@
+"""Readings that belong to another run: copied from it, or exchanged with its own."""
+
+import dataclasses
+from collections.abc import Sequence
+from itertools import combinations, permutations
+
+import numpy as np
+
+from fitting.identification._problem import Problem, Solution
+from fitting.identification._starts import candidates
+from fitting.identification._thresholds import THRESHOLDS
+from fitting.solver._least_squares import SolverOptions
+from rapi_jax import Recording, Run
+
+from ._data_checks import Fault
+from ._run_changes import squared_gap, squared_noise
+
+
+def find_copied_readings(recording: Recording) -> list[Fault]:
+    """Runs with equal readings, noise included, under different drives."""
+    found = []
+    for one, other in combinations(recording.runs, 2):
+        if one.span > 0 and _same_readings(one, other) and not _same_drive(one, other):
+            text = (
+                f"runs {one.name!r} and {other.name!r} hold the same readings, noise included, "
+                "under different drives: one was copied over the other. Give each run its own."
+            )
+            found.append(Fault("copied readings", other.name, text, ((0, other.drive.size - 1),)))
+    return found
+
+
+def _same_readings(one: Run, other: Run) -> bool:
+    same = one.drive.size == other.drive.size
+    return same and np.array_equal(one.response, other.response, equal_nan=True)
+
+
+def _same_drive(one: Run, other: Run) -> bool:
+    return (
+        one.drive.rate == other.drive.rate
+        and np.array_equal(one.drive.value, other.drive.value)
+        and np.array_equal(one.drive.time, other.drive.time)
+    )
+
+
+def find_exchanged_runs(
+    problem: Problem, weight: np.ndarray, solution: Solution, options: SolverOptions
+) -> list[Fault]:
+    """The order of the readings in which all runs fit one model, where they do not as they are."""
+    start = squared_gap(problem, weight, solution)
+    least = THRESHOLDS.changed_runs_gap**2 * squared_noise(problem, weight, solution)
+    if not start > least:
+        return []
+    best, order = start, ()
+    for new in _orders(problem.recording.runs):
+        other = problem.with_recording(_reordered(problem.recording, new))
+        # From a first guess: the end may rest at a bound, where exchanged runs have sent it.
+        _, model = next(candidates(problem.ecdl, other.recording, 1))
+        gap = squared_gap(other, weight, other.solve(other.start(model), weight, options))
+        if gap < best:
+            best, order = gap, new
+    if 1.0 - best / start < THRESHOLDS.changed_runs_explained:
+        return []
+    return [_exchange_fault(problem.recording, order, 1.0 - best / start)]
+
+
+def _orders(runs: Sequence[Run]) -> list[tuple[int, ...]]:
+    """Orders to try: all of up to four runs, else each pair exchanged, and the reverse."""
+    count = len(runs)
+    natural = tuple(range(count))
+    if count <= THRESHOLDS.permuted_runs:
+        found = list(permutations(natural))
+    else:
+        pairs = combinations(natural, 2)
+        swaps = [{i: j, j: i} for i, j in pairs]
+        found = [tuple(swap.get(k, k) for k in natural) for swap in swaps] + [natural[::-1]]
+    return [
+        order
+        for order in found
+        if order != natural
+        and all(_exchangeable(runs[i], runs[j]) for i, j in enumerate(order) if i != j)
+    ][: THRESHOLDS.exchanged_orders]
+
+
+def _exchange_fault(recording: Recording, order: tuple[int, ...], explained: float) -> Fault:
+    runs = recording.runs
+    moved = [i for i, place in enumerate(order) if i != place]
+    told = ", ".join(f"{runs[i].name!r} those of {runs[order[i]].name!r}" for i in moved)
+    text = (
+        f"the readings of runs are exchanged: {told} fit one model, which explains "
+        f"{100 * explained:.0f} % of what is left as they are. Put them in order."
+    )
+    places = tuple((0, runs[i].drive.size - 1) for i in moved)
+    return Fault("exchanged runs", runs[moved[0]].name, text, places)
+
+
+def _exchangeable(one: Run, other: Run) -> bool:
+    """Whether their readings could stand under each other's drives."""
+    return (
+        one.drive.size == other.drive.size
+        and one.drive.periods == other.drive.periods
+        and one.drive.waveform == other.drive.waveform
+        and not _same_drive(one, other)
+    )
+
+
+def _reordered(recording: Recording, order: tuple[int, ...]) -> Recording:
+    runs = tuple(
+        dataclasses.replace(run, response=recording.runs[place].response)
+        for run, place in zip(recording.runs, order, strict=True)
+    )
+    return dataclasses.replace(recording, runs=runs)

@@ -1,0 +1,102 @@
+"""Single readings far from their neighbours: found in a residual, left out, and listed."""
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy.lib.stride_tricks import sliding_window_view
+
+from fitting.identification._problem import Problem
+from fitting.identification._thresholds import THRESHOLDS
+from rapi_jax import Recording, Run
+
+from ._data_checks import Fault, format_intervals
+
+Places = tuple[Bool[np.ndarray, " samples"], ...]
+
+
+def find_outliers(problem: Problem, error: Float[np.ndarray, "runs time"]) -> Places:
+    """Which readings of each run stand far from those before and from those after.
+
+    A reading is compared with the medians of the three before it and of the three after it, less
+    what the model says, in units of what is usual in its run. A misfit is smooth, a jump has one
+    side only, and what comes back in each period is no accident: none of these is an outlier.
+    """
+    span = max(float(np.ptp(problem.data.y[r, u])) for r, u in enumerate(problem.data.use))
+    found = []
+    for row, run in enumerate(problem.recording.runs):
+        out = np.zeros(run.drive.size, dtype=bool)
+        index = np.flatnonzero(problem.data.use[row])
+        if index.size >= THRESHOLDS.outlier_samples:
+            apart = _apart(error[row, index])
+            usual = 1.4826 * float(np.median(apart))
+            least = max(THRESHOLDS.outlier_size * usual, THRESHOLDS.outlier_least * span)
+            places = problem.data.sample[row, index[apart > least]]
+            out[_alone(_once(places, run))] = True
+        found.append(out)
+    return tuple(found)
+
+
+def _apart(error: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:
+    """How far each value lies from both its sides; 0 where it lies between them."""
+    windows = sliding_window_view(np.pad(error, 3, mode="reflect"), 7)
+    before, after = (error - np.median(windows[:, k : k + 3], axis=1) for k in (0, 4))
+    return np.where(before * after > 0, np.minimum(np.abs(before), np.abs(after)), 0.0)
+
+
+def _once(places: Int[np.ndarray, " places"], run: Run) -> Int[np.ndarray, " places"]:
+    """Those whose phase, to a sample, is that of no other period's."""
+    drive = run.drive
+    if not drive.repeats or places.size < 2:
+        return places
+    step = drive.rate * drive.step_s
+    phase = (drive.time[places] * drive.rate) % 1.0
+    apart = np.abs(phase[:, None] - phase[None, :])
+    apart = np.minimum(apart, 1.0 - apart)
+    other = drive.period[places][:, None] != drive.period[places][None, :]
+    return places[~((apart < 1.5 * step) & other).any(axis=1)]
+
+
+def _alone(places: Int[np.ndarray, " places"]) -> Int[np.ndarray, " places"]:
+    """Those with at most one other beside them."""
+    groups = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
+    return np.concatenate([group for group in groups if group.size <= 2] or [places[:0]])
+
+
+def few_outliers(outliers: Places) -> Places:
+    """The same without runs of which more than a small share would be left out."""
+    limit = THRESHOLDS.outlier_share
+    return tuple(out & (out.mean() <= limit) for out in outliers)
+
+
+def leave_out(recording: Recording, outliers: Places) -> Recording:
+    """The recording with these readings masked."""
+    runs = tuple(
+        dataclasses.replace(run, response=np.where(out, np.nan, run.response)) if out.any() else run
+        for run, out in zip(recording.runs, outliers, strict=True)
+    )
+    return dataclasses.replace(recording, runs=runs)
+
+
+def report_outliers(recording: Recording, cleaned: Recording, outliers: Places) -> list[Fault]:
+    """The readings that `cleaned` leaves out, and the `outliers` that it holds: too many."""
+    found = []
+    for run, other, out in zip(recording.runs, cleaned.runs, outliers, strict=True):
+        gone, more = run.valid & ~other.valid, out & (out.mean() > THRESHOLDS.outlier_share)
+        for places, few in ((np.flatnonzero(gone), True), (np.flatnonzero(more), False)):
+            if not places.size:
+                continue
+            samples = tuple((int(i), int(i)) for i in places)
+            many = "s" * (places.size > 1)
+            end = (
+                "Left out of the fit."
+                if few
+                else "So many are no accident: check the readout, and record again."
+            )
+            text = (
+                f"run {run.name!r}: {places.size} reading{many} far from those before and after "
+                f"(sample{many} {format_intervals(list(samples))}; the first is "
+                f"{run.response[places[0]]:.4g} {recording.response_unit}). {end}"
+            )
+            found.append(Fault("outliers", run.name, text, samples, left_out=few))
+    return found

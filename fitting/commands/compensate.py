@@ -56,7 +56,8 @@ def compensate(
     extrapolate
         Also make drives beyond the range, the rates and the swings that were identified.
     untrusted
-        Also make drives from a model that is not to be trusted; without it the exit code is 4.
+        Also make drives from a model that is not to be trusted; without it the exit code is 4. Its
+        swings are then not looked at either.
     rise
         Share of the period on the way up: 0.5 is a triangle, 0.9 a sawtooth.
     corner
@@ -73,6 +74,8 @@ def compensate(
     json
         Print `certificate.json` on standard output.
     """
+    import dataclasses
+
     import numpy as np
 
     from rapi_jax import Identified, ModelError, linear_scan
@@ -86,6 +89,8 @@ def compensate(
     ecdl, about = load_model(model, plugin_effects(plugin), plugin_operators(plugin))
     check_trusted(about, allowed=untrusted)
     identified = Identified.from_dict(about["identified"])
+    if not about.get("trusted", False):  # without a claim there are no swings that it holds for
+        identified = dataclasses.replace(identified, amplitudes=())
     allowed = None if limits is None else read_limits(limits)
     if not frequency or not all(np.isfinite(f) and f > 0 for f in frequency):
         raise ModelError(f"`--frequency` must be positive rates in Hz, but is {frequency}.")

@@ -68,6 +68,9 @@ def find_inconsistencies(recording: Recording, operator: AbstractOperator) -> li
 
     `operator`: the base, from which all runs are fitted once more, without effects.
     """
+    swapped = _find_swapped_columns(recording)
+    if swapped:
+        return swapped
     model = ECDL(operator)
     try:
         posed = Posed.of(model, recording, None, "uniform", history=True, drift=None)
@@ -76,6 +79,25 @@ def find_inconsistencies(recording: Recording, operator: AbstractOperator) -> li
     options = solver_options(THRESHOLDS.consistency_steps)
     end = posed.problem.solve(posed.problem.start(model), posed.weight, options)
     return posed.inconsistencies(end, options)
+
+
+def _find_swapped_columns(recording: Recording) -> list[Fault]:
+    """Readings that are commanded waveforms, under drives that were measured."""
+    found = []
+    for run in recording.runs:
+        reading = np.diff(run.response[run.valid], 3)
+        drive = np.diff(run.drive.value, 3)
+        usual = [
+            float(np.median(np.abs(fast))) / max(size, 1e-300)
+            for fast, size in ((reading, run.span), (drive, run.drive.u_pp))
+        ]
+        if usual[0] < THRESHOLDS.commanded < usual[1]:
+            text = (
+                f"run {run.name!r}: the response is as smooth as a command and the drive as rough "
+                "as a measurement: the columns `drive` and `response` are swapped."
+            )
+            found.append(Fault("columns swapped", run.name, text, ((0, run.drive.size - 1),)))
+    return found if len(found) == len(recording.runs) else []
 
 
 def shown_faults(

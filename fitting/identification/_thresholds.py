@@ -201,8 +201,9 @@ class IdentificationThresholds:
         "0.945; changes of one or half of the runs: 0.99",
     )
     changed_runs_rounds: int = threshold(
-        3, unit="refits", origin="set by trial; a gain of 1.1 is then right to 1e-4"
+        8, unit="refits", origin="set by trial; a gain of 1.1 takes 3, a flipped sign 6"
     )
+    changed_runs_step: float = threshold(1e-4, unit="of the change", origin="digits that are shown")
     changed_runs_rank: float = threshold(
         1e-9, unit="of the largest", origin="rounding; a change that the model can follow"
     )
@@ -222,6 +223,11 @@ class IdentificationThresholds:
     )
     outlier_least: float = threshold(
         2e-3, unit="of the span", origin="set by trial; a smaller one moves no parameter"
+    )
+    outlier_motion: float = threshold(
+        2.0,
+        unit="of what the response moves from sample to sample beside it",
+        origin="a model that is wrong where the response turns misses by less",
     )
     outlier_share: float = threshold(
         0.01, unit="of a run's readings", origin="convention; more are no accident"

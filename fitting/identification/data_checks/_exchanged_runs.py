@@ -20,13 +20,24 @@ def find_copied_readings(recording: Recording) -> list[Fault]:
     """Runs with equal readings, noise included, under different drives."""
     found = []
     for one, other in combinations(recording.runs, 2):
-        if one.span > 0 and _same_readings(one, other) and not _same_drive(one, other):
+        if not _has_noise(one.response):
+            continue
+        if _same_readings(one, other) and not _same_drive(one, other):
             text = (
                 f"runs {one.name!r} and {other.name!r} hold the same readings, noise included, "
                 "under different drives: one was copied over the other. Give each run its own."
             )
             found.append(Fault("copied readings", other.name, text, ((0, other.drive.size - 1),)))
     return found
+
+
+def _has_noise(reading: np.ndarray) -> bool:
+    """Whether it changes from sample to sample; a commanded one, or none at all, may be equal."""
+    values = reading[np.isfinite(reading)]
+    if values.size < 4:
+        return False
+    fast = float(np.median(np.abs(np.diff(values, 3))))
+    return fast > THRESHOLDS.exact_fit * float(np.ptp(values))
 
 
 def _same_readings(one: Run, other: Run) -> bool:

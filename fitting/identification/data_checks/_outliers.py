@@ -10,41 +10,51 @@ from fitting.identification._problem import Problem
 from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax import Recording, Run
 
-from ._data_checks import Fault, format_intervals
+from ._data_checks import Fault, find_faults, format_intervals
+from ._step_detection import nearby
 
-Places = tuple[Bool[np.ndarray, " samples"], ...]
+Places = tuple[Bool[np.ndarray, "_"], ...]  # one a run, of its own length
 
 
 def find_outliers(problem: Problem, error: Float[np.ndarray, "runs time"]) -> Places:
     """Which readings of each run stand far from those before and from those after.
 
     A reading is compared with the medians of the three before it and of the three after it, less
-    what the model says, in units of what is usual in its run. A misfit is smooth, a jump has one
-    side only, and what comes back in each period is no accident: none of these is an outlier.
+    what the model says, in units of what is usual in its run. A misfit is smooth but where the
+    response turns, a jump has one side only, and what comes back in each period is no accident:
+    none of these is an outlier. Runs with plain faults have none.
     """
-    span = max(float(np.ptp(problem.data.y[r, u])) for r, u in enumerate(problem.data.use))
+    data = problem.data
+    span = max(float(np.ptp(data.y[row, use])) for row, use in enumerate(data.use))
+    faulty = {fault.run for fault in find_faults(problem.recording)}
     found = []
     for row, run in enumerate(problem.recording.runs):
         out = np.zeros(run.drive.size, dtype=bool)
-        index = np.flatnonzero(problem.data.use[row])
-        if index.size >= THRESHOLDS.outlier_samples:
+        index = np.flatnonzero(data.use[row])
+        if index.size >= THRESHOLDS.outlier_samples and run.name not in faulty:
             apart = _apart(error[row, index])
             usual = 1.4826 * float(np.median(apart))
-            least = max(THRESHOLDS.outlier_size * usual, THRESHOLDS.outlier_least * span)
-            places = problem.data.sample[row, index[apart > least]]
-            out[_alone(_once(places, run))] = True
+            smallest = max(THRESHOLDS.outlier_size * usual, THRESHOLDS.outlier_least * span)
+            said = error[row, index] + data.y[row, index]
+            motion = nearby(np.abs(np.diff(said, prepend=said[0])), 3)
+            least = np.maximum(smallest, THRESHOLDS.outlier_motion * motion)
+            found_here = _sudden(error[row, index], np.flatnonzero(apart > least), smallest / 2.0)
+            out[_once(problem.data.sample[row, index[found_here]], run)] = True
         found.append(out)
     return tuple(found)
 
 
 def _apart(error: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:
     """How far each value lies from both its sides; 0 where it lies between them."""
-    windows = sliding_window_view(np.pad(error, 3, mode="reflect"), 7)
-    before, after = (error - np.median(windows[:, k : k + 3], axis=1) for k in (0, 4))
-    return np.where(before * after > 0, np.minimum(np.abs(before), np.abs(after)), 0.0)
+    windows = sliding_window_view(error, 7)
+    middle = windows[:, 3]
+    before, after = (middle - np.median(windows[:, k : k + 3], axis=1) for k in (0, 4))
+    out = np.zeros(error.size)  # the first and the last three have one side only
+    out[3:-3] = np.where(before * after > 0, np.minimum(np.abs(before), np.abs(after)), 0.0)
+    return out
 
 
-def _once(places: Int[np.ndarray, " places"], run: Run) -> Int[np.ndarray, " places"]:
+def _once(places: Int[np.ndarray, "_"], run: Run) -> Int[np.ndarray, "_"]:
     """Those whose phase, to a sample, is that of no other period's."""
     drive = run.drive
     if not drive.repeats or places.size < 2:
@@ -57,10 +67,18 @@ def _once(places: Int[np.ndarray, " places"], run: Run) -> Int[np.ndarray, " pla
     return places[~((apart < 1.5 * step) & other).any(axis=1)]
 
 
-def _alone(places: Int[np.ndarray, " places"]) -> Int[np.ndarray, " places"]:
-    """Those with at most one other beside them."""
-    groups = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
-    return np.concatenate([group for group in groups if group.size <= 2] or [places[:0]])
+def _sudden(
+    error: Float[np.ndarray, " samples"], places: Int[np.ndarray, "_"], least: float
+) -> Int[np.ndarray, "_"]:
+    """Those alone or in pairs, which the error jumps to, and back from."""
+    kept = [places[:0]]
+    for group in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
+        if 0 < group.size <= 2:
+            first, last = int(group[0]), int(group[-1])
+            steps = error[first] - error[first - 1], error[last] - error[last + 1]
+            if min(np.abs(steps)) > least:
+                kept.append(group)
+    return np.concatenate(kept)
 
 
 def few_outliers(outliers: Places) -> Places:

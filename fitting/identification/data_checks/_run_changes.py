@@ -164,11 +164,14 @@ def _confirm(
     for count in range(THRESHOLDS.changed_runs_rounds):
         if count:
             step = _size(now, weight, end, first)
+            if abs(step) < THRESHOLDS.changed_runs_step * abs(first.size):
+                break
             size = (1.0 + size) * (1.0 + step) - 1.0 if relative else size + step
         if not np.isfinite(size) or size == -1.0 or (first.kind == "rate" and size < -1.0):
             return None
         now = problem.with_recording(undo(problem.recording, dataclasses.replace(first, size=size)))
-        end = now.solve(end.start, weight, options)
+        begins = [end.start] if count else [end.start, problem.start(problem.ecdl)]
+        end = min((now.solve(b, weight, options) for b in begins), key=lambda one: one.cost)
     gap = squared_gap(now, weight, end)
     return dataclasses.replace(first, size=float(size), explained=1.0 - gap / start)
 

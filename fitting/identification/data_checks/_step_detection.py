@@ -29,7 +29,7 @@ def detect_steps(
     noise = 1.4826 * float(np.median(np.abs(np.diff(error, 3)))) / np.sqrt(20.0)
     guard = np.where(
         _turns(drive), THRESHOLDS.step_motion_at_turn, THRESHOLDS.step_motion
-    ) * _nearby(np.abs(np.diff(predicted)), 2)
+    ) * nearby(np.abs(np.diff(predicted)), 2)
     found: dict[int, float] = {}
     for width in (THRESHOLDS.step_width_short, THRESHOLDS.step_width_long):
         if error.size < 6 * width:
@@ -59,10 +59,10 @@ def detect_steps(
 def _turns(drive: np.ndarray) -> np.ndarray:
     """Whether the drive turns, starts or stops within three samples of each step."""
     way = np.sign(np.diff(drive))
-    return _nearby(np.r_[False, way[1:] * way[:-1] <= 0].astype(float), 3) > 0
+    return nearby(np.r_[False, way[1:] * way[:-1] <= 0].astype(float), 3) > 0
 
 
-def _nearby(value: np.ndarray, reach: int) -> np.ndarray:
+def nearby(value: np.ndarray, reach: int) -> np.ndarray:
     """The largest of `value` within `reach` places."""
     padded, size = np.pad(value, reach, mode="edge"), value.size
     return np.maximum.reduce([padded[shift : shift + size] for shift in range(2 * reach + 1)])

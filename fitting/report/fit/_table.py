@@ -11,7 +11,6 @@ from rich.text import Text
 
 if TYPE_CHECKING:
     from fitting.identification._result import FitResult
-    from fitting.identification.assessment._claim import Claim
 
 
 def _format_number(value: float, digits: int = 4) -> str:
@@ -39,8 +38,8 @@ def render_tables(result: "FitResult") -> Group:
     if np.isfinite(result.rmse_held_out):
         head.append(f", held out {_format_number(result.rmse_held_out)} {unit}")
     lines: list[Text | Table] = [head]
-    if result.claim is not None and result.verdict.trusted:
-        lines.append(Text(f"  {_claim_line(result, result.claim)}"))
+    if result.verdict.trusted:
+        lines += [Text(f"  {line}") for line in _claim_lines(result)]
     for reason in result.verdict.reasons:
         lines.append(Text(f"  x {reason}", style=colour))
     for note in result.verdict.notes:
@@ -54,8 +53,11 @@ def render_tables(result: "FitResult") -> Group:
     )
 
 
-def _claim_line(result: "FitResult", claim: "Claim") -> str:
-    """The claim in words."""
+def _claim_lines(result: "FitResult") -> list[str]:
+    """The claim in words, where there is one."""
+    claim = result.claim
+    if claim is None:
+        return []
     unit, number = result.recording.response_unit, _format_number
 
     def between(ends: tuple[float, float], unit: str) -> str:
@@ -63,12 +65,12 @@ def _claim_line(result: "FitResult", claim: "Claim") -> str:
         return f"at {low} {unit}" if low == high else f"from {low} to {high} {unit}"
 
     swings = between(claim.swings, result.recording.drive_unit)
-    return (
+    return [
         f"predicts another run within {number(claim.rms, 2)} {unit} rms ({number(claim.low, 2)} to "
         f"{number(claim.high, 2)} in 95 %), noise of {number(claim.noise, 2)} included, "
         f"{between(claim.rates_hz, 'Hz')}, swings {swings}, as over the {number(claim.hours, 2)} h "
         "recorded."
-    )
+    ]
 
 
 def _tabulate_parameters(result: "FitResult") -> Table:

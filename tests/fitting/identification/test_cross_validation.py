@@ -58,6 +58,7 @@ def test_rates_and_amplitudes_are_left_out_whole():
         "rate 40 Hz": [1, 3],
         "amplitude 2 V": [0, 1],
         "amplitude 4 V": [2, 3],
+        **{f"run run0{i}": [i] for i in range(4)},
     }
     for name, left, _ in schemes(problem.recording, problem):
         for run in left_out(problem, left):

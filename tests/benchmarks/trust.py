@@ -1,0 +1,151 @@
+"""Spoiled recordings, fitted as `rapi fit` does: which are trusted, and what such trust costs.
+
+    python3 -m uv run python -m tests.benchmarks.trust [--seeds N] [--first SEED] [WAY ...]
+
+A line a way: how its recordings ended (refused on reading, not trusted, trusted) and, from the
+device that made them, the rms error at a rate that was not recorded and the nonlinearity of a
+compensated scan. Trusted wrongly is what misses its claim by more than half a reading's noise.
+"""
+
+import argparse
+import dataclasses
+import os
+import tempfile
+import warnings
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fitting import FitResult, identify
+from rapi_jax import (
+    DataError,
+    Identified,
+    LimitError,
+    ModelError,
+    NotInvertible,
+    Recording,
+    Run,
+    compensate,
+    linear_scan,
+    linearity,
+    predict,
+    triangle,
+)
+from rapi_jax.examples import NOISE
+from rapi_jax.io import read_recording, write_recording
+from tests.support.spoiled import WAYS, Columns, healthy
+
+UNSEEN, SWING, SCAN = 25.0, 4.2, 20.0  # Hz, V, Hz
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """What became of one recording; errors in GHz, not numbers where there is none."""
+
+    way: str
+    seed: int
+    end: str
+    why: str
+    error: float = np.nan
+    scan: float = np.nan
+    high: float = np.nan
+    noise: float = np.nan
+
+    @property
+    def wrong(self) -> bool:
+        """Whether it was trusted, and its claim does not hold for the device."""
+        promised = np.sqrt(max(self.high**2 - self.noise**2, 0.0))
+        return self.end == "trusted" and not max(self.error, self.scan) <= max(promised, NOISE / 2)
+
+
+def judge(way: str, seed: int) -> Row:
+    """Spoil the recording of `seed`, write it, read it, and fit it."""
+    columns = healthy(seed)
+    try:
+        with np.errstate(all="ignore"), tempfile.TemporaryDirectory() as folder:
+            if way != "healthy":
+                WAYS[way](columns)
+            write_recording(columns.recording(), Path(folder) / "recording.nc")
+            recording = read_recording(Path(folder) / "recording.nc")
+        result = identify(recording, throw=False)
+    except (DataError, ModelError) as error:
+        return Row(way, seed, "refused", str(error))
+    if not result.verdict.trusted:
+        return Row(way, seed, "not trusted", result.verdict.reasons[0])
+    claim = result.claim
+    assert claim is not None
+    return Row(
+        way, seed, "trusted", "", *_truth(columns, result, recording), claim.high, claim.noise
+    )
+
+
+def _truth(columns: Columns, result: FitResult, recording: Recording) -> tuple[float, float]:
+    """The error at a rate not recorded, about its mean, and the nonlinearity of a scan; GHz."""
+    (drive,) = triangle((UNSEEN,), amplitude=SWING, bias=3.0, samples=2000)
+    said, true = (np.asarray(predict(m, drive)) for m in (result.ecdl, columns.device))
+    error = float(np.std(said - true))
+    try:
+        (target,) = linear_scan([SCAN], span=0.8 * float(np.ptp(true)), samples=2048)
+        made = compensate(result.ecdl, target, identified=Identified.of(recording))
+        answer = np.asarray(predict(columns.device, made.drive))
+    except (ModelError, LimitError, NotInvertible):
+        return error, 0.0  # no drive, no harm
+    scan = linearity(Run(made.drive, answer))
+    return error, max(scan.up.rms_ghz, scan.down.rms_ghz)
+
+
+def _start(job: tuple[str, int]) -> Row:
+    warnings.simplefilter("ignore")
+    return judge(*job)
+
+
+def main() -> None:
+    """Print the table, and what it adds up to."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("ways", nargs="*", default=["healthy", *WAYS])
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--first", type=int, default=100)
+    options = parser.parse_args()
+    seeds = range(options.first, options.first + options.seeds)
+    jobs = [(way, seed) for way in options.ways for seed in seeds]
+    rows: list[Row] = []
+    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
+        for way in options.ways:
+            found = list(pool.map(_start, [job for job in jobs if job[0] == way]))
+            rows += found
+            _print(way, found)
+    spoiled = [row for row in rows if row.way != "healthy"]
+    counts: dict[str, Any] = {
+        end: sum(row.end == end for row in spoiled) for end in ("refused", "not trusted", "trusted")
+    }
+    print(f"spoiled: {counts}; trusted wrongly {sum(row.wrong for row in spoiled)}")
+    well = [row for row in rows if row.way == "healthy"]
+    print(f"healthy: {sum(row.end != 'trusted' for row in well)} of {len(well)} not trusted")
+
+
+def _print(way: str, rows: list[Row]) -> None:
+    ends = ", ".join(f"{end} {n}" for end, n in _count(row.end for row in rows).items())
+    errors = [1e3 * row.error for row in rows if row.end == "trusted"]
+    scans = [1e3 * row.scan for row in rows if row.end == "trusted"]
+    harm = f"; error {max(errors):.3g}, scan {max(scans):.3g} MHz" if errors else ""
+    wrong = sum(row.wrong for row in rows)
+    reasons = _count(row.why.split(":")[0] for row in rows if row.why)
+    print(
+        f"{way}: {ends}{harm}{f'; WRONG {wrong}' if wrong else ''}"
+        f"{'; ' + ', '.join(reasons) if reasons else ''}",
+        flush=True,
+    )
+
+
+def _count(values: Any) -> dict[str, int]:
+    found: dict[str, int] = {}
+    for value in values:
+        found[value] = found.get(value, 0) + 1
+    return found
+
+
+if __name__ == "__main__":
+    main()

@@ -89,6 +89,8 @@ def refit_beside_jumps(
 def _refit_guesses(
     refit: Refit, state: State, screened: list[Screened], steps: int
 ) -> State | None:
+    if not screened:  # with as many values as the data hold, no effect leaves anything to see
+        return None
     refitted = []
     long_steps = THRESHOLDS.long_short_factor * THRESHOLDS.short_steps
     for one in _distinct_guesses(screened):

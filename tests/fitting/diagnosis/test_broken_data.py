@@ -1,0 +1,52 @@
+"""A diagnosis names no effect on data whose runs do not belong together."""
+
+import pytest
+
+from fitting import diagnose
+from fitting.diagnosis._data_checks import find_inconsistencies
+from rapi_jax import RAPI
+from rapi_jax.internal import float64
+from tests.support.spoiled import WAYS, healthy
+
+
+@float64
+def found(columns):
+    recording = columns.recording()
+    return find_inconsistencies(recording, RAPI.guess(recording))
+
+
+@pytest.mark.parametrize(
+    ("way", "kind"),
+    [
+        ("columns swapped", "columns swapped"),
+        ("one run times 1.02", "run does not belong"),
+        ("two devices, 5 % apart", "run does not belong"),
+        ("response of another run", "copied readings"),
+        ("responses in another order", "exchanged runs"),
+        ("noisy drive", "noisy drive"),
+    ],
+)
+def test_what_is_wrong_is_found_before_any_effect(way, kind):
+    columns = healthy(71)
+    WAYS[way](columns)
+    assert {fault.kind for fault in found(columns)} == {kind}
+
+
+@pytest.mark.parametrize("way", ["a lag of 1 ms not stated", "drift of 10 GHz", "clipped softly"])
+def test_effects_are_left_to_the_diagnosis(way):
+    columns = healthy(72)
+    WAYS[way](columns)
+    assert found(columns) == []
+
+
+def test_the_verdict_blames_the_data():
+    columns = healthy(73)
+    WAYS["bias wrong in half of the runs"](columns)
+    diagnosis = diagnose(None, columns.recording(), scan=False)
+    assert diagnosis.verdict.name == "unlisted" and diagnosis.verdict.effects == ()
+    assert "The data come first" in diagnosis.verdict.sentence
+    assert "0.3" in diagnosis.verdict.sentence
+    content = diagnosis.to_dict()
+    assert content["faults"][0]["kind"] == "run does not belong"
+    assert sum(h["probability"] for h in content["hypotheses"]) == pytest.approx(1.0)
+    assert all(h["name"] in ("none", "unlisted") for h in content["hypotheses"])

@@ -1,0 +1,52 @@
+"""A drive whose reading is noisy, and readings that hang."""
+
+import numpy as np
+
+from fitting.identification.data_checks._data_checks import find_faults
+from fitting.identification.data_checks._drive_noise import find_drive_noise
+from rapi_jax import predict
+from tests.support.spoiled import WAYS, healthy
+
+
+def residuals(columns, clean):
+    """Of the true device, driven as the columns say."""
+    recording = columns.recording()
+    errors = [np.asarray(predict(clean.device, run.drive)) - run.response for run in recording.runs]
+    return recording, errors
+
+
+def test_a_noisy_drive_is_named_with_its_noise():
+    columns = healthy(51)
+    WAYS["noisy drive"](columns)
+    faults = find_drive_noise(*residuals(columns, columns))
+    assert [fault.run for fault in faults] == ["run00", "run01", "run02", "run03"]
+    assert all("0.02" in fault.message for fault in faults)  # 0.5 % of 4.5 V
+
+
+def test_noise_of_the_reading_alone_is_none_of_the_drive():
+    columns = healthy(52)
+    WAYS["noise of 10 % of span"](columns)
+    assert find_drive_noise(*residuals(columns, columns)) == []
+
+
+def test_a_noise_free_world_has_none():
+    columns = healthy(53)
+    WAYS["no noise at all"](columns)
+    columns.response = [1.01 * y for y in columns.response]  # a residual as smooth as the drive
+    assert find_drive_noise(*residuals(columns, columns)) == []
+
+
+def test_a_reading_that_hangs_is_named_with_its_samples():
+    columns = healthy(54)
+    columns.response[2][450:480] = columns.response[2][450]
+    (fault,) = find_faults(columns.recording())
+    assert fault.kind == "frozen reading" and fault.run == "run02"
+    assert fault.samples == ((450, 479),)
+
+
+def test_readings_that_rest_where_the_drive_rests_do_not_hang():
+    columns = healthy(55, noise=0.0)
+    for row in range(4):
+        columns.drive[row][100:110] = columns.drive[row][100]
+        columns.response[row][100:110] = columns.response[row][100]
+    assert [f for f in find_faults(columns.recording()) if f.kind == "frozen reading"] == []

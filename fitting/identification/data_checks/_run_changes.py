@@ -38,7 +38,10 @@ class Change:
 def find_changed_runs(
     problem: Problem, weight: np.ndarray, solution: Solution, options: SolverOptions
 ) -> list[Fault]:
-    """The change that makes all runs fit one model, as a fault; none where there is none."""
+    """The change that makes all runs fit one model, as a fault; none where there is none.
+
+    All runs of small or of large swing together are not accused: there an amplitude law acts.
+    """
     runs = len(problem.recording.runs)
     start = squared_gap(problem, weight, solution)
     if runs < 2 or not start > THRESHOLDS.changed_runs_gap**2 * squared_noise(
@@ -49,7 +52,12 @@ def find_changed_runs(
         *_changes_of_one(problem, weight, solution, options),
         *_changes_of_groups(problem, weight, solution),
     ]
-    likely = [change for change in likely if change.explained >= THRESHOLDS.changed_runs_first]
+    laws = _amplitude_cuts(problem.recording)
+    likely = [
+        change
+        for change in likely
+        if change.explained >= THRESHOLDS.changed_runs_first and set(change.rows) not in laws
+    ]
     best = None
     for first in likely:
         found = _confirm(problem, weight, solution, first, start, options)
@@ -58,6 +66,16 @@ def find_changed_runs(
     if best is None or best.explained < THRESHOLDS.changed_runs_explained:
         return []
     return [_fault(problem.recording, best)]
+
+
+def _amplitude_cuts(recording: Recording) -> list[set[int]]:
+    """The runs below each amplitude, and above: what differs there may be a law of the device."""
+    swings = np.array([drive.u_pp for drive in recording.drives])
+    cuts = []
+    for level in recording.amplitudes[1:]:
+        small = swings < level / 1.01
+        cuts += [set(np.flatnonzero(side).tolist()) for side in (small, ~small)]
+    return cuts
 
 
 def squared_noise(problem: Problem, weight: np.ndarray, solution: Solution) -> float:

@@ -7,7 +7,7 @@ from fitting.identification._fit import Posed, solver_options
 from fitting.identification.data_checks._run_changes import Change, find_changed_runs, undo
 from rapi_jax import ECDL, RAPI, predict, triangle
 from rapi_jax.internal import float64
-from tests.support.spoiled import WAYS, Columns, healthy
+from tests.support.spoiled import WAYS, Columns, answers, healthy
 
 OPTIONS = solver_options(120)
 
@@ -77,6 +77,20 @@ def test_a_healthy_recording_has_none(seed):
 @pytest.mark.parametrize("way", ["drift of 10 GHz", "a lag of 1 ms not stated", "clipped softly"])
 def test_what_happens_in_all_runs_is_no_change_of_some(way):
     assert faults(spoiled(way)) == []
+
+
+def test_runs_of_one_swing_are_left_to_an_amplitude_law():
+    columns = healthy(16)
+    for row, swing in enumerate((4.5, 3.0, 4.5, 3.0)):
+        drive = columns.drive[row]
+        columns.drive[row] = 3.0 + (drive - 3.0) * swing / 4.5
+        columns.response[row] = answers(columns.device, columns, row)
+    for row in (1, 3):
+        columns.response[row] = 1.02 * columns.response[row]
+    assert faults(columns) == []
+    columns.response[1] = columns.response[1] / 1.02  # one of them alone is no law
+    (fault,) = faults(columns)
+    assert "'run03'" in fault.message and "1.02 times" in fault.message
 
 
 def test_a_gap_that_is_smaller_than_the_noise_asks_for_no_change():

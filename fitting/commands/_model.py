@@ -31,6 +31,7 @@ def load_model(
     `effects`, `operators`: classes that the model names and that are not the package's own.
     Raises `ModelError` where there is no such file.
     """
+    from fitting._result_files import check_belongs
     from fitting.report import MODEL, TABLE
     from rapi_jax.io import read_model
 
@@ -38,4 +39,5 @@ def load_model(
     path = path.with_name(MODEL) if path.name == TABLE else path  # the readable one, beside it
     if not path.exists():
         raise ModelError(f"{path}: no such model. Give a folder that `rapi fit` wrote.")
+    check_belongs(path)
     return read_model(path, effects=effects, operators=operators)

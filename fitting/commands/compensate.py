@@ -229,11 +229,13 @@ def _write_drives(
     plots: bool,
 ) -> list[Path]:
     from fitting._json import json_text
+    from fitting._result_files import begin_result, hash_files
     from fitting.report import save_figure
     from rapi_jax import AfgWaveform, Recording, Run
     from rapi_jax.io import write_afg, write_atomic, write_drive, write_model, write_recording
 
     written = []
+    begin_result(folder, "certificate.json")  # no certificate beside a drive that it was not for
     for one in made:
         paths = [folder / f"{_stem(one)}.{kind}" for kind in ("csv", "afg", "nc")]
         pair = Recording(
@@ -260,6 +262,7 @@ def _write_drives(
 
         figure = plot.compensation(made, about["response_unit"], about["drive_unit"])
         written.append(save_figure(figure, folder / "compensation.png"))
+    report["files"] = hash_files(written)
     write_atomic(folder / "certificate.json", json_text(report))
     return [*written, folder / "certificate.json"]
 

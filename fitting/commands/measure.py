@@ -54,6 +54,7 @@ def measure(
     json
         Print one JSON object on standard output.
     """
+    from fitting._result_files import check_belongs
     from hardware import (
         AbstractDriver,
         check_against_bench,
@@ -73,6 +74,7 @@ def measure(
     file = read_bench(bench, drivers=drivers)
     several = []
     for path in (drive, *drives):
+        check_belongs(path)
         one = repeated(read_drive(path, waveform=waveform), periods)
         with located(printable(path)):
             several += check_against_bench(one, file)

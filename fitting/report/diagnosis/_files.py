@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fitting._json import json_text
+from fitting._result_files import begin_result, hash_files
 from fitting._versions import package_versions
 from fitting.report.fit._files import MODEL
 from rapi_jax import Identified
@@ -16,7 +17,7 @@ DIAGNOSIS, PAGE = "diagnosis.json", "report.html"
 
 
 def write_diagnosis(diagnosis: "Diagnosis", folder: Path, *, name: str = "") -> list[Path]:
-    """Write `diagnosis.json`, `report.html` and `model.rapi`; return their paths.
+    """Write `model.rapi`, `report.html` and, last, `diagnosis.json`; return their paths.
 
     `name`: of the recording, as the page shows it.
     """
@@ -26,6 +27,7 @@ def write_diagnosis(diagnosis: "Diagnosis", folder: Path, *, name: str = "") -> 
     content = diagnosis.to_dict()
     if name:
         content["recording"]["name"] = name
+    begin_result(folder, DIAGNOSIS)
     write_model(
         folder / MODEL,
         diagnosis.model,
@@ -39,6 +41,7 @@ def write_diagnosis(diagnosis: "Diagnosis", folder: Path, *, name: str = "") -> 
         versions=package_versions(),
         data_sha256=recording.sha256(),
     )
-    write_atomic(folder / DIAGNOSIS, json_text(content))
     write_atomic(folder / PAGE, render_page(content, diagnosis.labels))
+    files = hash_files([folder / MODEL, folder / PAGE])
+    write_atomic(folder / DIAGNOSIS, json_text(content | {"files": files}))
     return [folder / DIAGNOSIS, folder / PAGE, folder / MODEL]

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fitting._json import json_text
+from fitting._result_files import begin_result, hash_files
 from fitting._versions import package_versions
 from rapi_jax import Identified
 from rapi_jax.io import write_atomic, write_model
@@ -23,8 +24,9 @@ def save_figure(figure: Any, path: Path) -> Path:
 
 
 def write_fit(result: "FitResult", folder: Path, *, plots: bool) -> list[Path]:
-    """Write `model.json`, the loadable model and the pictures; return their paths."""
+    """Write the loadable model, the pictures and, last, `model.json`; return their paths."""
     recording = result.recording
+    begin_result(folder, TABLE)
     write_model(
         folder / MODEL,
         result.ecdl,
@@ -40,8 +42,7 @@ def write_fit(result: "FitResult", folder: Path, *, plots: bool) -> list[Path]:
         versions=package_versions(),
         data_sha256=recording.sha256(),
     )
-    write_atomic(folder / TABLE, json_text(result.to_dict()))
-    written = [folder / TABLE, folder / MODEL]
+    written = [folder / MODEL]
     if plots:
         from rapi_jax import plot
 
@@ -52,4 +53,5 @@ def write_fit(result: "FitResult", folder: Path, *, plots: bool) -> list[Path]:
             "starts.png": plot.convergence(traces),
         }
         written += [save_figure(figure, folder / name) for name, figure in pictures.items()]
-    return written
+    write_atomic(folder / TABLE, json_text(result.to_dict() | {"files": hash_files(written)}))
+    return [folder / TABLE, *written]

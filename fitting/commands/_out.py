@@ -36,6 +36,13 @@ def print_json(value: Any) -> None:
     sys.stdout.write(json_text(value))
 
 
+def read_json(path: Path) -> Any:
+    """The object in a file that was just written, to be printed as it stands there."""
+    import json
+
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
 def console(as_json: bool) -> Console:
     """Where people read: standard output, or standard error when that carries JSON."""
     return Console(stderr=as_json, highlight=False)

@@ -51,7 +51,7 @@ def diagnose(
     from rapi_jax.io import read_limits, read_recording
 
     from ._model import load_model
-    from ._out import console, output_folder, print_json, progress
+    from ._out import console, output_folder, print_json, progress, read_json
     from ._plugins import plugin_effects, plugin_operators
 
     several = [recording, *recordings]
@@ -78,7 +78,7 @@ def diagnose(
             report = run(ecdl, data, candidates=candidates, limits=bounds, scan=scan, progress=say)
         place = output_folder(folder / name) if recordings else folder
         written = report.save(place, name=name)
-        reports.append(report.to_dict())
+        reports.append(read_json(written[0]))
         if not json:
             from fitting.report.diagnosis._terminal import render_lines
 

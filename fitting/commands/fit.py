@@ -72,7 +72,7 @@ def fit(
     from fitting.report import write_fit
     from rapi_jax.io import read_recording
 
-    from ._out import console, output_folder, print_json, progress
+    from ._out import console, output_folder, print_json, progress, read_json
     from ._plugins import find_operator
     from .run import DONE, UNTRUSTED
 
@@ -97,7 +97,7 @@ def fit(
         )
     written = write_fit(result, folder, plots=plots)
     if json:
-        print_json(result.to_dict())
+        print_json(read_json(written[0]))
     else:
         from fitting.report import render_tables
 

@@ -77,6 +77,7 @@ def test_files_hold_what_the_diagnosis_says(etalon, tmp_path):
     assert [p.name for p in paths] == ["diagnosis.json", "report.html", "model.rapi"]
     said = json.loads(paths[0].read_text(), parse_constant=pytest.fail)
     assert said["recording"].pop("name") == "my <b>scan</b>"
+    assert set(said.pop("files")) == {"report.html", "model.rapi"}
     assert said == etalon.to_dict()
     assert "<b>scan</b>" not in paths[1].read_text()
     model, about = read_model(paths[2])

@@ -69,7 +69,7 @@ def find_inconsistencies(recording: Recording, operator: AbstractOperator) -> li
     `operator`: the base, from which all runs are fitted once more, without effects.
     """
     swapped = _find_swapped_columns(recording)
-    if swapped:
+    if swapped or find_faults(recording):  # a plain fault is said as it is
         return swapped
     model = ECDL(operator)
     try:

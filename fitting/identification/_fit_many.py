@@ -77,16 +77,16 @@ def fit_many(
         ]
         for found, end in zip(ends, solve_many(posed, beside, options, width), strict=True):
             found.append(("best, shaken 1", end))
+
+    def search(posed: Posed) -> tuple[Solution, list[Start]]:
+        return search_starts(posed.problem, posed.weight, starts, options)
+
     results = []
     for one, found in zip(posed, ends, strict=True):
         if check and not settled(one.problem, one.weight, found):
-            ranked = search_starts(one.problem, one.weight, starts, options)
+            ranked = search(one)
         else:
             ranked = rank_ends(one.problem, one.weight, found)
-
-        def search(posed: Posed) -> tuple[Solution, list[Start]]:
-            return search_starts(posed.problem, posed.weight, starts, options)
-
         one, ranked = one.without_outliers(search, ranked)
         results.append(one.conclude(*ranked, hold_out, options, began, lambda line: None))
         began = time.perf_counter()

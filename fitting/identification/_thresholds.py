@@ -165,7 +165,7 @@ class IdentificationThresholds:
     poor_gap: float = threshold(
         0.125,
         unit="of the response's rms about a straight line",
-        origin="measured piezos leave at most 0.117, simulated effects of 20 times the noise 0.10, "
+        origin="measured piezos leave up to 0.117, 59 of 60 simulated devices up to 0.105, "
         "a lag, a drift or soft clipping that spoils a scan 0.14 and more",
     )
     with_gap: float = threshold(
@@ -201,7 +201,7 @@ class IdentificationThresholds:
         "0.945; changes of one or half of the runs: 0.99",
     )
     changed_runs_rounds: int = threshold(
-        8, unit="refits", origin="set by trial; a gain of 1.1 takes 3, a flipped sign 6"
+        8, unit="refits", origin="set by trial; a gain of 1.1 is right to 1e-4 after 3"
     )
     changed_runs_step: float = threshold(1e-4, unit="of the change", origin="digits that are shown")
     changed_runs_rank: float = threshold(
@@ -214,12 +214,12 @@ class IdentificationThresholds:
         4, unit="runs", origin="24 orders; of more runs only pairs and the reverse are tried"
     )
     exchanged_orders: int = threshold(
-        40, unit="orders", origin="time; each costs a guess and a fit, some 20 ms"
+        40, unit="orders", origin="time; each costs a guess and a fit"
     )
     outlier_size: float = threshold(
         15.0,
         unit="usual distances from the median of the neighbours",
-        origin="white noise reaches 7 in 10^6 samples; twice that for heavier tails",
+        origin="white noise reaches 8.6 in 10^6 samples; nearly twice that for heavier tails",
     )
     outlier_least: float = threshold(
         2e-3, unit="of the span", origin="set by trial; a smaller one moves no parameter"
@@ -241,7 +241,7 @@ class IdentificationThresholds:
     drive_noise_correlation: float = threshold(
         0.7,
         unit="correlation of third differences",
-        origin="half of what is left from sample to sample; that of noise is 0.02",
+        origin="half of what is left from sample to sample; of 2000 samples of noise 0.03",
     )
     drive_noise_calm: float = threshold(
         6.0, unit="usual third differences of the drive", origin="four deviations of noise"

@@ -61,7 +61,7 @@ class InversionThresholds:
     least_swing: float = threshold(
         0.6,
         unit="of the least swing recorded",
-        origin="set by trial; measured piezos asked for 0.26 and 0.41 of it were missed by half",
+        origin="set by trial; a measured piezo asked for 0.14 of it was missed by a factor of four",
     )
     slope_margin: float = threshold(
         3.0,

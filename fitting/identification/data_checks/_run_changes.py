@@ -79,6 +79,7 @@ def _amplitude_cuts(recording: Recording) -> list[set[int]]:
 
 
 def squared_noise(problem: Problem, weight: np.ndarray, solution: Solution) -> float:
+    """Weighted sum of squares of the noise."""
     noise = measure_noise(problem, solution.error).rms
     return float(np.sum(weight**2 * noise[:, None] ** 2))
 

@@ -136,17 +136,13 @@ class IdentificationThresholds:
     )
 
     # Noise model
-    noise_order: int = threshold(
-        12, unit="samples", origin="set by trial; highest autoregressive order tried"
+    whole_periods: float = threshold(
+        0.02, unit="samples", origin="as in a diagnosis: periods that near to whole samples count"
     )
-    samples_per_lag: int = threshold(
-        8, unit="samples", origin="set by trial; fewer tell nothing of a lag"
-    )
-    noise_passes: int = threshold(
-        4, unit="passes", origin="set by trial; the expected loss has then settled"
-    )
-    innovation: float = threshold(
-        1e-12, unit="of the variance", origin="rounding; a smaller innovation is no noise model"
+    misfit_level: float = threshold(
+        1e-3,
+        unit="probability",
+        origin="set by trial; below, what is left at harmonics is no noise",
     )
 
     # Order of the model

@@ -1,22 +1,26 @@
-"""Standard errors when residuals are correlated: a sandwich with an autoregressive noise model.
+"""Standard errors when residuals are correlated: a sandwich with the spectrum of the noise.
 
-Least squares stays unbiased under correlated noise, but its plain covariance is too small by about
-(1 + rho) / (1 - rho). Here each run's residual gets an AR(p) model, and the covariance is
-`G^-1 B G^-1` with `G = J'WJ` and `B = J'W C W J`, `C` the model's autocovariance. Residuals of a
-fit are less correlated than the noise was, since the fit took out what looks like its columns; the
-expected loss is computed and put back (as in restricted maximum likelihood).
+Least squares stays unbiased under correlated noise, but its plain covariance is too small. Here it
+is `G^-1 B G^-1` with `G = J'WJ` and `B = J'W C W J`, `C` the autocovariance of the noise as
+`fitting.noise` finds it in the residuals, with what the fit took out of them put back.
+
+Where periods repeat, lines between the harmonics of the scan hold noise alone. If what is left at
+the harmonics is more than that, the model misses something that repeats: the residual at the
+harmonics then counts as noise, in standard errors, too.
 """
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
+from jaxtyping import Float
 
 from fitting.identification._problem import Problem, Solution
 from fitting.identification._thresholds import THRESHOLDS
+from fitting.noise import NoiseModel, Pick, PowerBins, estimate_noise, excess_probability
 from fitting.solver._identifiability import pseudo_gram
 
-from ._autoregression import autocovariance, fit_autoregression, model_autocovariance
-from ._lagged_products import LaggedProducts
+from ._toeplitz_product import ToeplitzProduct
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -67,7 +71,14 @@ def estimate_uncertainty(
     root = np.sqrt(run_weights)
     jacobians = [shaped[row, use[row]][:, free] / root[row] for row in range(use.shape[0])]
     residuals = [solution.error[row, use[row]] for row in range(use.shape[0])]
-    part = correlated_covariance(residuals, jacobians, list(run_weights))
+    drives = problem.recording.drives
+    part = correlated_covariance(
+        residuals,
+        jacobians,
+        list(run_weights),
+        [drive.step_s for drive in drives],
+        [_whole_periods(problem, row) for row in range(use.shape[0])],
+    )
     size = solution.values.size
     covariance = np.zeros((size, size))
     covariance[np.ix_(free, free)] = part.covariance
@@ -84,47 +95,77 @@ def estimate_uncertainty(
 
 
 def correlated_covariance(
-    residuals: list[np.ndarray], jacobians: list[np.ndarray], weights: list[float]
+    residuals: Sequence[Float[np.ndarray, " _"]],
+    jacobians: Sequence[Float[np.ndarray, "_ parameters"]],
+    weights: Sequence[float],
+    steps_s: Sequence[float] | None = None,
+    periods: Sequence[int] | None = None,
 ) -> Uncertainty:
     """Covariance of a weighted fit from each run's residual, Jacobian and weight (all unweighted).
 
-    Lists hold one entry a run: residuals of shape `time`, Jacobians of shape `time parameters`.
+    `steps_s`: the sampling intervals, by default 1. `periods`: how many whole ones each run holds,
+    by default one: then nothing shows what repeats.
     """
+    steps = [1.0] * len(residuals) if steps_s is None else list(steps_s)
+    whole = [1] * len(residuals) if periods is None else list(periods)
     rows = zip(jacobians, weights, strict=True)
     gram, undetermined = pseudo_gram(np.concatenate([np.sqrt(w) * j for j, w in rows]))
-    lags = [
-        max(1, min(THRESHOLDS.noise_order, r.size // THRESHOLDS.samples_per_lag)) for r in residuals
-    ]
-    raw = [autocovariance(r, k) for r, k in zip(residuals, lags, strict=True)]
-    target = list(raw)
-    runs = [LaggedProducts.of(j, k) for j, k in zip(jacobians, lags, strict=True)]
-    lost = [run.power(gram) for run in runs]
-    models, middle = [], np.zeros_like(gram)
-    for step in range(THRESHOLDS.noise_passes):
-        fitted = [
-            fit_autoregression(gamma, r.size) for gamma, r in zip(target, residuals, strict=True)
-        ]
-        models = [
-            model_autocovariance(*one, run.length) for one, run in zip(fitted, runs, strict=True)
-        ]
-        density = [run.density(model) for run, model in zip(runs, models, strict=True)]
-        parts = zip(runs, density, weights, strict=True)
-        middle = sum((w**2 * run.middle(s) for run, s, w in parts), np.zeros_like(gram))
-        if step == THRESHOLDS.noise_passes - 1:
-            break
-        spread = gram @ middle @ gram
-        for i, run in enumerate(runs):
-            both = run.correlated_traces(gram, lost[i], models[i], density[i])
-            kept = run.traces(run.power(spread))
-            pairs = residuals[i].size - np.arange(lags[i] + 1)
-            target[i] = raw[i] + (weights[i] * both - kept) / pairs
+    root = _square_root(gram)
+    columns = [j @ root for j in jacobians]
+    noise = _noise_of_errors(residuals, columns, weights, steps, whole)
+    middle = np.zeros((root.shape[1], root.shape[1]))
     rho, effective = [], 0.0
-    for model, r in zip(models, residuals, strict=True):
-        rho.append(float(model[1] / model[0]) if model[0] > 0 else 0.0)
-        total = model[0] + 2.0 * model[1 : r.size].sum()
-        effective += r.size * min(1.0, model[0] / total) if total > 0 else r.size
-    covariance = gram @ middle @ gram
+    for row, (r, c, w) in enumerate(zip(residuals, columns, weights, strict=True)):
+        product = ToeplitzProduct.of(c)
+        gamma = noise.autocovariance(row, r.size)
+        middle += w**2 * product.middle(gamma)
+        rho.append(float(gamma[1] / gamma[0]) if r.size > 1 and gamma[0] > 0 else 0.0)
+        total = gamma[0] + 2.0 * gamma[1:].sum()
+        effective += r.size * min(1.0, gamma[0] / total) if total > 0 else r.size
+    covariance = root @ middle @ root.T
     covariance[undetermined, undetermined] = np.inf
     return Uncertainty(
         covariance, tuple(rho), min(effective, float(sum(r.size for r in residuals)))
     )
+
+
+def _square_root(gram: Float[np.ndarray, "parameters parameters"]) -> np.ndarray:
+    """`root @ root.T` is `gram`, which is symmetric and may have no full rank."""
+    size = np.sqrt(np.maximum(np.diag(gram), 0.0))
+    unit = np.where(size > 0, size, 1.0)
+    values, vectors = np.linalg.eigh(gram / np.outer(unit, unit))
+    return unit[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+
+
+def _noise_of_errors(
+    residuals: Sequence[np.ndarray],
+    columns: Sequence[np.ndarray],
+    weights: Sequence[float],
+    steps: Sequence[float],
+    periods: Sequence[int],
+) -> NoiseModel:
+    """The noise that errors are due to: of all lines, or where a misfit repeats, of harmonics."""
+
+    def lines(pick: Pick) -> list[PowerBins]:
+        sizes = zip(residuals, steps, periods, strict=True)
+        return [PowerBins.of(r.size, step, count, pick) for r, step, count in sizes]
+
+    if max(periods) > 1:
+        between, harmonics = lines("between"), lines("harmonics")
+        noise = estimate_noise(residuals, columns, weights, between)
+        excess = excess_probability(noise, residuals, columns, weights, harmonics, between)
+        if excess < THRESHOLDS.misfit_level:
+            return estimate_noise(residuals, columns, weights, harmonics)
+    return estimate_noise(residuals, columns, weights, lines("all"))
+
+
+def _whole_periods(problem: Problem, row: int) -> int:
+    """How many whole periods the fitted samples of a run are; 1 where they are not whole ones."""
+    drive = problem.recording.runs[row].drive
+    index = np.flatnonzero(problem.data.use[row])
+    if not drive.repeats or not index.size or index[-1] - index[0] + 1 != index.size:
+        return 1
+    count = index.size * drive.rate * drive.step_s
+    whole = round(count)
+    off = abs(count - whole) / (drive.rate * drive.step_s)  # samples
+    return whole if whole > 1 and off <= THRESHOLDS.whole_periods else 1

@@ -3,12 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting.identification.assessment._autoregression import (
-    fit_autoregression,
-    model_autocovariance,
-)
 from fitting.identification.assessment._covariance import correlated_covariance
-from fitting.identification.assessment._lagged_products import LaggedProducts
+from fitting.identification.assessment._toeplitz_product import ToeplitzProduct
 
 
 def ar1(rng, size, rho):
@@ -20,46 +16,15 @@ def ar1(rng, size, rho):
     return out
 
 
-def test_autocovariance_of_an_ar1_process():
-    gamma = model_autocovariance(np.array([0.8]), 1 - 0.64, 50)
-    np.testing.assert_allclose(gamma, 0.8 ** np.arange(50), rtol=1e-12)
-
-
-@pytest.mark.parametrize("roots", [(0.9,), (0.95, -0.3, 0.5), (0.8 + 0.5j, 0.8 - 0.5j, 0.2, 0.97)])
-def test_autocovariance_is_that_of_the_spectrum_and_yule_walker_gives_the_model_back(roots):
-    phi = -np.real(np.poly(roots))[1:]
-    gamma = model_autocovariance(phi, 2.0, 400)
-    frequencies = 1 << 16  # aliasing below 1e-300
-    spectrum = 2.0 / np.abs(np.fft.rfft(np.r_[1.0, -phi], frequencies)) ** 2
-    np.testing.assert_allclose(
-        gamma, np.fft.irfft(spectrum, frequencies)[:400], rtol=0, atol=1e-10 * gamma[0]
-    )
-    found, variance = fit_autoregression(gamma[:13], 10_000_000)
-    np.testing.assert_allclose(found, phi, atol=1e-8)
-    assert variance == pytest.approx(2.0, rel=1e-8)
-
-
 @pytest.mark.parametrize("size", [40, 257, 1000])
-def test_products_of_lagged_columns_are_those_with_the_whole_covariance_matrix(size):
+def test_products_are_those_with_the_whole_covariance_matrix(size):
     rng = np.random.default_rng(size)
-    matrix, lags = rng.standard_normal((size, 3)).cumsum(axis=0), 5
-    form = np.cov(rng.standard_normal((3, 9)))
-    gamma = model_autocovariance(np.array([1.2, -0.5]), 1.0, size + lags)
-    run = LaggedProducts.of(matrix, lags)
-    assert run.length == gamma.size
-    whole = gamma[np.abs(np.subtract.outer(np.arange(size), np.arange(size)))]
-    density = run.density(gamma)
-    product, lost = whole @ matrix, matrix @ form
-    np.testing.assert_allclose(run.middle(density), matrix.T @ product, rtol=1e-10)
-
-    def lagged(one, other):
-        return [np.sum(one[: size - k] * other[k:]) for k in range(lags + 1)]
-
-    power = run.power(form)
-    np.testing.assert_allclose(run.traces(power), lagged(lost, matrix), rtol=1e-10)
-    expected = np.add(lagged(lost, product), lagged(product, lost))
-    found = run.correlated_traces(form, power, gamma, density)
-    np.testing.assert_allclose(found, expected, rtol=1e-10)
+    matrix = rng.standard_normal((size, 3)).cumsum(axis=0)
+    lag = np.arange(size)
+    gamma = 0.9**lag + 0.5 * 0.3**lag
+    whole = gamma[np.abs(np.subtract.outer(lag, lag))]
+    found = ToeplitzProduct.of(matrix).middle(gamma)
+    np.testing.assert_allclose(found, matrix.T @ whole @ matrix, rtol=1e-10)
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.9, 0.98])

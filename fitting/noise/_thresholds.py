@@ -1,0 +1,45 @@
+"""Numbers that decide how noise is described and estimated."""
+
+import dataclasses
+
+from rapi_jax.internal import threshold
+
+
+@dataclasses.dataclass(frozen=True)
+class NoiseThresholds:
+    """Corners of relaxations, bins of Fourier lines, and the choice of processes."""
+
+    slowest_corner: float = threshold(
+        0.1, unit="of the longest run's reciprocal", origin="set by trial"
+    )
+    fastest_corner: float = threshold(
+        0.1, unit="of the fastest sampling rate", origin="set by trial; faster ones are near white"
+    )
+    corner_ratio: float = threshold(
+        2.0, unit="ratio of neighbouring corners", origin="set by trial"
+    )
+    flicker_exponents: tuple[float, ...] = threshold(
+        (0.75, 1.0, 1.25, 1.5), unit="1", origin="set by trial"
+    )
+    single_lines: int = threshold(
+        4, unit="lines", origin="set by trial; that many of the slowest are bins of their own"
+    )
+    bin_ratio: float = threshold(1.25, unit="ratio of frequencies", origin="set by trial")
+    least_freedom: float = threshold(
+        0.1, unit="degrees of freedom", origin="set by trial; bins with fewer left say nothing"
+    )
+    first_harmonics: float = threshold(
+        33.0, unit="scan rate", origin="set by trial; what models miss lies below"
+    )
+    most_processes: int = threshold(4, unit="processes", origin="set by trial")
+    chance_gain: float = threshold(3.0, unit="log-likelihood", origin="set by trial")
+    own_passes: int = threshold(
+        2, unit="passes", origin="set by trial; where runs differ, the noise of one shows in others"
+    )
+    new_share: float = threshold(0.1, unit="of the variance", origin="set by trial")
+    least_log_variance: float = threshold(40.0, unit="1", origin="set by trial")
+    steps: int = threshold(15, unit="steps", origin="set by trial")
+    damping: float = threshold(1e-6, unit="of the largest information", origin="set by trial")
+
+
+THRESHOLDS = NoiseThresholds()

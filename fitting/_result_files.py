@@ -26,8 +26,10 @@ def hash_files(paths: Iterable[Path]) -> dict[str, str]:
 def check_belongs(path: Path) -> None:
     """Raise `DataError` where a list beside the file `path` was written with another one.
 
-    Files that no list names are not looked at.
+    Files that no list names are not looked at; one that is not there is left to its reader.
     """
+    if not path.is_file():
+        return
     for name in LISTS:
         listed = path.with_name(name)
         if listed == path or not listed.is_file() or listed.stat().st_size > _LIMIT:

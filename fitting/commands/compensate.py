@@ -118,7 +118,7 @@ def compensate(
                     extrapolate=extrapolate,
                 )
             )
-    report = _certificate_report(made, about, identified, allowed, fitted)
+    report = _certificate_report(made, about, identified, allowed, fitted, ecdl)
     written = _write_drives(
         folder, made, about, report, used if inverse == "paper" else None, plots
     )
@@ -171,7 +171,7 @@ def _identify_inverse(
 
 
 def _certificate_report(
-    made: list[Any], about: dict[str, Any], identified: Any, limits: Any, fitted: Any
+    made: list[Any], about: dict[str, Any], identified: Any, limits: Any, fitted: Any, ecdl: Any
 ) -> dict[str, Any]:
     import dataclasses
 
@@ -189,7 +189,10 @@ def _certificate_report(
         "limits": {key: value for key, value in used.items() if value < float("inf")},
         "limits_from": "identification" if limits is None else "file",
         "identified": identified.to_dict(),
-        "drives": [one.to_dict() | {"file": f"{_stem(one)}.csv"} for one in made],
+        "drives": [
+            one.to_dict() | {"file": f"{_stem(one)}.csv", "nonlinearity": _nonlinearity(one, ecdl)}
+            for one in made
+        ],
         "claim": about.get("claim"),
         "expected": _expected(about.get("claim")),
         "notes": list(dict.fromkeys(notes)),
@@ -203,6 +206,17 @@ def _certificate_report(
             "excitation_hz": [run.excitation_hz for run in fitted.runs],
         }
     return report
+
+
+def _nonlinearity(one: Any, ecdl: Any) -> dict[str, float]:
+    """How far off straight lines the model itself lets the scan be (rms), up and down."""
+    import numpy as np
+
+    from rapi_jax import Run, linearity, predict
+
+    response = np.asarray(predict(ecdl, one.drive)) if one.predicted is None else one.predicted
+    up, down = linearity(Run(one.drive, response)).rms_ghz
+    return {"up": up, "down": down}
 
 
 def _expected(claim: dict[str, Any] | None) -> dict[str, Any] | None:

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from fitting._result_files import check_belongs
+from fitting._result_files import UNFINISHED, check_belongs
 from fitting.identification.assessment._claim import Claim
 from rapi_jax import DataError, ModelError
 from rapi_jax.internal import inside, read_text
@@ -23,9 +23,19 @@ def read_certificate(path: Path) -> tuple[list[CertifiedDrive], Claim, dict[str,
     `ModelError` where it has no claim.
     """
     label = printable(path)
+    damaged = (
+        f"{label}: not a certificate of `rapi compensate`, or damaged. Write the drives again."
+    )
     try:
         content = json.loads(read_text(path, _LIMIT))
         schema = str(content["schema"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise DataError(damaged) from error
+    if schema == UNFINISHED:
+        raise DataError(f"{label}: the drives were not all written. Write them again.")
+    if schema != SCHEMA:
+        raise DataError(f"{label}: schema {printable(schema)}, not {SCHEMA}.")
+    try:
         rows = [
             (str(row["file"]), row.get("nonlinearity") or {}, [str(n) for n in row["notes"]])
             for row in content["drives"]
@@ -33,11 +43,7 @@ def read_certificate(path: Path) -> tuple[list[CertifiedDrive], Claim, dict[str,
         own = [(float(one.get("up", 0.0)), float(one.get("down", 0.0))) for _, one, _ in rows]
         units = str(content["unit"]), str(content["drive_unit"])
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise DataError(
-            f"{label}: not a certificate of `rapi compensate`, or damaged. Write the drives again."
-        ) from error
-    if schema != SCHEMA:
-        raise DataError(f"{label}: schema {printable(schema)}, not {SCHEMA}.")
+        raise DataError(damaged) from error
     if content.get("claim") is None:
         raise ModelError(
             f"{label}: the model had no claim, so there is nothing to check. Fit it again, from "

@@ -248,10 +248,13 @@ def _write_drives(
     from rapi_jax import AfgWaveform, Recording, Run
     from rapi_jax.io import write_afg, write_atomic, write_drive, write_model, write_recording
 
-    written = []
-    begin_result(folder, "certificate.json")  # no certificate beside a drive that it was not for
+    written: list[Path] = []
+    kinds = ("csv", "afg", "nc")
+    names = [f"{_stem(one)}.{kind}" for one in made for kind in kinds]
+    names += ["inverse.rapi"] * (inverse is not None) + ["compensation.png"] * plots
+    earlier = begin_result(folder, "certificate.json", names)  # no certificate, no drive
     for one in made:
-        paths = [folder / f"{_stem(one)}.{kind}" for kind in ("csv", "afg", "nc")]
+        paths = [folder / f"{_stem(one)}.{kind}" for kind in kinds]
         pair = Recording(
             (Run(one.drive, one.target.value, _stem(one)),),
             response_unit=about["response_unit"],
@@ -276,7 +279,7 @@ def _write_drives(
 
         figure = plot.compensation(made, about["response_unit"], about["drive_unit"])
         written.append(save_figure(figure, folder / "compensation.png"))
-    report["files"] = hash_files(written)
+    report["files"] = hash_files(written) | earlier
     write_atomic(folder / "certificate.json", json_text(report))
     return [*written, folder / "certificate.json"]
 

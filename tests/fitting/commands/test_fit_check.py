@@ -137,6 +137,7 @@ def _edit(**fields):
         (lambda f: (f / "drive_15Hz.csv").unlink(), "no such file"),
         (_mixed, "is not the file that certificate.json"),
         (_edit(claim=None), "no claim"),
+        (_edit(schema="rapi.unfinished/1"), "not all written"),
     ],
 )
 def test_a_certificate_that_cannot_be_used_is_refused_in_one_line(

@@ -7,6 +7,10 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .claim_check._check import ClaimCheck as ClaimCheck
+    from .claim_check._prediction import check_claim as check_claim
+    from .claim_check._scan import CertifiedDrive as CertifiedDrive
+    from .claim_check._scan import check_scan as check_scan
     from .diagnosis import Diagnosis as Diagnosis
     from .diagnosis import diagnose as diagnose
     from .identification._fit import fit as fit
@@ -18,6 +22,7 @@ if TYPE_CHECKING:
     from .identification._result import FitResult as FitResult
     from .identification._result import UntrustedFit as UntrustedFit
     from .identification._weights import hysteresis_weights as hysteresis_weights
+    from .identification.assessment._claim import Claim as Claim
     from .identification.assessment._verdict import Verdict as Verdict
     from .identification.inverse._identify_inverse import identify_inverse as identify_inverse
     from .identification.inverse._swap import swap as swap
@@ -26,7 +31,10 @@ if TYPE_CHECKING:
     from .solver._optimum import LeastSquares as LeastSquares
 
 _HOME = {
+    "CertifiedDrive": "claim_check._scan",
     "Choice": "identification._model_order",
+    "Claim": "identification.assessment._claim",
+    "ClaimCheck": "claim_check._check",
     "Diagnosis": "diagnosis",
     "Estimate": "identification._result",
     "FitResult": "identification._result",
@@ -34,6 +42,8 @@ _HOME = {
     "SolverOptions": "solver._least_squares",
     "UntrustedFit": "identification._result",
     "Verdict": "identification.assessment._verdict",
+    "check_claim": "claim_check._prediction",
+    "check_scan": "claim_check._scan",
     "choose_order": "identification._model_order",
     "diagnose": "diagnosis",
     "fit": "identification._fit",

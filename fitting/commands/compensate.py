@@ -118,7 +118,7 @@ def compensate(
                     extrapolate=extrapolate,
                 )
             )
-    report = _certificate_report(made, about, identified, allowed, fitted)
+    report = _certificate_report(made, about, identified, allowed, fitted, ecdl)
     written = _write_drives(
         folder, made, about, report, used if inverse == "paper" else None, plots
     )
@@ -171,7 +171,7 @@ def _identify_inverse(
 
 
 def _certificate_report(
-    made: list[Any], about: dict[str, Any], identified: Any, limits: Any, fitted: Any
+    made: list[Any], about: dict[str, Any], identified: Any, limits: Any, fitted: Any, ecdl: Any
 ) -> dict[str, Any]:
     import dataclasses
 
@@ -189,7 +189,10 @@ def _certificate_report(
         "limits": {key: value for key, value in used.items() if value < float("inf")},
         "limits_from": "identification" if limits is None else "file",
         "identified": identified.to_dict(),
-        "drives": [one.to_dict() | {"file": f"{_stem(one)}.csv"} for one in made],
+        "drives": [
+            one.to_dict() | {"file": f"{_stem(one)}.csv", "nonlinearity": _nonlinearity(one, ecdl)}
+            for one in made
+        ],
         "claim": about.get("claim"),
         "expected": _expected(about.get("claim")),
         "notes": list(dict.fromkeys(notes)),
@@ -203,6 +206,17 @@ def _certificate_report(
             "excitation_hz": [run.excitation_hz for run in fitted.runs],
         }
     return report
+
+
+def _nonlinearity(one: Any, ecdl: Any) -> dict[str, float]:
+    """How far off straight lines the model itself lets the scan be (rms), up and down."""
+    import numpy as np
+
+    from rapi_jax import Run, linearity, predict
+
+    response = np.asarray(predict(ecdl, one.drive)) if one.predicted is None else one.predicted
+    up, down = linearity(Run(one.drive, response)).rms_ghz
+    return {"up": up, "down": down}
 
 
 def _expected(claim: dict[str, Any] | None) -> dict[str, Any] | None:
@@ -234,10 +248,13 @@ def _write_drives(
     from rapi_jax import AfgWaveform, Recording, Run
     from rapi_jax.io import write_afg, write_atomic, write_drive, write_model, write_recording
 
-    written = []
-    begin_result(folder, "certificate.json")  # no certificate beside a drive that it was not for
+    written: list[Path] = []
+    kinds = ("csv", "afg", "nc")
+    names = [f"{_stem(one)}.{kind}" for one in made for kind in kinds]
+    names += ["inverse.rapi"] * (inverse is not None) + ["compensation.png"] * plots
+    earlier = begin_result(folder, "certificate.json", names)  # no certificate, no drive
     for one in made:
-        paths = [folder / f"{_stem(one)}.{kind}" for kind in ("csv", "afg", "nc")]
+        paths = [folder / f"{_stem(one)}.{kind}" for kind in kinds]
         pair = Recording(
             (Run(one.drive, one.target.value, _stem(one)),),
             response_unit=about["response_unit"],
@@ -262,7 +279,7 @@ def _write_drives(
 
         figure = plot.compensation(made, about["response_unit"], about["drive_unit"])
         written.append(save_figure(figure, folder / "compensation.png"))
-    report["files"] = hash_files(written)
+    report["files"] = hash_files(written) | earlier
     write_atomic(folder / "certificate.json", json_text(report))
     return [*written, folder / "certificate.json"]
 

@@ -1,5 +1,6 @@
 """Reports: tables for people, JSON for machines, figures, the loadable model."""
 
+from .fit._claim_check import render_claim_check as render_claim_check
 from .fit._files import MODEL as MODEL
 from .fit._files import TABLE as TABLE
 from .fit._files import save_figure as save_figure

@@ -1,9 +1,12 @@
 """Parts of two results in one folder are refused by name when they are read."""
 
 import json
+import os
 import shutil
+from pathlib import Path
 
 import pytest
+from benches import bench_file
 
 from fitting import fit
 from fitting._result_files import check_belongs
@@ -11,7 +14,7 @@ from fitting.cli import app
 from fitting.commands._model import load_model
 from fitting.commands.run import run
 from fitting.report import write_fit
-from rapi_jax import DataError, Identified
+from rapi_jax import DataError, Identified, ModelError
 from rapi_jax.examples import paper_device, paper_recording
 from rapi_jax.io import OutputError, write_model
 from tests.support.spoiled import healthy
@@ -46,45 +49,131 @@ def test_a_model_of_another_fit_is_refused(results, tmp_path):
 
 
 @pytest.mark.parametrize("failing", ["model.rapi", "loops.png", "starts.png", "model.json"])
-def test_what_ends_while_writing_leaves_no_list_of_the_old_result(
-    results, tmp_path, failing, monkeypatch
-):
-    """Wherever it ends, the folder holds one model and either its own list or none."""
+@pytest.mark.parametrize("fresh", [False, True])
+def test_what_ends_while_writing_is_refused_by_name(results, tmp_path, failing, fresh, monkeypatch):
+    """Wherever it ends, in a new folder or over an old result."""
     (one, _), (_, new) = results
-    shutil.copytree(one, folder := tmp_path / "again")
-    import fitting.report.fit._files as files
+    folder = tmp_path / "again"
+    folder.mkdir() if fresh else shutil.copytree(one, folder)
+    import rapi_jax.io._atomic as atomic
 
-    def stop(path, *rest, **more):
-        if path.name == failing:
-            raise OutputError("no space left")
-        return kept[stop_of](path, *rest, **more)
+    renamed = 0
 
-    kept = {"model": files.write_model, "other": files.write_atomic}
-    stop_of = "model" if failing == "model.rapi" else "other"
-    monkeypatch.setattr(files, "write_model" if stop_of == "model" else "write_atomic", stop)
-    with pytest.raises(OutputError):
+    def stop(source, target):
+        nonlocal renamed
+        renamed += Path(target).name == "model.json"
+        if Path(target).name == failing and (failing != "model.json" or renamed == 2):
+            raise OSError(28, "No space left on device")
+        return os.rename(source, target)
+
+    monkeypatch.setattr(atomic.os, "replace", stop)
+    with pytest.raises(OutputError, match="No space left"):
         write_fit(new, folder, plots=True)
     monkeypatch.undo()
-    assert not (folder / "model.json").exists()
-    load_model(folder)
+    if fresh and failing == "model.rapi":
+        with pytest.raises(ModelError, match="no such model"):
+            load_model(folder)
+        return
+    with pytest.raises(
+        DataError, match=r"model\.rapi is of a result that was not finished, as mod"
+    ):
+        load_model(folder)
+    write_fit(new, folder, plots=False)
+    assert load_model(folder)[1]["data_sha256"] == new.recording.sha256()
 
 
-def test_a_drive_that_its_certificate_was_not_made_with_is_refused(tmp_path):
+def test_where_not_even_the_beginning_is_written_the_old_result_stays(
+    results, tmp_path, monkeypatch
+):
+    (one, old), (_, new) = results
+    shutil.copytree(one, folder := tmp_path / "again")
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OutputError, match="No space left"):
+        write_fit(new, folder, plots=True)
+    monkeypatch.undo()
+    assert load_model(folder)[1]["data_sha256"] == old.recording.sha256()
+    for path in folder.iterdir():
+        check_belongs(path)
+
+
+@pytest.fixture(scope="module")
+def drives(tmp_path_factory):
+    """Two folders of drives, the second for a wider scan and at one rate less."""
+    folder = tmp_path_factory.mktemp("drives")
     recording, _ = paper_recording(samples=400)
-    (model := tmp_path / "model").mkdir()
+    (model := folder / "model").mkdir()
     write_model(
         model / "model.rapi", paper_device(), response_unit="GHz", drive_unit="V", trusted=True,
         identified=Identified.of(recording).to_dict(), data_sha256="",
     )  # fmt: skip
-    common = ("--frequency", "20", "--no-plots", "--samples", "512")
-    for span, name in (("60", "first"), ("70", "second")):
-        out = str(tmp_path / name)
-        assert run(app, ["compensate", str(model), "--span", span, "-o", out, *common]) == 0
-    drive = tmp_path / "first" / "drive_20Hz.csv"
-    check_belongs(drive)
-    shutil.copy(tmp_path / "second" / "drive_20Hz.csv", drive)
-    with pytest.raises(DataError, match=r"drive_20Hz\.csv is not the file that certificate\.json"):
-        check_belongs(drive)
+    common = ("--no-plots", "--samples", "512", "--frequency", "20")
+    for span, name, more in (("60", "first", ("30",)), ("70", "second", ())):
+        out = str(folder / name)
+        assert run(app, ["compensate", str(model), "--span", span, "-o", out, *common, *more]) == 0
+    return folder
+
+
+@pytest.fixture
+def play(tmp_path, capsys):
+    """`rapi measure`, which plays nothing here: the exit code, and the line of an error."""
+    bench = bench_file(tmp_path)
+
+    def measure(drive):
+        capsys.readouterr()
+        out = str(tmp_path / "sent")
+        code = run(app, ["measure", str(bench), str(drive), "-o", out, "--dry-run"])
+        return code, capsys.readouterr().err
+
+    return measure
+
+
+def test_a_drive_that_its_certificate_was_not_made_with_is_not_played(drives, tmp_path, play):
+    shutil.copytree(drives / "first", folder := tmp_path / "mixed")
+    drive = folder / "drive_20Hz.csv"
+    assert play(drive)[0] == 0
+    shutil.copy(drives / "second" / "drive_20Hz.csv", drive)
+    code, error = play(drive)
+    assert code == 3 and "drive_20Hz.csv is not the file that certificate.json" in error
+
+
+def test_a_drive_of_an_earlier_result_is_not_played(drives, tmp_path, play):
+    """The second result has no drive at 30 Hz: its certificate says nothing of the one there."""
+    shutil.copytree(drives / "first", folder := tmp_path / "again")
+    arguments = ["--span", "70", "--frequency", "20", "--no-plots", "--samples", "512"]
+    model = str(drives / "model")
+    for _ in range(2):  # and what is no part of a result does not become one by another
+        assert run(app, ["compensate", model, *arguments, "-o", str(folder)]) == 0
+        assert play(folder / "drive_20Hz.csv")[0] == 0
+        code, error = play(folder / "drive_30Hz.csv")
+        assert code == 3 and "of an earlier result than certificate.json" in error
+        assert error.count("\n") == 1
+
+
+def test_a_drive_whose_certificate_was_not_reached_is_not_played(
+    drives, tmp_path, play, monkeypatch
+):
+    real = os.replace
+
+    def full(source, target):
+        if Path(target).name == "drive_20Hz.nc":
+            raise OSError(28, "No space left on device")
+        real(source, target)
+
+    for begin in ("first", None):  # over an old result, and in a new folder
+        folder = tmp_path / f"after {begin}"
+        if begin:
+            shutil.copytree(drives / begin, folder)
+        with monkeypatch.context() as patched:
+            patched.setattr(os, "replace", full)
+            arguments = ["--span", "70", "--frequency", "20", "--no-plots", "--samples", "512"]
+            command = ["compensate", str(drives / "model"), *arguments, "-o", str(folder)]
+            assert run(app, command) == 3
+        code, error = play(folder / "drive_20Hz.csv")
+        assert code == 3 and "of a result that was not finished" in error
 
 
 @pytest.mark.parametrize("text", ["", "not JSON", "[]", '{"files": 3}', '{"files": {}}', "{}"])

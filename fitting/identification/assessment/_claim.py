@@ -2,13 +2,16 @@
 
 import dataclasses
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from rapi_jax import Recording
+from rapi_jax import ModelError, Recording
 
 from ._cross_validation import HeldOut
 from ._noise import Noise
+
+_NUMBERS = ("rms", "low", "high", "noise", "curvature", "hours")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -19,6 +22,7 @@ class Claim:
     - `noise`: of the readings, part of all three. `curvature`: the rms of the response about a
       straight line in the drive, which compensation is to take away.
     - `rates_hz`, `swings`, `hours`: between which the runs lay, and how long the session was.
+    - `runs`: how many errors the interval rests on.
     """
 
     rms: float
@@ -29,6 +33,28 @@ class Claim:
     rates_hz: tuple[float, float]
     swings: tuple[float, float]
     hours: float
+    runs: int = 1
+
+    @classmethod
+    def from_dict(cls, fields: dict[str, Any]) -> "Claim":
+        """From `claim` in a `model.json`; raises `ModelError` where a part is missing."""
+        try:
+            numbers = {name: float(fields[name]) for name in _NUMBERS}
+            ends = fields["rates_hz"], fields["swings"]
+            rates, swings = ((float(low), float(high)) for low, high in ends)
+            runs = int(fields.get("runs", 1))
+        except (KeyError, TypeError, ValueError) as error:
+            raise ModelError("its claim is not one this version reads. Fit it again.") from error
+        return cls(**numbers, rates_hz=rates, swings=swings, runs=runs)
+
+    def high_of(self, runs: int) -> float:
+        """What the largest error of so many new runs exceeds as seldom as that of one `high`."""
+        from scipy.special import stdtrit
+
+        degrees = self.runs - 1 if self.runs > 1 else 1e9
+        wider = float(stdtrit(degrees, 1.0 - 0.025 / runs) / stdtrit(degrees, 0.975))
+        ratio = self.high / self.low if self.low > 0 else 1.0
+        return self.high * ratio ** ((wider - 1.0) / 2.0)
 
     @property
     def gap(self) -> float:
@@ -58,7 +84,7 @@ def make_claim(
     end = max(float(d.start_s + d.time[-1]) for d in drives) - min(d.start_s for d in drives)
     return Claim(
         rms, low, high, noise.total, curvature,
-        (min(rates), max(rates)), (min(swings), max(swings)), float(end) / 3600.0,
+        (min(rates), max(rates)), (min(swings), max(swings)), float(end) / 3600.0, found.size,
     )  # fmt: skip
 
 

@@ -3,9 +3,10 @@
 import dataclasses
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from fitting.identification._problem import Problem
+from rapi_jax import Run
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -40,14 +41,21 @@ def measure_noise(problem: Problem, error: Float[np.ndarray, "runs time"]) -> No
     use, rms, repeated = problem.data.use, [], []
     for row, run in enumerate(problem.recording.runs):
         index = np.flatnonzero(use[row])
-        sample = problem.data.sample[row, index]
-        found = None
-        if run.drive.repeats and index.size:
-            cycles = run.drive.time[sample] * run.drive.rate
-            found = _between_periods(error[row, index], cycles, run.drive.rate * run.drive.step_s)
-        repeated.append(found is not None)
-        rms.append(_between_samples(error[row, index]) if found is None else found)
+        one, seen = measure_run_noise(run, problem.data.sample[row, index], error[row, index])
+        repeated.append(seen)
+        rms.append(one)
     return Noise(np.array(rms), np.array(repeated), use)
+
+
+def measure_run_noise(
+    run: Run, sample: Int[np.ndarray, " used"], error: Float[np.ndarray, " used"]
+) -> tuple[float, bool]:
+    """The rms of the noise under `error` at samples of a run, and whether periods showed it."""
+    found = None
+    if run.drive.repeats and sample.size:
+        cycles = run.drive.time[sample] * run.drive.rate
+        found = _between_periods(error, cycles, run.drive.rate * run.drive.step_s)
+    return (_between_samples(error), False) if found is None else (found, True)
 
 
 def _between_periods(

@@ -27,7 +27,7 @@ def write_diagnosis(diagnosis: "Diagnosis", folder: Path, *, name: str = "") -> 
     content = diagnosis.to_dict()
     if name:
         content["recording"]["name"] = name
-    begin_result(folder, DIAGNOSIS)
+    earlier = begin_result(folder, DIAGNOSIS, [MODEL, PAGE])
     write_model(
         folder / MODEL,
         diagnosis.model,
@@ -42,6 +42,6 @@ def write_diagnosis(diagnosis: "Diagnosis", folder: Path, *, name: str = "") -> 
         data_sha256=recording.sha256(),
     )
     write_atomic(folder / PAGE, render_page(content, diagnosis.labels))
-    files = hash_files([folder / MODEL, folder / PAGE])
+    files = hash_files([folder / MODEL, folder / PAGE]) | earlier
     write_atomic(folder / DIAGNOSIS, json_text(content | {"files": files}))
     return [folder / DIAGNOSIS, folder / PAGE, folder / MODEL]

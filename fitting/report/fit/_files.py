@@ -26,7 +26,8 @@ def save_figure(figure: Any, path: Path) -> Path:
 def write_fit(result: "FitResult", folder: Path, *, plots: bool) -> list[Path]:
     """Write the loadable model, the pictures and, last, `model.json`; return their paths."""
     recording = result.recording
-    begin_result(folder, TABLE)
+    pictures = ("loops.png", "residuals.png", "starts.png") if plots else ()
+    earlier = begin_result(folder, TABLE, [MODEL, *pictures])
     write_model(
         folder / MODEL,
         result.ecdl,
@@ -47,11 +48,15 @@ def write_fit(result: "FitResult", folder: Path, *, plots: bool) -> list[Path]:
         from rapi_jax import plot
 
         traces = [(start.origin, start.trace, start.agrees) for start in result.starts]
-        pictures = {
-            "loops.png": plot.loops(recording, result.predicted),
-            "residuals.png": plot.residuals(recording, result.predicted, result.used),
-            "starts.png": plot.convergence(traces),
-        }
-        written += [save_figure(figure, folder / name) for name, figure in pictures.items()]
-    write_atomic(folder / TABLE, json_text(result.to_dict() | {"files": hash_files(written)}))
+        figures = (
+            plot.loops(recording, result.predicted),
+            plot.residuals(recording, result.predicted, result.used),
+            plot.convergence(traces),
+        )
+        written += [
+            save_figure(figure, folder / name)
+            for name, figure in zip(pictures, figures, strict=True)
+        ]
+    files = hash_files(written) | earlier
+    write_atomic(folder / TABLE, json_text(result.to_dict() | {"files": files}))
     return [folder / TABLE, *written]

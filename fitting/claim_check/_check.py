@@ -1,0 +1,93 @@
+"""What a check found: one measured figure a run or branch, beside what was claimed."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from fitting._json import replace_nonfinite
+
+SCHEMA = "rapi.claim-check/1"
+NEXT = {
+    "prediction": (
+        "If the device changed since it was fitted (drift over more hours than the claim's, "
+        "temperature, bias, a new mount), fit again with runs of today. If not, `rapi diagnose "
+        "RECORDING --model RESULT` says where the two part, and which effect causes it."
+    ),
+    "straightness": (
+        "Measure runs like those of the fit, too, and check these against the model: if they hold, "
+        "the drive that reached the piezo was not the one listed (gain, range, load, a lag); if "
+        "not, the device changed since it was fitted (hours, temperature, bias): fit again, and "
+        "write the drives again."
+    ),
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Checked:
+    """One measured figure beside what was claimed, in the response's unit.
+
+    - `branch`: "up" or "down" of a scan; empty where it is a whole run.
+    - `rms`: what was measured. `low`, `high`: the 95 % interval claimed for one. `bound`: what the
+      largest of all that were judged exceeds as seldom.
+    - `noise`: of the readings in this run, part of `rms`.
+    - `outside`: why it is not judged; empty where it is.
+    """
+
+    run: str
+    branch: str
+    excitation_hz: float | None
+    swing: float
+    rms: float
+    low: float
+    high: float
+    bound: float
+    noise: float
+    outside: tuple[str, ...] = ()
+
+    @property
+    def held(self) -> bool | None:
+        """Whether the claim held here; `None` where it is not judged."""
+        return None if self.outside else self.rms <= self.bound
+
+
+@dataclasses.dataclass(frozen=True)
+class ClaimCheck:
+    """Whether a claim held: `kind` is "prediction" or "straightness".
+
+    `offset`: of the response's zero against the model's, response unit; no part of the claim.
+    `advice`: what to do, where the claim did not hold.
+    """
+
+    kind: str
+    unit: str
+    drive_unit: str
+    checked: tuple[Checked, ...]
+    advice: tuple[str, ...] = ()
+    offset: float | None = None
+
+    @property
+    def held(self) -> bool:
+        """Whether the claim held wherever it was judged."""
+        return all(one.held is not False for one in self.checked)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and lists, for a file (schema `rapi.claim-check/1`)."""
+        rows = [dataclasses.asdict(one) | {"held": one.held} for one in self.checked]
+        return replace_nonfinite(
+            {
+                "schema": SCHEMA,
+                "kind": self.kind,
+                "unit": self.unit,
+                "drive_unit": self.drive_unit,
+                "held": self.held,
+                "checked": rows,
+                "offset": self.offset,
+                "advice": list(self.advice),
+            }
+        )
+
+
+def without_noise(rms: float, noise: float) -> float:
+    """What of an rms is not noise."""
+    return float(np.sqrt(max(rms**2 - noise**2, 0.0)))

@@ -1,0 +1,144 @@
+"""A compensated scan against its certificate: how straight it is, and how straight it should be."""
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.special import ndtri
+
+from fitting.identification.assessment._claim import Claim
+from fitting.identification.assessment._noise import measure_run_noise
+from rapi_jax import DataError, Drive, Recording, Run, linearity
+from rapi_jax.internal import Branch, usable
+
+from ._check import NEXT, Checked, ClaimCheck, without_noise
+from ._thresholds import THRESHOLDS
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class CertifiedDrive:
+    """One period of a drive that a certificate lists.
+
+    `nonlinearity`: rms that the model itself predicts of the scan, up and down, response unit.
+    `notes`: in which ways the drive goes beyond what was identified.
+    """
+
+    drive: Drive
+    nonlinearity: tuple[float, float] = (0.0, 0.0)
+    notes: tuple[str, ...] = ()
+
+
+def check_scan(
+    drives: Sequence[CertifiedDrive], recording: Recording, *, claim: Claim
+) -> ClaimCheck:
+    """Whether scans made with certified drives are as straight as `claim` lets expect.
+
+    Measured is the rms nonlinearity of each branch about its least-squares line in the middle 80 %
+    of its time (`rapi_jax.linearity`), readings' noise included. Expected is the error of the model
+    beyond the noise of the fit's readings, with what the model itself leaves of the scan, and the
+    noise of these readings: between periods where there are several, else the larger of the fit's
+    and of what changes from sample to sample.
+
+    Runs with a drive that is not on the list are listed and not judged. The claim held where each
+    branch is within the 95 % interval for so many runs together. Raises `DataError` where no run
+    can be judged.
+    """
+    found = [_find_drive(run, drives) for run in recording.runs]
+    count = sum(not isinstance(one, str) and not one.notes for one in found)
+    if not count:
+        first = found[0] if isinstance(found[0], str) else "; ".join(found[0].notes)
+        raise DataError(
+            f"no run is a scan that the certificate is of. Run {recording.runs[0].name!r}: {first}."
+        )
+    checked = [
+        row
+        for run, certified in zip(recording.runs, found, strict=True)
+        if run.drive.repeats
+        for row in _branches(recording, run, certified, claim, count)
+    ]
+    advice = _advise(checked, recording.response_unit)
+    return ClaimCheck(
+        "straightness", recording.response_unit, recording.drive_unit, tuple(checked), advice
+    )
+
+
+def _branches(
+    recording: Recording, run: Run, certified: CertifiedDrive | str, claim: Claim, count: int
+) -> list[Checked]:
+    """A row for each branch of a run; `count` runs are judged."""
+    lag = recording.response_lag_s
+    index = np.flatnonzero(usable(run, lag))
+    straight = linearity(run)
+    noise, repeated = measure_run_noise(run, index, run.response[index])
+    noise = noise if repeated else max(noise, claim.noise)
+    outside = (certified,) if isinstance(certified, str) else certified.notes
+    own = (0.0, 0.0) if isinstance(certified, str) else certified.nonlinearity
+    rows = []
+    for branch, left in zip((straight.up, straight.down), own, strict=True):
+        least, most, bound = (
+            _expected(without_noise(rms, claim.noise), left, noise, branch, tail)
+            for rms, tail in (
+                (claim.low, 0.025),
+                (claim.high, 0.975),
+                (claim.high_of(count), 1.0 - 0.025 / count),
+            )
+        )
+        rows.append(
+            Checked(
+                run.name, branch.direction, run.drive.excitation_hz, run.drive.u_pp,
+                branch.rms_ghz, least, most, bound, noise, outside,
+            )
+        )  # fmt: skip
+    return rows
+
+
+def _expected(gap: float, left: float, noise: float, branch: Branch, tail: float) -> float:
+    """The rms of a branch that is `gap` and `left` off its line, at a quantile of white noise."""
+    own = gap**2 + left**2
+    chance = np.sqrt((2.0 * noise**4 + 4.0 * noise**2 * own) / branch.time.size)
+    return float(np.sqrt(max(own + noise**2 + float(ndtri(tail)) * chance, 0.0)))
+
+
+def _find_drive(run: Run, drives: Sequence[CertifiedDrive]) -> CertifiedDrive | str:
+    """The certified drive that a run was made with, or why there is none."""
+    drive = run.drive
+    if not drive.repeats:
+        return "its drive does not repeat, so it is no scan"
+    near = [
+        one for one in drives
+        if abs(one.drive.rate - drive.rate) <= THRESHOLDS.same_rate * drive.rate
+    ]  # fmt: skip
+    if not near:
+        rates = ", ".join(f"{one.drive.rate:g}" for one in drives)
+        return f"it scans at {drive.rate:g} Hz, the certificate lists drives at {rates} Hz"
+    off = [_distance(drive, one.drive) for one in near]
+    least = int(np.argmin(off))
+    if off[least] > THRESHOLDS.same_drive:
+        return (
+            f"its drive is {100 * off[least]:.2g} % of the swing (rms) off the drive of the "
+            f"certificate at {drive.rate:g} Hz: another drive was played, or another gain stands "
+            "between"
+        )
+    return near[least]
+
+
+def _distance(measured: Drive, listed: Drive) -> float:
+    """The rms distance of two drives of one rate, at the best shift, of the swing of `listed`."""
+    at = measured.phase  # since its minimum, to half a hundredth of a period
+    phase = np.arange(listed.size) / listed.size
+    shifts = np.linspace(-0.01, 0.01, 81)
+    values = [np.interp(at + s, phase, listed.value, period=1.0) for s in shifts]
+    return min(float(np.sqrt(np.mean((v - measured.value) ** 2))) for v in values) / listed.u_pp
+
+
+def _advise(checked: list[Checked], unit: str) -> tuple[str, ...]:
+    """By how much the worst branch fails, and what to do."""
+    failed = [one for one in checked if one.held is False]
+    if not failed:
+        return ()
+    worst = max(failed, key=lambda one: one.rms / one.bound)
+    return (
+        f"run {worst.run!r}, {worst.branch}: {without_noise(worst.rms, worst.noise):.2g} {unit} "
+        f"beyond noise, at most {without_noise(worst.bound, worst.noise):.2g} were to be expected.",
+        NEXT["straightness"],
+    )

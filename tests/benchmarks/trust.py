@@ -1,10 +1,14 @@
 """Spoiled recordings, fitted as `rapi fit` does: which are trusted, and what such trust costs.
 
     python3 -m uv run python -m tests.benchmarks.trust [--seeds N] [--first SEED] [WAY ...]
+    python3 -m uv run python -m tests.benchmarks.trust --mixtures N
+    python3 -m uv run python -m tests.benchmarks.trust --diagnose [WAY ...]
 
 A line a way: how its recordings ended (refused on reading, not trusted, trusted) and, from the
 device that made them, the rms error at a rate that was not recorded and the nonlinearity of a
 compensated scan. Trusted wrongly is what misses its claim by more than half a reading's noise.
+Mixtures are two or three ways, drawn at random, one after the other. `--diagnose` asks for a cause
+instead: named wrongly is an effect that is given more than one half.
 """
 
 import argparse
@@ -19,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting import FitResult, identify
+from fitting import FitResult, diagnose, identify
 from rapi_jax import (
     DataError,
     Identified,
@@ -39,6 +43,7 @@ from rapi_jax.io import read_recording, write_recording
 from tests.support.spoiled import WAYS, Columns, healthy
 
 UNSEEN, SWING, SCAN = 25.0, 4.2, 20.0  # Hz, V, Hz
+MIXED, SURE = " + ", 0.5
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,11 +70,7 @@ def judge(way: str, seed: int) -> Row:
     """Spoil the recording of `seed`, write it, read it, and fit it."""
     columns = healthy(seed)
     try:
-        with np.errstate(all="ignore"), tempfile.TemporaryDirectory() as folder:
-            if way != "healthy":
-                WAYS[way](columns)
-            write_recording(columns.recording(), Path(folder) / "recording.nc")
-            recording = read_recording(Path(folder) / "recording.nc")
+        recording = _read(way, columns)
         result = identify(recording, throw=False)
     except (DataError, ModelError) as error:
         return Row(way, seed, "refused", str(error))
@@ -80,6 +81,32 @@ def judge(way: str, seed: int) -> Row:
     return Row(
         way, seed, "trusted", "", *_truth(columns, result, recording), claim.high, claim.noise
     )
+
+
+def _read(way: str, columns: Columns) -> Recording:
+    """The spoiled recording, as a command reads it."""
+    with np.errstate(all="ignore"), tempfile.TemporaryDirectory() as folder:
+        for one in way.split(MIXED) if way != "healthy" else ():
+            WAYS[one](columns)
+        write_recording(columns.recording(), Path(folder) / "recording.nc")
+        return read_recording(Path(folder) / "recording.nc")
+
+
+def ask(way: str, seed: int) -> Row:
+    """Spoil the recording of `seed`, and diagnose it."""
+    try:
+        verdict = diagnose(None, _read(way, healthy(seed))).verdict
+    except (DataError, ModelError) as error:
+        return Row(way, seed, "refused", str(error))
+    named = verdict.effects and verdict.probability > SURE
+    return Row(way, seed, f"named {verdict.name}" if named else "not named", verdict.name)
+
+
+def mixtures(count: int, seed: int) -> list[str]:
+    """So many mixtures of two or three ways, drawn at random."""
+    rng = np.random.default_rng(seed)
+    sizes = rng.integers(2, 4, count)
+    return [MIXED.join(rng.choice(list(WAYS), size, replace=False)) for size in sizes]
 
 
 def _truth(columns: Columns, result: FitResult, recording: Recording) -> tuple[float, float]:
@@ -97,9 +124,13 @@ def _truth(columns: Columns, result: FitResult, recording: Recording) -> tuple[f
     return error, max(scan.up.rms_ghz, scan.down.rms_ghz)
 
 
-def _start(job: tuple[str, int]) -> Row:
+def _start(job: tuple[str, int, bool]) -> Row:
     warnings.simplefilter("ignore")
-    return judge(*job)
+    way, seed, asks = job
+    try:
+        return ask(way, seed) if asks else judge(way, seed)
+    except Exception as error:  # an internal error is what this is to find
+        return Row(way, seed, "INTERNAL ERROR", f"{type(error).__name__} {error}")
 
 
 def main() -> None:
@@ -108,16 +139,23 @@ def main() -> None:
     parser.add_argument("ways", nargs="*", default=["healthy", *WAYS])
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--first", type=int, default=100)
+    parser.add_argument("--mixtures", type=int, default=0)
+    parser.add_argument("--diagnose", action="store_true")
     options = parser.parse_args()
-    seeds = range(options.first, options.first + options.seeds)
-    jobs = [(way, seed) for way in options.ways for seed in seeds]
+    ways = mixtures(options.mixtures, options.first) if options.mixtures else options.ways
+    count = 1 if options.mixtures else options.seeds
+    seeds = range(options.first, options.first + count)
+    jobs = [(way, seed, options.diagnose) for way in ways for seed in seeds]
     rows: list[Row] = []
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
-        for way in options.ways:
-            found = list(pool.map(_start, [job for job in jobs if job[0] == way]))
-            rows += found
-            _print(way, found)
+        found = pool.map(_start, jobs)
+        for way in ways:
+            rows += (some := [next(found) for _ in seeds])
+            _print(way, some)
     spoiled = [row for row in rows if row.way != "healthy"]
+    if options.diagnose:
+        print(f"of {len(spoiled)}: {_count(row.end.split()[0] for row in spoiled)}")
+        return
     counts: dict[str, Any] = {
         end: sum(row.end == end for row in spoiled) for end in ("refused", "not trusted", "trusted")
     }

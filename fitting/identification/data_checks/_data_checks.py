@@ -1,4 +1,4 @@
-"""Faults of a recording: clipping, a wrong period, dead channels, mode hops."""
+"""Faults of a recording: clipping, a wrong period, dead channels, jumps of the reading."""
 
 import dataclasses
 
@@ -9,6 +9,12 @@ from rapi_jax import DataError, Drive, Recording, Run
 from rapi_jax.internal import usable
 
 from ._step_detection import detect_steps
+
+_HOP = "a mode hop, or fringes miscounted. Leave that part out, or shift bias or current."
+_JUMP = (
+    "the sensor or its range switched, a contact slipped, or samples were lost there. Leave that "
+    "part out, or record again."
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -237,11 +243,14 @@ def _wrong_period(run: Run) -> Fault:
 
 
 def find_mode_hops(recording: Recording, errors: list[np.ndarray]) -> list[Fault]:
-    """Steps in a run's residual that stand clear of noise and misfit: mode hops.
+    """Steps in a run's residual that stand clear of noise and misfit: mode hops of a laser.
 
-    `errors` are model less data, one array a run.
+    `errors` are model less data, one array a run. In a reading that is no optical frequency such a
+    step is a jump, of whatever cause.
     """
     found = []
+    optical = recording.response_unit == "GHz"  # files in Hz or MHz are read as GHz
+    kind, cause = ("mode hop", _HOP) if optical else ("jump", _JUMP)
     for run, error in zip(recording.runs, errors, strict=True):
         index = np.flatnonzero(usable(run, recording.response_lag_s))
         if not index.size or run.span == 0:
@@ -258,12 +267,11 @@ def find_mode_hops(recording: Recording, errors: list[np.ndarray]) -> list[Fault
             places = [(place, place) for place, _ in steps]
             found.append(
                 Fault(
-                    "mode hop",
+                    kind,
                     run.name,
                     f"run {run.name!r}: the response jumps by about {size:.3g} "
                     f"{recording.response_unit} at sample{'s' * (len(places) > 1)} "
-                    f"{format_intervals(places)}, which no hysteresis does: a mode hop, or "
-                    "fringes miscounted. Leave that part out, or shift bias or current.",
+                    f"{format_intervals(places)}, which no hysteresis does: {cause}",
                     tuple(places),
                 )
             )

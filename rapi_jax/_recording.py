@@ -10,6 +10,7 @@ import numpy as np
 
 from ._errors import DataError
 from .sampling import _phase
+from .sampling._clock import check_clock
 
 Waveform = Literal["triangle", "sine", "multisine", "step", "other"]
 Origin = Literal["session", "run"]
@@ -31,46 +32,6 @@ def _column(name: str, value: Any, *, finite: bool = True) -> np.ndarray:
     return array
 
 
-def _check_clock(time: np.ndarray) -> None:
-    if time.size < 3:
-        raise DataError(
-            f"A run needs at least 3 samples, but `time_s` has {time.size}. Record it again, or "
-            "leave this run out."
-        )
-    step = np.diff(time)
-    usual = float(np.median(step))
-    back = np.flatnonzero(step <= 0)
-    if back.size:
-        i = int(back[0])
-        kind = "repeats" if step[i] == 0 else "goes back"
-        raise DataError(
-            f"`time_s` {kind} at sample {i + 1} ({time[i]:g} s, then {time[i + 1]:g} s). Time must "
-            "increase: sort the record, or remove the sample that was written twice."
-        )
-    if abs(time[0]) > usual:
-        raise DataError(
-            f"`time_s` starts at {time[0]:g} s, but must start at 0 in each run. Subtract the "
-            "first time, and give the run's place in the session as `start_s`."
-        )
-    gap = np.flatnonzero(step > 1.5 * usual)
-    if gap.size:
-        i = int(gap[0])
-        lost = round(step[i] / usual) - 1
-        raise DataError(
-            f"about {lost} sample(s) are missing after sample {i} (t = {time[i]:g} s; {gap.size} "
-            "gap(s) in all). Samples dropped while recording move everything after them: record "
-            "again."
-        )
-    uneven = np.flatnonzero(np.abs(step - usual) > 0.25 * usual)
-    if uneven.size:
-        i = int(uneven[0])
-        raise DataError(
-            f"`time_s` jitters: the step after sample {i} is {step[i]:g} s, the usual one "
-            f"{usual:g} s ({uneven.size} such steps). Export evenly sampled data, or times with "
-            "more digits."
-        )
-
-
 @dataclasses.dataclass(frozen=True, eq=False)
 class Drive:
     """What is sent to the device in one run.
@@ -81,8 +42,8 @@ class Drive:
       waveform "other" has that rate in Eq. 11 but need not repeat.
     - `start_s`: start of the run in the session's own time, s.
 
-    Raises `DataError` where a column is not finite, or the clock is unsorted, doubled, jittered or
-    has gaps.
+    Raises `DataError` where a column is not finite, or the clock is unsorted, doubled, jittered,
+    has gaps or changes its rate.
     """
 
     time: np.ndarray
@@ -99,7 +60,7 @@ class Drive:
             raise DataError(
                 f"`time_s` has {self.time.size} samples, but `drive` has {self.value.size}."
             )
-        _check_clock(self.time)
+        check_clock(self.time)
         if self.waveform not in WAVEFORMS:
             raise DataError(
                 f"`waveform` must be one of {', '.join(WAVEFORMS)}, not {self.waveform!r}."

@@ -14,6 +14,8 @@ from rapi_jax.effects import AbstractEffect
 from ._thresholds import THRESHOLDS
 from .refit._whitened_model import WhitenedModel
 
+NOTHING_EXPLAINED = "nothing explained"
+
 
 def check_arguments(ecdl: Any, recording: Any, candidates: Any) -> None:
     """Raise `ValueError` where an argument of `diagnose` is of the wrong type."""
@@ -122,7 +124,7 @@ def shown_faults(
             f"the model leaves {100 * share:.0f} % of the response's variance. The response does "
             "not follow this drive: check wiring, columns and lag."
         )
-        found.append(Fault("nothing explained", "", text))
+        found.append(Fault(NOTHING_EXPLAINED, "", text))
     return found
 
 

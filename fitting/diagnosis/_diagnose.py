@@ -17,12 +17,19 @@ from ._content import (
     describe_recording,
     describe_shrinkage,
 )
-from ._data_checks import check_arguments, check_data, find_inconsistencies, shown_faults
+from ._data_checks import (
+    NOTHING_EXPLAINED,
+    check_arguments,
+    check_data,
+    find_inconsistencies,
+    shown_faults,
+)
 from ._diagnosis import Diagnosis
-from ._verdict import blame_data, collect_notes, give_verdict
+from ._verdict import blame_data, collect_notes, doubt_noise, give_verdict
 from .how_far._cross_validation import cross_validate
 from .next_scan._proposal import propose_next_scan
 from .noise._periods import decimate
+from .noise._residual_whiteness import measure_whiteness
 from .refit._whitened_model import WhitenedModel
 from .which._base import fit_base
 from .which._forward_selection import select_effects
@@ -32,6 +39,7 @@ from .which.evidence._evidence import Evidence
 from .which.evidence._probability import (
     credible_set,
     doubt_effects,
+    doubt_none,
     hypothesis_probabilities,
 )
 
@@ -69,6 +77,7 @@ def diagnose(
     check_arguments(ecdl, recording, candidates)
     check_data(ecdl, recording)
     whitened = WhitenedModel.of(decimate(recording))
+    blocks = whitened.blocks
 
     report("base model")
     fitted = fit_base(whitened, ecdl)
@@ -94,6 +103,9 @@ def diagnose(
     # What stays open on held-out data tells whether something is missing that is not listed.
     closed = {name: v.closed["value"] for name, v in held_out.items() if v.closed}
     probabilities = hypothesis_probabilities(evidence, closed)
+    left = None if fitted.spectrum.measured else measure_whiteness(none[1].errors.raw, blocks)
+    if left is not None and left.doubts:
+        probabilities = doubt_none(probabilities)
     if broken:
         probabilities = doubt_effects(probabilities)
     ranked = match_candidates(attribution, probabilities)
@@ -115,12 +127,15 @@ def diagnose(
     verdict = give_verdict(
         name, probability, credible, top, attribution.none, gap, shrinkage, next_scan, recording
     )
-    if broken:
-        verdict = blame_data(verdict, broken)
+    if left is not None:
+        verdict = doubt_noise(verdict, left, recording.response_unit)
     refit, state = choose_refit(top, fitted.refit, flexible=flexible)
     model = state.to_ecdl(whitened, refit.base)
     base = none[1].to_ecdl(whitened, none[0].base)
     faults = broken + shown_faults(recording, state.errors.raw, whitened, verdict.effects)
+    blamed = broken or [fault for fault in faults if fault.kind == NOTHING_EXPLAINED]
+    if blamed:
+        verdict = blame_data(verdict, blamed)
     content = {
         "recording": describe_recording(whitened),
         **gap,

@@ -4,12 +4,14 @@ import dataclasses
 from typing import Any
 
 from fitting.identification.data_checks._data_checks import Fault
+from fitting.identification.data_checks._sweeps import describe_creep, single_sweep
 from rapi_jax import Recording
 
 from ._diagnosis import Verdict
 from ._text import verdict_advice, verdict_sentence
 from .next_scan._confirmation import needs_confirmation
 from .next_scan._next_scan import NextScan
+from .noise._residual_whiteness import ResidualWhiteness
 from .refit._whitened_model import WhitenedModel
 from .which._base import FittedBase
 from .which._candidate import Candidate
@@ -48,10 +50,42 @@ def give_verdict(
 
 def blame_data(verdict: Verdict, faults: list[Fault]) -> Verdict:
     """The verdict on data that do not belong together: the first fault in place of a cause."""
-    sentence = f"The data come first, nothing is said of the laser: {faults[0].message}"
+    sentence = f"The data come first, nothing is said of the device: {faults[0].message}"
     return dataclasses.replace(
         verdict, sentence=sentence, advice="Mend the recording, and diagnose it again."
     )
+
+
+def doubt_noise(verdict: Verdict, left: ResidualWhiteness, unit: str) -> Verdict:
+    """The verdict on a recording in which nothing repeats, so that no noise was measured.
+
+    `left`: what the model leaves without any effect.
+    """
+    size = (
+        f"{left.rms:.3g} {unit} rms ({100 * left.rms / max(left.span, 1e-300):.2g} % of the span)"
+    )
+    if verdict.name == "none":
+        sentence = (
+            f"No effect shows: what the model leaves, {size}, can be noise. That it is, is not "
+            "measured, since nothing repeats."
+        )
+        advice = (
+            "Use the model where it was recorded. Record three periods or more of one drive to "
+            "measure the noise."
+        )
+    elif verdict.name == "unlisted" and left.doubts:
+        sentence = (
+            f"What the model leaves, {size}, is not to be called noise: "
+            f"{' and '.join(left.doubts)}. Whether it is slow noise or an effect that is missing "
+            "cannot be said, since nothing repeats."
+        )
+        advice = (
+            "Do not add an effect. Record three periods or more of one drive, at two rates if you "
+            "can, and diagnose that."
+        )
+    else:
+        return verdict
+    return dataclasses.replace(verdict, sentence=sentence, advice=advice)
 
 
 def _reason(none: Candidate, top: Candidate, sentence: str) -> str:
@@ -68,16 +102,24 @@ def collect_notes(
 ) -> tuple[str, ...]:
     """What the recording cannot tell, and whether the model holds the flexible base."""
     recording, notes = whitened.recording, []
+    sweep = single_sweep(recording)
+    notes += [] if sweep is None else [sweep]
+    notes += describe_creep(recording)
     if not fitted.spectrum.measured:
         notes.append(
             "No run repeats, so noise is not measured but read off the fastest lines: the gap is a "
             "lower edge, and probabilities are wide. Record three periods or more."
         )
     if len(recording.rates) == 1:
-        notes.append("One scan rate: a lag cannot be told from rate-dependent thresholds for sure.")
+        which = "One scan rate" if recording.rates[0] > 0 else "No scan rate"
+        notes.append(
+            f"{which}: a lag cannot be told from rate-dependent thresholds for sure. Record a "
+            "second rate, five times as fast or slow."
+        )
     if len(recording.amplitudes) == 1:
         notes.append(
-            "One amplitude: an amplitude law cannot show, nor can drift be told from creep."
+            "One amplitude: an amplitude law cannot show, nor can drift be told from creep. Record "
+            "a second one, half as large."
         )
     if flexible:
         notes.append(

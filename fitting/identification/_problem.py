@@ -344,9 +344,13 @@ class Problem:
 
 
 def _decades(recording: Recording, data: Batch) -> np.ndarray:
-    """Decades of session time since the start, one period being the first unit: as creep goes."""
+    """Decades of session time since the start, one period being the first unit: as creep goes.
+
+    Where no run has a rate, the longest run is that unit.
+    """
     first = min(drive.start_s for drive in recording.drives)
-    unit = max(1.0 / drive.rate for drive in recording.drives if drive.rate > 0)
+    periods = [1.0 / drive.rate for drive in recording.drives if drive.rate > 0]
+    unit = max(periods or [float(drive.time[-1]) for drive in recording.drives])
     return np.log10(1.0 + np.maximum(data.time - first, 0.0) / unit)
 
 

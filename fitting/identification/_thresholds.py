@@ -301,6 +301,42 @@ class IdentificationThresholds:
         0.7, unit="of the samples", origin="set by trial; with more a reading is not digitised"
     )
 
+    # Sweeps and holds
+    branch_swing: float = threshold(
+        0.1, unit="of the swing", origin="convention; less is no branch of the drive"
+    )
+    hold_swing: float = threshold(
+        1e-3,
+        unit="of the swing",
+        origin="a sine stays so near to its top for 2 % of its period; see `hold_share`",
+    )
+    hold_share: float = threshold(
+        0.05, unit="of the run", origin="twice what a single period of a sine rests at its top"
+    )
+    hold_samples: int = threshold(
+        20, unit="samples", origin="convention; a shorter rest shows none"
+    )
+    hold_sigmas: float = threshold(
+        6.0, unit="standard errors", origin="convention; slow noise is not called creep"
+    )
+    hold_creep: float = threshold(
+        2e-3, unit="of the span", origin="convention; less spoils no scan"
+    )
+    main_tone: float = threshold(
+        0.5,
+        unit="of the power",
+        origin="a sawtooth has 0.61 in its first tone, a square 0.81; equal tones have less",
+    )
+    broadband: float = threshold(
+        6.0, unit="highest over lowest frequency", origin="more than the harmonics 1, 2, 3, 5 span"
+    )
+    longest_lag: float = threshold(
+        0.8, unit="of the record", origin="convention; a fifth is left to compare"
+    )
+    alike: float = threshold(
+        0.98, unit="correlation", origin="below it the miss exceeds `shorter_period_miss`"
+    )
+
     # Steps of the residual
     step_width_short: int = threshold(
         5, unit="samples", origin="set by trial; of the lines on either side of a step"

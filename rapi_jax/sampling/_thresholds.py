@@ -42,6 +42,19 @@ class SamplingThresholds:
     most_turns: int = threshold(
         16, unit="turns a period", origin="more are those of a multisine, or of noise"
     )
+    clock_change: float = threshold(
+        0.25,
+        unit="of a step",
+        origin="convention; the step of an even clock stays within a quarter of the usual one",
+    )
+    clock_stretch: int = threshold(
+        10, unit="steps", origin="convention; fewer equal steps are no sampling rate of their own"
+    )
+    clock_even: float = threshold(
+        0.95,
+        unit="of the steps",
+        origin="convention; all but the steps where the rate changes are in even stretches",
+    )
 
 
 THRESHOLDS = SamplingThresholds()

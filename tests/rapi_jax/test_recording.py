@@ -258,6 +258,14 @@ BAD_DRIVES = {
         dict(time=np.delete(np.arange(23) * 0.01, [12, 13, 14])),
         r"about 3 sample.*after sample 11.*1 gap",
     ),
+    "two rates": (
+        dict(time=np.r_[TIME, 0.19 + np.arange(1, 31) * 0.02], value=np.ones(50)),
+        r"several sampling rates: every 0.01 s from 0 s, then every 0.02 s from 0.19 s.*no jitter",
+    ),
+    "three rates, the first again": (
+        dict(time=np.cumsum(np.r_[0.0, np.repeat([0.01, 0.013, 0.01], 40)]), value=np.ones(121)),
+        r"several sampling rates: .*every 0.013 s from 0.4 s, then every 0.01 s from 0.92 s",
+    ),
     "late start": (dict(time=TIME + 5.0), r"starts at 5 s"),
     "early start": (dict(time=TIME - 5.0), r"starts at -5 s"),
     "two columns": (dict(value=np.ones((20, 2))), r"`drive` must be one column.*\(20, 2\)"),
@@ -283,6 +291,12 @@ def test_small_jitter_and_rounded_times_are_accepted():
     assert Drive(TIME + jitter, np.sin(TIME)).size == 20
     rounded = np.round(np.arange(3000) / 30000, 6)  # 33.33 us with six digits
     assert Drive(rounded, rounded).size == 3000
+
+
+def test_gaps_between_even_stretches_are_gaps():
+    time = np.delete(np.arange(90) * 0.01, [30, 31, 60])
+    with pytest.raises(DataError, match=r"about 2 sample.*after sample 29.*2 gap"):
+        Drive(time, np.sin(time))
 
 
 def test_a_run_must_match_its_drive():

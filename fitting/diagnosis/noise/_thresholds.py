@@ -74,6 +74,35 @@ class NoiseThresholds:
         unit="chi-square",
         origin="beyond the 0.1 % point for six columns (22.5); smaller trends are left in",
     )
+    noise_signal: float = threshold(
+        0.5,
+        unit="of the readings' variance",
+        origin="convention; of so much the model says nothing",
+    )
+    noise_slow: float = threshold(
+        0.5,
+        unit="of the mean square",
+        origin="convention; where nothing repeats, what is mostly slow is not called noise",
+    )
+    noise_sigmas: float = threshold(
+        3.0,
+        unit="standard errors",
+        origin="1000 draws of 40 to 4000 white samples: less than 0.1 %",
+    )
+    white_error: float = threshold(
+        2.9,
+        unit="over the root of the samples",
+        origin="1000 draws each of 40 to 4000 white samples: standard deviation 2.5 to 3.0",
+    )
+    noise_drive: float = threshold(
+        0.3, unit="of the mean square", origin="convention; beyond chance, noise follows no drive"
+    )
+    drive_bins: int = threshold(12, unit="bins a direction", origin="convention")
+    drive_passes: float = threshold(
+        3.0,
+        unit="passes of a bin",
+        origin="convention; with fewer a slow residual follows any drive",
+    )
 
 
 THRESHOLDS = NoiseThresholds()

@@ -50,12 +50,16 @@ def _scaled_inverse(
 ) -> tuple[Float[np.ndarray, "unknowns unknowns"], Float[np.ndarray, " unknowns"]]:
     """Pseudo-inverse of a normal matrix scaled to a unit diagonal, and the lengths of its columns.
 
-    A length is 0 where the data do not depend on an unknown.
+    A length is 0 where the data do not depend on an unknown, or where its derivative overflows: of
+    a refit that ran away.
     """
     unit = np.sqrt(np.diag(matrix))
+    unit = np.where(np.isfinite(unit), unit, 0.0)
     alive = unit > 0
     length = np.where(alive, unit, 1.0)
-    scaled = matrix / length[:, None] / length[None, :] + np.diag(np.where(alive, 0.0, 1.0))
+    known = alive[:, None] & alive[None, :] & np.isfinite(matrix)
+    scaled = np.where(known, matrix, 0.0) / length[:, None] / length[None, :]
+    scaled += np.diag(np.where(alive, 0.0, 1.0))
     size, vectors = np.linalg.eigh(scaled)
     kept = is_determined(size, THRESHOLDS.covariance_rcond)
     return (vectors[:, kept] / size[kept]) @ vectors[:, kept].T, unit

@@ -12,6 +12,7 @@ from fitting.identification._problem import Problem, Solution
 from fitting.identification._starts import Start
 from fitting.identification._thresholds import THRESHOLDS
 from fitting.identification.data_checks._data_checks import Fault
+from fitting.identification.data_checks._sweeps import describe_creep, single_sweep
 from rapi_jax.internal import Band
 
 from ._claim import Claim
@@ -51,14 +52,17 @@ def judge(
     rmse = float(np.sqrt(np.mean(error**2)))
     span = max(float(np.ptp(data.y[r, data.use[r]])) for r in range(data.y.shape[0]))
     undetermined = unidentifiable(problem, solution)
+    sweep = single_sweep(problem.recording)
     reasons = [
+        *([] if sweep is None else [sweep]),
         *_check_rank(undetermined),
         *_check_convergence(problem, weight, solution, rmse, span),
         *_check_starts(starts),
         *(f"{fault.kind}: {fault.message}" for fault in faults if not fault.left_out),
         *_check_misfit(problem, rmse, span, noise, claim),
     ]
-    failures, notes = _check_held_out(held_out, span, noise.total)
+    repeats = any(run.drive.periods > 1 for run in problem.recording.runs)
+    failures, notes = _check_held_out(held_out, span, noise.total, repeats=repeats)
     reasons += failures
     notes += [f"{fault.kind}: {fault.message}" for fault in faults if fault.left_out]
     with_gap = not reasons and rmse > THRESHOLDS.with_gap * noise.total
@@ -137,10 +141,19 @@ def _check_misfit(
 
 
 def _check_held_out(
-    held_out: list[HeldOut], span: float, noise: float
+    held_out: list[HeldOut], span: float, noise: float, *, repeats: bool
 ) -> tuple[list[str], list[str]]:
-    """Reasons and notes: a model has to predict what lies between runs, but not to extrapolate."""
+    """Reasons and notes: a model has to predict what lies between runs, but not to extrapolate.
+
+    `repeats`: whether some run holds two periods or more.
+    """
     reasons, notes = [], []
+    cure = (
+        "Fewer parameters, or a drift to model."
+        if repeats
+        else "No run repeats, so that the drive may go there where it went nowhere before: record "
+        "three periods or more. Else fewer parameters, or a drift to model."
+    )
     for scheme in held_out:
         usual = max(scheme.train_rmse, noise)
         if scheme.rmse <= THRESHOLDS.generalisation * usual + THRESHOLDS.exact_fit * span:
@@ -151,7 +164,7 @@ def _check_held_out(
         )
         large = scheme.fraction > THRESHOLDS.held_out_error
         if scheme.scheme == "last third" and large:
-            reasons.append(f"does not generalise: {text}. Fewer parameters, or a drift to model.")
+            reasons.append(f"does not generalise: {text}. {cure}")
         elif scheme.runs and scheme.inside and large:
             reasons.append(
                 f"not predicted: {text}, though other runs lie on both sides of it. Look at that "
@@ -167,16 +180,24 @@ def _notes(
 ) -> list[str]:
     notes = []
     recording = problem.recording
+    notes += describe_creep(recording)
     if max(recording.rates) <= THRESHOLDS.one_rate * min(recording.rates):
+        which = "one scan rate" if max(recording.rates) > 0 else "no scan rate"
         notes.append(
-            f"one scan rate: the rate dependence{_named(problem, 'zeta', 'kappa')} rests on the "
+            f"{which}: the rate dependence{_named(problem, 'zeta', 'kappa')} rests on the "
             "shape of one loop, and a lag of the device or its reading (delay, amplifier, servo) "
             "cannot be told from hysteresis. Record a second rate before predicting at another."
         )
     if len(recording.amplitudes) == 1:
         notes.append(
             f"one amplitude: how thresholds grow with amplitude{_named(problem, 'alpha')} is "
-            "assumed, not measured."
+            "assumed, not measured. Record a second one, half as large, before compensating at "
+            "another."
+        )
+    if not any(run.drive.periods > 1 for run in recording.runs):
+        notes.append(
+            "nothing repeats: noise is taken as what changes from sample to sample. Record three "
+            "periods or more of one drive to measure it."
         )
     names = problem.names
     bound = [

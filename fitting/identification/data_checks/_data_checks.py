@@ -1,14 +1,21 @@
-"""Faults of a recording: clipping, a wrong period, dead channels, mode hops."""
+"""Faults of a recording: clipping, a wrong period, dead channels, jumps of the reading."""
 
 import dataclasses
 
 import numpy as np
 
 from fitting.identification._thresholds import THRESHOLDS
-from rapi_jax import DataError, Drive, Recording, Run
+from rapi_jax import DataError, Recording, Run
 from rapi_jax.internal import usable
 
+from ._drive_character import describe_drive, period_mismatch
 from ._step_detection import detect_steps
+
+_HOP = "a mode hop, or fringes miscounted. Leave that part out, or shift bias or current."
+_JUMP = (
+    "the sensor or its range switched, a contact slipped, or samples were lost there. Leave that "
+    "part out, or record again."
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -172,11 +179,11 @@ def _check_period(run: Run) -> Fault | None:
     count = (drive.time[-1] + step) / period
     whole = np.unique(np.geomspace(1, max(count - 0.2, 1), 8).astype(int))
     if count >= limits.several_periods:
-        worst = max(_period_mismatch(drive, k * period) for k in whole)
+        worst = max(period_mismatch(drive, k * period) for k in whole)
         if worst > limits.period_miss + 2.0 * noise:
             return _wrong_period(run)
     elif drive.time[-1] > period + 2.0 * step:
-        if _period_mismatch(drive, period) > limits.period_miss_short + 2.0 * noise:
+        if period_mismatch(drive, period) > limits.period_miss_short + 2.0 * noise:
             return _wrong_period(run)
     elif count >= limits.whole_period:
         slope = (drive.value[-1] - drive.value[-3]) / (2.0 * step)
@@ -188,60 +195,30 @@ def _check_period(run: Run) -> Fault | None:
     for parts in range(2, limits.period_divisions + 1):
         if period / parts < limits.period_samples * step or count < limits.whole_period:
             break
-        if _period_mismatch(drive, period / parts) < limits.shorter_period_miss + 2.0 * noise:
+        if period_mismatch(drive, period / parts) < limits.shorter_period_miss + 2.0 * noise:
             return _wrong_period(run)
     return None
 
 
-def _period_mismatch(drive: Drive, lag: float) -> float:
-    """Rms difference of the drive and itself `lag` later (s), over its span."""
-    inside = drive.time <= drive.time[-1] - lag
-    later = np.interp(drive.time[inside] + lag, drive.time, drive.value)
-    return float(np.sqrt(np.mean((later - drive.value[inside]) ** 2))) / drive.u_pp
-
-
-def _count_crossings(value: np.ndarray) -> int:
-    """Number of crossings of the middle, with a tenth of the span as dead band."""
-    place = (value - value.min()) / np.ptp(value)
-    state = np.where(place > 0.6, 1, np.where(place < 0.4, -1, 0))
-    state = state[state != 0]
-    return int(np.count_nonzero(np.diff(state)))
-
-
-def _actual_rate(drive: Drive) -> tuple[float, str]:
-    """The rate that the drive has instead, in Hz, and whether it repeats or only swings so."""
-    about = max(_count_crossings(drive.value), 1) / 2 / drive.time[-1]
-    near = about * np.geomspace(0.6, 1.6, 400)
-    near = near[1.0 / near < 0.8 * drive.time[-1]]
-    misses = [_period_mismatch(drive, 1.0 / rate) for rate in near]
-    if misses and min(misses) < THRESHOLDS.shorter_period_miss:
-        return float(near[int(np.argmin(misses))]), "repeats"
-    return about, "swings"
-
-
 def _wrong_period(run: Run) -> Fault:
-    rate, does = _actual_rate(run.drive)
-    thousand = abs(abs(np.log10(rate / run.drive.rate)) - 3.0) < 0.1
-    cure = (
-        "That is a factor of 1000: `time_s` must be in s and `excitation_hz` in Hz."
-        if thousand
-        else 'Correct `excitation_hz`, or say `waveform = "other"`.'
-    )
+    kind, words = describe_drive(run.drive)
     return Fault(
-        "wrong period",
+        kind,
         run.name,
-        f"run {run.name!r}: the drive does not have the period of {run.drive.rate:g} Hz; it {does} "
-        f"at about {rate:.3g} Hz. {cure}",
+        f"run {run.name!r}: the drive does not have the period of {run.drive.rate:g} Hz; {words}",
         ((0, run.drive.size - 1),),
     )
 
 
 def find_mode_hops(recording: Recording, errors: list[np.ndarray]) -> list[Fault]:
-    """Steps in a run's residual that stand clear of noise and misfit: mode hops.
+    """Steps in a run's residual that stand clear of noise and misfit: mode hops of a laser.
 
-    `errors` are model less data, one array a run.
+    `errors` are model less data, one array a run. In a reading that is no optical frequency such a
+    step is a jump, of whatever cause.
     """
     found = []
+    optical = recording.response_unit == "GHz"  # files in Hz or MHz are read as GHz
+    kind, cause = ("mode hop", _HOP) if optical else ("jump", _JUMP)
     for run, error in zip(recording.runs, errors, strict=True):
         index = np.flatnonzero(usable(run, recording.response_lag_s))
         if not index.size or run.span == 0:
@@ -258,12 +235,11 @@ def find_mode_hops(recording: Recording, errors: list[np.ndarray]) -> list[Fault
             places = [(place, place) for place, _ in steps]
             found.append(
                 Fault(
-                    "mode hop",
+                    kind,
                     run.name,
                     f"run {run.name!r}: the response jumps by about {size:.3g} "
                     f"{recording.response_unit} at sample{'s' * (len(places) > 1)} "
-                    f"{format_intervals(places)}, which no hysteresis does: a mode hop, or "
-                    "fringes miscounted. Leave that part out, or shift bias or current.",
+                    f"{format_intervals(places)}, which no hysteresis does: {cause}",
                     tuple(places),
                 )
             )

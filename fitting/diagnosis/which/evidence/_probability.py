@@ -44,6 +44,17 @@ def doubt_effects(ranked: Ranked) -> Ranked:
     return sorted([*kept, rest], key=lambda pair: -pair[1])
 
 
+def doubt_none(ranked: Ranked) -> Ranked:
+    """The same where noise is not known and what is left does not look like it.
+
+    What `none` loses is `unlisted`'s: slow noise, or an effect that is not known.
+    """
+    share = THRESHOLDS.doubt_share
+    lost = sum((1.0 - share) * p for name, p in ranked if name == "none")
+    change = {"none": -lost, UNLISTED: lost}
+    return sorted(((name, p + change.get(name, 0.0)) for name, p in ranked), key=lambda x: -x[1])
+
+
 def credible_set(ranked: Ranked) -> list[str]:
     """Names of the smallest set of hypotheses with at least 95 % of the probability."""
     total, names = 0.0, []

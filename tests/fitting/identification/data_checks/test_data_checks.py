@@ -4,6 +4,7 @@ The model here is a four-line loop with three plays, fitted by linear least squa
 purpose, so that residuals bend where the drive turns and where plays take hold.
 """
 
+import dataclasses
 import json
 
 import numpy as np
@@ -189,6 +190,18 @@ def test_a_single_wrong_sample_is_no_hop():
     reading[[700, 1500, 3100]] += 3.0
     recording = Recording((Run(drive, reading),))
     assert find_mode_hops(recording, [residual(recording.runs[0])]) == []
+
+
+@pytest.mark.parametrize(
+    ("unit", "kind", "words"),
+    [("GHz", "mode hop", "fringes miscounted"), ("um", "jump", "contact"), ("V", "jump", "range")],
+)
+def test_a_jump_is_a_mode_hop_of_an_optical_frequency_only(unit, kind, words):
+    recording, _ = hopped(3, 0.020)
+    other = dataclasses.replace(recording, response_unit=unit)
+    (fault,) = find_mode_hops(other, [residual(run) for run in other.runs])
+    assert fault.kind == kind and words in fault.message
+    assert ("mode hop" in fault.message) == (unit == "GHz")
 
 
 def test_clipped_readings_are_found():

@@ -1,0 +1,132 @@
+"""What a drive is that lacks the period said of it: another rate, changing swings, many tones."""
+
+import dataclasses
+
+import numpy as np
+from scipy.signal import find_peaks
+from scipy.signal.windows import tukey
+
+from fitting.identification._thresholds import THRESHOLDS
+from rapi_jax import Drive
+from rapi_jax.internal import turning_samples
+
+
+@dataclasses.dataclass(frozen=True)
+class DriveCharacter:
+    """The spectrum of a drive about its mean, and when it repeats.
+
+    - `low_hz`, `high_hz`: the middle 90 % of its power lies between. `main_hz`: its strongest tone;
+      `main_share`: the share of the power within a fifth of it.
+    - `repeats_s`: the shortest time after which the drive is what it was; 0 where none is seen.
+    - `swings`: the smallest and the largest swing from turn to turn, of those above a tenth of all.
+    """
+
+    low_hz: float
+    high_hz: float
+    main_hz: float
+    main_share: float
+    repeats_s: float
+    swings: tuple[float, float]
+
+    @property
+    def many_tones(self) -> bool:
+        """Whether no single tone holds half of the power."""
+        return self.main_share < THRESHOLDS.main_tone
+
+    @property
+    def broadband(self) -> bool:
+        """Whether the power of such a drive is spread widely."""
+        wide = self.high_hz > THRESHOLDS.broadband * max(self.low_hz, 1e-300)
+        return wide and self.many_tones
+
+    @property
+    def changing(self) -> bool:
+        """Whether the swings differ by more than a tenth, as one amplitude after another does."""
+        low, high = self.swings
+        return low < (1.0 - THRESHOLDS.branch_swing) * high
+
+
+def period_mismatch(drive: Drive, lag: float) -> float:
+    """Rms difference of the drive and itself `lag` later (s), over its span."""
+    inside = drive.time <= drive.time[-1] - lag
+    later = np.interp(drive.time[inside] + lag, drive.time, drive.value)
+    return float(np.sqrt(np.mean((later - drive.value[inside]) ** 2))) / drive.u_pp
+
+
+def characterise(drive: Drive) -> DriveCharacter:
+    """The character of a drive that moves."""
+    window = np.asarray(tukey(drive.size + 2, 0.2))[1:-1]  # little leaks, the ends still count
+    mean = float(window @ drive.value) / float(window.sum())
+    power = np.abs(np.fft.rfft(window * (drive.value - mean))) ** 2
+    hertz = np.fft.rfftfreq(drive.size, drive.step_s)
+    total = np.cumsum(power) / power.sum()
+    low, high = (float(hertz[np.searchsorted(total, level)]) for level in (0.05, 0.95))
+    peak = float(hertz[1:][np.argmax(power[1:])])
+    width = max(0.2 * peak, 2.5 * float(hertz[1]))  # a tone through the window is 4 lines wide
+    near = np.abs(hertz - peak) <= width
+    main = float(power[near] @ hertz[near] / power[near].sum())
+    share = float(power[near].sum() / power.sum())
+    return DriveCharacter(low, high, main, share, _repetition(drive), _swings(drive))
+
+
+def _repetition(drive: Drive) -> float:
+    """The shortest lag, to four fifths of the record, after which the drive is what it was (s)."""
+    u = drive.value - drive.value.mean()
+    size = 1 << (2 * u.size - 1).bit_length()
+    spectrum = np.fft.rfft(u, size)
+    product = np.fft.irfft(np.abs(spectrum) ** 2, size)[: u.size]
+    square = np.cumsum(u**2)
+    lags = np.arange(1, int(THRESHOLDS.longest_lag * u.size))
+    # Sums of squares of the two parts that overlap at each lag.
+    early, late = square[u.size - 1 - lags], square[-1] - square[lags - 1]
+    alike = 2.0 * product[lags] / np.maximum(early + late, 1e-300)
+    peaks, _ = find_peaks(alike, height=THRESHOLDS.alike)
+    for lag in lags[peaks][:50]:
+        near = (lag + np.linspace(-1.0, 1.0, 21)) * drive.step_s
+        misses = [period_mismatch(drive, float(one)) for one in near]
+        if min(misses) < THRESHOLDS.shorter_period_miss:
+            return float(near[int(np.argmin(misses))])
+    return 0.0
+
+
+def _swings(drive: Drive) -> tuple[float, float]:
+    turns = turning_samples(drive.value, THRESHOLDS.branch_swing)
+    moves = np.abs(np.diff(drive.value[turns]))[1:-1]  # the first and last may be cut off
+    return (float(moves.min()), float(moves.max())) if moves.size else (drive.u_pp, drive.u_pp)
+
+
+def describe_drive(drive: Drive) -> tuple[str, str]:
+    """The kind of fault of a drive without the period said of it, and the words that follow on
+    "does not have the period of 10 Hz": what it is, and what to say instead.
+    """
+    found = characterise(drive)
+    repeats = found.repeats_s
+    if found.many_tones:
+        name = "broadband" if found.broadband else "a sum of tones"
+        what = f"it is {name}, 90 % of its power from {found.low_hz:.3g} to {found.high_hz:.3g} Hz"
+        one = "A model of one scan rate (Eq. 11) is best identified on triangles or sines."
+        if repeats:
+            what += f", and repeats every {repeats:.4g} s"
+            cure = f"Say `excitation_hz = {1.0 / repeats:.4g}`"
+        else:
+            what += f", and repeats nowhere in the {drive.time[-1]:.3g} s recorded"
+            cure = 'Leave `excitation_hz` out and say `waveform = "other"`'
+        kind = "broadband drive" if found.broadband and not repeats else "wrong period"
+        return kind, f"{what}. {cure}. {one}"
+    if repeats:
+        rate = 1.0 / repeats
+        return "wrong period", f"it repeats at about {rate:.3g} Hz. {_cure(rate, drive.rate)}"
+    what = f"it swings at about {found.main_hz:.3g} Hz"
+    if found.changing:
+        low, high = found.swings
+        what += f", by {low:.3g} to {high:.3g} in turn, and so does not repeat"
+        right = abs(found.main_hz - drive.rate) < found.main_hz / 20.0
+        rate = "" if right else f" and `excitation_hz = {found.main_hz:.3g}`"
+        return "wrong period", f'{what}. Say `waveform = "other"`{rate}.'
+    return "wrong period", f"{what}. {_cure(found.main_hz, drive.rate)}"
+
+
+def _cure(rate: float, said: float) -> str:
+    if abs(abs(np.log10(rate / said)) - 3.0) < 0.1:
+        return "That is a factor of 1000: `time_s` must be in s and `excitation_hz` in Hz."
+    return 'Correct `excitation_hz`, or say `waveform = "other"`.'

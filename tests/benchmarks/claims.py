@@ -18,13 +18,12 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from fitting import FitResult, check_claim, check_scan, identify
+from fitting import CertifiedDrive, FitResult, check_claim, check_scan, identify
 from fitting.blind.realised._model_response import to_drive
 from fitting.blind.simulator._scan import Scan, place_in_time, scan_from_samples
 from fitting.blind.simulator._simulated_device import Run as SimulatedRun
 from fitting.blind.simulator._simulated_device import SimulatedDevice, draw_device
 from fitting.claim_check._check import Checked
-from fitting.claim_check._scan import CertifiedDrive
 from rapi_jax import (
     DataError,
     Identified,

@@ -40,11 +40,11 @@ def check_scan(
     and of what changes from sample to sample.
 
     Runs with a drive that is not on the list are listed and not judged. The claim held where each
-    branch is within the 95 % interval for so many runs together. Raises `DataError` where no run
+    branch is within the 95 % interval for so many together. Raises `DataError` where no run
     can be judged.
     """
     found = [_find_drive(run, drives) for run in recording.runs]
-    count = sum(not isinstance(one, str) and not one.notes for one in found)
+    count = 2 * sum(not isinstance(one, str) and not one.notes for one in found)
     if not count:
         first = found[0] if isinstance(found[0], str) else "; ".join(found[0].notes)
         raise DataError(
@@ -65,7 +65,7 @@ def check_scan(
 def _branches(
     recording: Recording, run: Run, certified: CertifiedDrive | str, claim: Claim, count: int
 ) -> list[Checked]:
-    """A row for each branch of a run; `count` runs are judged."""
+    """A row for each branch of a run; `count` branches are judged."""
     lag = recording.response_lag_s
     index = np.flatnonzero(usable(run, lag))
     straight = linearity(run)

@@ -13,6 +13,7 @@ import numpy as np
 
 from fitting.identification._problem import Problem, Solution
 from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification.robust._reweighting import Reweighting
 from fitting.solver._identifiability import pseudo_gram
 
 from ._autoregression import autocovariance, fit_autoregression, model_autocovariance
@@ -58,16 +59,27 @@ class Uncertainty:
 
 
 def estimate_uncertainty(
-    problem: Problem, solution: Solution, run_weights: np.ndarray
+    problem: Problem,
+    solution: Solution,
+    run_weights: np.ndarray,
+    reweighting: Reweighting | None = None,
 ) -> Uncertainty:
-    """Covariance of the problem's vector, its constant and run offsets shared as in the values."""
+    """Covariance of the problem's vector, its constant and run offsets shared as in the values.
+
+    With `reweighting` that of an M-estimate: residuals are what the loss makes of them, over the
+    mean slope by which it answers the model (Huber and Ronchetti, chapter 7).
+    """
     use = problem.data.use
     shaped = solution.jacobian.reshape(*use.shape, -1)
     free = np.linalg.norm(solution.jacobian, axis=0) > 0
-    root = np.sqrt(run_weights)
-    jacobians = [shaped[row, use[row]][:, free] / root[row] for row in range(use.shape[0])]
-    residuals = [solution.error[row, use[row]] for row in range(use.shape[0])]
-    part = correlated_covariance(residuals, jacobians, list(run_weights))
+    root, error = np.sqrt(run_weights)[:, None] * np.ones(use.shape), solution.error
+    if reweighting is not None:
+        root = root * np.sqrt(reweighting.share)
+        error = error * reweighting.share / reweighting.slope[:, None]
+        run_weights = run_weights * reweighting.slope
+    rows = [(row, use[row]) for row in range(use.shape[0])]
+    jacobians = [shaped[at][:, free] / root[at][:, None] for at in rows]
+    part = correlated_covariance([error[at] for at in rows], jacobians, list(run_weights))
     size = solution.values.size
     covariance = np.zeros((size, size))
     covariance[np.ix_(free, free)] = part.covariance

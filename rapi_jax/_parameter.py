@@ -35,7 +35,8 @@ def parameter(
     - `linear`: whether the operator's output is affine in it with a basis that depends on the drive
       alone, so that a fit may solve for it exactly.
     - `first`: the number of a vector's first element, in names such as `d_1`.
-    - `held`: whether a diagnosis keeps the value it starts from; a fit moves it where it is freed.
+    - `held`: whether a diagnosis keeps the value it starts from; a fit moves it where it is freed
+      by itself, not with the whole operator or effect.
     """
     if positive:
         bounds = (0.0, np.inf)

@@ -23,6 +23,7 @@ def fit(
     plugin: Plugins = (),
     choose: Annotated[bool, Parameter(negative="")] = False,
     weights: Literal["hysteresis", "uniform"] = "hysteresis",
+    loss: Literal["squares", "huber", "student"] = "squares",
     starts: Annotated[int, Parameter(validator=validators.Number(gte=1, lte=100))] = 6,
     history: bool = True,
     drift: Annotated[bool | None, Parameter(negative="--no-drift")] = None,
@@ -66,6 +67,9 @@ def fit(
         Also choose the number of plays and the order on held-out data (slower).
     weights
         Weights of the runs: by hysteresis percentage (Eq. 26), or equal.
+    loss
+        Of residuals: squares, with outliers left out and listed; or, for data that cannot be
+        cleaned, huber or student (heavier tails), which leave nothing out.
     starts
         At most so many starts; two that agree on the best end are enough.
     history
@@ -107,6 +111,7 @@ def fit(
             choose=choose,
             operator=kind,
             weights=weights,
+            loss=loss,
             starts=starts,
             history=history,
             drift=drift,

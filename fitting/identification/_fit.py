@@ -28,6 +28,9 @@ from .data_checks._drive_noise import find_drive_noise
 from .data_checks._exchanged_runs import find_copied_readings, find_exchanged_runs
 from .data_checks._outliers import few_outliers, find_outliers, leave_out, report_outliers
 from .data_checks._run_changes import find_changed_runs
+from .robust._despike import despike
+from .robust._loss import AbstractLoss, loss_of
+from .robust._reweighting import Reweighting, search_reweighted
 
 Progress = Callable[[str], None]
 
@@ -38,7 +41,7 @@ def default_free(ecdl: ECDL, recording: Recording) -> Callable[[ECDL], Any]:
     See the operator's `held`.
     """
     held = ecdl.operator.held(recording)
-    names = [p.name for p in parameters(ecdl.operator) if p.name not in held]
+    names = [p.name for p in parameters(ecdl.operator) if not p.held and p.name not in held]
     return lambda e: tuple(getattr(e.operator, name) for name in names)
 
 
@@ -56,6 +59,7 @@ def fit(
     *,
     free: Callable[[ECDL], Any] | None = None,
     weights: str | Sequence[float] = "hysteresis",
+    loss: str = "squares",
     starts: int = 6,
     guess: bool | Sequence[ECDL] = True,
     history: bool = True,
@@ -73,6 +77,8 @@ def fit(
     - `free`: selects what may move, as in `equinox.tree_at`: `lambda e: e.operator`, or
       `lambda e: (e.operator.lam, e.effects[-1])`. Default: see `default_free`.
     - `weights`: `A_j` of Eq. 26: "hysteresis" (its percentage), "uniform", or one number a run.
+    - `loss`: of residuals. "squares", with outliers left out and listed; or, for data that cannot
+      be cleaned, "huber" or "student" (heavier tails): every reading counts, by a weight.
     - `starts`: at most so many starts; two that agree on the best end are enough.
     - `guess`: let first guesses from the data be among the starts; or models to use as such.
     - `history`: free the plays' initial values in runs that do not repeat.
@@ -90,13 +96,17 @@ def fit(
     began = time.perf_counter()
     report = progress or (lambda line: None)
     options = solver_options(max_steps)
+    kind = loss_of(loss)
     posed = Posed.of(ecdl, recording, free, weights, history=history, drift=drift)
 
     def search(posed: Posed) -> tuple[Solution, list[Start]]:
         report("starts")
         return search_starts(posed.problem, posed.weight, starts, options, guess=guess)
 
-    posed, (solution, ends) = posed.without_outliers(search)
+    if kind is None:
+        posed, (solution, ends) = posed.without_outliers(search)
+    else:
+        posed, (solution, ends) = posed.reweighted(loss, kind, search, options)
     result = posed.conclude(solution, ends, hold_out, options, began, report)
     if throw and not result.verdict.trusted:
         raise UntrustedFit(result)
@@ -107,13 +117,15 @@ def fit(
 class Posed:
     """A problem with its weights: of the runs, and square roots of those of the samples.
 
-    `recording`: as given; the problem's own may leave readings out.
+    `recording`: as given; the problem's own may leave readings out. `reweighting`: what a robust
+    loss makes of single readings; `None` for squares.
     """
 
     problem: Problem
     per_run: np.ndarray
     weight: np.ndarray
     recording: Recording
+    reweighting: Reweighting | None = None
 
     @classmethod
     def of(
@@ -158,6 +170,25 @@ class Posed:
             found = search(posed)
         return posed, found
 
+    def reweighted(
+        self,
+        name: str,
+        loss: AbstractLoss,
+        search: Callable[["Posed"], tuple[Solution, list[Start]]],
+        options: SolverOptions,
+        found: tuple[Solution, list[Start]] | None = None,
+    ) -> tuple["Posed", tuple[Solution, list[Start]]]:
+        """The problem with the weights that `loss` gives the readings, and the fit under these.
+
+        `found`: what was found with equal weights, if that is known.
+        """
+        state, solution, starts = search_reweighted(
+            self.problem, self.per_run, name, loss,
+            lambda weight: search(dataclasses.replace(self, weight=weight)), options, found,
+        )  # fmt: skip
+        weight = self.problem.weights(self.per_run) * np.sqrt(state.share)
+        return dataclasses.replace(self, weight=weight, reweighting=state), (solution, starts)
+
     def conclude(
         self,
         solution: Solution,
@@ -172,20 +203,25 @@ class Posed:
         recording = problem.recording
         solution = refine(problem, weight, solution, options)
         report("standard errors")
-        uncertainty = estimate_uncertainty(problem, solution, per_run)
+        robust = self.reweighting
+        uncertainty = estimate_uncertainty(problem, solution, per_run, robust)
         held_out = []
         if hold_out:
             report("held-out data")
             kinds = KINDS if hold_out is True else hold_out
-            held_out = cross_validate(problem, per_run, solution, kinds, options=options)
-        noise = measure_noise(problem, solution.error)
+            held_out = cross_validate(
+                problem, per_run, solution, kinds, options=options, reweighting=robust
+            )
+        judged = solution.error if robust is None else robust.judged(solution.error)
+        noise = measure_noise(problem, judged)
         curved = curvature(recording, [usable(r, recording.response_lag_s) for r in recording.runs])
         claim = make_claim(recording, held_out, noise, curved)
         report("faults")
         faults = self._faults(solution, options)
         verdict = judge(
-            problem, weight, solution, starts, held_out, faults, uncertainty.stderr, noise, claim
-        )
+            problem, weight, solution, starts, held_out, faults, uncertainty.stderr, noise, claim,
+            robust,
+        )  # fmt: skip
         return FitResult(
             ecdl=problem.model(solution.values),
             recording=self.recording,
@@ -203,23 +239,31 @@ class Posed:
             predicted=tuple(cut_to_runs(problem, solution.error + problem.data.y)),
             used=tuple(cut_to_runs(problem, problem.data.use)),
             seconds=time.perf_counter() - began,
+            loss="squares" if robust is None else robust.name,
         )
 
     def _faults(self, solution: Solution, options: SolverOptions) -> list[Fault]:
         """What is wrong with the data, the plain first; the search for causes only without it."""
         problem = self.problem
         recording = problem.recording
-        errors = cut_to_runs(problem, solution.error)
+        errors = cut_to_runs(problem, self._checked_error(solution))
         found = find_faults(recording) + find_mode_hops(recording, errors)
         if not found:
             found = self.inconsistencies(solution, options)
+        if self.reweighting is not None:
+            return found  # no reading is left out, so none is named
         left = find_outliers(problem, solution.error)
         return found + report_outliers(self.recording, recording, left)
+
+    def _checked_error(self, solution: Solution) -> np.ndarray:
+        """The residuals to look for faults in."""
+        error = solution.error
+        return error if self.reweighting is None else despike(error, self.problem.data.use)
 
     def inconsistencies(self, solution: Solution, options: SolverOptions) -> list[Fault]:
         """Drives and readings that do not belong together, as one model for all runs shows."""
         problem, weight = self.problem, self.weight
-        errors = cut_to_runs(problem, solution.error)
+        errors = cut_to_runs(problem, self._checked_error(solution))
         return (
             find_copied_readings(self.recording) + find_drive_noise(problem.recording, errors)
             or find_changed_runs(problem, weight, solution, options)

@@ -22,6 +22,7 @@ from ._thresholds import THRESHOLDS
 from .intervals._data import IntervalData
 from .intervals._residual import IntervalResidual
 from .intervals._sums import IntervalSums
+from .robust._loss import loss_of
 
 
 @float64
@@ -31,6 +32,7 @@ def fit_many(
     *,
     free: Callable[[ECDL], Any] | None = None,
     weights: str | Sequence[float] = "hysteresis",
+    loss: str = "squares",
     check: bool = True,
     starts: int = 6,
     history: bool = True,
@@ -61,7 +63,7 @@ def fit_many(
             f"Argument `models` must be one model or one a recording, but there are {len(given)} "
             f"of {len(recordings)}."
         )
-    options = solver_options(max_steps)
+    kind, options = loss_of(loss), solver_options(max_steps)
     posed = [
         Posed.of(model, recording, free, weights, history=history, drift=drift)
         for model, recording in zip(given, recordings, strict=True)
@@ -87,7 +89,10 @@ def fit_many(
             ranked = search(one)
         else:
             ranked = rank_ends(one.problem, one.weight, found)
-        one, ranked = one.without_outliers(search, ranked)
+        if kind is None:
+            one, ranked = one.without_outliers(search, ranked)
+        else:
+            one, ranked = one.reweighted(loss, kind, search, options, ranked)
         results.append(one.conclude(*ranked, hold_out, options, began, lambda line: None))
         began = time.perf_counter()
     return results

@@ -4,12 +4,16 @@ import dataclasses
 from collections.abc import Sequence
 from itertools import product
 
+import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 
 from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
+from rapi_jax.internal import float64, follow, scan_origin
 
-from ._fit import Progress, fit
+from ._fit import Posed, Progress, fit, solver_options
 from ._result import FitResult
+from ._starts import count_from, held_origin
 from ._thresholds import THRESHOLDS
 from .data_checks._data_checks import check_usable
 
@@ -50,6 +54,45 @@ def _is_contained(choice: Choice, plays: int, order: int, each: Sequence[str]) -
     return same and choice.order <= order and set(choice.each) <= set(each)
 
 
+@float64
+def _guess_from(
+    origin: float | None,
+    operator: type[AbstractOperator],
+    recording: Recording,
+    plays: int,
+    order: int,
+    each: Sequence[str],
+) -> ECDL:
+    """A first model whose drive counts from `origin`; `None`: as the operator's guess has it."""
+    if origin is None:
+        return ECDL(operator.guess(recording, plays=plays, order=order, each=each))
+    guess = operator.guess(count_from(recording, origin), plays=plays, order=order, each=each)
+    path = held_origin(guess).path  # type: ignore[union-attr]
+    return ECDL(eqx.tree_at(lambda o: follow(o, path), guess, jnp.asarray(origin)))
+
+
+@float64
+def _better_origin(
+    result: FitResult,
+    weights: str | Sequence[float],
+    history: bool,
+    drift: bool | None,
+    max_steps: int,
+) -> float | None:
+    """`scan_origin`, if a model with it leaves clearly less than `result`; else `None`."""
+    operator, recording = result.ecdl.operator, result.recording
+    held, other = held_origin(operator), scan_origin(recording)
+    if held is None or other == float(follow(operator, held.path)):
+        return None
+    size = operator.count, operator.coefficients.size
+    ecdl = _guess_from(other, type(operator), recording, *size, ())
+    posed = Posed.of(ecdl, recording, None, weights, history=history, drift=drift)
+    start = posed.problem.start(ecdl)
+    end = posed.problem.solve(start, posed.weight, solver_options(max_steps))
+    rmse = float(np.sqrt(np.mean(end.error[posed.problem.data.use] ** 2)))
+    return other if rmse < THRESHOLDS.origin_gain * result.rmse else None
+
+
 def choose_order(
     recording: Recording,
     *,
@@ -58,6 +101,7 @@ def choose_order(
     each: Sequence[Sequence[str]] = ((), ("lam",)),
     operator: type[AbstractOperator] = RAPI,
     weights: str | Sequence[float] = "hysteresis",
+    loss: str = "squares",
     starts: int = 6,
     history: bool = True,
     drift: bool | None = None,
@@ -72,27 +116,37 @@ def choose_order(
     trusted and leaves nothing but white noise.
     `operator` is the class to fit. The other arguments are those of `fit`;
     fits are never refused here,
-    each `Choice` holds its result with the verdict.
+    each `Choice` holds its result with the verdict. The drive counts from its zero, unless that is
+    far or a model that counts from `scan_origin` leaves clearly less.
     """
     check_usable(recording)
-    found = []
+    found, origin = [], None
     for n1, n2, own in product(plays, order, each):
         if any(_leaves_white_noise(c.result) and _is_contained(c, n1, n2, own) for c in found):
             continue
         if progress is not None:
             progress(f"{n1} plays, order {n2}, {'own ' + ', '.join(own) if own else 'all shared'}")
-        start = ECDL(operator.guess(recording, plays=n1, order=n2, each=own))
-        result = fit(
-            start,
-            recording,
-            weights=weights,
-            starts=starts,
-            history=history,
-            drift=drift,
-            hold_out=hold_out,
-            max_steps=max_steps,
-            throw=False,
-        )
+
+        def fit_from(
+            origin: float | None, size: tuple[int, int, Sequence[str]] = (n1, n2, own)
+        ) -> FitResult:
+            return fit(
+                _guess_from(origin, operator, recording, *size),
+                recording,
+                weights=weights,
+                loss=loss,
+                starts=starts,
+                history=history,
+                drift=drift,
+                hold_out=hold_out,
+                max_steps=max_steps,
+                throw=False,
+            )
+
+        result = fit_from(origin)
+        if not found and not _leaves_white_noise(result):
+            origin = _better_origin(result, weights, history, drift, max_steps)
+            result = result if origin is None else fit_from(origin)
         size = sum(not p.held for p in result.parameters)
         found.append(Choice(n1, n2, tuple(own), held_out_error(result), size, result))
     pool = [choice for choice in found if choice.result.verdict.trusted] or found

@@ -78,7 +78,10 @@ class ParameterVector:
         return eqx.tree_at(lambda e: [follow(e, part.path) for part in self.parts], module, leaves)
 
     def mask(self, ecdl: ECDL, free: Callable[[ECDL], Any]) -> np.ndarray:
-        """Which elements the selector `free` picks: operator, effect, field, or a tuple of them."""
+        """Which elements the selector `free` picks: operator, effect, field, or a tuple of them.
+
+        Parameters declared `held` are picked by themselves only, not with what they belong to.
+        """
         marked = jax.tree_util.tree_map(lambda _: False, ecdl)
         chosen = jax.tree_util.tree_map(lambda _: True, free(ecdl))
         try:
@@ -88,7 +91,16 @@ class ParameterVector:
                 "`free` must return parts of the model it is given, such as `lambda e: e.operator` "
                 f"or `lambda e: (e.operator.lam, e.operator.d)` ({error})."
             ) from error
-        return np.array(self.spread(lambda part: bool(follow(marked, part.path))))
+        leaves, structure = jax.tree_util.tree_flatten(ecdl)
+        numbered = jax.tree_util.tree_unflatten(structure, list(range(len(leaves))))
+        picked = jax.tree_util.tree_leaves(free(numbered), lambda x: isinstance(x, eqx.Module))
+        alone = {number for number in picked if isinstance(number, int)}
+
+        def is_free(part: Parameter) -> bool:
+            own = not part.held or follow(numbered, part.path) in alone
+            return own and bool(follow(marked, part.path))
+
+        return np.array(self.spread(is_free))
 
 
 def as_device(values: np.ndarray | np.floating) -> Array:

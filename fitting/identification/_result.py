@@ -73,7 +73,8 @@ class FitResult:
 
     `predicted` holds the model's response to each run, `correlation` that of `names`, `effective`
     the number of independent samples the residuals are worth. `claim`: what to expect of data not
-    seen. RMS values are in `recording.response_unit`.
+    seen. `loss`: of residuals. RMS values are in `recording.response_unit`; with a loss other than
+    "squares" those of `held_out` and `claim` are of errors weighted as in the fit.
     """
 
     ecdl: ECDL
@@ -92,6 +93,7 @@ class FitResult:
     used: tuple[np.ndarray, ...]
     seconds: float
     claim: Claim | None = None
+    loss: str = "squares"
 
     @property
     def rmse_held_out(self) -> float:
@@ -167,6 +169,7 @@ class FitResult:
                 "unit": unit,
                 "drive_unit": self.recording.drive_unit,
                 "response_origin": self.recording.response_origin,
+                "loss": self.loss,
                 "rmse": self.rmse,
                 "rmse_held_out": self.rmse_held_out,
                 "held_out": {

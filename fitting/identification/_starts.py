@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.solver._least_squares import SolverOptions
-from rapi_jax import ECDL, AbstractOperator, Recording, parameters
+from rapi_jax import ECDL, AbstractOperator, Parameter, Recording, parameters
 from rapi_jax.internal import follow
 
 from ._problem import Problem, Solution
@@ -37,13 +37,13 @@ def candidates(
     Operators that cannot guess are started from the model given and from copies of it with every
     parameter changed by up to a factor of 1.5. `guess` may also be the guesses.
     """
-    operator = ecdl.operator
+    operator, origin = ecdl.operator, held_origin(ecdl.operator)
     if not isinstance(guess, bool):
         models = list(guess)
     elif guess:
         each = [name for name in operator.tied_first if jnp.ndim(follow(operator, (name,))) > 0]
         guesses = operator.initial_guesses(
-            recording,
+            count_from(recording, 0.0 if origin is None else float(follow(operator, origin.path))),
             plays=operator.count,
             order=operator.coefficients.size,
             each=each,
@@ -57,6 +57,25 @@ def candidates(
     yield from [*found[:1], *given, *found[1:]][:count]
     for i in range(max(count - len(found) - 1, 0)):
         yield f"given, changed {i + 1}", _changed(ecdl, i)
+
+
+def held_origin(operator: AbstractOperator) -> Parameter | None:
+    """The operator's origin of the drive, where a fit holds it as it is given."""
+    found = [p for p in parameters(operator) if p.held and p.name == operator.fields.origin]
+    return found[0] if found else None
+
+
+def count_from(recording: Recording, origin: float) -> Recording:
+    """`recording` with its drives counted from `origin`."""
+    if origin == 0.0:
+        return recording
+    runs = [
+        dataclasses.replace(
+            run, drive=dataclasses.replace(run.drive, value=run.drive.value - origin)
+        )
+        for run in recording.runs
+    ]
+    return dataclasses.replace(recording, runs=tuple(runs))
 
 
 def _like(operator: AbstractOperator, guess: AbstractOperator) -> AbstractOperator:

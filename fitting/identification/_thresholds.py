@@ -75,6 +75,42 @@ class IdentificationThresholds:
     weight_bins: int = threshold(
         100, unit="bins of the drive", origin="set by trial; branches are averaged in them"
     )
+    origin_gain: float = threshold(
+        0.8,
+        unit="of the residual rms",
+        origin="set by trial; an origin that leaves less is better. Of devices with their zero at "
+        "another place the wrong one left 3 to 30 times the noise at swings of 2 V and more",
+    )
+    huber_corner: float = threshold(
+        1.345,
+        unit="standard deviations of the noise",
+        origin="Huber's: 95 % efficient under normal noise",
+    )
+    student_degrees: float = threshold(
+        4.0, unit="1", origin="usual choice; tails heavy enough for most outliers"
+    )
+    reweighting_rounds: int = threshold(
+        60, unit="rounds", origin="set by trial: under normal noise 4 to 12 are enough"
+    )
+    reweighting_change: float = threshold(
+        1e-5,
+        unit="of the noise, rms",
+        origin="a thousandth of what 10^4 readings leave unknown of a parameter",
+    )
+    reweighting_least: float = threshold(
+        1e-6, unit="of the largest scale among runs", origin="keeps residuals of zero from dividing"
+    )
+    despike_samples: int = threshold(
+        11, unit="samples", origin="set by trial: most of them are good where a tenth are not"
+    )
+    reweighting_gain: float = threshold(
+        1e-6, unit="of the cost", origin="another end is better only if it gains more than rounding"
+    )
+    weight_bin_edge: float = threshold(
+        1e-9,
+        unit="of a bin",
+        origin="rounding of a drive that has an offset of up to 1000 swings",
+    )
     smallest_weight: float = threshold(
         0.05, unit="of the largest run weight", origin="convention; no run is left out"
     )

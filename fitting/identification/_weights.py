@@ -21,7 +21,8 @@ def hysteresis_fraction(run: Run, lag_s: float = 0.0) -> float:
         return float("nan")
     bins = THRESHOLDS.weight_bins
     place = (drive.value - drive.value.min()) / drive.u_pp
-    index = np.minimum((place * bins).astype(int), bins - 1)
+    # Rounding must not decide where a drive on an edge goes: an offset of the drive changes it.
+    index = np.minimum((place * bins + THRESHOLDS.weight_bin_edge).astype(int), bins - 1)
     means = []
     for branch in (drive.up, ~drive.up):
         part = use & branch

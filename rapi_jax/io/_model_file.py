@@ -20,7 +20,7 @@ from rapi_jax import effects as packaged_effects
 from rapi_jax import operators as packaged_operators
 from rapi_jax._ecdl import ECDL
 from rapi_jax._errors import DataError
-from rapi_jax._parameter import parameters
+from rapi_jax._parameter import follow, parameters
 from rapi_jax._precision import float64
 from rapi_jax.effects import AbstractEffect
 from rapi_jax.operators import AbstractOperator
@@ -92,12 +92,28 @@ def read_model(
             )
         around = tuple(_effect(spec, effects) for spec in header["effects"])
         skeleton = ECDL(_operator(header["operator"], operators), around)
-        ecdl = eqx.tree_deserialise_leaves(io.BytesIO(leaves), skeleton)
+        ecdl = eqx.tree_deserialise_leaves(io.BytesIO(leaves), skeleton, _present(header, skeleton))
     except DataError as error:
         raise DataError(f"{label}: {error}") from error
     except (ValueError, KeyError, TypeError, RuntimeError, EOFError) as error:
         raise DataError(f"{label}: not a model this version reads ({printable(error)}).") from error
     return ecdl, header["about"]
+
+
+def _present(header: dict[str, Any], skeleton: ECDL) -> Any:
+    """How to read each leaf: those that the file's version did not know keep their defaults."""
+    specs = [header["operator"], *header["effects"]]
+    parts = [(skeleton.operator, ("operator",))]
+    parts += [(effect, ("effects", i)) for i, effect in enumerate(skeleton.effects)]
+    missing = [
+        (*path, *p.path)
+        for spec, (part, path) in zip(specs, parts, strict=True)
+        for p in parameters(part)
+        if p.name not in spec["shapes"]
+    ]
+    read = jax.tree_util.tree_map(lambda _: eqx.default_deserialise_filter_spec, skeleton)
+    keep = [lambda file, leaf: leaf] * len(missing)
+    return eqx.tree_at(lambda e: [follow(e, path) for path in missing], read, keep)
 
 
 def _filled(shapes: dict[str, list[int]]) -> dict[str, np.ndarray]:

@@ -17,7 +17,9 @@ def flexible_form(operator: AbstractOperator, recording: Recording) -> FlexibleF
     same function of the drive: the plays added have no weight yet.
     """
     limits = THRESHOLDS
-    value = {name: np.asarray(getattr(operator, name)) for name in ("zeta", "b", "d", "d_0")}
+    value = {
+        name: np.asarray(getattr(operator, name)) for name in ("zeta", "b", "d", "d_0", "origin")
+    }
     old, plays = operator.count, max(operator.count, limits.flexible_plays)
     rank = np.arange(1, old + 1) / old
 
@@ -45,9 +47,10 @@ def flexible_form(operator: AbstractOperator, recording: Recording) -> FlexibleF
         eta=with_more("eta"),
         a=weights,
         b=[float(value["b"]), 0.0],
-        u_0=middle_drive(recording),
+        u_0=middle_drive(recording) - value["origin"],
         d=np.concatenate([value["d"], np.zeros(max(limits.flexible_order - value["d"].size, 0))]),
         d_0=value["d_0"],
+        origin=value["origin"],
         plays=plays,
     )
     u_pp = max(d.u_pp for d in recording.drives)
@@ -66,4 +69,4 @@ def flexible_form(operator: AbstractOperator, recording: Recording) -> FlexibleF
         "b": decay,
         "bow": limits.flexible_curvature / (u_pp / 2.0),
     }
-    return FlexibleForm(rich, deviations, held=("u_0",))
+    return FlexibleForm(rich, deviations, held=("u_0", "origin"))

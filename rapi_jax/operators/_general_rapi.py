@@ -16,6 +16,7 @@ from rapi_jax.plays._plays import Plays
 from ._base import AbstractOperator, Fields, check_shapes, per_play
 from ._guess import guess_shapes, middle_drive
 from ._held import held_thresholds, one_kind_of_scan
+from ._origin import drive_origin
 
 
 class GeneralRAPI(AbstractOperator):
@@ -28,7 +29,7 @@ class GeneralRAPI(AbstractOperator):
     | `zeta` | growth of the thresholds with scan rate, $\zeta_i = \zeta_0 + \zeta_1 (i/N_1 - 1/2)$ | V/Hz |
     | `b` | decay of the weights, $p_i = a_i \exp(-b_1 r_i - b_2 r_i^2)$ | 1/V, 1/V^2 |
     | `bow` | bend of all falling bounds: $\lambda_i u + \eta_i r_i + c (u - u_0)^2$ | 1/V |
-    | `u_0` | the drive about which they bend; held in fits, since `lam` and `eta` follow it | V |
+    | `u_0` | the drive, from the origin, about which they bend; held in fits, since `lam` and `eta` follow it | V |
 
     With `bow` and the second entries of `zeta` and `b` at 0 it is `RAPI` (see `of`). It inverts
     where all falling bounds rise, $\lambda_i + 2 c (u - u_0) > 0$, and the rest outweighs what
@@ -48,8 +49,9 @@ class GeneralRAPI(AbstractOperator):
     u_0: Float[Array, ""] = parameter(unit="{u}", held=True)
     d: Float[Array, " order"] = parameter(unit="{x}/{u}^k", linear=True)
     d_0: Float[Array, ""] = parameter(unit="{x}", linear=True)
+    origin: Float[Array, ""] = parameter(unit="{u}", default=0.0, held=True)
     count: int = eqx.field(static=True, kw_only=True)
-    fields: ClassVar = Fields("d", "d_0")
+    fields: ClassVar = Fields("d", "d_0", "origin")
     weight: ClassVar = "a"
     tied_first: ClassVar = ("alpha", "lam", "eta")
 
@@ -66,6 +68,7 @@ class GeneralRAPI(AbstractOperator):
         d_0: Any = 0.0,
         bow: Any = 0.0,
         u_0: Any = 0.0,
+        origin: Any = 0.0,
         plays: int = 10,
     ):
         """`plays` is N1, the size of `d` N2. `alpha`, `lam`, `eta`, `a`: one number or `plays`.
@@ -75,9 +78,10 @@ class GeneralRAPI(AbstractOperator):
         self.alpha, self.zeta, self.lam, self.eta = alpha, zeta, lam, eta
         self.a, self.b, self.bow, self.u_0 = a, b, bow, u_0
         self.d, self.d_0, self.count = d, d_0, plays
+        self.origin = origin
 
     def __check_init__(self):
-        check_shapes(self, ("alpha", "lam", "eta", "a"), ("bow", "u_0", "d_0"))
+        check_shapes(self, ("alpha", "lam", "eta", "a"), ("bow", "u_0", "d_0", "origin"))
         for name in ("zeta", "b"):
             if jnp.shape(getattr(self, name)) != (2,):
                 raise ValueError(
@@ -87,8 +91,11 @@ class GeneralRAPI(AbstractOperator):
 
     @classmethod
     def of(cls, operator: AbstractOperator, *, u_0: Any = 0.0) -> "GeneralRAPI":
-        """The same function of the drive as `operator`, a `RAPI`, free to bend about `u_0`."""
-        names = ("alpha", "zeta", "lam", "eta", "a", "b", "d", "d_0")
+        """The same function of the drive as `operator`, a `RAPI`, free to bend about `u_0`.
+
+        `u_0` counts from the operator's origin.
+        """
+        names = ("alpha", "zeta", "lam", "eta", "a", "b", "d", "d_0", "origin")
         same = {name: getattr(operator, name) for name in names}
         return cls._from_rapi(u_0=u_0, plays=operator.count, **same)
 
@@ -110,7 +117,9 @@ class GeneralRAPI(AbstractOperator):
         count: int = 8,
     ) -> list["GeneralRAPI"]:
         """Those of `RAPI`, free to bend about the middle of the drives."""
-        middle = partial(cls._from_rapi, u_0=as_float64(middle_drive(recording)))
+        origin = drive_origin(recording)
+        places = {"u_0": middle_drive(recording) - origin, "origin": origin}
+        middle = partial(cls._from_rapi, **{name: as_float64(at) for name, at in places.items()})
         return guess_shapes(middle, recording, plays=plays, order=order, each=each, count=count)
 
     def held(self, recording: Recording) -> set[str]:

@@ -23,6 +23,7 @@ class PI(AbstractOperator):
     | `p` | weights, one a play | GHz/V |
     | `d` | polynomial; `d_1` is the `p_0` of Eq. 17 | GHz/V^k |
     | `d_0` | origin of the response | GHz |
+    | `origin` | the drive from which plays and polynomial count; held in fits | V |
 
     Symmetric and rate-independent: the yardstick beside `RAPI`, and the operator whose inverse has
     a closed form (Eq. 17).
@@ -32,11 +33,12 @@ class PI(AbstractOperator):
     p: Float[Array, " plays"] = parameter(unit="{x}/{u}")
     d: Float[Array, " order"] = parameter(unit="{x}/{u}^k", linear=True)
     d_0: Float[Array, ""] = parameter(unit="{x}", linear=True)
-    fields: ClassVar = Fields("d", "d_0")
+    origin: Float[Array, ""] = parameter(unit="{u}", default=0.0, held=True)
+    fields: ClassVar = Fields("d", "d_0", "origin")
     weight: ClassVar = "p"
 
-    def __init__(self, *, r: Any, p: Any, d: Any, d_0: Any = 0.0):
-        self.r, self.p, self.d, self.d_0 = r, p, d, d_0
+    def __init__(self, *, r: Any, p: Any, d: Any, d_0: Any = 0.0, origin: Any = 0.0):
+        self.r, self.p, self.d, self.d_0, self.origin = r, p, d, d_0, origin
 
     def __check_init__(self):
         if jnp.ndim(self.r) != 1 or jnp.shape(self.r) != jnp.shape(self.p):
@@ -85,4 +87,4 @@ class PI(AbstractOperator):
         z = np.cumsum(slope[:-1] * np.diff(r[order], prepend=0.0))  # Eq. (17)
         q = np.diff(1.0 / slope)  # Eq. (17)
         # Plays of `y - d_0` are plays of `y` less `d_0`, so the offset can be taken out at the end.
-        return PI(r=z, p=q, d=1.0 / slope[:1], d_0=-self.d_0 / slope[-1])
+        return PI(r=z, p=q, d=1.0 / slope[:1], d_0=self.origin - self.d_0 / slope[-1])

@@ -1,6 +1,7 @@
 """The rate-dependent asymmetric Prandtl-Ishlinskii operator of the paper."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -8,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from rapi_jax._parameter import parameter
-from rapi_jax._precision import float64
+from rapi_jax._precision import as_float64, float64
 from rapi_jax._recording import Recording
 from rapi_jax.plays._plays import Plays
 
@@ -16,6 +17,7 @@ from ._base import AbstractOperator, Fields, FlexibleForm, check_shapes, per_pla
 from ._flexible_rapi import flexible_form
 from ._guess import guess_shapes
 from ._held import held_thresholds
+from ._origin import drive_origin
 
 
 class RAPI(AbstractOperator):
@@ -30,6 +32,7 @@ class RAPI(AbstractOperator):
     | `a`, `b` | weights $p_i = a_i e^{-b r_i}$, `a` shared or one a play | GHz/V, 1/V | 14 |
     | `d` | polynomial from the first power on | GHz/V^k | 15 |
     | `d_0` | origin of the response, which the paper leaves undefined | GHz | ours |
+    | `origin` | the drive from which plays and polynomial count; held in fits | V | ours |
 
     Thresholds (Eq. 11, where the paper gives no index):
     $r_i(f) = \alpha_i (i/N_1) u_{pp}/2 + \zeta f$, $i = 1..N_1$. They must stay positive over the
@@ -48,8 +51,9 @@ class RAPI(AbstractOperator):
     b: Float[Array, ""] = parameter(unit="1/{u}")
     d: Float[Array, " order"] = parameter(unit="{x}/{u}^k", linear=True)
     d_0: Float[Array, ""] = parameter(unit="{x}", linear=True)
+    origin: Float[Array, ""] = parameter(unit="{u}", default=0.0, held=True)
     count: int = eqx.field(static=True, kw_only=True)
-    fields: ClassVar = Fields("d", "d_0")
+    fields: ClassVar = Fields("d", "d_0", "origin")
     tied_first: ClassVar = ("alpha", "lam", "eta")
     weight: ClassVar = "a"
     amplitude: ClassVar = "a"
@@ -65,15 +69,17 @@ class RAPI(AbstractOperator):
         b: Any,
         d: Any,
         d_0: Any = 0.0,
+        origin: Any = 0.0,
         plays: int = 10,
     ):
         """`plays` is N1, the size of `d` N2. `alpha`, `lam`, `eta`, `a`: one number or `plays`."""
         self.alpha, self.zeta, self.lam, self.eta = alpha, zeta, lam, eta
         self.a, self.b, self.d, self.d_0 = a, b, d, d_0
+        self.origin = origin
         self.count = plays
 
     def __check_init__(self):
-        check_shapes(self, ("alpha", "lam", "eta", "a"), ("zeta", "b", "d_0"))
+        check_shapes(self, ("alpha", "lam", "eta", "a"), ("zeta", "b", "d_0", "origin"))
 
     @classmethod
     @float64
@@ -88,9 +94,10 @@ class RAPI(AbstractOperator):
     ) -> list["RAPI"]:
         """The best `count` of a few hundred shapes of the memory function, the rest solved for.
 
-        `each` may name "lam", "eta" and "alpha".
+        `each` may name "lam", "eta" and "alpha". They count the drive from `drive_origin`.
         """
-        return guess_shapes(cls, recording, plays=plays, order=order, each=each, count=count)
+        build = partial(cls, origin=as_float64(drive_origin(recording)))
+        return guess_shapes(build, recording, plays=plays, order=order, each=each, count=count)
 
     def held(self, recording: Recording) -> set[str]:
         return held_thresholds(self, recording)

@@ -37,6 +37,18 @@ class OperatorThresholds:
     decay_absent: int = threshold(
         3, unit="trials", origin="set by trial: every third trial has equal weights"
     )
+    origin_reach: float = threshold(
+        4.0,
+        unit="of the drives' whole range",
+        origin="measured recordings at hand have their zero within 1.7 ranges; much farther off "
+        "the parameters of falling bounds that count from it are not determined",
+    )
+    origin_below: float = threshold(
+        1.0 / 6.0,
+        unit="of the drives' whole range",
+        origin="the paper's drive as reconstructed, 4.5 V peak to peak about 3 V, starts so far "
+        "above zero",
+    )
     amplitude_digits: int = threshold(
         6, unit="decimals of a volt", origin="set by trial: amplitudes that agree so far are one"
     )

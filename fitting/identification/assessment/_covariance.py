@@ -17,6 +17,7 @@ from jaxtyping import Float
 
 from fitting.identification._problem import Problem, Solution
 from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification.robust._reweighting import Reweighting
 from fitting.noise import NoiseModel, Pick, PowerBins, estimate_noise, excess_probability
 from fitting.solver._identifiability import pseudo_gram
 
@@ -62,22 +63,31 @@ class Uncertainty:
 
 
 def estimate_uncertainty(
-    problem: Problem, solution: Solution, run_weights: np.ndarray
+    problem: Problem,
+    solution: Solution,
+    run_weights: np.ndarray,
+    reweighting: Reweighting | None = None,
 ) -> Uncertainty:
-    """Covariance of the problem's vector, its constant and run offsets shared as in the values."""
+    """Covariance of the problem's vector, its constant and run offsets shared as in the values.
+
+    With `reweighting` that of an M-estimate: residuals are what the loss makes of them, over the
+    mean slope by which it answers the model (Huber and Ronchetti, chapter 7).
+    """
     use = problem.data.use
     shaped = solution.jacobian.reshape(*use.shape, -1)
     free = np.linalg.norm(solution.jacobian, axis=0) > 0
-    root = np.sqrt(run_weights)
-    jacobians = [shaped[row, use[row]][:, free] / root[row] for row in range(use.shape[0])]
-    residuals = [solution.error[row, use[row]] for row in range(use.shape[0])]
-    drives = problem.recording.drives
+    root, error = np.sqrt(run_weights)[:, None] * np.ones(use.shape), solution.error
+    if reweighting is not None:
+        root = root * np.sqrt(reweighting.share)
+        error = error * reweighting.share / reweighting.slope[:, None]
+        run_weights = run_weights * reweighting.slope
+    rows = [(row, use[row]) for row in range(use.shape[0])]
     part = correlated_covariance(
-        residuals,
-        jacobians,
+        [error[at] for at in rows],
+        [shaped[at][:, free] / root[at][:, None] for at in rows],
         list(run_weights),
-        [drive.step_s for drive in drives],
-        [_whole_periods(problem, row) for row in range(use.shape[0])],
+        [drive.step_s for drive in problem.recording.drives],
+        [_whole_periods(problem, row) for row, _ in rows],
     )
     size = solution.values.size
     covariance = np.zeros((size, size))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from fitting.identification._problem import Problem, Solution
+from fitting.identification.robust._reweighting import Reweighting
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Drive, Recording
 
@@ -95,8 +96,12 @@ def cross_validate(
     kinds: tuple[str, ...] = KINDS,
     *,
     options: SolverOptions,
+    reweighting: Reweighting | None = None,
 ) -> list[HeldOut]:
-    """Refit without each part, from the full fit's parameters, and predict it."""
+    """Refit without each part, from the full fit's parameters, and predict it.
+
+    `reweighting`: weights of the readings beside those of the runs, also of the errors in the end.
+    """
     results = []
     done: set[bytes] = set()
     for name, left, whole in schemes(problem.recording, problem):
@@ -106,8 +111,12 @@ def cross_validate(
         seen = problem.data.use & ~left
         if not left.any() or seen.sum() <= problem.free_count:
             continue
-        solution = problem.solve(full.start, problem.weights(run_weights, seen), options)
-        one = score(problem, solution, name, left, seen, whole and problem.own_origin)
+        weight = problem.weights(run_weights, seen)
+        if reweighting is not None:
+            weight = weight * np.sqrt(reweighting.share)
+        solution = problem.solve(full.start, weight, options)
+        error = solution.error if reweighting is None else reweighting.judged(solution.error)
+        one = score(problem, error, name, left, seen, whole and problem.own_origin)
         if whole:
             rows = tuple(np.flatnonzero(left.any(axis=1)).tolist())
             one = dataclasses.replace(one, runs=rows, inside=_encloses(problem.recording, rows))
@@ -116,10 +125,9 @@ def cross_validate(
 
 
 def score(
-    problem: Problem, solution: Solution, name: str, left: np.ndarray, seen: np.ndarray, own: bool
+    problem: Problem, error: np.ndarray, name: str, left: np.ndarray, seen: np.ndarray, own: bool
 ) -> HeldOut:
-    """The error of `solution` on the samples `left`; with `own`, about each run's mean error."""
-    error = solution.error
+    """What is said of `error` on the samples `left`; with `own`, about each run's mean error."""
     rows = [row for row in range(left.shape[0]) if left[row].any()]
     centred = np.concatenate([error[r, left[r]] - error[r, left[r]].mean() for r in rows])
     plain = centred if own else error[left]

@@ -13,6 +13,7 @@ from fitting.identification._starts import Start
 from fitting.identification._thresholds import THRESHOLDS
 from fitting.identification.data_checks._data_checks import Fault
 from fitting.identification.data_checks._sweeps import describe_creep, single_sweep
+from fitting.identification.robust._reweighting import Reweighting
 from rapi_jax.internal import Band
 
 from ._claim import Claim
@@ -45,10 +46,12 @@ def judge(
     stderr: np.ndarray,
     noise: Noise,
     claim: Claim | None,
+    reweighting: Reweighting | None = None,
 ) -> Verdict:
     """The verdict on a fit. `weight` is of the samples, `stderr` of the problem's vector."""
     data = problem.data
-    error = solution.error[data.use]
+    judged = solution.error if reweighting is None else reweighting.judged(solution.error)
+    error = judged[data.use]
     rmse = float(np.sqrt(np.mean(error**2)))
     span = max(float(np.ptp(data.y[r, data.use[r]])) for r in range(data.y.shape[0]))
     undetermined = unidentifiable(problem, solution)
@@ -57,6 +60,7 @@ def judge(
         *([] if sweep is None else [sweep]),
         *_check_rank(undetermined),
         *_check_convergence(problem, weight, solution, rmse, span),
+        *([] if reweighting is None else reweighting.reasons()),
         *_check_starts(starts),
         *(f"{fault.kind}: {fault.message}" for fault in faults if not fault.left_out),
         *_check_misfit(problem, rmse, span, noise, claim),
@@ -70,6 +74,7 @@ def judge(
     if with_gap:
         notes.append(_gap_note(rmse, noise, problem.recording.response_unit))
     notes += _notes(problem, solution, stderr, undetermined)
+    notes += [] if reweighting is None else reweighting.notes(data.use)
     return Verdict(not reasons, tuple(reasons), tuple(notes), undetermined, with_gap)
 
 
@@ -214,7 +219,7 @@ def _notes(
         names[i]
         for i in range(problem.vector.size)
         if problem.free[i]
-        and names[i] not in undetermined
+        and names[i] not in (*undetermined, problem.constant)  # an offset has no size of its own
         and stderr[i] > abs(values[i])
         and values[i] != 0
     ]

@@ -37,6 +37,8 @@ def render_tables(result: "FitResult") -> Group:
     head.append(f"   rmse {_format_number(result.rmse)} {unit}")
     if np.isfinite(result.rmse_held_out):
         head.append(f", held out {_format_number(result.rmse_held_out)} {unit}")
+    if result.loss != "squares":
+        head.append(f", loss {result.loss}")
     lines: list[Text | Table] = [head]
     if result.verdict.trusted:
         lines += [Text(f"  {line}") for line in _claim_lines(result)]

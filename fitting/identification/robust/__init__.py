@@ -1,0 +1,1 @@
+"""Fits that single readings cannot spoil: M-estimates by iteratively reweighted least squares."""

@@ -6,10 +6,11 @@
 
 The paper's device, four rates, 4000 samples a run (`--samples`), noise of 20 MHz; each replicate is
 fitted from the truth's neighbourhood with default weights, and each parameter's 95 % interval is
-looked at. `mixed`: 72 % white, 28 % AR(1) at 0.96; `seldom`: 90 %, 10 % at 0.99; `flicker`: 1/f, from
-an eighth of a run's reciprocal on. `student`: Student's t with 3 degrees of freedom, of scale 20 MHz; `contaminated`: white,
-of which one reading in twenty is ten times as large. Last: the error of each parameter (rms over
-the replicates, then their geometric mean), in units of that with the first loss named.
+looked at. `mixed`: 72 % white, 28 % AR(1) at 0.96; `seldom`: 90 %, 10 % at 0.99; `flicker`: 1/f
+from an eighth of a run's reciprocal on. `student`: Student's t with 3 degrees of freedom, of scale
+20 MHz; `contaminated`: white, of which one reading in twenty is ten times as large. Last: the error
+of each parameter (rms over the replicates, then their geometric mean), in units of that with the
+first loss named.
 """
 
 import argparse

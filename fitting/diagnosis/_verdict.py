@@ -4,7 +4,7 @@ import dataclasses
 from typing import Any
 
 from fitting.identification.data_checks._data_checks import Fault
-from fitting.identification.data_checks._sweeps import describe_creep, single_sweep
+from fitting.identification.data_checks._sweeps import describe_creep
 from rapi_jax import Recording
 
 from ._diagnosis import Verdict
@@ -102,8 +102,6 @@ def collect_notes(
 ) -> tuple[str, ...]:
     """What the recording cannot tell, and whether the model holds the flexible base."""
     recording, notes = whitened.recording, []
-    sweep = single_sweep(recording)
-    notes += [] if sweep is None else [sweep]
     notes += describe_creep(recording)
     if not fitted.spectrum.measured:
         notes.append(

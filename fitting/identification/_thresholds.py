@@ -52,6 +52,12 @@ class IdentificationThresholds:
         unit="of squared columns of length 1",
         origin="half of the digits; weights of plays that act alike are shared between them",
     )
+    fitted_samples: int = threshold(
+        400_000,
+        unit="samples of all runs",
+        origin="measured, four runs of three periods: 20 000 samples take 7 s of processor time, "
+        "400 000 take 10 s and 0.28 GB more memory",
+    )
     lanes: int = threshold(
         1024,
         unit="fits",
@@ -305,6 +311,20 @@ class IdentificationThresholds:
         0.7, unit="of the samples", origin="set by trial; with more a reading is not digitised"
     )
 
+    # The first period
+    first_period_miss: float = threshold(
+        0.02,
+        unit="of the span",
+        origin="measured periods of a piezo close within 0.009; from rest it misses by 0.45, a "
+        "servo by 0.13",
+    )
+    first_period_noise: float = threshold(
+        8.0, unit="standard deviations", origin="convention; two readings are compared"
+    )
+    first_period_later: float = threshold(
+        3.0, unit="times what later periods miss by", origin="convention; a drift goes on"
+    )
+
     # Sweeps and holds
     branch_swing: float = threshold(
         0.1, unit="of the swing", origin="convention; less is no branch of the drive"
@@ -399,7 +419,9 @@ class IdentificationThresholds:
         origin="set by trial; full width at half height of the weights that smooth a misfit",
     )
     thinned_samples: int = threshold(
-        500, unit="samples a period", origin="ten in the width of the smoothing"
+        500,
+        unit="samples a period",
+        origin="ten in the width of the smoothing of a misfit; long recordings keep as many",
     )
 
 

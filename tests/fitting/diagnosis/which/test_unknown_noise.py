@@ -2,7 +2,10 @@
 
 import pytest
 
+from fitting.diagnosis._diagnosis import Verdict
 from fitting.diagnosis._text import verdict_sentence
+from fitting.diagnosis._verdict import doubt_noise
+from fitting.diagnosis.noise._residual_whiteness import ResidualWhiteness
 from fitting.diagnosis.where._description import describe_localisation
 from fitting.diagnosis.which.evidence._evidence import Evidence, HypothesisEvidence
 from fitting.diagnosis.which.evidence._probability import hypothesis_probabilities
@@ -41,6 +44,24 @@ def test_the_sentence_does_not_close_less_than_nothing():
     }
     said = verdict_sentence("creep", (Creep,), 0.97, shrinkage, "GHz")
     assert "no better: 0.049 and 0.0978 GHz rms" in said and "-298" not in said
+
+
+@pytest.mark.parametrize(
+    ("name", "effects", "closed", "slow", "sentence", "advice"),
+    [
+        ("none", (), None, 0.0, "can be noise. That it is, is not measured", "measure the noise"),
+        ("unlisted", (), None, 0.9, "is not to be called noise: 90 %", "Do not add an effect"),
+        ("creep", ("creep",), -1.0, 0.9, "as it was", "Do not add the effect on these data"),
+        ("creep", ("creep",), 0.8, 0.9, "as it was", "as it was"),
+    ],
+)
+def test_verdicts_on_unknown_noise(name, effects, closed, slow, sentence, advice):
+    verdict = Verdict(name, effects, 0.9, (name,), "", "as it was", "as it was")
+    left = ResidualWhiteness(0.1, 10.0, slow, 0.1, 0.0, 0.01)
+    fraction = None if closed is None else {"value": closed, "low": 0.0, "high": 1.0}
+    said = doubt_noise(verdict, left, "um", fraction)
+    assert sentence in said.sentence and advice in said.advice
+    assert said.name == name
 
 
 def test_what_repeats_is_not_said_where_nothing_does():

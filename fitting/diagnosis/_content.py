@@ -10,6 +10,7 @@ from ._text import describe_effects
 from .how_far._cross_validation import CrossValidation
 from .how_far._explainable_fraction import explainable_fraction
 from .how_far._predicted_gain import predict_gain
+from .noise._periods import PeriodBlock
 from .refit._estimates import estimate_effects
 from .refit._whitened_model import WhitenedModel
 from .where._description import describe_localisation
@@ -43,7 +44,7 @@ def describe_gap(whitened: WhitenedModel, fitted: FittedBase, none: Candidate) -
             "locked": _root(whole.synchronous),
             "not_locked": _root(whole.nonsynchronous),
             "significant": whole.significant and parts["structural"] != 0,
-            "sentence": describe_localisation(entries, profiles),
+            "sentence": describe_localisation(entries, profiles, repeats=_repeats(blocks)),
         },
         "where": entries,
         "maps": profiles,
@@ -83,7 +84,7 @@ def describe_shrinkage(
         "foreseen": None if gain is None else gain.closed,
         "straighter": None if gain is None else gain.linearity_gain,
         "ceiling": explainable_fraction(errors, blocks, spectrum, own_origin=own),
-        "remainder": describe_localisation(remainder),
+        "remainder": describe_localisation(remainder, repeats=_repeats(blocks)),
     }
 
 
@@ -154,6 +155,10 @@ def _measure_base_gap(whitened: WhitenedModel, fitted: FittedBase, none: Candida
         own_origin=whitened.own_origin,
         fitted=int(fitted.refit.base.free.sum()),
     )
+
+
+def _repeats(blocks: list[PeriodBlock]) -> bool:
+    return any(block.periods > 1 for block in blocks)
 
 
 def _root(square: float) -> float:

@@ -1,5 +1,6 @@
 """Checks of arguments and data before a diagnosis, and faults of the data found by it."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ from jaxtyping import Float
 from fitting.identification._fit import Posed, default_free, solver_options
 from fitting.identification._parameter_vector import ParameterVector
 from fitting.identification.data_checks._data_checks import Fault, check_usable, find_faults
+from fitting.identification.data_checks._sweeps import single_sweep
 from rapi_jax import ECDL, AbstractOperator, DataError, ModelError, Recording
 from rapi_jax.effects import AbstractEffect
 
@@ -15,6 +17,7 @@ from ._thresholds import THRESHOLDS
 from .refit._whitened_model import WhitenedModel
 
 NOTHING_EXPLAINED = "nothing explained"
+SINGLE_SWEEP = "single sweep"
 
 
 def check_arguments(ecdl: Any, recording: Any, candidates: Any) -> None:
@@ -71,8 +74,12 @@ def find_inconsistencies(recording: Recording, operator: AbstractOperator) -> li
     `operator`: the base, from which all runs are fitted once more, without effects.
     """
     swapped = _find_swapped_columns(recording)
-    if swapped or find_faults(recording):  # a plain fault is said as it is
-        return swapped
+    plain = find_faults(recording)
+    if swapped or plain:  # a plain fault is said as it is
+        return swapped or [fault for fault in plain if _hides_effects(fault, recording)]
+    sweep = single_sweep(recording)
+    if sweep is not None:
+        return [Fault(SINGLE_SWEEP, "", sweep.removeprefix(f"{SINGLE_SWEEP}: "))]
     model = ECDL(operator)
     try:
         posed = Posed.of(model, recording, None, "uniform", history=True, drift=None)
@@ -81,6 +88,16 @@ def find_inconsistencies(recording: Recording, operator: AbstractOperator) -> li
     options = solver_options(THRESHOLDS.consistency_steps)
     end = posed.problem.solve(posed.problem.start(model), posed.weight, options)
     return posed.inconsistencies(end, options)
+
+
+def _hides_effects(fault: Fault, recording: Recording) -> bool:
+    """Whether an effect would only imitate the fault: the model's drive is not the real one.
+
+    A first period from rest is told from creep by the periods after it.
+    """
+    if fault.kind == "unsettled start":
+        return all(run.drive.periods < 2 for run in recording.runs)
+    return fault.kind in ("wrong period", "broadband drive")
 
 
 def _find_swapped_columns(recording: Recording) -> list[Fault]:
@@ -107,13 +124,15 @@ def shown_faults(
     errors: list[Float[np.ndarray, "_ _"]],
     whitened: WhitenedModel,
     named: tuple[str, ...],
+    known: Sequence[Fault],
 ) -> list[Fault]:
-    """Faults of the readings, and a model that does not explain them.
+    """Faults of the readings beside those `known`, and a model that does not explain them.
 
     `errors`: of the final model, "periods phases" a run. `named`: the effects named; saturation
     explains readings that are clipped.
     """
     found = [f for f in find_faults(recording) if f.kind != "clipped" or "saturation" not in named]
+    found = [f for f in found if f not in known]
     signal = [float(np.var(block.data[block.use > 0])) for block in whitened.blocks]
     used = [e[b.use > 0] for e, b in zip(errors, whitened.blocks, strict=True)]
     origin = [float(e.mean()) if whitened.own_origin else 0.0 for e in used]

@@ -128,11 +128,11 @@ def diagnose(
         name, probability, credible, top, attribution.none, gap, shrinkage, next_scan, recording
     )
     if left is not None:
-        verdict = doubt_noise(verdict, left, recording.response_unit)
+        verdict = doubt_noise(verdict, left, recording.response_unit, shrinkage["closed_fraction"])
     refit, state = choose_refit(top, fitted.refit, flexible=flexible)
     model = state.to_ecdl(whitened, refit.base)
     base = none[1].to_ecdl(whitened, none[0].base)
-    faults = broken + shown_faults(recording, state.errors.raw, whitened, verdict.effects)
+    faults = broken + shown_faults(recording, state.errors.raw, whitened, verdict.effects, broken)
     blamed = broken or [fault for fault in faults if fault.kind == NOTHING_EXPLAINED]
     if blamed:
         verdict = blame_data(verdict, blamed)

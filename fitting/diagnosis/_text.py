@@ -34,6 +34,11 @@ def verdict_sentence(
     closed = shrinkage.get("closed_fraction")
     if closed is None:
         return f"The gap is {what} ({sure})."
+    if closed["value"] <= 0.0:
+        return (
+            f"The gap looks like {what} ({sure}), but with it the model predicts data held out no "
+            f"better: {shrinkage['before']:.3g} and {shrinkage['after']:.3g} {unit} rms."
+        )
     low, high = _percent(max(closed["low"], 0.0)), _percent(min(closed["high"], 1.0))
     value = _percent(closed["value"])
     range_ = "" if low == value == high else f" ({low} to {high})"

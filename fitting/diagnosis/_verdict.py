@@ -4,9 +4,10 @@ import dataclasses
 from typing import Any
 
 from fitting.identification.data_checks._data_checks import Fault
-from fitting.identification.data_checks._sweeps import describe_creep, single_sweep
+from fitting.identification.data_checks._sweeps import describe_creep
 from rapi_jax import Recording
 
+from ._data_checks import SINGLE_SWEEP
 from ._diagnosis import Verdict
 from ._text import verdict_advice, verdict_sentence
 from .next_scan._confirmation import needs_confirmation
@@ -51,16 +52,25 @@ def give_verdict(
 def blame_data(verdict: Verdict, faults: list[Fault]) -> Verdict:
     """The verdict on data that do not belong together: the first fault in place of a cause."""
     sentence = f"The data come first, nothing is said of the device: {faults[0].message}"
-    return dataclasses.replace(
-        verdict, sentence=sentence, advice="Mend the recording, and diagnose it again."
-    )
+    healthy = faults[0].kind == SINGLE_SWEEP
+    advice = "Diagnose that recording." if healthy else "Mend the recording, and diagnose it again."
+    return dataclasses.replace(verdict, sentence=sentence, advice=advice)
 
 
-def doubt_noise(verdict: Verdict, left: ResidualWhiteness, unit: str) -> Verdict:
+def doubt_noise(
+    verdict: Verdict, left: ResidualWhiteness, unit: str, closed: dict[str, float] | None
+) -> Verdict:
     """The verdict on a recording in which nothing repeats, so that no noise was measured.
 
-    `left`: what the model leaves without any effect.
+    `left`: what the model leaves without any effect. `closed`: the closed fraction on data held
+    out, where it is known.
     """
+    if verdict.effects and closed is not None and closed["value"] <= 0.0:
+        advice = (
+            "Do not add the effect on these data. Record three periods or more of one drive, and "
+            "diagnose that."
+        )
+        return dataclasses.replace(verdict, advice=advice)
     size = (
         f"{left.rms:.3g} {unit} rms ({100 * left.rms / max(left.span, 1e-300):.2g} % of the span)"
     )
@@ -102,8 +112,6 @@ def collect_notes(
 ) -> tuple[str, ...]:
     """What the recording cannot tell, and whether the model holds the flexible base."""
     recording, notes = whitened.recording, []
-    sweep = single_sweep(recording)
-    notes += [] if sweep is None else [sweep]
     notes += describe_creep(recording)
     if not fitted.spectrum.measured:
         notes.append(

@@ -14,6 +14,7 @@ from rapi_jax.internal import float64, usable
 from ._problem import Problem, Solution
 from ._result import FitResult, UntrustedFit
 from ._starts import Start, search_starts
+from ._thinning import thin
 from ._thresholds import THRESHOLDS
 from ._weights import run_weights
 from .assessment._claim import curvature, make_claim
@@ -74,6 +75,7 @@ def fit(
     **Arguments:**
 
     - `ecdl`: the model to fit; its values are one of the starts.
+    - `recording`: of more than 400 000 samples it is thinned; the result holds what was fitted.
     - `free`: selects what may move, as in `equinox.tree_at`: `lambda e: e.operator`, or
       `lambda e: (e.operator.lam, e.effects[-1])`. Default: see `default_free`.
     - `weights`: `A_j` of Eq. 26: "hysteresis" (its percentage), "uniform", or one number a run.
@@ -97,6 +99,9 @@ def fit(
     report = progress or (lambda line: None)
     options = solver_options(max_steps)
     kind = loss_of(loss)
+    given, (recording, note) = recording, thin(recording)
+    if note is not None:
+        report(note)
     posed = Posed.of(ecdl, recording, free, weights, history=history, drift=drift)
 
     def search(posed: Posed) -> tuple[Solution, list[Start]]:
@@ -107,7 +112,7 @@ def fit(
         posed, (solution, ends) = posed.without_outliers(search)
     else:
         posed, (solution, ends) = posed.reweighted(loss, kind, search, options)
-    result = posed.conclude(solution, ends, hold_out, options, began, report)
+    result = posed.conclude(solution, ends, hold_out, options, began, report).noting(note, given)
     if throw and not result.verdict.trusted:
         raise UntrustedFit(result)
     return result

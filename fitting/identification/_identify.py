@@ -7,6 +7,7 @@ from rapi_jax import RAPI, AbstractOperator, Recording
 from ._fit import Progress
 from ._model_order import ORDERS, PLAYS, choose_order
 from ._result import FitResult, UntrustedFit
+from ._thinning import thin
 from .data_checks._data_checks import check_usable
 
 
@@ -46,6 +47,9 @@ def identify(
     The other arguments are those of `fit`.
     """
     check_usable(recording)
+    given, (recording, note) = recording, thin(recording)
+    if note is not None and progress is not None:
+        progress(note)
     structures = ((), ("lam",)) if "lam" in operator.tied_first else ((),)
     choices = choose_order(
         recording,
@@ -62,7 +66,7 @@ def identify(
         max_steps=max_steps,
         progress=progress,
     )
-    result = choices[0].result
+    result = choices[0].result.noting(note, given)
     if throw and not result.verdict.trusted:
         raise UntrustedFit(result)
     return result

@@ -73,8 +73,9 @@ class FitResult:
 
     `predicted` holds the model's response to each run, `correlation` that of `names`, `effective`
     the number of independent samples the residuals are worth. `claim`: what to expect of data not
-    seen. `loss`: of residuals. RMS values are in `recording.response_unit`; with a loss other than
-    "squares" those of `held_out` and `claim` are of errors weighted as in the fit.
+    seen. `loss`: of residuals. `recording` is what was fitted; `data_sha256` is set where more was
+    given, and is that of what was given. RMS values are in `recording.response_unit`; with a loss
+    other than "squares" those of `held_out` and `claim` are of errors weighted as in the fit.
     """
 
     ecdl: ECDL
@@ -94,6 +95,14 @@ class FitResult:
     seconds: float
     claim: Claim | None = None
     loss: str = "squares"
+    data_sha256: str = ""
+
+    def noting(self, note: str | None, given: Recording) -> "FitResult":
+        """The result of a fit to a part of the recording `given`, and the note that says so."""
+        if note is None:
+            return self
+        verdict = dataclasses.replace(self.verdict, notes=(note, *self.verdict.notes))
+        return dataclasses.replace(self, verdict=verdict, data_sha256=given.sha256())
 
     @property
     def rmse_held_out(self) -> float:
@@ -194,7 +203,7 @@ class FitResult:
                 "faults": [dataclasses.asdict(fault) for fault in self.faults],
                 "seconds": self.seconds,
                 "versions": package_versions(),
-                "data_sha256": self.recording.sha256(),
+                "data_sha256": self.data_sha256 or self.recording.sha256(),
             }
         )
 

@@ -52,6 +52,12 @@ class IdentificationThresholds:
         unit="of squared columns of length 1",
         origin="half of the digits; weights of plays that act alike are shared between them",
     )
+    fitted_samples: int = threshold(
+        400_000,
+        unit="samples of all runs",
+        origin="measured, four runs of three periods: 20 000 samples take 7 s of processor time, "
+        "400 000 take 10 s and 0.28 GB more memory",
+    )
     lanes: int = threshold(
         1024,
         unit="fits",
@@ -337,6 +343,37 @@ class IdentificationThresholds:
         0.7, unit="of the samples", origin="set by trial; with more a reading is not digitised"
     )
 
+    # The first period
+    first_period_miss: float = threshold(
+        0.02,
+        unit="of the span",
+        origin="measured periods of a piezo close within 0.009; from rest it misses by 0.45, a "
+        "servo by 0.13",
+    )
+    first_period_noise: float = threshold(
+        8.0, unit="standard deviations", origin="convention; two readings are compared"
+    )
+    first_period_later: float = threshold(
+        3.0, unit="times what later periods miss by", origin="convention; a drift goes on"
+    )
+
+    # Jitter of the clock
+    jitter_share: float = threshold(
+        0.5, unit="of the fast mean square", origin="convention; most of the noise"
+    )
+    jitter_sigmas: float = threshold(
+        4.0,
+        unit="standard errors",
+        origin="24 runs of 1200 samples: hidden jitter of 20 or 90 % of a step stands at 4.3 to "
+        "7.2, white noise at 1.8 at most",
+    )
+    jitter_corner: float = threshold(
+        0.1, unit="of the usual move a sample", origin="convention; where slopes change faster"
+    )
+    jitter_samples: int = threshold(
+        200, unit="samples", origin="convention; a run with fewer shows no law of its noise"
+    )
+
     # Sweeps and holds
     branch_swing: float = threshold(
         0.1, unit="of the swing", origin="convention; less is no branch of the drive"
@@ -431,7 +468,9 @@ class IdentificationThresholds:
         origin="set by trial; full width at half height of the weights that smooth a misfit",
     )
     thinned_samples: int = threshold(
-        500, unit="samples a period", origin="ten in the width of the smoothing"
+        500,
+        unit="samples a period",
+        origin="ten in the width of the smoothing of a misfit; long recordings keep as many",
     )
 
 

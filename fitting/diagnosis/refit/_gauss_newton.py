@@ -82,10 +82,18 @@ class Refit:
     freeze_jumps: bool = False
 
     def evaluate(self, values: Float[np.ndarray, " values"], effects: Effects) -> State:
-        """The state at given values of the base model and given effects."""
+        """The state at given values of the base model and given effects.
+
+        Of a response so large that the readings are lost in its rounding the cost is infinite: less
+        its own mean it would seem to fit them exactly.
+        """
         base = self.base
         response = self.whitened.operator_response(base.operator, values, effects)
         errors = self.whitened.evaluate_errors(self.whitener, effects, response)
+        span = max(float(np.ptp(block.data)) for block in self.whitened.blocks)
+        if max(float(np.abs(e).max()) for e in errors.raw) > THRESHOLDS.lost_readings * span:
+            lost = np.full_like(errors.synchronous, np.inf)
+            errors = errors._replace(synchronous=lost)
         with np.errstate(invalid="ignore", over="ignore"):
             off = np.where(
                 np.isfinite(base.prior_std), (values - base.prior_mean) / base.prior_std, 0.0

@@ -35,6 +35,11 @@ class RefitThresholds:
         origin="set by trial; scale of the secants where no step along the wide ones descends, "
         "since a kink may be nearer than a secant is wide",
     )
+    lost_readings: float = threshold(
+        1e9,
+        unit="spans of the readings",
+        origin="rounding: of so large a response a millionth of the span is still known",
+    )
     damping_trials: int = threshold(
         9, unit="trials", origin="set by trial; each with `damping_growth` times the damping before"
     )

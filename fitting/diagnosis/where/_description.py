@@ -9,17 +9,21 @@ from ._thresholds import THRESHOLDS
 
 
 def describe_localisation(
-    entries: list[dict[str, Any]], profiles: dict[str, Any] | None = None
+    entries: list[dict[str, Any]],
+    profiles: dict[str, Any] | None = None,
+    *,
+    repeats: bool = True,
 ) -> str:
     """The sentence of a report; `entries`: see `localise`, `profiles`: see `residual_profiles`.
 
     Names the part (region, direction, rate, amplitude) of the largest information, `s log(s / d)`
     for a share `s` of the gap in a share `d` of the readings, and nothing where none stands out. A
-    tone that does not follow the scan is named too.
+    tone that does not follow the scan is named too. `repeats`: whether some run holds two periods,
+    so that what repeats is known.
     """
     if not any(entry["share"] > 0 for entry in entries):
         return "Nothing stands above the noise, so there is no gap to place."
-    kind = _describe_kind(entries)
+    kind = _describe_kind(entries) if repeats else ""
     tone = _describe_tones(profiles)
     share, data, words = _best_part(entries)
     if share - data < THRESHOLDS.least_excess_share:

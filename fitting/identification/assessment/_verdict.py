@@ -11,6 +11,7 @@ from fitting.identification._parameter_vector import as_device
 from fitting.identification._problem import Problem, Solution
 from fitting.identification._starts import Start
 from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification.data_checks._clock_jitter import describe_jitter
 from fitting.identification.data_checks._data_checks import Fault
 from fitting.identification.data_checks._sweeps import describe_creep, single_sweep
 from fitting.identification.robust._reweighting import Reweighting
@@ -186,6 +187,11 @@ def _notes(
     notes = []
     recording = problem.recording
     notes += describe_creep(recording)
+    errors = [
+        solution.error[row, problem.data.sample[row] >= 0][: run.drive.size]
+        for row, run in enumerate(recording.runs)
+    ]
+    notes += describe_jitter(recording, errors)
     if max(recording.rates) <= THRESHOLDS.one_rate * min(recording.rates):
         which = "one scan rate" if max(recording.rates) > 0 else "no scan rate"
         notes.append(

@@ -9,6 +9,7 @@ from rapi_jax import DataError, Recording, Run
 from rapi_jax.internal import usable
 
 from ._drive_character import describe_drive, period_mismatch
+from ._first_period import first_period_miss
 from ._step_detection import detect_steps
 
 _HOP = "a mode hop, or fringes miscounted. Leave that part out, or shift bias or current."
@@ -57,7 +58,7 @@ def find_faults(recording: Recording) -> list[Fault]:
     """Clipped or dead readings, dead drives and wrong periods, which show before any fit."""
     found = []
     for run in recording.runs:
-        for check in (_check_motion, _check_clipping, _check_frozen, _check_period):
+        for check in (_check_motion, _check_clipping, _check_frozen, _check_period, _check_start):
             fault = check(run)
             if fault is not None:
                 found.append(fault)
@@ -198,6 +199,24 @@ def _check_period(run: Run) -> Fault | None:
         if period_mismatch(drive, period / parts) < limits.shorter_period_miss + 2.0 * noise:
             return _wrong_period(run)
     return None
+
+
+def _check_start(run: Run) -> Fault | None:
+    """A first period that begins elsewhere than where it ends."""
+    if _check_period(run) is not None:
+        return None
+    miss = first_period_miss(run)
+    if miss == 0.0:
+        return None
+    only = "" if run.drive.periods > 1 else " Or the reading drifts, which one period cannot tell."
+    text = (
+        f"run {run.name!r}: the response ends its first period {abs(miss):.3g} "
+        f"({100 * abs(miss) / run.span:.2g} % of its span) from where it began: the device came "
+        "from rest or another drive, and the model takes each period for the settled one. Let the "
+        f"drive run for two periods before recording, or cut the first one off.{only}"
+    )
+    last = int(np.flatnonzero(run.drive.period == 0)[-1])
+    return Fault("unsettled start", run.name, text, ((0, last),))
 
 
 def _wrong_period(run: Run) -> Fault:

@@ -41,7 +41,7 @@ def write_fit(result: "FitResult", folder: Path, *, plots: bool) -> list[Path]:
         identified=Identified.of(recording).to_dict(),
         rmse=result.rmse,
         versions=package_versions(),
-        data_sha256=recording.sha256(),
+        data_sha256=result.data_sha256 or recording.sha256(),
     )
     written = [folder / MODEL]
     if plots:

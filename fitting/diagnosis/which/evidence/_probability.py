@@ -123,6 +123,8 @@ def _unlisted_probability(
     before = evidence.excess(none)
     left = evidence.excess(top) / before if before > 0 else 0.0
     if not evidence.noise_known:  # all that is left may be noise: only a large share left tells
+        if top.effects and closed is not None:  # an effect that predicts nothing new explains none
+            left = max(left, float(np.clip(1.0 - closed, 0.0, 1.0)))
         poor = (left - calibration.left_unknown) / calibration.left_unknown_width
         more = (over + chance - calibration.misfit_unknown) / calibration.misfit_unknown_width
         return _logistic(poor) * _logistic(more)

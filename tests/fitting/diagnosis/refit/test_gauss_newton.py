@@ -136,3 +136,14 @@ def test_a_refit_at_its_end_stays(plain):
     end = plain.minimise(plain.evaluate(plain.base.prior_mean, ()), 60)
     again = plain.minimise(end, 10)
     assert end.cost - again.cost < 0.5
+
+
+def test_a_response_in_whose_rounding_the_readings_are_lost_has_no_finite_cost(plain):
+    """With an origin of its own a run takes the mean away, and what was lost would fit exactly."""
+    recording = dataclasses.replace(record(drives()), response_origin="run")
+    refit = refit_of(recording)
+    values = refit.base.prior_mean.copy()
+    assert np.isfinite(refit.evaluate(values, ()).cost)
+    constant = int(np.flatnonzero(values == np.asarray(refit.base.operator.d_0))[0])
+    values[constant] = 1e24
+    assert refit.evaluate(values, ()).cost == np.inf

@@ -1,0 +1,40 @@
+"""A first period in which the device was not yet where its drive brings it back to."""
+
+import numpy as np
+
+from fitting.identification._thresholds import THRESHOLDS
+from rapi_jax import Run
+
+
+def first_period_miss(run: Run) -> float:
+    """How far the response ends its first whole period from where it began it, signed.
+
+    0 where that is within noise, small beside the span, or not clearly more than in later periods,
+    as with a drift; 0, too, where the drive itself does not close.
+    """
+    drive, limits = run.drive, THRESHOLDS
+    if not drive.repeats or not drive.periods or not run.span > 0 or not run.valid.all():
+        return 0.0
+    begin = int(np.flatnonzero(drive.period == 0)[0])
+    samples = 1.0 / (drive.rate * drive.step_s)
+    if samples < limits.period_samples:
+        return 0.0
+    places = begin + samples * np.arange(drive.periods + 1)
+    places = places[places <= drive.size - 1 + 1e-6]
+    if places.size < 2:
+        return 0.0
+    at = np.arange(drive.size)
+    response = np.interp(places, at, run.response)
+    value = np.interp(places, at, drive.value)
+    noise = 1.4826 * float(np.median(np.abs(np.diff(run.response, 3)))) / np.sqrt(20.0)
+    misses = np.diff(response)
+    # What the drive's own difference moves, at twice the usual slope.
+    moved = 2.0 * abs(float(value[1] - value[0])) / max(drive.u_pp, 1e-300) * run.span
+    later = float(np.abs(misses[1:]).max(initial=0.0))
+    least = max(
+        limits.first_period_miss * run.span,
+        limits.first_period_noise * noise,
+        limits.first_period_later * later,
+    )
+    miss = float(misses[0])
+    return miss if abs(miss) - moved > least else 0.0

@@ -1,0 +1,75 @@
+"""Where noise is not known, an effect has to predict data held out before it is named."""
+
+import pytest
+
+from fitting.diagnosis._diagnosis import Verdict
+from fitting.diagnosis._text import verdict_sentence
+from fitting.diagnosis._verdict import doubt_noise
+from fitting.diagnosis.noise._residual_whiteness import ResidualWhiteness
+from fitting.diagnosis.where._description import describe_localisation
+from fitting.diagnosis.which.evidence._evidence import Evidence, HypothesisEvidence
+from fitting.diagnosis.which.evidence._probability import hypothesis_probabilities
+from rapi_jax.effects import Creep
+
+LINES = 400
+
+
+def evidence(with_effect: float) -> Evidence:
+    """Chi-square a line of 30 without an effect, and `with_effect` with creep."""
+    none = HypothesisEvidence((), 0, 30.0 * LINES, 0.0, 0.0)
+    creep = HypothesisEvidence(("creep",), 1, with_effect * LINES, 0.0, 0.0)
+    return Evidence(LINES, 0, False, (none, creep))
+
+
+@pytest.mark.parametrize(
+    ("closed", "name"),
+    [(None, "creep"), (0.9, "creep"), (0.7, "creep"), (0.1, "unlisted"), (-3.0, "unlisted")],
+)
+def test_what_stays_open_on_held_out_data_speaks_for_something_unlisted(closed, name):
+    known = {} if closed is None else {"creep": closed}
+    ranked = hypothesis_probabilities(evidence(5.0), known)
+    assert ranked[0][0] == name and ranked[0][1] > 0.9
+    assert sum(p for _, p in ranked) == pytest.approx(1.0)
+
+
+def test_an_effect_that_leaves_noise_is_named_however_it_predicts():
+    assert hypothesis_probabilities(evidence(1.0), {"creep": -1.0})[0][0] == "creep"
+
+
+def test_the_sentence_does_not_close_less_than_nothing():
+    shrinkage = {
+        "closed_fraction": {"value": -2.98, "low": 0.0, "high": 1.0},
+        "before": 0.049,
+        "after": 0.0978,
+    }
+    said = verdict_sentence("creep", (Creep,), 0.97, shrinkage, "GHz")
+    assert "no better: 0.049 and 0.0978 GHz rms" in said and "-298" not in said
+
+
+@pytest.mark.parametrize(
+    ("name", "effects", "closed", "slow", "sentence", "advice"),
+    [
+        ("none", (), None, 0.0, "can be noise. That it is, is not measured", "measure the noise"),
+        ("unlisted", (), None, 0.9, "is not to be called noise: 90 %", "Do not add an effect"),
+        ("creep", ("creep",), -1.0, 0.9, "as it was", "Do not add the effect on these data"),
+        ("creep", ("creep",), 0.8, 0.9, "as it was", "as it was"),
+    ],
+)
+def test_verdicts_on_unknown_noise(name, effects, closed, slow, sentence, advice):
+    verdict = Verdict(name, effects, 0.9, (name,), "", "as it was", "as it was")
+    left = ResidualWhiteness(0.1, 10.0, slow, 0.1, 0.0, 0.01)
+    fraction = None if closed is None else {"value": closed, "low": 0.0, "high": 1.0}
+    said = doubt_noise(verdict, left, "um", fraction)
+    assert sentence in said.sentence and advice in said.advice
+    assert said.name == name
+
+
+def test_what_repeats_is_not_said_where_nothing_does():
+    entry = {"run": 0, "excitation_hz": 10.0, "amplitude": 1.0, "direction": "up"}
+    entries = [
+        entry
+        | {"region": region, "rms": 1.0, "rms_not_locked": 0.0, "share": s, "of_readings": 0.5}
+        for region, s in (("edge", 0.9), ("middle", 0.1))
+    ]
+    assert describe_localisation(entries).endswith("; most of it repeats with the scan.")
+    assert "repeats" not in describe_localisation(entries, repeats=False)

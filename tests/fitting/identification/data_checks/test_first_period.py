@@ -1,0 +1,64 @@
+"""A first period from rest is named; settled, drifting and noisy recordings are not."""
+
+import numpy as np
+import pytest
+
+from fitting.identification.data_checks._data_checks import find_faults
+from fitting.identification.data_checks._first_period import first_period_miss
+from rapi_jax import Recording, Run, predict, triangle
+from rapi_jax.examples import paper_device
+
+SAMPLES = 300
+
+
+def run(periods: int, noise: float = 0.02, seed: int = 0) -> Run:
+    """A triangle of the paper's device, which begins settled, from its minimum on."""
+    (drive,) = triangle(10.0, amplitude=4.0, bias=3.0, samples=SAMPLES * periods, periods=periods)
+    rng = np.random.default_rng(seed)
+    clean = np.asarray(predict(paper_device(), drive))
+    return Run(drive, clean + noise * rng.standard_normal(drive.size))
+
+
+def from_rest(settled: Run, share: float) -> Run:
+    """The response begins `share` of its span high and comes down within the first period."""
+    offset = share * settled.span * np.exp(-np.arange(settled.drive.size) / (0.2 * SAMPLES))
+    return Run(settled.drive, settled.response + offset)
+
+
+@pytest.mark.parametrize("periods", [1, 2, 5])
+def test_a_start_from_rest_is_named_with_its_size(periods):
+    rest = from_rest(run(periods), 0.1)
+    faults = [f for f in find_faults(Recording((rest,))) if f.kind == "unsettled start"]
+    if periods == 1:  # its last sample is one short of the period: nothing to compare with
+        assert faults == [] and first_period_miss(rest) == 0.0
+        return
+    (fault,) = faults
+    assert "9.8 % of its span" in fault.message and "cut the first one off" in fault.message
+    assert fault.samples == ((0, SAMPLES - 1),)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02, 1.0])
+@pytest.mark.parametrize("periods", [1, 2, 5])
+def test_settled_runs_are_not_accused(periods, noise):
+    for seed in range(20):
+        assert first_period_miss(run(periods, noise, seed)) == 0.0
+
+
+def test_a_drift_that_goes_on_is_no_start():
+    settled = run(4)
+    drift = 0.03 * settled.span * np.arange(settled.drive.size) / SAMPLES
+    assert first_period_miss(Run(settled.drive, settled.response + drift)) == 0.0
+
+
+def test_masked_readings_and_drives_that_do_not_close_say_nothing():
+    rest = from_rest(run(3), 0.1)
+    masked = rest.response.copy()
+    masked[5] = np.nan
+    assert first_period_miss(Run(rest.drive, masked)) == 0.0
+
+
+def test_measured_periods_are_settled(shared_data):
+    from rapi_jax.io import read_recording
+
+    (identify,) = read_recording(shared_data / "picma_1hz").runs
+    assert first_period_miss(identify) == 0.0

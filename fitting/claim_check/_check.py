@@ -55,7 +55,8 @@ class Checked:
 class ClaimCheck:
     """Whether a claim held: `kind` is "prediction" or "straightness".
 
-    `offset`: of the response's zero against the model's, response unit; no part of the claim.
+    `offset`: the model's zero less the recording's, response unit, where runs share one; no part of
+    the claim.
     `advice`: what to do, where the claim did not hold.
     """
 

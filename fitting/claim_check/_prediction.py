@@ -47,7 +47,8 @@ def check_claim(
         np.asarray(predict(ecdl, run.drive.delayed(recording.response_lag_s))) - run.response
         for run in recording.runs
     ]
-    offset = float(np.mean([np.mean(error[row][use[row]]) for row in judged]))
+    means = [float(np.mean(error[row][use[row]])) for row in judged]
+    offset = None if recording.response_origin == "run" else float(np.mean(means))
     left = _without_origin(recording, error, use, judged)
     bound = claim.high_of(len(judged))
     checked = []

@@ -141,7 +141,7 @@ def describe_hypotheses(
                 ),
                 "closed_fraction": validated.closed if validated else None,
                 "delta_chi2": attribution.none.cost - candidate.cost,
-                "sentence": describe_effects(candidate.effects),
+                "sentence": describe_effects(candidate.effects, recording.response_unit),
             }
         out.append(entry)
     return out

@@ -25,6 +25,7 @@ from ._data_checks import (
     shown_faults,
 )
 from ._diagnosis import Diagnosis
+from ._text import effect_label
 from ._verdict import blame_data, collect_notes, doubt_noise, give_verdict
 from .how_far._cross_validation import cross_validate
 from .next_scan._proposal import propose_next_scan
@@ -151,5 +152,5 @@ def diagnose(
     notes += collect_notes(whitened, fitted, top, flexible=flexible)
     seconds = time.perf_counter() - began
     drive = None if next_scan is None else next_scan.drive
-    labels = {cls.name: cls.label for cls in classes}
+    labels = {cls.name: effect_label(cls, recording.response_unit) for cls in classes}
     return Diagnosis(recording, model, base, verdict, content, notes, seconds, drive, labels)

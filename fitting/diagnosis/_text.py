@@ -14,9 +14,35 @@ def sort_effects(effects: Effects) -> tuple[AbstractEffect | type[AbstractEffect
     return tuple(sorted(effects, key=lambda effect: effect.name))
 
 
-def describe_effects(effects: Effects) -> str:
+# What shows like these in a reading that is no optical frequency, and what to do about it.
+_OF_A_SENSOR = {
+    "etalon": (
+        "a ripple periodic in the reading",
+        "Look at the sensor's own ripple (interpolation, fringes); the corrected model has it.",
+    ),
+    "mode_hop": (
+        "jumps of the reading",
+        "Look at the sensor's ranges and at contacts; leave the part with jumps out.",
+    ),
+    "current_coupling": (
+        "a part that follows the drive at once",
+        "Look at cross-talk of the drive into the sensor; the corrected model has it.",
+    ),
+}
+
+
+def effect_label(effect: AbstractEffect | type[AbstractEffect], unit: str) -> str:
+    """What an effect is called in text; optical causes only where `unit` is a frequency."""
+    return effect.label if unit == "GHz" else _OF_A_SENSOR.get(effect.name, (effect.label,))[0]
+
+
+def _remedy(effect: AbstractEffect | type[AbstractEffect], unit: str) -> str:
+    return effect.remedy if unit == "GHz" else _OF_A_SENSOR.get(effect.name, (effect.remedy,))[-1]
+
+
+def describe_effects(effects: Effects, unit: str = "GHz") -> str:
     """Effects by their labels: "creep of the piezo and drift of the optical frequency"."""
-    labels = {effect.name: effect.label for effect in effects}
+    labels = {effect.name: effect_label(effect, unit) for effect in effects}
     return describe_hypothesis("+".join(effect.name for effect in sort_effects(effects)), labels)
 
 
@@ -30,7 +56,7 @@ def verdict_sentence(
         return f"No effect is missing: what the model leaves is noise ({sure})."
     if name == "unlisted":
         return f"Something is missing that is none of the effects known ({sure})."
-    what = describe_effects(effects)
+    what = describe_effects(effects, unit)
     closed = shrinkage.get("closed_fraction")
     if closed is None:
         return f"The gap is {what} ({sure})."
@@ -64,11 +90,12 @@ def verdict_advice(
     scan: dict[str, Any] | None,
     *,
     unsure: bool = False,
+    unit: str = "GHz",
 ) -> str:
     """What to do next, in one or two sentences.
 
     `tied`: names in the credible set. `unsure`: whether it holds `unlisted` beside one named
-    hypothesis.
+    hypothesis. `unit`: of the response.
     """
     if len(tied) > 1 and scan is not None:
         return f"{' and '.join(tied)} cannot be told apart yet: play the next scan below."
@@ -82,4 +109,4 @@ def verdict_advice(
     first = ""
     if unsure and scan is not None:
         first = "Play the next scan below first: more may be missing. Then: "
-    return first + " ".join(effect.remedy for effect in sort_effects(effects))
+    return first + " ".join(_remedy(effect, unit) for effect in sort_effects(effects))

@@ -45,7 +45,14 @@ def give_verdict(
         sentence=verdict_sentence(
             name, top.effects, probability, shrinkage, recording.response_unit
         ),
-        advice=verdict_advice(name, top.effects, tied, scan, unsure=needs_confirmation(credible)),
+        advice=verdict_advice(
+            name,
+            top.effects,
+            tied,
+            scan,
+            unsure=needs_confirmation(credible),
+            unit=recording.response_unit,
+        ),
     )
 
 

@@ -14,7 +14,6 @@ from rapi_jax.internal import float64, usable
 from ._problem import Problem, Solution
 from ._result import FitResult, UntrustedFit
 from ._starts import Start, search_starts
-from ._thinning import thin
 from ._thresholds import THRESHOLDS
 from ._weights import run_weights
 from .assessment._claim import curvature, make_claim
@@ -29,6 +28,7 @@ from .data_checks._drive_noise import find_drive_noise
 from .data_checks._exchanged_runs import find_copied_readings, find_exchanged_runs
 from .data_checks._outliers import few_outliers, find_outliers, leave_out, report_outliers
 from .data_checks._run_changes import find_changed_runs
+from .data_checks._thinning import thin
 from .robust._despike import despike
 from .robust._loss import AbstractLoss, loss_of
 from .robust._reweighting import Reweighting, search_reweighted

@@ -7,8 +7,8 @@ from rapi_jax import RAPI, AbstractOperator, Recording
 from ._fit import Progress
 from ._model_order import ORDERS, PLAYS, choose_order
 from ._result import FitResult, UntrustedFit
-from ._thinning import thin
 from .data_checks._data_checks import check_usable
+from .data_checks._thinning import thin
 
 
 def identify(

@@ -3,13 +3,13 @@
 import pytest
 
 from fitting.diagnosis._diagnosis import Verdict
-from fitting.diagnosis._text import verdict_sentence
+from fitting.diagnosis._text import verdict_advice, verdict_sentence
 from fitting.diagnosis._verdict import doubt_noise
 from fitting.diagnosis.noise._residual_whiteness import ResidualWhiteness
 from fitting.diagnosis.where._description import describe_localisation
 from fitting.diagnosis.which.evidence._evidence import Evidence, HypothesisEvidence
 from fitting.diagnosis.which.evidence._probability import hypothesis_probabilities
-from rapi_jax.effects import Creep
+from rapi_jax.effects import Creep, CurrentCoupling, Etalon, ModeHop
 
 LINES = 400
 
@@ -62,6 +62,17 @@ def test_verdicts_on_unknown_noise(name, effects, closed, slow, sentence, advice
     said = doubt_noise(verdict, left, "um", fraction)
     assert sentence in said.sentence and advice in said.advice
     assert said.name == name
+
+
+@pytest.mark.parametrize("effect", [Etalon, ModeHop, CurrentCoupling])
+def test_optical_causes_are_not_said_of_a_sensor(effect):
+    shrinkage = {"closed_fraction": None}
+    for unit, same in (("GHz", True), ("um", False), ("V", False)):
+        said = verdict_sentence(effect.name, (effect,), 0.9, shrinkage, unit)
+        advice = verdict_advice(effect.name, (effect,), [], None, unit=unit)
+        assert (effect.label in said) == same and (effect.remedy in advice) == same
+        assert advice
+    assert Creep.label in verdict_sentence("creep", (Creep,), 0.9, shrinkage, "um")
 
 
 def test_what_repeats_is_not_said_where_nothing_does():

@@ -4,9 +4,8 @@ import dataclasses
 
 import numpy as np
 
+from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax import Recording, Run
-
-from ._thresholds import THRESHOLDS
 
 
 def thin(recording: Recording) -> tuple[Recording, str | None]:

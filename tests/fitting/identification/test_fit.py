@@ -51,7 +51,7 @@ def test_result_is_trusted_and_says_so_everywhere(result):
     table = result.to_dict()
     assert table["verdict"]["trusted"] is True
     assert "trusted" in result.summary() and "lam" in result._repr_html_()
-    assert set(table["parameters"]) == set(true_values())
+    assert set(table["parameters"]) == {*true_values(), "origin"}
 
 
 def test_held_out_errors_are_those_of_the_noise(result):

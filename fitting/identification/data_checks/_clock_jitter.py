@@ -5,9 +5,10 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
-from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax import Recording
 from rapi_jax.internal import usable
+
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True)

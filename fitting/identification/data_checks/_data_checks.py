@@ -4,13 +4,13 @@ import dataclasses
 
 import numpy as np
 
-from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax import DataError, Recording, Run
 from rapi_jax.internal import usable
 
 from ._drive_character import describe_drive, period_mismatch
 from ._first_period import first_period_miss
 from ._step_detection import detect_steps
+from ._thresholds import THRESHOLDS
 
 _HOP = "a mode hop, or fringes miscounted. Leave that part out, or shift bias or current."
 _JUMP = (

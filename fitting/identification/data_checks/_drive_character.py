@@ -6,9 +6,10 @@ import numpy as np
 from scipy.signal import find_peaks
 from scipy.signal.windows import tukey
 
-from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax import Drive
 from rapi_jax.internal import turning_samples
+
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True)

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax import Recording
 from rapi_jax.internal import usable
 
 from ._data_checks import Fault
+from ._thresholds import THRESHOLDS
 
 
 def find_drive_noise(recording: Recording, errors: list[np.ndarray]) -> list[Fault]:

@@ -8,12 +8,13 @@ import numpy as np
 
 from fitting.identification._problem import Problem, Solution
 from fitting.identification._starts import candidates
-from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification._thresholds import THRESHOLDS as FITTING
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Recording, Run
 
 from ._data_checks import Fault
 from ._run_changes import squared_gap, squared_noise
+from ._thresholds import THRESHOLDS
 
 
 def find_copied_readings(recording: Recording) -> list[Fault]:
@@ -37,7 +38,7 @@ def _has_noise(reading: np.ndarray) -> bool:
     if values.size < 4:
         return False
     fast = float(np.median(np.abs(np.diff(values, 3))))
-    return fast > THRESHOLDS.exact_fit * float(np.ptp(values))
+    return fast > FITTING.exact_fit * float(np.ptp(values))
 
 
 def _same_readings(one: Run, other: Run) -> bool:

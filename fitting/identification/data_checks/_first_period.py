@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax import Run
+
+from ._thresholds import THRESHOLDS
 
 
 def first_period_miss(run: Run) -> float:

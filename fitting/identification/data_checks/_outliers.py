@@ -7,11 +7,11 @@ from jaxtyping import Bool, Float, Int
 from numpy.lib.stride_tricks import sliding_window_view
 
 from fitting.identification._problem import Problem
-from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax import Recording, Run
 
 from ._data_checks import Fault, find_faults, format_intervals
 from ._step_detection import nearby
+from ._thresholds import THRESHOLDS
 
 Places = tuple[Bool[np.ndarray, "_"], ...]  # one a run, of its own length
 

@@ -13,13 +13,13 @@ import numpy as np
 from jaxtyping import Float
 
 from fitting.identification._problem import Problem, Solution
-from fitting.identification._thresholds import THRESHOLDS
 from fitting.identification.assessment._noise import measure_noise
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Drive, Recording, Run
 
 from ._data_checks import Fault
 from ._run_columns import KINDS, change_columns
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True)

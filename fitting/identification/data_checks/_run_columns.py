@@ -4,7 +4,8 @@ import numpy as np
 from jaxtyping import Float
 
 from fitting.identification._problem import Problem, Solution
-from fitting.identification._thresholds import THRESHOLDS
+
+from ._thresholds import THRESHOLDS
 
 KINDS = ("gain", "offset", "bias", "shift", "rate")
 

@@ -8,7 +8,7 @@ sample to the next.
 
 import numpy as np
 
-from fitting.identification._thresholds import THRESHOLDS
+from ._thresholds import THRESHOLDS
 
 
 def detect_steps(

@@ -6,9 +6,10 @@ import numpy as np
 from jaxtyping import Float
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax import Drive, Recording, Run
 from rapi_jax.internal import turning_samples
+
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True)

@@ -4,8 +4,10 @@ import dataclasses
 
 import numpy as np
 
-from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification._thresholds import THRESHOLDS as FITTING
 from rapi_jax import Recording, Run
+
+from ._thresholds import THRESHOLDS
 
 
 def thin(recording: Recording) -> tuple[Recording, str | None]:
@@ -40,10 +42,10 @@ def _thin_run(run: Run, every: int) -> Run:
     drive = run.drive
     if drive.repeats:
         exact = 1.0 / (drive.rate * drive.step_s)
-        every = min(every, max(int(exact // THRESHOLDS.thinned_samples), 1))
+        every = min(every, max(int(exact // FITTING.thinned_samples), 1))
         whole = drive.whole_period
         divide = [k for k in range(every, 2 * every) if whole and whole % k == 0]
-        if divide and exact / divide[0] >= THRESHOLDS.thinned_samples:
+        if divide and exact / divide[0] >= FITTING.thinned_samples:
             every = divide[0]
     if every == 1:
         return run

@@ -1,0 +1,242 @@
+"""Numbers that decide what is wrong with a recording, with unit and origin."""
+
+import dataclasses
+
+from rapi_jax.internal import threshold
+
+
+@dataclasses.dataclass(frozen=True)
+class DataCheckThresholds:
+    """Numbers that decide about faults of a recording, alone or beside a fit."""
+
+    # The fit
+    fitted_samples: int = threshold(
+        400_000,
+        unit="samples of all runs",
+        origin="measured, four runs of three periods: 20 000 samples take 7 s of processor time, "
+        "400 000 take 10 s and 0.28 GB more memory",
+    )
+
+    # Verdict
+    changed_runs_gap: float = threshold(
+        1.0, unit="times the noise", origin="convention; a smaller gap asks for no explanation"
+    )
+    changed_runs_first: float = threshold(
+        0.5,
+        unit="of the squared gap",
+        origin="set by trial; large changes explain 0.7 or more to first order",
+    )
+    changed_runs_explained: float = threshold(
+        0.95,
+        unit="of the squared gap",
+        origin="120 simulated devices of another make, effects up to 20 times the noise: at most "
+        "0.945; changes of one or half of the runs: 0.99",
+    )
+    changed_runs_rounds: int = threshold(
+        8, unit="refits", origin="set by trial; a gain of 1.1 is right to 1e-4 after 3"
+    )
+    changed_runs_step: float = threshold(1e-4, unit="of the change", origin="digits that are shown")
+    changed_runs_rank: float = threshold(
+        1e-9, unit="of the largest", origin="rounding; a change that the model can follow"
+    )
+    changed_runs_slope: float = threshold(
+        0.3, unit="of the steepest", origin="convention; where the drive turns its bias shows not"
+    )
+    permuted_runs: int = threshold(
+        4, unit="runs", origin="24 orders; of more runs only pairs and the reverse are tried"
+    )
+    exchanged_orders: int = threshold(
+        40, unit="orders", origin="time; each costs a guess and a fit"
+    )
+    outlier_size: float = threshold(
+        15.0,
+        unit="usual distances from the median of the neighbours",
+        origin="white noise reaches 8.6 in 10^6 samples; nearly twice that for heavier tails",
+    )
+    outlier_least: float = threshold(
+        2e-3, unit="of the span", origin="set by trial; a smaller one moves no parameter"
+    )
+    outlier_motion: float = threshold(
+        2.0,
+        unit="of what the response moves from sample to sample beside it",
+        origin="a model that is wrong where the response turns misses by less",
+    )
+    outlier_share: float = threshold(
+        0.01, unit="of a run's readings", origin="convention; more are no accident"
+    )
+    outlier_samples: int = threshold(
+        20, unit="samples", origin="set by trial; fewer have no usual distance"
+    )
+    drive_noise_correlation: float = threshold(
+        0.7,
+        unit="correlation of third differences",
+        origin="half of what is left from sample to sample; of 2000 samples of noise 0.03",
+    )
+    drive_noise_calm: float = threshold(
+        6.0, unit="usual third differences of the drive", origin="four deviations of noise"
+    )
+
+    # Faults of the recording
+    period_miss: float = threshold(
+        0.05,
+        unit="of the drive's span, rms",
+        origin="set by trial; a period may differ so far from the next",
+    )
+    period_miss_short: float = threshold(
+        0.03,
+        unit="of the drive's span, rms",
+        origin="set by trial; the same where little more than one period was recorded",
+    )
+    several_periods: float = threshold(
+        1.2, unit="periods", origin="set by trial; from these on one is compared with the next"
+    )
+    whole_period: float = threshold(
+        0.999, unit="of a period", origin="rounding; from this on it is complete"
+    )
+    shorter_period_miss: float = threshold(
+        0.02, unit="of the drive's span, rms", origin="set by trial; a shorter stretch repeats too"
+    )
+    period_divisions: int = threshold(
+        8, unit="periods", origin="set by trial; a stated period may hold so many real ones"
+    )
+    period_samples: int = threshold(
+        4, unit="samples", origin="set by trial; fewer do not show a period"
+    )
+    period_end_noise: float = threshold(
+        4.0, unit="standard deviations", origin="set by trial; beside `period_end_least`"
+    )
+    period_end_least: float = threshold(
+        0.08, unit="of the drive's span", origin="set by trial; one period that does not close"
+    )
+    period_end_most: float = threshold(
+        0.9, unit="of the drive's span", origin="set by trial; more is a flyback of one sample"
+    )
+    clipped_samples: int = threshold(
+        4, unit="samples", origin="set by trial; a shorter rest is chance"
+    )
+    clipped_samples_digitised: int = threshold(
+        6, unit="samples", origin="set by trial; the same of a reading that is digitised coarsely"
+    )
+    clipped_steps: float = threshold(
+        6.0,
+        unit="steps of the digitiser",
+        origin="set by trial; the reading should have moved by more meanwhile",
+    )
+    clipped_move: float = threshold(
+        0.004,
+        unit="of the response's span",
+        origin="set by trial; the reading should have moved by more meanwhile",
+    )
+    distinct_values: float = threshold(
+        0.7, unit="of the samples", origin="set by trial; with more a reading is not digitised"
+    )
+
+    # The first period
+    first_period_miss: float = threshold(
+        0.02,
+        unit="of the span",
+        origin="measured periods of a piezo close within 0.009; from rest it misses by 0.45, a "
+        "servo by 0.13",
+    )
+    first_period_noise: float = threshold(
+        8.0, unit="standard deviations", origin="convention; two readings are compared"
+    )
+    first_period_later: float = threshold(
+        3.0, unit="times what later periods miss by", origin="convention; a drift goes on"
+    )
+
+    # Jitter of the clock
+    jitter_share: float = threshold(
+        0.5, unit="of the fast mean square", origin="convention; most of the noise"
+    )
+    jitter_sigmas: float = threshold(
+        4.0,
+        unit="standard errors",
+        origin="24 runs of 1200 samples: hidden jitter of 20 or 90 % of a step stands at 4.3 to "
+        "7.2, white noise at 1.8 at most",
+    )
+    jitter_corner: float = threshold(
+        0.1, unit="of the usual move a sample", origin="convention; where slopes change faster"
+    )
+    jitter_samples: int = threshold(
+        200, unit="samples", origin="convention; a run with fewer shows no law of its noise"
+    )
+
+    # Sweeps and holds
+    branch_swing: float = threshold(
+        0.1, unit="of the swing", origin="convention; less is no branch of the drive"
+    )
+    hold_swing: float = threshold(
+        1e-3,
+        unit="of the swing",
+        origin="a sine stays so near to its top for 2 % of its period; see `hold_share`",
+    )
+    hold_share: float = threshold(
+        0.05, unit="of the run", origin="twice what a single period of a sine rests at its top"
+    )
+    hold_samples: int = threshold(
+        20, unit="samples", origin="convention; a shorter rest shows none"
+    )
+    hold_sigmas: float = threshold(
+        6.0, unit="standard errors", origin="convention; slow noise is not called creep"
+    )
+    hold_creep: float = threshold(
+        2e-3, unit="of the span", origin="convention; less spoils no scan"
+    )
+    main_tone: float = threshold(
+        0.5,
+        unit="of the power",
+        origin="a sawtooth has 0.61 in its first tone, a square 0.81; equal tones have less",
+    )
+    broadband: float = threshold(
+        6.0, unit="highest over lowest frequency", origin="more than the harmonics 1, 2, 3, 5 span"
+    )
+    longest_lag: float = threshold(
+        0.8, unit="of the record", origin="convention; a fifth is left to compare"
+    )
+    alike: float = threshold(
+        0.98, unit="correlation", origin="below it the miss exceeds `shorter_period_miss`"
+    )
+
+    # Steps of the residual
+    step_width_short: int = threshold(
+        5, unit="samples", origin="set by trial; of the lines on either side of a step"
+    )
+    step_width_long: int = threshold(
+        16, unit="samples", origin="set by trial; of the lines on either side of a step"
+    )
+    step_noise: float = threshold(
+        6.0, unit="standard deviations of noise", origin="set by trial; a step is larger"
+    )
+    step_usual: float = threshold(
+        8.0,
+        unit="usual steps",
+        origin="set by trial; misfit and correlated noise make steps elsewhere, a step is larger",
+    )
+    step_sudden: float = threshold(
+        0.6, unit="of the step", origin="set by trial; one sample must bring so much of it"
+    )
+    step_sudden_noise: float = threshold(
+        5.6, unit="standard deviations of noise", origin="set by trial; that sample against noise"
+    )
+    step_corner: float = threshold(
+        1.5, unit="changes of slope there", origin="set by trial; a corner is not a step"
+    )
+    step_motion: float = threshold(
+        0.4, unit="moves of the model in one sample", origin="set by trial; a step is larger"
+    )
+    step_motion_at_turn: float = threshold(
+        2.5,
+        unit="moves of the model in one sample",
+        origin="set by trial; where the drive turns an unmodelled delay makes steps",
+    )
+    step_samples: int = threshold(40, unit="samples", origin="set by trial; fewer show no step")
+    step_share: float = threshold(
+        0.002, unit="of the response's span", origin="set by trial; a mode hop is larger"
+    )
+    step_resolution: float = threshold(
+        3.0, unit="steps of the digitiser", origin="set by trial; a mode hop is larger"
+    )
+
+
+THRESHOLDS = DataCheckThresholds()

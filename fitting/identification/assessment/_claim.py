@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax import ModelError, Recording
 
 from ._cross_validation import HeldOut
@@ -89,14 +90,20 @@ def make_claim(
 
 
 def _interval(errors: np.ndarray, samples: float) -> tuple[float, float]:
-    """The 95 % interval of another error of this kind; of one alone, three times either way."""
-    from scipy.special import stdtrit
+    """The 95 % interval of another error of this kind; of one alone, three times either way.
+
+    The rms of so many samples of white noise scatters by chance, as is known; what errors scatter
+    beyond it is estimated from them, and has Student's t.
+    """
+    from scipy.special import ndtri, stdtrit
 
     middle, count = float(np.mean(np.log(errors))), errors.size
     if count == 1:
         return float(errors[0]) / 3.0, float(errors[0]) * 3.0
-    spread = max(float(np.std(np.log(errors), ddof=1)), 1.0 / np.sqrt(2.0 * samples))
-    reach = float(stdtrit(count - 1, 0.975)) * spread * np.sqrt(1.0 + 1.0 / count)
+    chance = 1.0 / (2.0 * samples)
+    beyond = max(float(np.var(np.log(errors), ddof=1)) - THRESHOLDS.claim_chance * chance, 0.0)
+    normal, student = float(ndtri(0.975)), float(stdtrit(count - 1, 0.975))
+    reach = np.sqrt((normal**2 * chance + student**2 * beyond) * (1.0 + 1.0 / count))
     return float(np.exp(middle - reach)), float(np.exp(middle + reach))
 
 

@@ -226,11 +226,11 @@ def noise_of_runs(columns, spread, rates=None):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("spread", "low", "high"), [(0.0, 0.95, 1.0), (0.4, 0.90, 0.985)])
+@pytest.mark.parametrize(("spread", "low", "high"), [(0.0, 0.92, 0.995), (0.4, 0.90, 0.985)])
 def test_of_fresh_devices_95_percent_of_new_runs_are_inside_the_claim(spread, low, high):
     """40 devices of the paper's kind, whose noise is log-normal from run to run; 160 new runs.
 
-    With noise that is the same in all runs the interval from four runs is too wide, not too narrow.
+    Of noise that is the same in all runs 97 % are expected, of the other 95 %; binomial: 1.5 %.
     """
     inside, held, straight = [], [], []
     for seed in range(500, 540):

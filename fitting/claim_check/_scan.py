@@ -4,7 +4,6 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import ndtri
 
 from fitting.identification.assessment._claim import Claim
 from fitting.identification.assessment._noise import measure_run_noise
@@ -94,6 +93,8 @@ def _branches(
 
 def _expected(gap: float, left: float, noise: float, branch: Branch, tail: float) -> float:
     """The rms of a branch that is `gap` and `left` off its line, at a quantile of white noise."""
+    from scipy.special import ndtri
+
     own = gap**2 + left**2
     chance = np.sqrt((2.0 * noise**4 + 4.0 * noise**2 * own) / branch.time.size)
     return float(np.sqrt(max(own + noise**2 + float(ndtri(tail)) * chance, 0.0)))

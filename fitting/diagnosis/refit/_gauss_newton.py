@@ -91,7 +91,8 @@ class Refit:
         response = self.whitened.operator_response(base.operator, values, effects)
         errors = self.whitened.evaluate_errors(self.whitener, effects, response)
         span = max(float(np.ptp(block.data)) for block in self.whitened.blocks)
-        if max(float(np.abs(e).max()) for e in errors.raw) > THRESHOLDS.lost_readings * span:
+        largest = max(float(np.abs(e).max()) for e in errors.raw)
+        if largest > THRESHOLDS.lost_readings * span > 0.0:  # scans not recorded have no readings
             lost = np.full_like(errors.synchronous, np.inf)
             errors = errors._replace(synchronous=lost)
         with np.errstate(invalid="ignore", over="ignore"):

@@ -3,8 +3,6 @@
 import dataclasses
 
 import numpy as np
-from scipy.signal import find_peaks
-from scipy.signal.windows import tukey
 
 from rapi_jax import Drive
 from rapi_jax.internal import turning_samples
@@ -56,6 +54,8 @@ def period_mismatch(drive: Drive, lag: float) -> float:
 
 def characterise(drive: Drive) -> DriveCharacter:
     """The character of a drive that moves."""
+    from scipy.signal.windows import tukey
+
     window = np.asarray(tukey(drive.size + 2, 0.2))[1:-1]  # little leaks, the ends still count
     mean = float(window @ drive.value) / float(window.sum())
     power = np.abs(np.fft.rfft(window * (drive.value - mean))) ** 2
@@ -72,6 +72,8 @@ def characterise(drive: Drive) -> DriveCharacter:
 
 def _repetition(drive: Drive) -> float:
     """The shortest lag, to four fifths of the record, after which the drive is what it was (s)."""
+    from scipy.signal import find_peaks
+
     u = drive.value - drive.value.mean()
     size = 1 << (2 * u.size - 1).bit_length()
     spectrum = np.fft.rfft(u, size)

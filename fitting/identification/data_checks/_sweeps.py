@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 from jaxtyping import Float
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from rapi_jax import Drive, Recording, Run
 from rapi_jax.internal import turning_samples
@@ -68,6 +67,8 @@ def _times(count: int) -> str:
 
 def find_holds(drive: Drive) -> list[tuple[int, int]]:
     """First and last sample of each stretch in which the drive rests, in a run where it moves."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
     limits = THRESHOLDS
     width = max(limits.hold_samples, int(limits.hold_share * drive.size))
     if drive.u_pp == 0 or drive.size <= width:

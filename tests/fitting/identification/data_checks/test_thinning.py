@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fitting import fit
-from fitting.identification._thresholds import THRESHOLDS
 from fitting.identification.data_checks import _thinning
 from fitting.identification.data_checks._thinning import thin
+from fitting.identification.data_checks._thresholds import THRESHOLDS
 from rapi_jax import Drive, Recording, Run, predict, triangle
 from rapi_jax.examples import paper_device
 

@@ -33,14 +33,13 @@ def check_scan(
     """Whether scans made with certified drives are as straight as `claim` lets expect.
 
     Measured is the rms nonlinearity of each branch about its least-squares line in the middle 80 %
-    of its time (`rapi_jax.linearity`), readings' noise included. Expected is at most the error of the
-    model beyond the noise of the fit's readings, with what the model itself leaves of the scan, and the
-    noise of these readings: between periods where there are several, else the larger of the fit's
-    and of what changes from sample to sample.
+    of its time (`rapi_jax.linearity`), readings' noise included. Expected is at most the error of
+    the model beyond the noise of the fit's readings, with what the model itself leaves of the scan,
+    and the noise of these readings: between periods where there are several, else the larger of the
+    fit's and of what changes from sample to sample.
 
     Runs with a drive that is not on the list are listed and not judged. The claim held where each
-    branch is within the 95 % interval for so many together. Raises `DataError` where no run
-    can be judged.
+    branch is within the limit for so many together. Raises `DataError` where no run can be judged.
     """
     found = [_find_drive(run, drives) for run in recording.runs]
     count = 2 * sum(not isinstance(one, str) and not one.notes for one in found)

@@ -76,12 +76,3 @@ class NoiseModel:
     def autocovariance(self, run: int, lags: int) -> Float[np.ndarray, " lags"]:
         """Of the samples of run `run`, at lags 0 to `lags` - 1."""
         return self.variance[run] @ self.processes.autocovariance(self.step_s[run], lags)
-
-    def periodogram(self, run: int, size: int) -> Float[np.ndarray, " lines"]:
-        """Expected power at each Fourier line of `size` samples of run `run`."""
-        return self.variance[run] @ self.processes.periodogram(self.step_s[run], size)
-
-    @property
-    def rms(self) -> Float[np.ndarray, " runs"]:
-        """The rms of a reading in each run."""
-        return np.sqrt(self.variance.sum(axis=1))

@@ -8,7 +8,7 @@ chance does.
 """
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -125,7 +125,10 @@ class _Expected:
 
     def shared(self, power: Sequence[np.ndarray]) -> Bins:
         """All bins, where runs share their variances."""
-        total = [one + b.sum(axis=0) - b[k] for k, (one, b) in enumerate(self._pairs())]
+        total = [
+            one + b.sum(axis=0) - b[k]
+            for k, (one, b) in enumerate(zip(self.own, self.back, strict=True))
+        ]
         return self._bins(power, total, range(len(total)), [np.zeros(f.size) for f in self.freedom])
 
     def alone(self, power: Sequence[np.ndarray], run: int, variance: np.ndarray) -> Bins:
@@ -139,9 +142,6 @@ class _Expected:
         """What the noise of other runs leaves in one, through the parameters."""
         others = np.arange(variance.shape[0]) != run
         return np.einsum("sc,scb->b", variance[others], self.back[run][others])
-
-    def _pairs(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        return zip(self.own, self.back, strict=True)
 
     def _bins(
         self,

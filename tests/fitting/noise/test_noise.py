@@ -72,7 +72,7 @@ def test_variances_are_found_again_in_what_a_fit_leaves(white, slow, corner):
         noise = np.sqrt(white) * rng.standard_normal(SIZE)
         noise = noise + np.sqrt(slow) * relaxation(rng, corner)
         model = estimate_noise(left_by(columns, [noise]), columns, [1.0], bins)
-        found.append(model.periodogram(0, SIZE)[lines])
+        found.append(model.variance[0] @ model.processes.periodogram(STEP, SIZE)[:, lines])
     truth = Processes(np.array([corner]), np.array([[1.0, 0.0], [0.0, 1.0]]))
     expected = np.array([white, slow]) @ truth.periodogram(STEP, SIZE)[:, lines]
     np.testing.assert_allclose(np.median(found, axis=0), expected, rtol=0.15)
@@ -97,13 +97,13 @@ def test_runs_of_different_noise_have_each_their_own():
     found = estimate_noise(left_by(columns, series), columns, [1.0, 1.0], bins)
     assert found.autocovariance(0, 2)[1] < 0.1
     assert found.autocovariance(1, 2)[1] == pytest.approx(25.0 * 0.97, rel=0.3)
-    np.testing.assert_allclose(found.rms, [1.0, 5.0], rtol=0.2)
+    np.testing.assert_allclose(np.sqrt(found.variance.sum(axis=1)), [1.0, 5.0], rtol=0.2)
 
 
 def test_a_residual_of_zeros_has_no_noise():
     columns, bins = smooth_columns(), [PowerBins.of(SIZE, STEP)]
     found = estimate_noise([np.zeros(SIZE)], columns, [1.0], bins)
-    assert not found.rms.any() and not found.autocovariance(0, 50).any()
+    assert not found.variance.any() and not found.autocovariance(0, 50).any()
 
 
 def _excess(series, periods=8):
@@ -139,4 +139,3 @@ def test_a_model_is_shared_by_what_reads_it():
     variance[0, :2] = 0.5, 0.25
     model = NoiseModel(processes, variance, (STEP,))
     assert model.autocovariance(0, 1)[0] == pytest.approx(0.75)
-    assert model.rms[0] == pytest.approx(np.sqrt(0.75))

@@ -1,4 +1,4 @@
-"""Fringes of a scan with known distance, from the equations alone: the oracle of ranging's tests."""
+"""Fringes of a scan with known distance, from the equations alone: an oracle of ranging."""
 
 import dataclasses
 from collections.abc import Callable
@@ -52,7 +52,7 @@ class FringeScans:
         name: str = "record00",
         more: tuple[tuple[float, float], ...] = (),
     ) -> FringeRecord:
-        """`distance`: m, or a function of time; `more`: further reflectors (offset m, amplitude)."""
+        """`distance`: m, or a function of time; `more`: reflectors (offset m, amplitude)."""
         rng = np.random.default_rng(seed)
         count = int(round(periods / self.rate_hz * self.sample_hz))
         t = start_s + np.arange(count) / self.sample_hz

@@ -40,7 +40,7 @@ def analytic_signal(
 def unwrapped_phase(
     z: Complex64[np.ndarray, "scans samples"],
 ) -> Float64[np.ndarray, "scans samples"]:
-    """Continuous phase, rad: whole turns are added where neighbours differ by more than half one."""
+    """Continuous phase, rad: neighbours differ by half a turn at most."""
     out = np.angle(z).astype(np.float64)
     turns = np.cumsum(np.rint(np.diff(out, axis=-1) / (2 * np.pi)), axis=-1)
     out[..., 1:] -= 2 * np.pi * turns

@@ -79,7 +79,7 @@ def _fit(column, middle, reach, dark, noise, level, top):
     x = k / reach
     basis = np.stack([np.ones_like(x), x, x**2])
     fitted = y
-    solution = None
+    solution, normal = np.zeros((y.shape[0], 3)), np.zeros((y.shape[0], 3, 3))
     for _ in range(2):  # weights of the second from the curve of the first: no bias by noise
         weight = use * np.clip(fitted, 0.05, 1.5) ** 4
         normal = np.einsum("pk,ik,jk->pij", weight, basis, basis)
@@ -88,7 +88,6 @@ def _fit(column, middle, reach, dark, noise, level, top):
         solution = np.linalg.solve(normal, target[:, :, None])[:, :, 0]
         with np.errstate(divide="ignore"):
             fitted = 1.0 / np.maximum(solution @ basis, 1e-3)
-    assert solution is not None
     _, b, c = solution.T
     c = np.where(c > 0, c, np.nan)
     covariance = np.linalg.inv(normal) * ((noise / scale[:, 0]) ** 2)[:, None, None]

@@ -38,7 +38,7 @@ def fringe_rates(column: np.ndarray, sample_hz: float) -> tuple[float, float, fl
 
 
 def group_means(column: np.ndarray, factor: int) -> np.ndarray:
-    """Means over consecutive groups of `factor` samples, float32; an incomplete group is dropped."""
+    """Means over consecutive groups of `factor` samples, float32; an incomplete one is dropped."""
     groups = column.size // factor
     if factor == 1:
         return column.astype(np.float32)
@@ -92,8 +92,8 @@ def plan_decimation(
     if highest > limit:
         which = "measurement arm" if seen_high > limit else "auxiliary interferometer"
         faults.append(
-            f"{name}: the {which} has fringes at {highest:.4g} Hz, more than {THRESHOLDS.nyquist:g} "
-            f"of {sample_hz:.4g} samples a second: a target that moves half a fringe a sample or "
+            f"{name}: the {which} has fringes at {highest:.4g} Hz, more than "
+            f"{THRESHOLDS.nyquist:g} of {sample_hz:.4g} samples a second: a target that moves half a fringe a sample or "
             "more is not seen as it is. Sample faster, or move it more slowly"
         )
     factor = max(1, int(sample_hz / (THRESHOLDS.samples_per_fringe * highest)))

@@ -12,7 +12,8 @@ from rapi_jax.ranging._records import FringeRecord, FringeRecords
 
 from ._analytic import analytic_signal, band_pass, taper, unwrapped_phase, usable_size
 from ._cavity import CavityPeaks, find_peaks
-from ._decimate import Rates, group_means, plan_decimation
+from ._decimate import Rates, decimate, group_means, plan_decimation
+from ._threads import side_by_side
 from ._thresholds import THRESHOLDS
 from ._turns import Turns, find_turns
 
@@ -96,7 +97,7 @@ def list_clipped(record: FringeRecord, full_scale: tuple[float, float] | None) -
     faults = []
     for name in ("measurement", "interferometer"):
         column = getattr(record, name)
-        part = column[:: max(1, column.size // 500_000)]
+        part = column[:: max(1, column.size // 100_000)]
         low, high = part.min(), part.max()
         margin = 0.01 * (float(high) - float(low))
         share = 0.0
@@ -116,8 +117,7 @@ def list_clipped(record: FringeRecord, full_scale: tuple[float, float] | None) -
 def _read_block(records, record, rates: Rates, hz, begin, end, done_s, *, first):
     """Branches between two samples of a record that begin after `done_s`; faults; the last end."""
     name = record.name
-    x = group_means(record.interferometer[begin:end], rates.factor)
-    y = group_means(record.measurement[begin:end], rates.factor)
+    x, y = decimate((record.interferometer[begin:end], record.measurement[begin:end]), rates.factor)
     drive = None
     if record.drive is not None:
         drive = group_means(record.drive[begin:end], rates.factor)
@@ -152,8 +152,12 @@ def _read_block(records, record, rates: Rates, hz, begin, end, done_s, *, first)
         if not cut:
             continue
         last_s = max(last_s, start_s + cut[-1][1] / hz)
-        groups.append(_branches(x, y, cut, start_s, hz, rates, rising, peaks))
-    return tuple(groups), faults, last_s
+        some = THRESHOLDS.scans_together
+        groups += [(cut[i : i + some], rising) for i in range(0, len(cut), some)]
+    scans = side_by_side(
+        lambda one: _branches(x, y, one[0], start_s, hz, rates, one[1], peaks), groups
+    )
+    return tuple(scans), faults, last_s
 
 
 def _continued(turns: Turns, at_s: float, record: FringeRecord, records: FringeRecords) -> Turns:

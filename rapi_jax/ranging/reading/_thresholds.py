@@ -9,10 +9,16 @@ from rapi_jax._threshold import threshold
 class ReadingThresholds:
     """Numbers that decide how scans are read."""
 
-    samples_per_fringe: float = threshold(
-        10.0,
+    samples_per_fringe: tuple[float, float] = threshold(
+        (6.0, 10.0),
         unit="samples",
-        origin="kept in the fastest fringe; a mean over a group then loses 1.6 % of the visibility",
+        origin="kept in the fastest fringe of interferometer and measurement arm, whose "
+        "samples are interpolated; means over a group then lose 4.5 % and 1.6 % of the visibility",
+    )
+    scans_together: int = threshold(
+        8,
+        unit="scans",
+        origin="in one transform: what a processor's cache holds; changes no result",
     )
     block_periods: int = threshold(
         32, unit="periods", origin="read at once: what stays in memory; changes no result"

@@ -6,7 +6,7 @@ import numpy as np
 
 from rapi_jax._errors import DataError
 
-from ._analytic import analytic_signal, band_pass, unwrapped_phase
+from ._analytic import analytic_signal, band_pass, unwrapped_phase, usable_size
 from ._thresholds import THRESHOLDS
 
 
@@ -29,6 +29,7 @@ def _irregularity(x: np.ndarray, hz: float, fringe_hz: float) -> tuple[np.ndarra
     the fringes shows as a step of minus twice its value there; where the turn is rounded, the rate
     falls to zero. Steps are taken between straight lines over four fringes on either side.
     """
+    x = x[: usable_size(x.size)]
     low, high = THRESHOLDS.band
     gain = band_pass(x.size, low / 4 * fringe_hz / hz, min(high * fringe_hz / hz, 0.49))
     phase = unwrapped_phase(analytic_signal((x - x.mean())[None, :], gain))[0]

@@ -233,7 +233,7 @@ def _branches(x, y, cut, start_s, hz, rates: Rates, rising, peaks) -> Scans:
     middle_s = start_s + begin / hz
     found = []
     for at in middle_s:
-        near = (at + first / hz, at + last / hz)
+        near = (at, at + (size - 1) / hz)
         found.append(peaks.between(*near) if peaks is not None else _NO_PEAKS)
     return Scans(
         middle_s, hz, phase, b, first, last, rising, tuple(found), rates.measurement, noise

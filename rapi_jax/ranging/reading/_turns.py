@@ -89,7 +89,9 @@ def find_phases(
             for at in (first, second)
         )
     contrast = float((height - usual) / spread)
-    return (*sorted(phases), contrast) if contrast > THRESHOLDS.turn_contrast else None
+    if contrast <= THRESHOLDS.turn_contrast:
+        return None
+    return min(phases), max(phases), contrast
 
 
 def _centre(value: np.ndarray, at: int) -> float:

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 
 from rapi_jax.ranging.reading._scans import Scans
+from rapi_jax.ranging.reading._transforms import irfft, rfft
 
 from ._estimates import AbstractEstimator, Estimates, Motion
 from ._resample import find_beat
@@ -37,12 +38,10 @@ class Counting(AbstractEstimator):
         self, scans: Scans, combs: list[CombReading], scale: Scale, centre_hz: float
     ) -> Estimates:
         """Estimate every scan."""
-        from scipy import fft
-
         size = scans.signal.shape[1]
-        spectrum = fft.rfft(scans.signal * np.hanning(size).astype(np.float32), axis=1)
+        spectrum = rfft(scans.signal * np.hanning(size).astype(np.float32))
         beat = find_beat(spectrum)
-        raw = fft.rfft(scans.signal, axis=1)
+        raw = rfft(scans.signal)
         rows = [
             _scan(scans, k, combs[k], scale, raw[k], beat, centre_hz, self.ends)
             for k in range(scans.count)
@@ -60,13 +59,11 @@ class Counting(AbstractEstimator):
 
 def extrema(spectrum: np.ndarray, size: int, low: float, high: float) -> np.ndarray:
     """Times of the extrema of a band-limited signal, in samples: zeros of its derivative."""
-    from scipy import fft
-
     from rapi_jax.ranging.reading._analytic import band_pass
 
     gain = band_pass(size, max(low, 0.5) / size, min(high / size, 0.49)) / 2
     f = np.arange(size // 2 + 1) / size
-    slope = fft.irfft(spectrum * gain * (1j * _TWO_PI * f), size)
+    slope = irfft(spectrum * gain * (1j * _TWO_PI * f), size)
     at = np.flatnonzero(np.signbit(slope[1:]) != np.signbit(slope[:-1]))
     return at + slope[at] / (slope[at] - slope[at + 1])
 

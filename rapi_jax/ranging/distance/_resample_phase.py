@@ -20,7 +20,10 @@ class ResamplePhase(AbstractEstimator):
     region of interest evenly.
     """
 
-    name = "resample-phase"
+    @property
+    def name(self) -> str:
+        """As outputs call it."""
+        return "resample-phase"
 
     def __call__(
         self, scans: Scans, combs: list[CombReading], scale: Scale, centre_hz: float

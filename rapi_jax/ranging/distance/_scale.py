@@ -25,6 +25,9 @@ class CombReading:
     extra: int
 
 
+NO_COMB = CombReading(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0), 0, 0)
+
+
 @dataclasses.dataclass(frozen=True)
 class Scale:
     """The interferometer's delay, s, and standard error; infinite where no cavity told it.
@@ -48,7 +51,7 @@ def read_comb(scans: Scans, spacing_hz: float, delay_s: float) -> list[CombReadi
         place = (peaks.time_s - scans.begin_s[k]) * scans.hz
         phase = np.interp(place, np.arange(scans.phase.shape[1]), scans.phase[k])
         if phase.size < 3:
-            out.append(CombReading(*(np.zeros(0),) * 4, 0, 0))
+            out.append(NO_COMB)
             continue
         # A robust origin: the circular mean of all peaks.
         turns = phase / per_order

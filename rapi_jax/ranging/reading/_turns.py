@@ -6,8 +6,9 @@ import numpy as np
 
 from rapi_jax._errors import DataError
 
-from ._analytic import analytic_signal, band_pass, unwrapped_phase, usable_size
+from ._analytic import analytic_signal, band_pass, unwrapped_phase
 from ._thresholds import THRESHOLDS
+from ._transforms import usable_size
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

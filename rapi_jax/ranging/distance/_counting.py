@@ -8,7 +8,7 @@ import numpy as np
 from rapi_jax.ranging.reading._scans import Scans
 from rapi_jax.ranging.reading._transforms import irfft, rfft
 
-from ._estimates import AbstractEstimator, Estimates, Motion
+from ._estimates import AbstractEstimator, Estimates, Motion, centre_offset
 from ._resample import find_beat
 from ._scale import CombReading, Scale
 from ._thresholds import THRESHOLDS
@@ -108,7 +108,11 @@ def _scan(scans: Scans, k: int, comb: CombReading, scale: Scale, spectrum, beat,
     stderr = np.hypot(np.sqrt(2.0) * np.hypot(noise, delay * end_hz), bent) / span
     sign = 1.0 if scans.rising else -1.0
     time = (ends - (scans.first + scans.last) / 2) / scans.hz
-    g = sign * np.array([-1.0, 1.0]) * centre_hz / span
+    place = np.arange(size)
+    near = np.array([np.interp(end, place, scans.phase[k]) for end in ends])
+    one = dataclasses.replace(scans, phase=scans.phase[k : k + 1])
+    centre = centre_hz + centre_offset(one, near[:1], near[1:], scale)[0]
+    g = sign * np.array([-1.0, 1.0]) * centre / span
     mean = time.mean()
     velocity = float(g @ time) + mean
     acceleration = float(g @ time**2) / 2

@@ -62,7 +62,7 @@ def estimate_peaks(scans: Scans, resampled: Resampled, scale: Scale, centre_hz: 
     spread = np.sqrt(np.sum((window * x) ** 2)) / np.sum(window * x**2)
     stderr = np.sqrt(2.0) * sigma / amplitude * spread  # rad over half the grid
     per_radian = 2.0 / (n * resampled.step)  # interferometer's delays
-    motion, span = motion_of_line(scans, scale, centre_hz, window)
+    motion, span, _ = motion_of_line(scans, scale, centre_hz, window)
     lost = beat.ratio < THRESHOLDS.detection
     # What is left of the power beside a tone of this amplitude: a beat that moved in the scan.
     beside = (window @ (value.astype(float) / window).T ** 2) / window.sum() - sigma**2

@@ -1,4 +1,4 @@
-"""`rapi bench`: check a bench, start a simulated one, put a laser controller on the network."""
+"""`rapi bench`: check a bench, take fringe records, start a simulated one, bridge a laser."""
 
 import threading
 from pathlib import Path
@@ -9,9 +9,11 @@ from cyclopts import App, Parameter, validators
 from ._plugins import Plugins
 
 Port = Annotated[int, Parameter(validator=validators.Number(gte=0, lte=65535))]
+Metres = Annotated[float, Parameter(validator=validators.Number(gte=0, lte=1000))]
 Json = Annotated[bool, Parameter(negative="")]
 
 app = App(name="bench", help="A bench of instruments, real or simulated.", help_format="plaintext")
+app.command("fitting.commands.bench_range:bench_range", name="range")
 
 
 @app.command
@@ -62,6 +64,8 @@ def serve(
     wires: Literal["hislip", "socket"] = "hislip",
     device: Literal["paper", "unmodelled"] = "paper",
     seed: int = 0,
+    target: Metres | None = None,
+    velocity: float = 0.0,
 ) -> int:
     """Start a simulated laboratory on this computer, and write the bench file that reaches it.
 
@@ -77,17 +81,34 @@ def serve(
         The laser of the paper, or one with effects that its model has no term for.
     seed
         Of all noise.
+    target
+        Distance of a target before a measurement arm, m, for `rapi bench range`.
+    velocity
+        Of the target from the start of the laboratory on, m/s.
     """
     from hardware import HislipServer, TcpServer
-    from hardware.simulated import SimulatedBench, WiredLaboratory, bench_toml
+    from hardware.simulated import (
+        ConstantVelocity,
+        MeasurementArm,
+        SimulatedBench,
+        Target,
+        WiredLaboratory,
+        bench_toml,
+    )
     from rapi_jax.io import write_atomic
 
     from ._out import console
 
-    laboratory = SimulatedBench.like_paper(unmodelled=device == "unmodelled").laboratory
+    arm = None
+    if target is not None:
+        arm = MeasurementArm(Target(target) + ConstantVelocity(velocity))
+    laboratory = SimulatedBench.like_paper(
+        unmodelled=device == "unmodelled", measurement=arm
+    ).laboratory
     lab = WiredLaboratory(laboratory, seed=seed)
     with lab.served(HislipServer if wires == "hislip" else TcpServer) as at:
-        write_atomic(bench, bench_toml(at, delay_s=laboratory.interferometer.delay_s))
+        delay_s = laboratory.interferometer.delay_s
+        write_atomic(bench, bench_toml(at, delay_s=delay_s, measurement=arm is not None))
         out = console(False)
         for name, resource in at.items():
             out.print(f"{name:10} {resource}", markup=False, soft_wrap=True)

@@ -15,8 +15,11 @@ from hardware.laser._base import AbstractLaserTable
 from rapi_jax import DataError, DriveLimits
 from rapi_jax.internal import StrPath, cause, located, read_text
 from rapi_jax.io import printable
+from rapi_jax.ranging import AirState
 
 from ._drivers import FAMILIES, Driver, collect_drivers, validate_table
+
+SPEED_OF_LIGHT = 299_792_458.0  # m/s
 
 
 class Limits(Table):
@@ -41,10 +44,34 @@ class Amplifier(Table):
 
 
 class Optics(Table):
-    """`delay_s`: of the auxiliary interferometer; `fsr_ghz`: of the cavity."""
+    """What the light goes through.
+
+    `delay_s`: of the auxiliary interferometer; `fsr_ghz`: of the cavity; `wavelength_m`: of the
+    laser in vacuum; `rises_with_voltage`: whether the optical frequency does.
+    """
 
     delay_s: Positive
     fsr_ghz: Positive = 1.5
+    wavelength_m: Positive = 780e-9
+    rises_with_voltage: bool = True
+
+    @property
+    def interferometer_path_m(self) -> float:
+        """Optical path difference of the auxiliary interferometer, m."""
+        return SPEED_OF_LIGHT * self.delay_s
+
+
+class Air(Table):
+    """Of the measurement arm: `temperature_c`, `pressure_pa`, `relative_humidity` (0 to 1)."""
+
+    temperature_c: float
+    pressure_pa: float
+    relative_humidity: float
+    co2_ppm: float = 450.0
+
+    def of(self) -> AirState:
+        """As records say it. Raises `DataError` for what is no air of a laboratory."""
+        return AirState(**self.model_dump())
 
 
 class BenchFile(Table):
@@ -57,6 +84,7 @@ class BenchFile(Table):
     laser: SerializeAsAny[AbstractLaserTable] | None = None
     digitizer: SerializeAsAny[AbstractDigitizerTable]
     optics: Optics
+    air: Air | None = None
     settling: int = Field(default=5, ge=1, le=10_000)  # periods played before a record
 
     @pydantic.field_validator("generator", "laser", "digitizer", mode="before")
@@ -80,6 +108,8 @@ def read_bench(path: StrPath, *, drivers: Iterable[Driver] = ()) -> BenchFile:
             table = tomllib.loads(read_text(Path(path)))
             found = BenchFile.model_validate(table, context={"drivers": known})
             found.limits.of()
+            if found.air is not None:
+                found.air.of()
             if found.amplifier.gain == 0:
                 raise DataError("`amplifier.gain` must not be zero.")
             return found

@@ -2,20 +2,23 @@
 
 import contextlib
 import dataclasses
+import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from hardware._closes import ClosesOnExit
 from hardware.digitizer._base import AbstractDigitizer, Acquisition, Samples
 from hardware.digitizer._raw import write_samples
 from hardware.generator._base import AbstractGenerator, AbstractOutput
 from hardware.laser._base import AbstractLaser
-from rapi_jax import DataError, Drive, DriveLimits, LimitError, Recording, Run
+from rapi_jax import DataError, Drive, DriveLimits, LimitError, Recording, Run, repeated
 from rapi_jax.internal import StrPath
+from rapi_jax.ranging import FringeRecords
 from rapi_jax.readout import Fringes, read_fringes
 
 from ._base import AbstractBench, amplify, check_drives
 from ._file import BenchFile
+from ._ranging import to_fringe_records
 from ._thresholds import THRESHOLDS
 
 Progress = Callable[[int, int, str], None]
@@ -108,6 +111,53 @@ class LabBench(AbstractBench, ClosesOnExit):
             progress(len(several), len(several), "")
         return self.recording(notes)
 
+    def record_fringes(
+        self,
+        drive: Drive,
+        *,
+        periods: int = 1,
+        records: int = 1,
+        progress: Progress | None = None,
+        store: Callable[[FringeRecords], None] | None = None,
+    ) -> FringeRecords:
+        """Play `drive` before a target and take `records` records of `periods` periods each.
+
+        The drive's first period is repeated; it is played, settled, parked and switched off as in
+        `measure`. Each record is of one trigger and begins with the drive: between records some
+        periods are missed, and how long a record can be is limited by the digitizer's memory at
+        the rate that the file asks for (an error says so). `start_s` of a record is known to a
+        period; records are whole periods apart.
+
+        `store`: takes each record as soon as it is there. `so_far` stays empty. Raises
+        `DataError`, also where the file names no input for the measurement arm, `LimitError`,
+        `InstrumentError`.
+        """
+        if periods < 1 or records < 1:
+            raise ValueError("`periods` and `records` must be 1 or more.")
+        (drive,) = check_against_bench(repeated(drive, 1), self._file)
+        at, taken = self._file.digitizer, []
+        self.so_far = ()
+        length_s = periods / drive.rate + at.latency_s
+        asked = Acquisition(at.range_inputs(), 0.0, length_s, at.sample_hz)
+        with self._playing(drive, asked):
+            first_s = self._now() - self._began
+            for number in range(records):
+                if progress is not None:
+                    progress(number, records, f"{drive.rate:g} Hz")
+                since_s = self._now() - self._began - first_s
+                start_s = first_s + math.ceil(since_s * drive.rate) / drive.rate
+                samples = self._fetch(drive, asked)
+                one = to_fringe_records(
+                    samples, self._file, drive, periods=periods, start_s=start_s, number=number
+                )
+                taken.append(one)
+                if store is not None:
+                    store(one)
+                    del taken[:-1]
+        if progress is not None:
+            progress(records, records, "")
+        return taken[-1].replace(records=tuple(one.records[0] for one in taken))
+
     def recording(self, notes: dict[str, str] | None = None) -> Recording:
         """What was recorded so far, with every setting as the instruments report it."""
         if not self.so_far:
@@ -145,14 +195,22 @@ class LabBench(AbstractBench, ClosesOnExit):
 
     def _record(self, drive: Drive) -> tuple[Samples, Drive]:
         """One drive: loaded, played, settled, recorded, parked and off."""
-        file, channel = self._file, self._channel
-        at = file.digitizer
-        if self._laser is not None:
-            self._laser.check()
-            self._laser.check_emission()
+        at = self._file.digitizer
         margin_s = min(at.margin_s, THRESHOLDS.margin_fraction / drive.rate)
         length_s = drive.periods / drive.rate + at.latency_s
         asked = Acquisition(at.inputs(), margin_s, length_s + margin_s, at.sample_hz)
+        with self._playing(drive, asked):
+            start_s = self._now() - self._began
+            samples = self._fetch(drive, asked)
+        return samples, dataclasses.replace(drive, start_s=start_s)
+
+    @contextlib.contextmanager
+    def _playing(self, drive: Drive, asked: Acquisition) -> Iterator[None]:
+        """The drive is loaded, played and settled; in the end parked and off."""
+        file, channel = self._file, self._channel
+        if self._laser is not None:
+            self._laser.check()
+            self._laser.check_emission()
         self._digitizer.configure(asked)
         wave = channel.load_drive(drive, points=file.generator.points)
         try:
@@ -162,14 +220,16 @@ class LabBench(AbstractBench, ClosesOnExit):
                 f"{wave.frequency_hz:g} Hz, {drive.waveform}"
             )
             self._sleep(file.settling / drive.rate)
-            start_s = self._now() - self._began
-            self._digitizer.arm()
-            wait_s = THRESHOLDS.trigger_wait_periods / drive.rate
-            seconds = length_s + 2 * margin_s + wait_s + THRESHOLDS.late_s
-            samples = self._digitizer.fetch(seconds).check(asked)
+            yield
         finally:
             channel.off()
-        return samples, dataclasses.replace(drive, start_s=start_s)
+
+    def _fetch(self, drive: Drive, asked: Acquisition) -> Samples:
+        """The record of the next trigger."""
+        self._digitizer.arm()
+        wait_s = THRESHOLDS.trigger_wait_periods / drive.rate
+        seconds = asked.before_s + asked.after_s + wait_s + THRESHOLDS.late_s
+        return self._digitizer.fetch(seconds).check(asked)
 
     def _fringes(self, samples: Samples) -> Fringes:
         optics = self._file.optics

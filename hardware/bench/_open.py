@@ -9,7 +9,15 @@ from hardware._driver import AbstractConnector, AbstractDriver, AbstractDriverTa
 from hardware.links._link import AbstractLink
 from hardware.links._visa import VisaLink
 from hardware.servers._instrument import AbstractInstrument
-from hardware.simulated import Clock, Device, Laboratory, SimulatedLink, WiredLaboratory
+from hardware.simulated import (
+    Clock,
+    Device,
+    Laboratory,
+    MeasurementArm,
+    SimulatedLink,
+    Target,
+    WiredLaboratory,
+)
 from rapi_jax import DataError
 from rapi_jax.examples import paper_device
 from rapi_jax.internal import StrPath
@@ -93,7 +101,9 @@ def dry_run(file: BenchFile, *, seed: int = 0, drivers: Iterable[Driver] = ()) -
     that does not support this, `InstrumentError` for one that takes it for another instrument.
     """
     known, clock = collect_drivers(drivers), Clock()
-    lab = WiredLaboratory(Laboratory(Device(paper_device())), seed=seed, clock=clock)
+    arm = None if file.digitizer.measurement is None else MeasurementArm(Target(0.7))
+    laboratory = Laboratory(Device(paper_device()), measurement=arm)
+    lab = WiredLaboratory(laboratory, seed=seed, clock=clock)
     instruments = {"generator": lab.generator, "laser": lab.laser, "digitizer": lab.oscilloscope}
     opened: dict[str, AbstractDriver] = {}
     links: dict[str, SimulatedLink] = {}

@@ -34,7 +34,7 @@ class Input:
 class Acquisition:
     """One record: what is read, from when to when about the trigger, and how fast at least.
 
-    - `inputs`: by what they read ("interferometer", "cavity").
+    - `inputs`: by what they read ("measurement", "interferometer", "cavity").
     - `before_s`, `after_s`: from so long before the trigger to so long after it, s.
     - `sample_hz`: samples a second, at least. A Fabry-Perot's peak at 40 Hz lasts 1.25 us: fewer
       than 5 MS/s would miss it.
@@ -113,20 +113,30 @@ class InputTable(Table):
 class AbstractDigitizerTable(AbstractDriverTable):
     """What every digitizer reads.
 
-    `margin_s`: recorded on either side of the drive; `latency_s`: from the trigger until the
-    drive's first sample is at the piezo.
+    `measurement`: the measurement arm, for ranging. `margin_s`: recorded on either side of the
+    drive; `latency_s`: from the trigger until the drive's first sample is at the piezo.
     """
 
     interferometer: InputTable
     cavity: InputTable | None = None
+    measurement: InputTable | None = None
     sample_hz: Positive = 5e6
     margin_s: float = Field(default=9e-3, ge=0, allow_inf_nan=False)
     latency_s: float = Field(default=0.0, ge=0, allow_inf_nan=False)
 
     def inputs(self) -> dict[str, Input]:
-        """By what they read."""
+        """By what they read; without the measurement arm, which shows nothing of the laser."""
         inputs = {"interferometer": self.interferometer.of()}
         return inputs if self.cavity is None else inputs | {"cavity": self.cavity.of()}
+
+    def range_inputs(self) -> dict[str, Input]:
+        """With the measurement arm. Raises `DataError` where the file names none."""
+        if self.measurement is None:
+            raise DataError(
+                "`digitizer.measurement` is missing: name the input of the measurement arm, such "
+                "as measurement = { connector = 3, low_v = -0.2, high_v = 1.2 }."
+            )
+        return {"measurement": self.measurement.of()} | self.inputs()
 
 
 class AbstractDigitizer(AbstractDriver):

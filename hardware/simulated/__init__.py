@@ -7,6 +7,7 @@ from hardware.servers._tcp import TcpServer as TcpServer
 from ._bench import SimulatedBench as SimulatedBench
 from ._bench_toml import bench_toml as bench_toml
 from ._laboratory import Laboratory as Laboratory
+from ._ranging import fringe_records as fringe_records
 from ._wired import WiredLaboratory as WiredLaboratory
 from .instruments._afg31000 import SimulatedAFG31052 as SimulatedAFG31052
 from .instruments._faults import Closing as Closing

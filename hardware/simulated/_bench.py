@@ -15,6 +15,7 @@ from rapi_jax.readout import Fringes, Readout, read_fringes
 
 from ._laboratory import Laboratory
 from ._paper_ranging import paper_ranging
+from ._ranging import fringe_records
 from .laser._device import Device
 from .laser._digitizer import Digitizer
 from .laser._drift import Drift
@@ -187,7 +188,9 @@ class SimulatedBench(AbstractBench):
             arm = lab.measurement or MeasurementArm(target)
             lab = dataclasses.replace(lab, measurement=dataclasses.replace(arm, target=target))
         start = self.session_s + self.settling / drive.rate
-        stream = lab.range_records(
+        lab.arm()  # now, not when the first record is asked for
+        stream = fringe_records(
+            lab,
             self.waveform(drive),
             np.random.default_rng([self.seed, self.measured]),
             periods=periods,

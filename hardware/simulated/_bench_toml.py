@@ -32,7 +32,7 @@ cavity_c = [20.0, 40.0]
 resource = "{digitizer}"
 interferometer = {{ connector = 1, low_v = -0.2, high_v = 1.2 }}
 cavity = {{ connector = 2, low_v = -0.2, high_v = 1.2 }}
-sample_hz = 10e6
+{measurement}sample_hz = 10e6
 
 [optics]
 delay_s = {delay_s!r}  # of the auxiliary interferometer
@@ -40,8 +40,11 @@ fsr_ghz = 1.5  # of the cavity
 """
 
 
-def bench_toml(at: Mapping[str, str], *, delay_s: float) -> str:
+_MEASUREMENT = "measurement = { connector = 3, low_v = -0.2, high_v = 1.2 }  # of a target\n"
+
+
+def bench_toml(at: Mapping[str, str], *, delay_s: float, measurement: bool = False) -> str:
     """The file's text. `at`: VISA addresses of "generator", "laser" and "digitizer"; `delay_s`: of
-    the auxiliary interferometer.
+    the auxiliary interferometer; `measurement`: whether a measurement arm is at input 3.
     """
-    return _TEXT.format(**at, delay_s=delay_s)
+    return _TEXT.format(**at, delay_s=delay_s, measurement=_MEASUREMENT if measurement else "")

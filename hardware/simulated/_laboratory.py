@@ -1,15 +1,12 @@
 """The physics of a bench without instruments: a waveform in, raw photodiode records out."""
 
 import dataclasses
-from collections.abc import Iterator
 
 import numpy as np
 
 from rapi_jax import AfgWaveform
-from rapi_jax.ranging import FringeRecords
 from rapi_jax.readout import Fringes
 
-from ._ranging import fringe_records
 from .laser._comb_jitter import CombJitter
 from .laser._device import Device, Scan
 from .laser._digitizer import Digitizer
@@ -86,7 +83,7 @@ class Laboratory:
     ) -> Fringes:
         """Raw codes of interferometer and cavity over `periods` periods and a margin on both sides.
 
-        The target is not seen here: `range_records` gives all three channels.
+        The target is not seen here: `fringe_records` gives all three channels.
         """
         scan = self.scan(waveform, periods=periods, start_s=start_s)
         hz = self.digitizer.sample_hz
@@ -114,26 +111,6 @@ class Laboratory:
             delay_s=self.interferometer.delay_s,
             fsr_ghz=1.5 if self.cavity is None else self.cavity.fsr_ghz,
             full_scale=self.digitizer.full_scale,
-        )
-
-    def range_records(
-        self,
-        waveform: AfgWaveform,
-        rng: np.random.Generator,
-        *,
-        periods: int = 1,
-        records: int = 1,
-        start_s: float = 0.0,
-        shape: str = "triangle",
-    ) -> Iterator[FringeRecords]:
-        """Records of target, interferometer and cavity, `periods` periods each, without a gap.
-
-        Each is made when it is asked for, and comes with what is known of the set-up. The drive
-        starts at session time `start_s`; target, drift and scan go on from record to record.
-        """
-        self.arm()  # now, not when the first record is asked for
-        return fringe_records(
-            self, waveform, rng, periods=periods, records=records, start_s=start_s, shape=shape
         )
 
     def _chunk(self, out, nu, noise, phase, centre, comb, rng) -> None:

@@ -1,18 +1,15 @@
 """Three photodiodes behind one laser, digitized over a measurement, chunk by chunk."""
 
 import dataclasses
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ._laboratory import Laboratory
 from .laser._comb_jitter import CombJitter
 from .laser._device import Scan
 from .laser._normal import TableNormal
 from .laser._shared_phase_noise import SharedPhaseNoise
 from .laser.motion._target import Target
-
-if TYPE_CHECKING:
-    from ._laboratory import Laboratory
 
 _CHUNK = 1 << 15  # samples: what a chunk needs stays in a processor's second cache
 
@@ -25,13 +22,13 @@ class Photodiodes:
       wavelengths between measurements. `comb_key`: of the cavity's jitter.
     """
 
-    laboratory: "Laboratory"
+    laboratory: Laboratory
     rng: np.random.Generator
     phase: float
     comb_key: int
 
     @classmethod
-    def of(cls, laboratory: "Laboratory", rng: np.random.Generator) -> "Photodiodes":
+    def of(cls, laboratory: Laboratory, rng: np.random.Generator) -> "Photodiodes":
         """Those of one measurement, with a phase and a jitter of its own."""
         return cls(laboratory, rng, float(rng.uniform()), int(rng.integers(1 << 62)))
 

@@ -2,19 +2,16 @@
 
 import dataclasses
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rapi_jax import AfgWaveform
 from rapi_jax.ranging import FringeRecord, FringeRecords
 
+from ._laboratory import Laboratory
 from ._photodiodes import Photodiodes
 from .laser._device import Scan
 from .laser._optics import SPEED_OF_LIGHT
-
-if TYPE_CHECKING:
-    from ._laboratory import Laboratory
 
 # Periods; a turn closer to the beginning (latency, lag) is not read as one.
 _AHEAD, _ALONG = 0.01, 0.002
@@ -28,7 +25,7 @@ class _Scans:
     evaluated at once, and the device's drift is that at its start.
     """
 
-    laboratory: "Laboratory"
+    laboratory: Laboratory
     waveform: AfgWaveform
     periods: int
     start_s: float
@@ -46,7 +43,7 @@ class _Scans:
 
 
 def fringe_records(
-    laboratory: "Laboratory",
+    laboratory: Laboratory,
     waveform: AfgWaveform,
     rng: np.random.Generator,
     *,
@@ -83,7 +80,7 @@ def fringe_records(
 
 
 def set_up(
-    laboratory: "Laboratory",
+    laboratory: Laboratory,
     record: FringeRecord,
     *,
     rate: float,

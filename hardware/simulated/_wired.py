@@ -10,14 +10,16 @@ import numpy as np
 from hardware.servers._hislip import HislipServer
 from hardware.servers._instrument import AbstractInstrument
 from hardware.servers._listener import AbstractListener
+from rapi_jax import AfgWaveform
 
 from ._laboratory import Laboratory
+from ._photodiodes import Photodiodes
 from .instruments._afg31000 import SimulatedAFG31052
 from .instruments._infiniivision import SimulatedInfiniiVision
 from .instruments._tlb6700 import SimulatedTLB6700
 from .laser._digitizer import Digitizer
 
-INTERFEROMETER, CAVITY = 1, 2  # connectors of the oscilloscope
+INTERFEROMETER, CAVITY, MEASUREMENT = 1, 2, 3  # connectors of the oscilloscope
 _FINE = (16, -10.0, 10.0)  # before the oscilloscope's own converter
 
 
@@ -25,7 +27,8 @@ class WiredLaboratory:
     """Three instruments that share one `laboratory`'s physics.
 
     The generator's channel 1 drives it; its trigger output is at the oscilloscope's external
-    trigger; the interferometer is at the oscilloscope's input 1, the cavity at 2.
+    trigger; the interferometer is at the oscilloscope's input 1, the cavity at 2, the measurement
+    arm, where the laboratory has one, at 3.
 
     - `clock`: the time, s, for all of them. `seed`: of all noise.
     - `trigger_connected`: whether the generator's trigger output is at the oscilloscope.
@@ -77,6 +80,8 @@ class WiredLaboratory:
         lab = dataclasses.replace(self.laboratory, digitizer=fine)
         rng = np.random.default_rng([self._seed, self._records])
         self._records += 1
+        if lab.measurement is not None:
+            return _three(lab, waveform, rng, periods, now_s - self._began, first_s, count)
         fringes = lab.record(
             waveform,
             rng,
@@ -90,3 +95,23 @@ class WiredLaboratory:
         if fringes.cavity is not None:
             light[CAVITY] = fine.volts(fringes.cavity[part].astype(float))
         return light
+
+
+def _three(
+    lab: Laboratory,
+    waveform: AfgWaveform,
+    rng: np.random.Generator,
+    periods: int,
+    start_s: float,
+    first_s: float,
+    count: int,
+) -> dict[int, np.ndarray]:
+    """Volts at the three inputs from `first_s` about a drive's start at session time `start_s`."""
+    scan = lab.scan(waveform, periods=periods, start_s=start_s)
+    first = round(first_s * lab.digitizer.sample_hz)
+    codes = Photodiodes.of(lab, rng).codes(scan, first, count, start_s=start_s)
+    connectors = (MEASUREMENT, INTERFEROMETER, CAVITY)[: len(codes)]
+    return {
+        connector: lab.digitizer.volts(one.astype(float))
+        for connector, one in zip(connectors, codes, strict=True)
+    }

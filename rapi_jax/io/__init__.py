@@ -12,6 +12,9 @@ from .drives._drive_file import read_drive as read_drive
 from .drives._drive_file import write_afg as write_afg
 from .drives._drive_file import write_drive as write_drive
 from .drives._limits_file import read_limits as read_limits
+from .fringes._read import read_fringe_records as read_fringe_records
+from .fringes._write import FringeWriter as FringeWriter
+from .fringes._write import write_fringe_records as write_fringe_records
 from .recordings._oscilloscope import join_runs as join_runs
 from .recordings._oscilloscope import read_oscilloscope as read_oscilloscope
 from .recordings._read_write import read_recording as read_recording

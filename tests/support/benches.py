@@ -6,10 +6,12 @@ from hardware.servers._instrument import AbstractInstrument
 from hardware.simulated import Faulty, SimulatedBench, WiredLaboratory, bench_toml
 
 
-def bench_file(folder, *, generator="GEN", laser="LAS", digitizer="DIG", change=None):
-    """Write one; `change`: what to replace by what."""
+def bench_file(
+    folder, *, generator="GEN", laser="LAS", digitizer="DIG", change=None, measurement=False
+):
+    """Write one; `change`: what to replace by what; `measurement`: with a measurement arm."""
     at = {"generator": generator, "laser": laser, "digitizer": digitizer}
-    text = bench_toml(at, delay_s=24.483e-9)
+    text = bench_toml(at, delay_s=24.483e-9, measurement=measurement)
     for old, new in (change or {}).items():
         assert old in text
         text = text.replace(old, new)
@@ -38,11 +40,12 @@ class Watched(AbstractInstrument):
 class Served:
     """A laboratory behind wires, and the bench file that reaches it.
 
-    `wraps`: by instrument, what is served in its place; `change`: as in `bench_file`.
+    `wraps`: by instrument, what is served in its place; `change`: as in `bench_file`; `arm`: a
+    measurement arm.
     """
 
-    def __init__(self, stack, folder, server, *, wraps=None, change=None, **spoilt):
-        self.lab = WiredLaboratory(SimulatedBench.like_paper().laboratory)
+    def __init__(self, stack, folder, server, *, wraps=None, change=None, arm=None, **spoilt):
+        self.lab = WiredLaboratory(SimulatedBench.like_paper(measurement=arm).laboratory)
         at = {}
         for name, instrument in (
             ("generator", self.lab.generator),
@@ -53,7 +56,7 @@ class Served:
             served = (wraps or {}).get(name, lambda one: one)(served)
             at[name] = stack.enter_context(server(served)).resource
         self.at = at
-        self.bench = bench_file(folder, change=change, **at)
+        self.bench = bench_file(folder, change=change, measurement=arm is not None, **at)
 
     def parked(self):
         seen = self.lab.generator.seen[1]

@@ -2,42 +2,20 @@
 
 import contextlib
 import errno
-import json
 import os
-import re
 import secrets
 import shutil
-import tomllib
 from pathlib import Path
-from typing import Any
 
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Recording
 from rapi_jax.io import _units
 from rapi_jax.io._atomic import output_error, sync, sync_folder, write_atomic
-from rapi_jax.io._safe import MAX_MANIFEST, StrPath, cause, inside, located, printable, read_text
+from rapi_jax.io._safe import MAX_MANIFEST, StrPath, inside, located, printable
+from rapi_jax.io._toml import MANIFEST, load_manifest, toml_value
 
 from . import _csv
 from ._build import NanPolicy, build_run
-
-MANIFEST = "manifest.toml"
-_MAX_DOTS = 64
-_STRING = re.compile(r'"(?:[^"\\]|\\.)*"|' + r"'[^']*'")
-
-
-def _load_toml(folder: Path, label: str) -> dict[str, Any]:
-    with located(label):
-        path = inside(folder, MANIFEST)
-    text = read_text(path, MAX_MANIFEST)
-    whole = '"""' in text or "'''" in text
-    for i, line in enumerate(text.split("\n")):
-        # A key of n dots costs tomllib n^2 of memory: 200 KB of dots would take all there is.
-        if (line if whole else _STRING.sub("", line)).count(".") > _MAX_DOTS:
-            raise DataError(f"{label}: line {i + 1} has over {_MAX_DOTS} dots. Shorten its keys.")
-    try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise DataError(f"{label}: not valid TOML ({cause(error)}). Correct that line.") from error
 
 
 def read_folder(folder: Path, *, nan: NanPolicy) -> Recording:
@@ -49,7 +27,7 @@ def read_folder(folder: Path, *, nan: NanPolicy) -> Recording:
         raise DataError(
             f"{printable(folder)}: no {MANIFEST} in this folder, so it is no recording."
         )
-    table = _load_toml(folder, label)
+    table = load_manifest(folder, label)
     with located(label):
         manifest = parse_manifest(table)
         paths = [inside(folder, entry.file) for entry in manifest.run]
@@ -79,29 +57,24 @@ def read_folder(folder: Path, *, nan: NanPolicy) -> Recording:
         )
 
 
-def _toml(value: str | float) -> str:
-    if not isinstance(value, str):
-        return repr(value)
-    # JSON text is a TOML string but for DEL; quotes in pairs would look like a multi-line string.
-    text = json.dumps(value, ensure_ascii=False)
-    return text.replace("\x7f", "\\u007f").replace("'", "\\u0027")
-
-
 def _manifest_text(recording: Recording, files: list[str]) -> str:
     from ._manifest import head
 
     whole, entries = head(recording)
-    lines = [f"{key} = {_toml(value)}" for key, value in whole.items()]
+    lines = [f"{key} = {toml_value(value)}" for key, value in whole.items()]
     for file, entry in zip(files, entries, strict=True):
-        lines += ["", "[[run]]", f"file = {_toml(file)}"]
+        lines += ["", "[[run]]", f"file = {toml_value(file)}"]
         lines += [
-            f"{key} = {_toml(value)}"
+            f"{key} = {toml_value(value)}"
             for key, value in entry.items()
             if not (key == "name" and value == Path(file).stem)
         ]
     if recording.provenance:
         lines += ["", "[provenance]"]
-        lines += [f"{_toml(key)} = {_toml(value)}" for key, value in recording.provenance.items()]
+        lines += [
+            f"{toml_value(key)} = {toml_value(value)}"
+            for key, value in recording.provenance.items()
+        ]
     text = "\n".join(lines) + "\n"
     if len(text.encode()) > MAX_MANIFEST:
         raise DataError(f"{MANIFEST} would exceed {MAX_MANIFEST} bytes. Shorten `provenance`.")
@@ -151,7 +124,7 @@ def write_folder(recording: Recording, path: StrPath) -> None:
 def _named(folder: Path) -> set[str] | None:
     """The CSV files that the manifest names; `None` where it cannot be read."""
     try:
-        entries = _load_toml(folder, MANIFEST)["run"]
+        entries = load_manifest(folder, MANIFEST)["run"]
         return {str(entry["file"]) for entry in entries if str(entry["file"]).endswith(".csv")}
     except (DataError, OSError, TypeError, KeyError):
         return None

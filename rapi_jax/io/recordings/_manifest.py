@@ -1,7 +1,5 @@
 """What a recording says about itself, checked: the head of a folder and of a netCDF file alike."""
 
-import difflib
-import itertools
 from collections.abc import Mapping
 from typing import Any, Literal
 
@@ -12,27 +10,12 @@ from rapi_jax._errors import DataError
 from rapi_jax._recording import Origin, Recording, Waveform
 from rapi_jax.io import _units
 from rapi_jax.io._safe import check_name, printable
+from rapi_jax.io._toml import ManifestTable
 
 SCHEMA = "rapi.recording/1"
 
 
-class _Table(pydantic.BaseModel):
-    # Keys may be added freely by others, so unknown ones are kept, as provenance.
-    model_config = pydantic.ConfigDict(extra="allow", strict=True, protected_namespaces=())
-
-    @pydantic.model_validator(mode="before")
-    @classmethod
-    def _no_misspelt_key(cls, data: Any) -> Any:
-        if isinstance(data, dict):
-            missing = [field.alias or key for key, field in cls.model_fields.items()]
-            missing = [key for key in missing if key not in data]
-            for key in itertools.islice(data.keys() - cls.model_fields.keys(), 100):
-                if near := difflib.get_close_matches(str(key)[:40], missing, n=1, cutoff=0.9):
-                    raise ValueError(f"unknown key '{printable(key, 40)}': is `{near[0]}` meant?")
-        return data
-
-
-class RunEntry(_Table):
+class RunEntry(ManifestTable):
     """One `[[run]]`: `name` (default: the stem of `file`) is what outputs call the run."""
 
     file: str
@@ -42,7 +25,7 @@ class RunEntry(_Table):
     start_s: float = Field(default=0.0, allow_inf_nan=False)
 
 
-class Manifest(_Table):
+class Manifest(ManifestTable):
     """The head of a recording; see `read_recording`."""
 
     schema_: Literal["rapi.recording/1"] = Field(alias="schema")

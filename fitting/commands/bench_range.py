@@ -1,0 +1,136 @@
+"""`rapi bench range`: play a drive before a target, and keep the fringes of all three channels."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter, validators
+
+from ._plugins import Plugins
+
+Count = Annotated[int, Parameter(validator=validators.Number(gte=1, lte=100_000))]
+
+
+def bench_range(
+    bench: Path,
+    drive: Path,
+    /,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    periods: Count = 1,
+    records: Count = 1,
+    waveform: Literal["triangle", "sine", "multisine"] = "triangle",
+    plugin: Plugins = (),
+    dry_run: Annotated[bool, Parameter(negative="")] = False,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Play DRIVE on the bench of BENCH before a target, and write the fringes for `rapi range`.
+
+    BENCH names the measurement arm's input beside those of interferometer and cavity. The drive is
+    checked against the limits before the first byte is sent; the output is parked and switched off
+    at the end, however it ends; records that were taken until then are written. How long a record
+    can be is limited by the digitizer's memory at the rate that BENCH asks for.
+
+    Parameters
+    ----------
+    bench
+        `bench.toml`: addresses, limits, digitizer, optics, air.
+    drive
+        One period as CSV (`time_s,drive`), as `rapi compensate` writes it.
+    output
+        Folder for the fringe records; with `--dry-run`, for the bytes.
+    periods
+        How many periods a record holds.
+    records
+        How many records are taken, one for each trigger.
+    waveform
+        What the drive is.
+    plugin
+        A Python file with drivers that BENCH names by their `kind`; its code is run. May be given
+        several times.
+    dry_run
+        Connect to nothing: write what each instrument would be sent, byte by byte.
+    json
+        Print one JSON object on standard output.
+    """
+    from fitting._result_files import check_belongs
+    from hardware import (
+        AbstractDriver,
+        check_against_bench,
+        exit_on_signals,
+        open_bench,
+        read_bench,
+    )
+    from hardware import dry_run as dry
+    from rapi_jax.internal import located
+    from rapi_jax.io import FringeWriter, OutputError, printable, read_drive, write_atomic
+
+    from ._out import console, output_folder, print_json, progress
+    from ._plugins import load_plugins, plugin_classes
+
+    drivers = plugin_classes(load_plugins(plugin), AbstractDriver)
+    file = read_bench(bench, drivers=drivers)
+    with located(printable(bench)):
+        file.digitizer.range_inputs()
+    check_belongs(drive)
+    with located(printable(drive)):
+        (played,) = check_against_bench(read_drive(drive, waveform=waveform), file)
+    out = console(json)
+    if dry_run:
+        rehearsed = dry(file, drivers=drivers)
+        with rehearsed.bench as simulated:
+            simulated.record_fringes(played, periods=periods, records=records, store=_drop)
+        folder = output_folder(output)
+        for name, sent in rehearsed.sent().items():
+            write_atomic(folder / f"{name}.bytes", sent)
+        out.print(
+            f"nothing was connected; what would be sent is in {folder}",
+            markup=False,
+            soft_wrap=True,
+        )
+        return 0
+    output_folder(output.parent)  # now, not after a long measurement
+    if output.exists() and not output.is_dir():
+        raise OutputError(f"the output {output} is there and is not a folder. Choose another.")
+    writer = FringeWriter(output, keep_partial=True)
+    try:
+        with (
+            exit_on_signals(),
+            progress("ranging", json) as say,
+            writer,
+            open_bench(file, drivers=drivers) as opened,
+        ):
+            last = opened.record_fringes(
+                played,
+                periods=periods,
+                records=records,
+                progress=lambda done, total, what: say(
+                    f"record {done + 1} of {total}, {what}" if what else f"{total} record(s) done"
+                ),
+                store=writer.append,
+            )
+    except BaseException:  # an error, an interrupt, a request to stop
+        kept = f"{writer.written} record(s) written to {output}" if writer.written else ""
+        out.print(kept or "nothing was recorded", markup=False, soft_wrap=True)
+        raise
+    if json:
+        print_json(
+            {
+                "schema": "rapi.fringes-taken/1",
+                "records": str(output),
+                "count": writer.written,
+                "sample_hz": last.sample_hz,
+                "samples": last.records[0].size,
+            }
+        )
+        return 0
+    out.print(
+        f"{writer.written} record(s) of {last.records[0].size} samples at {last.sample_hz:g} Hz "
+        f"written to {output}",
+        markup=False,
+        soft_wrap=True,
+    )
+    return 0
+
+
+def _drop(records: object) -> None:
+    """In a dry run nothing is kept."""

@@ -1,0 +1,1 @@
+"""Fringe records in files: a folder with a manifest and one array a record."""

@@ -1,0 +1,169 @@
+"""Ranging through the simulated laboratory: the paper's Tables 2 to 4, beside its figures.
+
+    python3 -m uv run python -m tests.benchmarks.ranging static [--sample-hz HZ] [--quiet]
+    python3 -m uv run python -m tests.benchmarks.ranging moving [--sample-hz HZ] [--quiet]
+
+The laboratory is `SimulatedBench.like_paper_range`, whose disturbances were fixed by uncompensated
+distances alone; `--quiet` switches vibration, wander and noise of the cavity off. The laser is
+identified on the same bench, from 10 to 40 Hz, and scanned at 10 Hz by the plain triangle, by the
+paper's inverse and by the exact one.
+"""
+
+import argparse
+import time
+import warnings
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from fitting import identify, identify_inverse
+from hardware import SimulatedBench
+from hardware.simulated import ConstantVelocity, Target
+from rapi_jax import Drive, Identified, compensate, linear_scan, triangle
+from rapi_jax.ranging._range import range_records
+from rapi_jax.ranging._ranging import Ranging
+
+RATE, AMPLITUDE, BIAS = 10.0, 4.5, 3.0
+NODES_M = 0.598 + 0.02 * np.arange(10)
+SPEEDS = (5e-3, 10e-3, 20e-3, 30e-3, 40e-3, 50e-3)
+METHODS = ("counting-region", "counting", "resample-fft", "resample-phase")
+PAPER_STD = {
+    "triangle": (53.68, 55.98, 58.25, 57.10, 43.26, 50.03, 45.61, 51.92, 45.58, 47.86),
+    "paper": (6.65, 7.85, 7.20, 9.79, 6.41, 7.72, 5.65, 7.61, 6.15, 7.57),
+}
+PAPER_STEPS = {
+    "triangle": (-27.77, 32.54, -20.97, -26.50, 30.43, -31.41, -26.76, 42.97, 23.93),
+    "paper": (11.56, -9.99, -2.37, 9.77, 10.23, -4.16, 6.07, -6.63, 11.29),
+}
+PAPER_SPEED = {
+    "triangle": (52.24, -61.80, 74.23, 40.99, 53.48, 40.81),
+    "paper": (16.44, -23.65, -13.79, 12.14, -9.30, 10.41),
+}
+
+
+def drives(span_ghz: float = 73.0) -> dict[str, Drive]:
+    """The plain triangle and both inverses' drives, the laser identified on a quiet bench."""
+    bench = SimulatedBench.like_paper_range(
+        Target(0.7), vibration=False, wander=False, cavity_noise=False
+    )
+    training = bench.measure(triangle([10, 20, 30, 40], amplitude=AMPLITUDE, bias=BIAS, periods=2))
+    model = identify(training)
+    (plain,) = triangle([RATE], amplitude=AMPLITUDE, bias=BIAS)
+    (target,) = linear_scan(RATE, span=span_ghz)
+    known = Identified.of(training)
+    options: dict[str, Any] = {"identified": known, "limits": bench.limits}
+    exact = compensate(model.ecdl, target, **options)
+    inverse = identify_inverse(training, model, throw=False)
+    paper = compensate(inverse.ecdl, target, **options)
+    return {"triangle": plain, "paper": paper.drive, "exact": exact.drive}
+
+
+def ranged(bench: SimulatedBench, drive: Drive, seconds: float) -> Iterator[tuple[str, Ranging]]:
+    """The same records by every method."""
+    periods = round(seconds * RATE)
+    records = bench.range_records(drive, periods=10, records=periods // 10)
+    for method in METHODS:
+        yield method, range_records(records, method=method)
+
+
+def static(args: argparse.Namespace) -> None:
+    """Ten nodes of 5 s: Tables 2 and 3."""
+    spread: dict[tuple[str, str], list[float]] = {}
+    tracked: dict[tuple[str, str], list[float]] = {}
+    mean: dict[tuple[str, str], list[float]] = {}
+    made = drives()
+    for node, where in enumerate(NODES_M):
+        for name, drive in made.items():
+            target = Target(float(where))
+            bench = _bench(target, args, seed=node)
+            for method, result in ranged(bench, drive, args.seconds):
+                good = np.isfinite(result.distance)
+                key = (name, method)
+                spread.setdefault(key, []).append(1e6 * float(np.std(result.table.path[good])))
+                track = result.target.track
+                assert track is not None
+                tracked.setdefault(key, []).append(1e6 * float(np.std(track.distance)))
+                off = 1e6 * (float(np.mean(result.table.path[good])) - float(where))
+                mean.setdefault(key, []).append(off)
+        print(f"node {node + 1} of 10", flush=True)
+    for name in made:
+        print(f"\n{name}: standard deviation of a scan (um), node by node")
+        if name in PAPER_STD:
+            _row("the paper", PAPER_STD[name])
+        for method in METHODS:
+            _row(method, spread[name, method])
+        for method in METHODS:
+            _row(f"{method}, filtered", tracked[name, method])
+        print(f"{name}: deviation of the steps between nodes (um)")
+        if name in PAPER_STEPS:
+            _row("the paper", PAPER_STEPS[name])
+        for method in METHODS:
+            _row(method, np.diff(mean[name, method]))
+    print("\nlargest standard deviation, and largest deviation of a step: triangle over inverse")
+    for method in METHODS:
+        for name in ("paper", "exact"):
+            std = max(spread["triangle", method]) / max(spread[name, method])
+            step = _largest(mean["triangle", method]) / _largest(mean[name, method])
+            print(f"{method:24} {name:6} {std:6.2f} {step:6.2f}")
+
+
+def moving(args: argparse.Namespace) -> None:
+    """Constant speeds for 2 s: Table 4."""
+    made = drives()
+    print("deviation of the velocity, um/s (standard error)")
+    for name in PAPER_SPEED:
+        _row(f"the paper, {name}", PAPER_SPEED[name])
+    for name, drive in made.items():
+        rows: dict[str, list[str]] = {}
+        for number, speed in enumerate(SPEEDS):
+            bench = _bench(Target(0.6) + ConstantVelocity(speed), args, seed=number)
+            for method, result in ranged(bench, drive, 2.0):
+                track = result.target.track
+                if track is None:
+                    rows.setdefault(method, []).append("none")
+                    continue
+                off = 1e6 * (float(np.mean(track.velocity)) - speed)
+                error = 1e6 * float(np.mean(track.velocity_stderr))
+                rows.setdefault(method, []).append(f"{off:.2f} ({error:.2f})")
+        for method, row in rows.items():
+            print(f"{name:9} {method:16} " + " ".join(f"{one:>16}" for one in row), flush=True)
+
+
+def _bench(target: Target, args: argparse.Namespace, seed: int) -> SimulatedBench:
+    loud = not args.quiet
+    return SimulatedBench.like_paper_range(
+        target,
+        seed,
+        sample_hz=args.sample_hz,
+        vibration=loud,
+        wander=loud,
+        cavity_noise=loud,
+    )
+
+
+def _largest(means: list[float]) -> float:
+    return float(np.abs(np.diff(means)).max())
+
+
+def _row(name: str, values) -> None:
+    largest = max(abs(float(value)) for value in values)
+    print(f"  {name:28} " + " ".join(f"{v:7.2f}" for v in values) + f"   largest {largest:.2f}")
+
+
+def main() -> None:
+    """Run one of the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("table", choices=["static", "moving"])
+    parser.add_argument("--sample-hz", type=float, default=30e6)
+    parser.add_argument("--seconds", type=float, default=5.0)
+    parser.add_argument("--quiet", action="store_true")
+    args = parser.parse_args()
+    warnings.simplefilter("ignore")
+    began = time.perf_counter()
+    {"static": static, "moving": moving}[args.table](args)
+    print(f"\n{time.perf_counter() - began:.0f} s")
+
+
+if __name__ == "__main__":
+    main()

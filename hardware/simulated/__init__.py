@@ -30,5 +30,14 @@ from .laser._dynamics import Amplifier as Amplifier
 from .laser._dynamics import MirrorResonance as MirrorResonance
 from .laser._dynamics import ParasiticEtalon as ParasiticEtalon
 from .laser._light_noise import Laser as Laser
+from .laser._measurement_arm import MeasurementArm as MeasurementArm
+from .laser._measurement_arm import Reflector as Reflector
 from .laser._optics import Cavity as Cavity
 from .laser._optics import Interferometer as Interferometer
+from .laser.motion._base import AbstractMotion as AbstractMotion
+from .laser.motion._motions import ConstantVelocity as ConstantVelocity
+from .laser.motion._motions import RandomVibration as RandomVibration
+from .laser.motion._motions import ThermalDrift as ThermalDrift
+from .laser.motion._motions import Vibration as Vibration
+from .laser.motion._stage import SteppedStage as SteppedStage
+from .laser.motion._target import Target as Target

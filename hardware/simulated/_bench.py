@@ -1,7 +1,7 @@
 """A simulated ECDL on its bench: generator, amplifier, laser, optics, digitizer, readout."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -10,13 +10,19 @@ from hardware.bench._thresholds import THRESHOLDS
 from rapi_jax import AfgWaveform, Drive, DriveLimits, Recording
 from rapi_jax.examples import paper_device
 from rapi_jax.internal import POINTS
+from rapi_jax.ranging import FringeRecords
 from rapi_jax.readout import Fringes, Readout, read_fringes
 
 from ._laboratory import Laboratory
+from ._paper_ranging import paper_ranging
 from .laser._device import Device
+from .laser._digitizer import Digitizer
 from .laser._drift import Drift
 from .laser._dynamics import Amplifier, MirrorResonance, ParasiticEtalon
 from .laser._light_noise import Laser
+from .laser._measurement_arm import MeasurementArm
+from .laser._optics import Cavity
+from .laser.motion._target import Target
 
 PAPER_LIMITS = DriveLimits(0.0, 7.5, 2000.0, max_frequency_hz=100.0)
 
@@ -66,6 +72,9 @@ class SimulatedBench(AbstractBench):
         drift: Drift = Drift(),  # noqa: B008 (frozen)
         laser: Laser = Laser(),  # noqa: B008
         limits: DriveLimits = PAPER_LIMITS,
+        cavity: Cavity | None = Cavity(),  # noqa: B008
+        digitizer: Digitizer = Digitizer(),  # noqa: B008
+        measurement: MeasurementArm | None = None,
     ) -> "SimulatedBench":
         """The paper's bench, with the device that gives Table 1's uncompensated half.
 
@@ -77,8 +86,44 @@ class SimulatedBench(AbstractBench):
         if unmodelled:
             after = (MirrorResonance(1200.0, 0.12), ParasiticEtalon(0.02, 7.0, 0.4))
             device = Device(paper_device(), Amplifier(bandwidth_hz=1500.0), after)
-        laboratory = Laboratory(device, latency_s=latency_s, drift=drift, laser=laser)
+        laboratory = Laboratory(
+            device,
+            latency_s=latency_s,
+            drift=drift,
+            laser=laser,
+            cavity=cavity,
+            digitizer=digitizer,
+            measurement=measurement,
+        )
         return cls(laboratory, limits, seed=seed)
+
+    @classmethod
+    def like_paper_range(
+        cls,
+        target: Target,
+        seed: int = 0,
+        *,
+        sample_hz: float = 30e6,
+        laser: Laser = Laser(),  # noqa: B008 (frozen)
+        vibration: bool = True,
+        wander: bool = True,
+        cavity_noise: bool = True,
+    ) -> "SimulatedBench":
+        """The paper's ranging set-up (Section 4.2) before `target`.
+
+        Vibration, wander and drift were chosen from the paper's uncompensated distances alone
+        (`hardware/simulated/_paper_ranging.py`); each can be switched off.
+        """
+        laboratory = paper_ranging(
+            target,
+            seed=seed,
+            digitizer=Digitizer(sample_hz=sample_hz),
+            laser=laser,
+            vibration=vibration,
+            wander=wander,
+            cavity_noise=cavity_noise,
+        )
+        return cls(laboratory, PAPER_LIMITS, seed=seed)
 
     def wait(self, seconds: float) -> None:
         """Let session time pass."""
@@ -114,6 +159,51 @@ class SimulatedBench(AbstractBench):
             if readout.faults:
                 notes[f"{name}_faults"] = "; ".join(readout.faults)
         return Recording(tuple(runs), response_origin="run", provenance=notes)
+
+    def range_records(
+        self, drive: Drive, *, periods: int = 1, records: int = 1, target: Target | None = None
+    ) -> FringeRecords:
+        """Play `drive` before a target and give `records` records of `periods` periods each.
+
+        The generator repeats the drive's first period without a gap; the first record begins with
+        it, once the drive has settled. `target`: in place of the one that the laboratory's
+        measurement arm looks at. All records are held: `stream_range_records` holds one. Raises as
+        `measure` does, and `ValueError` where there is neither a measurement arm nor a target.
+        """
+        several = list(
+            self.stream_range_records(drive, periods=periods, records=records, target=target)
+        )
+        return several[0].replace(records=tuple(one.records[0] for one in several))
+
+    def stream_range_records(
+        self, drive: Drive, *, periods: int = 1, records: int = 1, target: Target | None = None
+    ) -> Iterator[FringeRecords]:
+        """The same, one record at a time, each made when it is asked for."""
+        if periods < 1 or records < 1:
+            raise ValueError("`periods` and `records` must be 1 or more.")
+        (drive,) = self._allowed(drive)
+        lab = self.laboratory
+        if target is not None:
+            arm = lab.measurement or MeasurementArm(target)
+            lab = dataclasses.replace(lab, measurement=dataclasses.replace(arm, target=target))
+        start = self.session_s + self.settling / drive.rate
+        stream = lab.range_records(
+            self.waveform(drive),
+            np.random.default_rng([self.seed, self.measured]),
+            periods=periods,
+            records=records,
+            start_s=start,
+            shape=drive.waveform,
+        )
+        self.measured += 1
+        return self._advance(stream, start, periods / drive.rate)
+
+    def _advance(
+        self, stream: Iterator[FringeRecords], start_s: float, record_s: float
+    ) -> Iterator[FringeRecords]:
+        for number, one in enumerate(stream, 1):
+            self.session_s = start_s + number * record_s
+            yield one
 
     def truth(self, drive: Drive) -> np.ndarray:
         """The laser's frequency on the drive's samples, without noise or reading; plays nothing."""

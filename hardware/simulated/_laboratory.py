@@ -1,17 +1,23 @@
 """The physics of a bench without instruments: a waveform in, raw photodiode records out."""
 
 import dataclasses
+from collections.abc import Iterator
 
 import numpy as np
 
 from rapi_jax import AfgWaveform
+from rapi_jax.ranging import FringeRecords
 from rapi_jax.readout import Fringes
 
+from ._ranging import fringe_records
+from .laser._comb_jitter import CombJitter
 from .laser._device import Device, Scan
 from .laser._digitizer import Digitizer
 from .laser._drift import Drift
 from .laser._light_noise import Laser, PhaseNoise
+from .laser._measurement_arm import MeasurementArm
 from .laser._optics import Cavity, Interferometer
+from .laser.motion._base import AbstractMotion
 
 _CHUNK = 1 << 17  # samples: what stays in a processor's cache
 
@@ -22,7 +28,10 @@ class Laboratory:
 
     - `device`: amplifier and laser. `latency_s`: from the generator to the laser, s.
     - `cavity`: `None` where there is none; the interferometer is always there.
+    - `measurement`: the measurement arm of a ranging set-up, with its target; `None` without one.
     - `drift`: of the device over session time; constant during one record.
+    - `wander`: of the optical frequency in ranging records, GHz over session time (a motion whose
+      metres are GHz): what a free-running laser does between one scan and the next. `None`: none.
     """
 
     device: Device
@@ -32,10 +41,21 @@ class Laboratory:
     cavity: Cavity | None = Cavity()
     digitizer: Digitizer = Digitizer()
     drift: Drift = Drift()
+    measurement: MeasurementArm | None = None
+    wander: AbstractMotion | None = None
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.latency_s) and self.latency_s >= 0):
             raise ValueError(f"`latency_s` must be zero or positive, but is {self.latency_s}.")
+
+    def arm(self) -> MeasurementArm:
+        """The measurement arm. Raises `ValueError` where there is none."""
+        if self.measurement is None:
+            raise ValueError(
+                "This laboratory has no measurement arm, so it sees no target: give it one "
+                "(`measurement=MeasurementArm(Target(0.7))`)."
+            )
+        return self.measurement
 
     def scan(self, waveform: AfgWaveform, *, periods: int = 1, start_s: float = 0.0) -> Scan:
         """The laser's frequency without noise; latency is in it.
@@ -64,7 +84,10 @@ class Laboratory:
         start_s: float = 0.0,
         margin_s: float = 0.0,
     ) -> Fringes:
-        """Raw codes of both channels over `periods` periods and a margin on either side."""
+        """Raw codes of interferometer and cavity over `periods` periods and a margin on both sides.
+
+        The target is not seen here: `range_records` gives all three channels.
+        """
         scan = self.scan(waveform, periods=periods, start_s=start_s)
         hz = self.digitizer.sample_hz
         before = int(np.ceil(margin_s * hz))
@@ -73,11 +96,16 @@ class Laboratory:
         phase_noise = PhaseNoise(self.laser, self.interferometer.delay_s, hz, rng)
         phase = float(rng.uniform())  # the fibre's length drifts by wavelengths between records
         centre = float(scan.nu.min() + scan.nu.max()) / 2.0
+        comb = None
+        if self.cavity is not None and self.cavity.jitter_ghz:
+            comb = CombJitter(self.cavity.jitter_ghz, int(rng.integers(1 << 62)), scan)
         for begin in range(0, count, _CHUNK):
             part = slice(begin, min(begin + _CHUNK, count))
             size = part.stop - begin
             nu = scan.at((np.arange(begin, part.stop) - before) * (1.0 / hz) - self.latency_s)
-            self._chunk(channels[:, part], nu, phase_noise.draw(size), phase, centre, rng)
+            at_s = (begin - before) / hz - self.latency_s
+            off = None if comb is None else comb.even(at_s, 1.0 / hz, size)
+            self._chunk(channels[:, part], nu, phase_noise.draw(size), phase, centre, off, rng)
         return Fringes(
             interferometer=channels[0],
             cavity=None if self.cavity is None else channels[1],
@@ -88,12 +116,32 @@ class Laboratory:
             full_scale=self.digitizer.full_scale,
         )
 
-    def _chunk(self, out, nu, noise, phase, centre, rng) -> None:
+    def range_records(
+        self,
+        waveform: AfgWaveform,
+        rng: np.random.Generator,
+        *,
+        periods: int = 1,
+        records: int = 1,
+        start_s: float = 0.0,
+        shape: str = "triangle",
+    ) -> Iterator[FringeRecords]:
+        """Records of target, interferometer and cavity, `periods` periods each, without a gap.
+
+        Each is made when it is asked for, and comes with what is known of the set-up. The drive
+        starts at session time `start_s`; target, drift and scan go on from record to record.
+        """
+        self.arm()  # now, not when the first record is asked for
+        return fringe_records(
+            self, waveform, rng, periods=periods, records=records, start_s=start_s, shape=shape
+        )
+
+    def _chunk(self, out, nu, noise, phase, centre, comb, rng) -> None:
         power = self._power(nu, centre, rng)
         walk, jitter = (None, None) if noise is None else noise
         lights = [(self.interferometer.light(nu, walk, phase), self.interferometer.noise_v)]
         if self.cavity is not None:
-            lights.append((self.cavity.light(nu, jitter), self.cavity.noise_v))
+            lights.append((self.cavity.light(nu, jitter, comb), self.cavity.noise_v))
         for channel, (volts, noise_v) in zip(out, lights, strict=True):
             if power is not None:
                 volts *= power

@@ -144,8 +144,8 @@ class FringeRecords:
             "wavelength_m",
             "volts_per_code",
         ):
-            value = getattr(self, name)
-            if value is None and name == "cavity_spacing_hz":
+            value: float | None = getattr(self, name)
+            if value is None:  # no cavity
                 continue
             if not (np.isfinite(value) and value > 0):
                 raise DataError(f"`{name}` must be a positive number, but is {value}.")

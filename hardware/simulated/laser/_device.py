@@ -1,6 +1,7 @@
 """One period of a laser's frequency from one period of a generator's waveform."""
 
 import dataclasses
+from functools import cached_property
 from typing import Any
 
 import equinox as eqx
@@ -33,6 +34,25 @@ class Scan:
     def steps_per_s(self) -> float:
         """Values a second."""
         return self.nu.size / self.periods * self.rate_hz
+
+    @cached_property
+    def _rise(self) -> np.ndarray:
+        return np.append(np.diff(self.nu), self.nu[0] - self.nu[-1])
+
+    def even(self, start_s: float, step_s: float, count: int) -> np.ndarray:
+        """Frequency at `count` times, `step_s` apart from `start_s` after the drive's start, GHz.
+
+        As `at` gives it, but for rounding, and several times as fast.
+        """
+        place = np.arange(count) * (step_s * self.steps_per_s)
+        place += (start_s * self.steps_per_s - (not self.held) * 0.5) % self.nu.size
+        index = place.astype(np.int64)
+        nu = np.take(self.nu, index, mode="wrap")
+        if not self.held:
+            place -= index
+            place *= np.take(self._rise, index, mode="wrap")
+            nu += place
+        return nu
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """Frequency at times after the drive's start (s, increasing), GHz."""

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-_C = 299_792_458.0  # m/s
+SPEED_OF_LIGHT = 299_792_458.0  # m/s
 _TWO_PI = np.float32(2.0 * np.pi)
 
 
@@ -31,7 +31,7 @@ class Interferometer:
     @classmethod
     def fibre(cls, length_m: float = 5.0, index: float = 1.468) -> "Interferometer":
         """One whose arms differ by `length_m` of fibre: 24.5 ns for 5 m."""
-        return cls(length_m * index / _C)
+        return cls(length_m * index / SPEED_OF_LIGHT)
 
     def light(self, nu: np.ndarray, noise: np.ndarray | None, phase: float) -> np.ndarray:
         """Photodiode volts at frequencies `nu` (GHz); `noise`: phase over the delay, rad."""
@@ -51,6 +51,9 @@ class Cavity:
     - `fsr_ghz`: free spectral range, GHz. `finesse`: that over a peak's full width at half height.
     - `offset_ghz`: frequency of the peak of order 0, on the device's own scale, GHz.
     - `volts`: at a peak, V. `noise_v`: rms noise of the detector, V.
+    - `jitter_ghz`: rms error with which its comb stands at each end of a branch of the scan, GHz:
+      independent at the two ends and from branch to branch, straight between (`CombJitter`). The
+      span of a branch read off the comb then errs by sqrt(2) of it.
 
     The light is taken to fill the cavity at once. Its lifetime (21 ns here) would move all peaks of
     a branch by the same 0.13 MHz at 6 THz/s.
@@ -61,10 +64,17 @@ class Cavity:
     offset_ghz: float = 0.37
     volts: float = 0.8
     noise_v: float = 2e-3
+    jitter_ghz: float = 0.0
 
-    def light(self, nu: np.ndarray, noise: np.ndarray | None) -> np.ndarray:
-        """Photodiode volts at frequencies `nu` (GHz); `noise`: of the frequency, Hz."""
-        angle = wrapped_angle((nu - self.offset_ghz) * (1.0 / self.fsr_ghz))
+    def light(
+        self, nu: np.ndarray, noise: np.ndarray | None, comb: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Photodiode volts at frequencies `nu` (GHz); `noise`: of the frequency, Hz.
+
+        `comb`: how far the comb is off, GHz.
+        """
+        offset = self.offset_ghz if comb is None else self.offset_ghz + comb
+        angle = wrapped_angle((nu - offset) * (1.0 / self.fsr_ghz))
         if noise is not None:
             angle += noise * np.float32(2e-9 * np.pi / self.fsr_ghz)
         signal = np.cos(angle, out=angle)  # sin^2(x/2) = (1 - cos x)/2

@@ -1,0 +1,1 @@
+"""Motion of a target along the measurement arm, as functions of session time."""

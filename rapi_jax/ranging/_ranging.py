@@ -1,0 +1,118 @@
+"""The result of ranging: scans, the target's track, scale and index."""
+
+import dataclasses
+
+import numpy as np
+
+from ._records import FringeRecords
+from ._scan_table import ScanTable
+from ._thresholds import THRESHOLDS
+from .air import AirIndex
+from .distance._scale import Scale
+from .tracking import Observations, Track, track
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Target:
+    """Where the target is, scan by scan.
+
+    - `distance`: m, geometric, at the middle of each scan; the target's motion is taken out where a
+      track tells it. Not a number where a scan could not be read.
+    - `stderr`: standard error of each, m: its own noise, scatter beyond it as the track's
+      innovations show it, motion, and what all scans share (`shared`: scale and index).
+    - `track`: distance and velocity over time; `None` where no filter ran.
+    """
+
+    distance: np.ndarray
+    stderr: np.ndarray
+    track: Track | None
+    shared: float
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        table: ScanTable,
+        index: AirIndex,
+        scale: Scale,
+        *,
+        kalman: bool | None,
+        expected_m: tuple[float, float] | None,
+    ) -> "Target":
+        """From apparent paths. A track that was asked for and cannot be had is a note."""
+        n = index.value
+        apparent, own = table.path / n, table.stderr / n
+        good = np.flatnonzero(np.isfinite(apparent) & np.array([not p for p in table.problem]))
+        relative = np.hypot(index.stderr / n if index.parts else 0.0, _relative(scale))
+        both = good.size >= THRESHOLDS.fewest_scans and 0 < table.rising[good].sum() < good.size
+        if kalman is False or not both:
+            notes = ()
+            if kalman:
+                notes = (
+                    f"no track: {good.size} readable scans, and a filter needs "
+                    f"{THRESHOLDS.fewest_scans}, of both directions",
+                )
+            shared = float(relative * np.nanmedian(apparent)) if good.size else np.nan
+            return cls(apparent, np.hypot(own, relative * apparent), None, shared, notes)
+        # The path grows with the index, and so does its answer to motion: both are divided by it.
+        found = track(
+            Observations(
+                table.time_s[good],
+                apparent[good],
+                own[good],
+                table.velocity_s[good],
+                table.acceleration_s2[good],
+            ),
+            expected_m=expected_m,
+        )
+        return cls._tracked(table, apparent, own, good, found, float(relative))
+
+    @classmethod
+    def _tracked(cls, table, apparent, own, good, found: Track, relative: float) -> "Target":
+        distance = np.full(apparent.shape, np.nan)
+        stderr = np.full(apparent.shape, np.nan)
+        gain = table.velocity_s[good]
+        distance[good] = found.sign * apparent[good] - gain * found.velocity
+        shared = relative * float(np.median(found.distance))
+        stderr[good] = np.sqrt(
+            (found.scale * own[good]) ** 2 + (gain * found.velocity_stderr) ** 2 + shared**2
+        )
+        return cls(distance, stderr, found, shared, tuple(found.notes))
+
+
+def _relative(scale: Scale) -> float:
+    """Relative standard error of the scale; none where no cavity told it, which is a fault."""
+    return scale.stderr_s / scale.delay_s if np.isfinite(scale.stderr_s) else 0.0
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Ranging:
+    """Distances of all scans, and how they came about.
+
+    - `method`: the estimator. `table`: apparent values, scan by scan. `target`: the target's.
+    - `air_index`: the group index that distances were divided by. `scale`: of optical frequency.
+    - `records`: what was ranged. `faults`: what is wrong or doubtful, one line each.
+    """
+
+    method: str
+    table: ScanTable
+    air_index: AirIndex
+    scale: Scale
+    target: Target
+    records: FringeRecords
+    faults: tuple[str, ...]
+
+    @property
+    def distance(self) -> np.ndarray:
+        """Geometric distance at the middle of each scan, m."""
+        return self.target.distance
+
+    @property
+    def stderr(self) -> np.ndarray:
+        """Standard error of each, m."""
+        return self.target.stderr
+
+    @property
+    def time_s(self) -> np.ndarray:
+        """Session time of the middle of each scan, s."""
+        return self.table.time_s

@@ -1,0 +1,140 @@
+"""Apparent distances scan by scan, as records are read."""
+
+import dataclasses
+from collections.abc import Iterator
+
+import numpy as np
+
+from ._records import FringeRecords
+from .distance._estimates import C, Estimates
+from .distance._estimators import BEST, estimator
+from .distance._scale import NO_COMB, CombReading, ScaleSums, read_comb
+from .reading._scans import Scans, read_scans
+from .reading._threads import side_by_side
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ScanTable:
+    """Scans in the order of time.
+
+    - `time_s`: session time of the middle of each, s. `rising`: whether its frequency rises.
+    - `path`: apparent optical path to the target and back, halved, m: not divided by the index of
+      air, folded to positive, as if the target stood still. `stderr`: from the scan's own noise.
+    - `span_hz`: of optical frequency. `velocity_s`, `acceleration_s2`: how `path` answers to motion
+      about `time_s`. `problem`: what is wrong with the scan, "" where nothing is.
+    - `bend_ghz`: rms nonlinearity of the optical frequency over time in the region of interest.
+    """
+
+    time_s: np.ndarray
+    rising: np.ndarray
+    path: np.ndarray
+    stderr: np.ndarray
+    span_hz: np.ndarray
+    velocity_s: np.ndarray
+    acceleration_s2: np.ndarray
+    bend_ghz: np.ndarray
+    problem: tuple[str, ...]
+
+    @property
+    def size(self) -> int:
+        """Number of scans."""
+        return self.time_s.size
+
+    def take(self, which: np.ndarray) -> "ScanTable":
+        """Some of the scans, by index."""
+        arrays = {
+            field.name: getattr(self, field.name)[which]
+            for field in dataclasses.fields(self)
+            if field.name != "problem"
+        }
+        return ScanTable(**arrays, problem=tuple(self.problem[i] for i in which))
+
+
+def join(tables: list[ScanTable]) -> ScanTable:
+    """All scans of several tables, in the order of time."""
+    arrays = {
+        field.name: np.concatenate([getattr(t, field.name) for t in tables])
+        for field in dataclasses.fields(ScanTable)
+        if field.name != "problem"
+    }
+    whole = ScanTable(**arrays, problem=sum((t.problem for t in tables), ()))
+    return whole.take(np.argsort(whole.time_s, kind="stable"))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ReadPart:
+    """What one stretch of records gave: its scans, with the scale as known by then, and faults."""
+
+    table: ScanTable
+    faults: tuple[str, ...]
+    scale_s: float
+
+
+def read_table(
+    records: FringeRecords, sums: ScaleSums, *, method: str = BEST
+) -> Iterator[ReadPart]:
+    """Scans as they are read, stretch by stretch. `sums` gathers the scale on the way.
+
+    Raises `DataError` where a record cannot be read at all.
+    """
+    chosen = estimator(method)
+    nominal = records.interferometer_path_m / C
+    centre = C / records.wavelength_m
+    for reading in read_scans(records):
+        combs = [_combs(scans, records, nominal) for scans in reading.scans]
+        for comb in combs:
+            sums.add(comb)
+        scale = sums.scale(nominal, records.cavity_spacing_hz)
+        tables = side_by_side(
+            lambda one, scale=scale: _table(
+                one[0], chosen(one[0], one[1], scale, centre), scale.delay_s
+            ),
+            list(zip(reading.scans, combs, strict=True)),
+        )
+        if tables:
+            faults = reading.faults + _comb_faults(reading.scans, combs)
+            yield ReadPart(join(tables), faults, scale.delay_s)
+        elif reading.faults:
+            yield ReadPart(_EMPTY, reading.faults, scale.delay_s)
+
+
+def _combs(scans: Scans, records: FringeRecords, nominal: float) -> list[CombReading]:
+    if records.cavity_spacing_hz is None:
+        return [NO_COMB] * scans.count
+    return read_comb(scans, records.cavity_spacing_hz, nominal)
+
+
+def _comb_faults(groups: tuple[Scans, ...], combs: list[list[CombReading]]) -> tuple[str, ...]:
+    faults = []
+    for scans, comb in zip(groups, combs, strict=True):
+        for k, one in enumerate(comb):
+            if one.missed or one.extra:
+                what = [f"{one.missed} missed"] * bool(one.missed)
+                what += [f"{one.extra} beside the comb"] * bool(one.extra)
+                faults.append(
+                    f"scan at {scans.middle_s[k]:.4g} s: cavity peaks: {', '.join(what)}; orders "
+                    "are counted by the interferometer, so the span is right"
+                )
+    return tuple(faults)
+
+
+def _table(scans: Scans, found: Estimates, delay_s: float) -> ScanTable:
+    roi = slice(scans.first, scans.last + 1)
+    nu = scans.phase[:, roi] / (2 * np.pi * delay_s * 1e9)
+    x = np.linspace(-1.0, 1.0, nu.shape[1])
+    nu = nu - nu.mean(axis=1, keepdims=True)
+    nu -= ((nu @ x) / (x @ x))[:, None] * x[None, :]
+    return ScanTable(
+        scans.middle_s,
+        np.full(scans.count, scans.rising),
+        found.delay_s * C / 2,
+        found.stderr_s * C / 2,
+        found.span_hz,
+        found.motion.velocity_s,
+        found.motion.acceleration_s2,
+        np.sqrt(np.mean(nu**2, axis=1)),
+        found.problems,
+    )
+
+
+_EMPTY = ScanTable(*(np.zeros(0),) * 8, problem=())

@@ -1,0 +1,1 @@
+"""Distance from one scan: three estimators, and how each answers to motion and noise."""

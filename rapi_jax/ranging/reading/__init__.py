@@ -1,0 +1,1 @@
+"""From raw photodiode records to scans: both phases, turns, and the peaks of the cavity."""

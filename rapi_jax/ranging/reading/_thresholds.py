@@ -1,0 +1,71 @@
+"""Numbers that decide how scans are read."""
+
+import dataclasses
+
+from rapi_jax._threshold import threshold
+
+
+@dataclasses.dataclass(frozen=True)
+class ReadingThresholds:
+    """Numbers that decide how scans are read."""
+
+    samples_per_fringe: tuple[float, float] = threshold(
+        (6.0, 10.0),
+        unit="samples",
+        origin="kept in the fastest fringe of interferometer and measurement arm, whose "
+        "samples are interpolated; means over a group then lose 4.5 % and 1.6 % of the visibility",
+    )
+    scans_together: int = threshold(
+        8,
+        unit="scans",
+        origin="in one transform: what a processor's cache holds; changes no result",
+    )
+    block_periods: int = threshold(
+        32, unit="periods", origin="read at once: what stays in memory; changes no result"
+    )
+    turn_bins: int = threshold(
+        1000, unit="bins a period", origin="of folded time; a turn is found to about half of one"
+    )
+    turn_periods: int = threshold(
+        8, unit="periods", origin="folded together; a clock wrong by 1e-4 then blurs by 0.8 bin"
+    )
+    turn_contrast: float = threshold(
+        8.0,
+        unit="standard deviations",
+        origin="irregularity of the fringe rate at a turn over its scatter elsewhere; of 1000 bins "
+        "none reaches it by chance",
+    )
+    at_start: float = threshold(
+        0.003,
+        unit="periods",
+        origin="a turn so near a record's first sample is its start: how well a turn is found",
+    )
+    near_turn: float = threshold(
+        0.04, unit="branches", origin="left out next to a turn, where the fringe rate changes"
+    )
+    band: tuple[float, float] = threshold(
+        (0.2, 5.0),
+        unit="times the usual fringe rate",
+        origin="passed of the interferometer: RA-PI's branches are within 0.5 and 2",
+    )
+    low_light: float = threshold(
+        0.3, unit="of the usual visibility", origin="below it fringes count as lost; trial"
+    )
+    nyquist: float = threshold(
+        0.4, unit="of the sampling rate", origin="fringes faster than this may be aliased"
+    )
+    peak_level: float = threshold(
+        0.5, unit="of the height", origin="a cavity's peak is what rises above it"
+    )
+    join_peaks: float = threshold(
+        0.3, unit="orders", origin="stretches of light nearer than this are one peak"
+    )
+    fewest_samples: int = threshold(
+        4, unit="samples", origin="in a cavity's peak: a parabola has three parameters"
+    )
+    off_comb: float = threshold(
+        0.1, unit="orders", origin="a peak farther from its order is none of the comb; trial"
+    )
+
+
+THRESHOLDS = ReadingThresholds()

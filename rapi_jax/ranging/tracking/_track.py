@@ -94,7 +94,7 @@ def track(
     prior = _prior(observations, order, expected_m, limits)
     best, noise = _resolve(scans, apparent, real, prior, intensity, size, limits)
     use, sign, folded = best.use.copy(), best.sign.copy(), np.zeros(size, dtype=bool)
-    for _ in range(_ROUNDS):
+    for number in range(_ROUNDS):
         choice = _choice(apparent, sign, use, best, size, limits)
         start = first_state(scans, choice, prior, noise, limits)
         noise = estimate_noise(scans, choice, start, limits, intensity)
@@ -108,7 +108,8 @@ def track(
                 f"{new_use.sum()} of {size} scans are left to track with; the others are outliers, "
                 "or of either sign. Check the errors and Doppler gains, or record more scans."
             )
-        if (new_use == use).all() and (sign == sign_before)[use].all():
+        settled = (new_use == use).all() and (sign == sign_before)[use].all()
+        if settled or number == _ROUNDS - 1:
             break
         use = new_use
     vibration = _vibration(observations, use, noise.scale, limits)
@@ -173,7 +174,7 @@ def _prior(observations, order, expected_m, limits) -> Prior:
 
 
 def _resolve(scans, apparent, real, prior, intensity, size, limits):
-    """Signs at intensities far apart, the noise there, and both once more from near it."""
+    """Signs at intensities far apart, the noise there, and the signs once more from near it."""
     first = _FIRST[0] if intensity is None else np.full(_FIRST[0].size, intensity)
     pairs = jnp.asarray(first), jnp.asarray(_FIRST[1])
     best = best_path(scans, apparent, real, *pairs, prior, size, limits)
@@ -182,9 +183,6 @@ def _resolve(scans, apparent, real, prior, intensity, size, limits):
     near = noise.intensity * (_NEAR[0] if intensity is None else np.ones(_NEAR[0].size))
     pairs = jnp.asarray(near), jnp.asarray(noise.scale * _NEAR[1])
     again = best_path(scans, apparent, real, *pairs, prior, size, limits)
-    choice = _choice(apparent, again.sign, again.use, again, size, limits)
-    start = first_state(scans, choice, prior, noise, limits)
-    noise = estimate_noise(scans, choice, start, limits, intensity)
     return again._replace(log_odds=min(again.log_odds, best.log_odds)), noise
 
 

@@ -214,7 +214,10 @@ MOTIONS += [("vibrating", 0.0), ("stage", 0.05)]
 @pytest.mark.slow
 @pytest.mark.parametrize(("motion", "velocity"), MOTIONS)
 def test_intervals_hold_the_truth(motion, velocity):
-    """95 % intervals over 300 replicates; of a shaking target, distances are on the safe side."""
+    """95 % intervals over 300 replicates; of a shaking target, distances are on the safe side.
+
+    A target at constant velocity has one error of velocity a replicate: shares scatter by 1.3 %.
+    """
     rng = np.random.default_rng(int(1e4 * velocity) + len(motion))
     t, gain = targets.middles(80)
     distances, velocities = [], []
@@ -234,7 +237,7 @@ def test_intervals_hold_the_truth(motion, velocity):
     print(f"{motion} {velocity}: {np.mean(distances):.3f} {np.mean(velocities):.3f}")
     assert np.mean(distances) > 0.90 and np.mean(velocities) > 0.90
     if motion != "vibrating":
-        assert np.mean(distances) < 0.98 and np.mean(velocities) < 0.98
+        assert np.mean(distances) < 0.99 and np.mean(velocities) < 0.99
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ import numpy as np
 
 from ._records import FringeRecords
 from ._scan_table import ScanTable
+from ._summary import RangeSummary
 from ._thresholds import THRESHOLDS
 from .air import AirIndex
 from .distance._scale import Scale
@@ -147,3 +148,9 @@ class Ranging:
     def time_s(self) -> np.ndarray:
         """Session time of the middle of each scan, s."""
         return self.table.time_s
+
+    @property
+    def summary(self) -> RangeSummary:
+        """One distance and one velocity of all scans together."""
+        target = self.target
+        return RangeSummary.of(target.distance, target.stderr, target.track, target.shared)

@@ -1,5 +1,6 @@
 """`measured_budget`: what records themselves tell of each source."""
 
+import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,20 +23,20 @@ def measured_budget(ranging: "Ranging") -> tuple[BudgetLine, ...]:
     good = np.isfinite(ranging.target.distance)
     if not good.any():
         return ()
-    conditions, straight = _conditions(ranging, good)
-    lines = {line.source: line for line in predicted_budget(conditions)}
-    lines["nonlinearity"] = BudgetLine(
-        "nonlinearity",
-        lines["nonlinearity"].stderr,
-        f"rms {straight:.3g} GHz; " + lines["nonlinearity"].note,
+    several = _conditions(ranging, good)
+    conditions = several[0]
+    lines = _rms_of(tuple(predicted_budget(one) for one in several))
+    bend = " and ".join(
+        f"{np.median(ranging.table.bend_ghz[good & (ranging.table.rising == shape.rising)]):.3g}"
+        for shape in ranging.shapes
     )
+    straight = lines["nonlinearity"]
+    lines["nonlinearity"] = dataclasses.replace(straight, note=f"rms {bend} GHz; {straight.note}")
     lines["motion"] = _motion(ranging, good)
     known = np.sqrt(sum(lines[name].stderr ** 2 for name in _KNOWN))
     scatter = float(np.median(ranging.target.scatter[good]))
     beyond = float(np.sqrt(max(scatter**2 - known**2, 0.0)))
-    lines["vibration"] = BudgetLine(
-        "vibration", beyond, "scatter from scan to scan beyond the rest"
-    )
+    lines["vibration"] = BudgetLine("vibration", beyond, "scatter beyond the rest")
     relative = ranging.air_index.stderr / ranging.air_index.value if ranging.air_index.parts else 0
     note = "" if ranging.air_index.parts else "the state of the air is not given"
     lines["air"] = BudgetLine("air", conditions.distance_m * relative, note)
@@ -51,9 +52,18 @@ def measured_budget(ranging: "Ranging") -> tuple[BudgetLine, ...]:
 _KNOWN = ("nonlinearity", "linewidth", "detector", "digitizer")
 
 
-def _conditions(ranging: "Ranging", good: np.ndarray) -> tuple[Conditions, float]:
-    """The conditions of the typical scan; and its nonlinearity, GHz."""
-    records, table, scale = ranging.records, ranging.table, ranging.scale
+def _rms_of(budgets: tuple[tuple[BudgetLine, ...], ...]) -> dict[str, BudgetLine]:
+    """Each line's root mean square over up- and down-scans."""
+    out = {}
+    for lines in zip(*budgets, strict=True):
+        rms = float(np.sqrt(np.mean([line.stderr**2 for line in lines])))
+        out[lines[0].source] = dataclasses.replace(lines[0], stderr=rms)
+    return out
+
+
+def _conditions(ranging: "Ranging", good: np.ndarray) -> list[Conditions]:
+    """The conditions of the typical scan of each direction."""
+    records, scale = ranging.records, ranging.scale
     first = records.records[0]
     seen, other = (measure_light(c) for c in (first.measurement, first.interferometer))
     unit = records.volts_per_code
@@ -67,11 +77,11 @@ def _conditions(ranging: "Ranging", good: np.ndarray) -> tuple[Conditions, float
     width = max((phase[1] - phase[0]) / (2 * np.pi * apart), 0.0) if apart > 0 else 0.0
     white = max(phase[0] - 2 * np.pi * width * delay, 0.0) / 2.0 * (seen.amplitude * unit) ** 2
     noise = float(np.sqrt(max(white - step**2 / 12.0, 0.0)))
-    shape = ranging.shapes[0]
     comb = scale.comb_hz if np.isfinite(scale.comb_hz) else 0.0
-    return Conditions(
-        time=shape.time,
-        nu=shape.nu,
+    first_shape = ranging.shapes[0]
+    typical = Conditions(
+        time=first_shape.time,
+        nu=first_shape.nu,
         distance_m=distance,
         method=ranging.method,
         centre_hz=C / records.wavelength_m,
@@ -84,7 +94,8 @@ def _conditions(ranging: "Ranging", good: np.ndarray) -> tuple[Conditions, float
         spacing_hz=records.cavity_spacing_hz or 1.5e9,
         comb_hz=comb,
         scans=int(good.sum()),
-    ), float(np.median(table.bend_ghz[good]))
+    )
+    return [dataclasses.replace(typical, time=one.time, nu=one.nu) for one in ranging.shapes]
 
 
 def _motion(ranging: "Ranging", good: np.ndarray) -> BudgetLine:

@@ -14,6 +14,7 @@ from rapi_jax.ranging import FringeRecords
 from rapi_jax.readout import Fringes, Readout, read_fringes
 
 from ._laboratory import Laboratory
+from ._paper_ranging import paper_ranging
 from ._ranging import fringe_records
 from .laser._device import Device
 from .laser._digitizer import Digitizer
@@ -96,6 +97,34 @@ class SimulatedBench(AbstractBench):
             measurement=measurement,
         )
         return cls(laboratory, limits, seed=seed)
+
+    @classmethod
+    def like_paper_range(
+        cls,
+        target: Target,
+        seed: int = 0,
+        *,
+        sample_hz: float = 30e6,
+        laser: Laser = Laser(),  # noqa: B008 (frozen)
+        vibration: bool = True,
+        wander: bool = True,
+        cavity_noise: bool = True,
+    ) -> "SimulatedBench":
+        """The paper's ranging set-up (Section 4.2) before `target`.
+
+        Vibration, wander and drift were chosen from the paper's uncompensated distances alone
+        (`hardware/simulated/_paper_ranging.py`); each can be switched off.
+        """
+        laboratory = paper_ranging(
+            target,
+            seed=seed,
+            digitizer=Digitizer(sample_hz=sample_hz),
+            laser=laser,
+            vibration=vibration,
+            wander=wander,
+            cavity_noise=cavity_noise,
+        )
+        return cls(laboratory, PAPER_LIMITS, seed=seed)
 
     def wait(self, seconds: float) -> None:
         """Let session time pass."""

@@ -14,6 +14,7 @@ from .laser._drift import Drift
 from .laser._light_noise import Laser, PhaseNoise
 from .laser._measurement_arm import MeasurementArm
 from .laser._optics import Cavity, Interferometer
+from .laser.motion._base import AbstractMotion
 
 _CHUNK = 1 << 17  # samples: what stays in a processor's cache
 
@@ -26,6 +27,8 @@ class Laboratory:
     - `cavity`: `None` where there is none; the interferometer is always there.
     - `measurement`: the measurement arm of a ranging set-up, with its target; `None` without one.
     - `drift`: of the device over session time; constant during one record.
+    - `wander`: of the optical frequency in ranging records, GHz over session time (a motion whose
+      metres are GHz): what a free-running laser does between one scan and the next. `None`: none.
     """
 
     device: Device
@@ -36,6 +39,7 @@ class Laboratory:
     digitizer: Digitizer = Digitizer()
     drift: Drift = Drift()
     measurement: MeasurementArm | None = None
+    wander: AbstractMotion | None = None
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.latency_s) and self.latency_s >= 0):

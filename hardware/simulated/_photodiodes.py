@@ -9,6 +9,7 @@ from .laser._comb_jitter import CombJitter
 from .laser._device import Scan
 from .laser._normal import TableNormal
 from .laser._shared_phase_noise import SharedPhaseNoise
+from .laser.motion._target import Target
 
 _CHUNK = 1 << 15  # samples: what a chunk needs stays in a processor's second cache
 
@@ -46,12 +47,16 @@ class Photodiodes:
         comb = None
         if lab.cavity is not None and lab.cavity.jitter_ghz:
             comb = CombJitter(lab.cavity.jitter_ghz, self.comb_key, scan)
+        wander = None if lab.wander is None else Target(0.0, (lab.wander,))
         centre = float(scan.nu.min() + scan.nu.max()) / 2.0
         out = np.empty((2 if lab.cavity is None else 3, count), dtype=np.int16)
         for begin in range(0, count, _CHUNK):
             size = min(_CHUNK, count - begin)
             at_s = (first + begin) / hz
             nu = scan.even(at_s - lab.latency_s, 1.0 / hz, size)
+            if wander is not None:
+                off_ghz = wander.displacement(start_s + at_s, hz, size)
+                nu = nu if off_ghz is None else nu + off_ghz
             walks, jitter = noise.draw(size) or ((None, None), None)
             moved = arm.target.displacement(start_s + at_s, hz, size)
             lights = [

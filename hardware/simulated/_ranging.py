@@ -60,7 +60,7 @@ def fringe_records(
     hz, rate = laboratory.digitizer.sample_hz, waveform.frequency_hz
     diodes = Photodiodes.of(laboratory, rng)
     scans = _Scans(laboratory, waveform, periods, start_s)
-    whole, scan, drifted = scans.whole(records), None, None
+    whole, scan, drifted, centre_ghz = scans.whole(records), None, None, None
     for number in range(records):
         first, end = (round(k * periods / rate * hz) for k in (number, number + 1))
         state = laboratory.drift.at(start_s + first / hz)
@@ -75,13 +75,23 @@ def fringe_records(
             rising_at_start=_rises(scan, first / hz - laboratory.latency_s),
             name=f"record{number:02d}",
         )
-        yield set_up(laboratory, record, rate=rate, shape=shape)
+        if centre_ghz is None:  # one for all: the set-up of a measurement does not drift
+            centre_ghz = float(scan.nu.min() + scan.nu.max()) / 2.0
+        yield set_up(laboratory, record, rate=rate, shape=shape, centre_ghz=centre_ghz)
 
 
 def set_up(
-    laboratory: Laboratory, record: FringeRecord, *, rate: float, shape: str
+    laboratory: Laboratory,
+    record: FringeRecord,
+    *,
+    rate: float,
+    shape: str,
+    centre_ghz: float = 0.0,
 ) -> FringeRecords:
-    """One record with what is known of the laboratory: optics, air, digitizer, scan."""
+    """One record with what is known of the laboratory: optics, air, digitizer, scan.
+
+    `centre_ghz`: middle of the scan, where the wavelength is given.
+    """
     digitizer, cavity, arm = laboratory.digitizer, laboratory.cavity, laboratory.arm()
     return FringeRecords(
         records=(record,),
@@ -90,7 +100,7 @@ def set_up(
         interferometer_path_m=laboratory.interferometer.delay_s * SPEED_OF_LIGHT,
         cavity_spacing_hz=None if cavity is None else cavity.fsr_ghz * 1e9,
         waveform=shape if shape in ("triangle", "sine") else "other",
-        wavelength_m=arm.wavelength_m,
+        wavelength_m=SPEED_OF_LIGHT / (arm.optical_hz + 1e9 * centre_ghz),
         air=arm.air,
         volts_per_code=digitizer.volts_per_code,
         full_scale=digitizer.full_scale,

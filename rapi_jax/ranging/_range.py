@@ -60,7 +60,14 @@ def range_records(
     faults += list(records.notes) + _scale_faults(scale, nominal)
     index, more = _index(records)
     faults += more
-    target = Target.of(table, index, scale, kalman=kalman, expected_m=expected_m)
+    target = Target.of(
+        table,
+        index,
+        scale,
+        wavelength=records.wavelength_stderr_m / records.wavelength_m,
+        kalman=kalman,
+        expected_m=expected_m,
+    )
     return Ranging(
         method=method,
         table=table,
@@ -74,7 +81,7 @@ def range_records(
 
 def _rescaled(part: ReadPart, scale: Scale, method: str) -> ScanTable:
     """Distances in proportion to the interferometer's delay, as it is known in the end."""
-    if method == "counting":
+    if method.startswith("counting"):
         return part.table
     factor = scale.delay_s / part.scale_s
     table = part.table

@@ -36,10 +36,14 @@ class Target:
         index: AirIndex,
         scale: Scale,
         *,
+        wavelength: float,
         kalman: bool | None,
         expected_m: tuple[float, float] | None,
     ) -> "Target":
-        """From apparent paths. A track that was asked for and cannot be had is a note."""
+        """From apparent paths. A track that was asked for and cannot be had is a note.
+
+        `wavelength`: relative standard error of the laser's.
+        """
         n = index.value
         apparent, own = table.path / n, table.stderr / n
         good = np.flatnonzero(np.isfinite(apparent) & np.array([not p for p in table.problem]))
@@ -54,6 +58,7 @@ class Target:
                 )
             shared = float(relative * np.nanmedian(apparent)) if good.size else np.nan
             return cls(apparent, np.hypot(own, relative * apparent), None, shared, notes)
+        own[good] = with_scatter(apparent[good], own[good], table.rising[good])
         # The path grows with the index, and so does its answer to motion: both are divided by it.
         found = track(
             Observations(
@@ -65,19 +70,45 @@ class Target:
             ),
             expected_m=expected_m,
         )
-        return cls._tracked(table, apparent, own, good, found, float(relative))
+        # A wrong wavelength makes all answers to motion wrong alike, and so the velocity.
+        velocity_stderr = np.hypot(found.velocity_stderr, wavelength * found.velocity)
+        shared = float(relative * np.median(found.distance))
+        found = dataclasses.replace(
+            found,
+            velocity_stderr=np.hypot(velocity_stderr, relative * found.velocity),
+            distance_stderr=np.hypot(found.distance_stderr, shared),
+        )
+        return cls._tracked(table, apparent, own, good, found, shared)
 
     @classmethod
-    def _tracked(cls, table, apparent, own, good, found: Track, relative: float) -> "Target":
+    def _tracked(cls, table, apparent, own, good, found: Track, shared: float) -> "Target":
         distance = np.full(apparent.shape, np.nan)
         stderr = np.full(apparent.shape, np.nan)
         gain = table.velocity_s[good]
         distance[good] = found.sign * apparent[good] - gain * found.velocity
-        shared = relative * float(np.median(found.distance))
         stderr[good] = np.sqrt(
             (found.scale * own[good]) ** 2 + (gain * found.velocity_stderr) ** 2 + shared**2
         )
         return cls(distance, stderr, found, shared, tuple(found.notes))
+
+
+def with_scatter(apparent: np.ndarray, own: np.ndarray, rising: np.ndarray) -> np.ndarray:
+    """Standard errors that hold the scatter from scan to scan too, m: vibration, comb, scale.
+
+    The scatter of scans of one direction about a parabola through their neighbours, by the median
+    of their third differences (whose variance is 20 times that of a value): steady motion and
+    outliers do not count. Where it is beyond what the scans' own noise says, the rest is added.
+    """
+    out = own.copy()
+    for side in (rising, ~rising):
+        place = np.flatnonzero(side)
+        if place.size < THRESHOLDS.fewest_for_scatter:
+            continue
+        third = np.diff(apparent[place], 3)
+        seen = (1.4826 * float(np.median(np.abs(third)))) ** 2 / 20.0
+        beyond = max(seen - float(np.median(own[place])) ** 2, 0.0)
+        out[place] = np.sqrt(own[place] ** 2 + beyond)
+    return out
 
 
 def _relative(scale: Scale) -> float:

@@ -113,7 +113,8 @@ class FringeRecords:
     - `sample_hz`: sampling rate, Hz. `excitation_hz`, `waveform`: of the scan.
     - `interferometer_path_m`: optical path difference of the auxiliary interferometer, m.
     - `cavity_spacing_hz`: free spectral range of the cavity, Hz; `None` where there is no cavity.
-    - `wavelength_m`: of the laser in vacuum, m; sets how strongly motion counts.
+    - `wavelength_m`: of the laser in vacuum at the middle of its scan, m; sets how strongly motion
+      counts. `wavelength_stderr_m`: its standard error; by default 0.01 nm, a controller's display.
     - `air`: along the measurement arm; `None` takes its index for 1.
     - `volts_per_code`: V a code, or 1 where the records are in volts. `full_scale`: lowest and
       highest value the digitizer gives, in the records' own unit; `None` where unknown.
@@ -128,6 +129,7 @@ class FringeRecords:
     cavity_spacing_hz: float | None = None
     waveform: Shape = "triangle"
     wavelength_m: float = 780e-9
+    wavelength_stderr_m: float = 1e-11
     air: AirState | None = None
     volts_per_code: float = 1.0
     full_scale: tuple[float, float] | None = None
@@ -144,8 +146,8 @@ class FringeRecords:
             "wavelength_m",
             "volts_per_code",
         ):
-            value = getattr(self, name)
-            if value is None and name == "cavity_spacing_hz":
+            value: float | None = getattr(self, name)
+            if value is None:  # no cavity
                 continue
             if not (np.isfinite(value) and value > 0):
                 raise DataError(f"`{name}` must be a positive number, but is {value}.")

@@ -8,7 +8,7 @@ import numpy as np
 from ._records import FringeRecords
 from .distance._estimates import C, Estimates
 from .distance._estimators import BEST, estimator
-from .distance._scale import CombReading, ScaleSums, read_comb
+from .distance._scale import NO_COMB, CombReading, ScaleSums, read_comb
 from .reading._scans import Scans, read_scans
 from .reading._threads import side_by_side
 
@@ -100,7 +100,7 @@ def read_table(
 
 def _combs(scans: Scans, records: FringeRecords, nominal: float) -> list[CombReading]:
     if records.cavity_spacing_hz is None:
-        return [CombReading(*(np.zeros(0),) * 4, 0, 0)] * scans.count
+        return [NO_COMB] * scans.count
     return read_comb(scans, records.cavity_spacing_hz, nominal)
 
 

@@ -9,9 +9,9 @@ from ._estimates import AbstractEstimator
 from ._resample_fft import ResampleFFT
 from ._resample_phase import ResamplePhase
 
-Method = Literal["counting", "resample-fft", "resample-phase"]
+Method = Literal["counting", "counting-region", "resample-fft", "resample-phase"]
 ESTIMATORS: dict[str, AbstractEstimator] = {
-    one.name: one for one in (Counting(), ResampleFFT(), ResamplePhase())
+    one.name: one for one in (Counting(), Counting("region"), ResampleFFT(), ResamplePhase())
 }
 BEST: Method = "resample-phase"
 

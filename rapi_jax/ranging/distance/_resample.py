@@ -5,8 +5,9 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float32
 
-from rapi_jax.ranging.reading._analytic import taper, usable_size
+from rapi_jax.ranging.reading._analytic import taper
 from rapi_jax.ranging.reading._scans import Scans
+from rapi_jax.ranging.reading._transforms import rfft, usable_size
 
 from ._thresholds import THRESHOLDS
 
@@ -34,8 +35,6 @@ class Resampled:
 
 def resample(scans: Scans) -> Resampled:
     """Every scan on a grid of its own, with as many points in the region of interest as samples."""
-    from scipy import fft
-
     inside = scans.last - scans.first + 1
     low, high = scans.phase[:, scans.first], scans.phase[:, scans.last]
     step = (high - low) / (inside - 1)
@@ -56,7 +55,7 @@ def resample(scans: Scans) -> Resampled:
     edge = min(left, right)
     if edge > 1:
         value *= taper(size, edge)[None, :]
-    return Resampled(value, step, left, last, fft.rfft(value, axis=1))
+    return Resampled(value, step, left, last, rfft(value))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

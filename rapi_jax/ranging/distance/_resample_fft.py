@@ -5,6 +5,7 @@ import functools
 import numpy as np
 
 from rapi_jax.ranging.reading._scans import Scans
+from rapi_jax.ranging.reading._transforms import rfft
 
 from ._estimates import AbstractEstimator, Estimates, motion_of_line
 from ._resample import Resampled, find_beat, resample
@@ -24,7 +25,10 @@ class ResampleFFT(AbstractEstimator):
     bin by its moments.
     """
 
-    name = "resample-fft"
+    @property
+    def name(self) -> str:
+        """As outputs call it."""
+        return "resample-fft"
 
     def __call__(
         self, scans: Scans, combs: list[CombReading], scale: Scale, centre_hz: float
@@ -37,12 +41,10 @@ class ResampleFFT(AbstractEstimator):
 
 def estimate_peaks(scans: Scans, resampled: Resampled, scale: Scale, centre_hz: float) -> Estimates:
     """The peak of samples that stand on an even grid already."""
-    from scipy import fft
-
     n = resampled.points
     window = np.hanning(n + 2)[1:-1]
     value = resampled.value[:, resampled.first : resampled.last + 1] * window.astype(np.float32)
-    beat = find_beat(fft.rfft(value, axis=1))
+    beat = find_beat(rfft(value))
     x = (np.arange(n) - (n - 1) / 2) * (2.0 / n)  # -1 to 1
     theta = np.pi * beat.peak  # rad over half the grid
     moments = np.empty((scans.count, _ORDERS), dtype=complex)
@@ -54,13 +56,13 @@ def estimate_peaks(scans: Scans, resampled: Resampled, scale: Scale, centre_hz: 
     offset = _largest(moments)
     # Of white noise: the variance of the peak's place for a window h is s^2 sum(h^2 x^2) / ...
     amplitude = 2 * np.abs(_series(moments, offset)) / window.sum()
-    power = np.abs(fft.rfft(value, axis=1)) ** 2
+    power = np.abs(rfft(value)) ** 2
     noise = np.median(power[:, power.shape[1] // 2 :], axis=1) / np.log(2.0)
     sigma = np.sqrt(noise / np.sum(window**2))  # of a sample
     spread = np.sqrt(np.sum((window * x) ** 2)) / np.sum(window * x**2)
     stderr = np.sqrt(2.0) * sigma / amplitude * spread  # rad over half the grid
     per_radian = 2.0 / (n * resampled.step)  # interferometer's delays
-    motion, span = motion_of_line(scans, scale, centre_hz, window)
+    motion, span, _ = motion_of_line(scans, scale, centre_hz, window)
     lost = beat.ratio < THRESHOLDS.detection
     # What is left of the power beside a tone of this amplitude: a beat that moved in the scan.
     beside = (window @ (value.astype(float) / window).T ** 2) / window.sum() - sigma**2

@@ -20,7 +20,10 @@ class ResamplePhase(AbstractEstimator):
     region of interest evenly.
     """
 
-    name = "resample-phase"
+    @property
+    def name(self) -> str:
+        """As outputs call it."""
+        return "resample-phase"
 
     def __call__(
         self, scans: Scans, combs: list[CombReading], scale: Scale, centre_hz: float
@@ -52,9 +55,9 @@ def estimate_resampled(
     phase -= slope[:, None] * x[None, :]
     # The filter lets only a part of white noise pass; the line sees it as if all had passed.
     passed = np.sum((gain / 2) ** 2, axis=1) / (size / 2)
-    left = _less_smooth(phase)
+    motion, span, time = motion_of_line(scans, scale, centre_hz, None)
+    left = _less_smooth(phase, time)
     stderr = np.sqrt(np.mean(left**2, axis=1) / np.minimum(passed, 1.0) / xx)
-    motion, span = motion_of_line(scans, scale, centre_hz, None)
     ratio = np.abs(slope) / resampled.step
     problems = []
     light = _blurred(np.abs(z))
@@ -77,10 +80,26 @@ def estimate_resampled(
     )
 
 
-def _less_smooth(phase: np.ndarray) -> np.ndarray:
-    """Residual phase less its smooth part, which is the target's motion, not noise."""
-    basis = _smooth_basis(phase.shape[1])
-    return phase - (phase @ basis) @ basis.T
+_STRIDE = 4  # samples between those that tell the noise: fewer than the filter lets through
+
+
+def _less_smooth(phase: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Residual phase less its smooth part, which is the target's motion, not noise.
+
+    Smooth in optical frequency, or in time: a crooked scan bends what is even in time. `time`: of
+    each scan on an even grid of optical frequency, s.
+    """
+    some = phase[:, ::_STRIDE]
+    basis = _smooth_basis(some.shape[1])
+    left = some - (some @ basis) @ basis.T
+    place = np.linspace(0.0, time.shape[1] - 1.0, some.shape[1])
+    for k in range(some.shape[0]):
+        along = np.interp(place, np.arange(time.shape[1]), time[k] / np.ptp(time[k]))
+        powers = np.stack([along, along**2, along**3], axis=1)
+        powers -= basis @ (basis.T @ powers)
+        coefficients = np.linalg.lstsq(powers, left[k], rcond=1e-9)[0]
+        left[k] -= powers @ coefficients
+    return left
 
 
 @functools.lru_cache(maxsize=8)

@@ -14,6 +14,7 @@ class CombReading:
     """The cavity's peaks of one scan on its comb.
 
     - `time_s`: session time; `order`: integers that grow; `phase`: of the interferometer, rad.
+    - `inside`: whether in the region of interest; outside, filters bend the phase.
     - `missed`, `extra`: orders without a peak, and peaks off the comb.
     """
 
@@ -21,8 +22,20 @@ class CombReading:
     order: np.ndarray
     phase: np.ndarray
     stderr_s: np.ndarray
+    inside: np.ndarray
     missed: int
     extra: int
+
+
+NO_COMB = CombReading(
+    np.zeros(0),
+    np.zeros(0),
+    np.zeros(0),
+    np.zeros(0),
+    inside=np.zeros(0, dtype=bool),
+    missed=0,
+    extra=0,
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -48,7 +61,7 @@ def read_comb(scans: Scans, spacing_hz: float, delay_s: float) -> list[CombReadi
         place = (peaks.time_s - scans.begin_s[k]) * scans.hz
         phase = np.interp(place, np.arange(scans.phase.shape[1]), scans.phase[k])
         if phase.size < 3:
-            out.append(CombReading(*(np.zeros(0),) * 4, 0, 0))
+            out.append(NO_COMB)
             continue
         # A robust origin: the circular mean of all peaks.
         turns = phase / per_order
@@ -65,6 +78,7 @@ def read_comb(scans: Scans, spacing_hz: float, delay_s: float) -> list[CombReadi
                 order,
                 phase[keep],
                 peaks.stderr_s[keep],
+                (place[keep] >= scans.first) & (place[keep] <= scans.last),
                 missed,
                 int(phase.size - keep.size),
             )
@@ -85,10 +99,11 @@ class ScaleSums:
     def add(self, combs: Sequence[CombReading]) -> None:
         """Take further scans in."""
         for comb in combs:
-            if comb.order.size < 3:
+            if comb.inside.sum() < 3:
                 continue
-            x = comb.order - comb.order.mean()
-            y = comb.phase - comb.phase.mean()
+            x = comb.order[comb.inside]
+            y = comb.phase[comb.inside]
+            x, y = x - x.mean(), y - y.mean()
             self.xx += float(x @ x)
             self.xy += float(x @ y)
             self.yy += float(y @ y)

@@ -26,9 +26,6 @@ class DistanceThresholds:
         origin="power of a peak that noise of 30 000 bins exceeds with a probability of 2e-1 "
         "exp(-12) each: 1 in 6",
     )
-    gain_points: int = threshold(
-        257, unit="points", origin="of the sensitivity to motion; twice as many change it by 1e-6"
-    )
     lost_light: float = threshold(
         0.25, unit="of the usual", origin="visibility below which fringes count as lost; trial"
     )

@@ -3,6 +3,8 @@
 import numpy as np
 from jaxtyping import Complex64, Float, Float64
 
+from ._transforms import ifft, rfft
+
 
 def taper(size: int, edge: int) -> np.ndarray:
     """A flat window with cosine edges of `edge` samples, float32."""
@@ -28,13 +30,11 @@ def analytic_signal(
     x: Float[np.ndarray, "scans samples"], gain: Float[np.ndarray, " positive"]
 ) -> Complex64[np.ndarray, "scans samples"]:
     """The signal's positive frequencies, each with its gain."""
-    from scipy import fft
-
     size = x.shape[-1]
     spectrum = np.zeros(x.shape, dtype=np.complex64)
-    spectrum[..., : size // 2 + 1] = fft.rfft(x, axis=-1)
+    spectrum[..., : size // 2 + 1] = rfft(x)
     spectrum[..., : size // 2 + 1] *= gain
-    return fft.ifft(spectrum, axis=-1, overwrite_x=True)
+    return ifft(spectrum)
 
 
 def unwrapped_phase(
@@ -45,13 +45,3 @@ def unwrapped_phase(
     turns = np.cumsum(np.rint(np.diff(out, axis=-1) / (2 * np.pi)), axis=-1)
     out[..., 1:] -= 2 * np.pi * turns
     return out
-
-
-def usable_size(samples: int) -> int:
-    """The largest size up to `samples` whose transform is fast."""
-    from scipy import fft
-
-    for size in range(samples, max(samples // 2, 1), -1):
-        if fft.next_fast_len(size, real=True) == size:
-            return size
-    return samples

@@ -10,11 +10,12 @@ from rapi_jax._errors import DataError
 from rapi_jax._recording import ROI
 from rapi_jax.ranging._records import FringeRecord, FringeRecords
 
-from ._analytic import analytic_signal, band_pass, taper, unwrapped_phase, usable_size
+from ._analytic import analytic_signal, band_pass, taper, unwrapped_phase
 from ._cavity import CavityPeaks, find_peaks
 from ._decimate import Rates, decimate, group_means, plan_decimation
 from ._threads import side_by_side
 from ._thresholds import THRESHOLDS
+from ._transforms import usable_size
 from ._turns import Turns, find_turns
 
 C = 299_792_458.0  # m/s
@@ -233,7 +234,7 @@ def _branches(x, y, cut, start_s, hz, rates: Rates, rising, peaks) -> Scans:
     middle_s = start_s + begin / hz
     found = []
     for at in middle_s:
-        near = (at + first / hz, at + last / hz)
+        near = (at, at + (size - 1) / hz)
         found.append(peaks.between(*near) if peaks is not None else _NO_PEAKS)
     return Scans(
         middle_s, hz, phase, b, first, last, rising, tuple(found), rates.measurement, noise

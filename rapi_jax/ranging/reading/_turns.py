@@ -6,8 +6,9 @@ import numpy as np
 
 from rapi_jax._errors import DataError
 
-from ._analytic import analytic_signal, band_pass, unwrapped_phase, usable_size
+from ._analytic import analytic_signal, band_pass, unwrapped_phase
 from ._thresholds import THRESHOLDS
+from ._transforms import usable_size
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -89,7 +90,9 @@ def find_phases(
             for at in (first, second)
         )
     contrast = float((height - usual) / spread)
-    return (*sorted(phases), contrast) if contrast > THRESHOLDS.turn_contrast else None
+    if contrast <= THRESHOLDS.turn_contrast:
+        return None
+    return min(phases), max(phases), contrast
 
 
 def _centre(value: np.ndarray, at: int) -> float:

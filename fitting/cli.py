@@ -13,7 +13,7 @@ app = App(
     help_format="plaintext",
     suppress_keyboard_interrupt=False,  # `run` says so, and exits with 130
 )
-app.command("fitting.commands.bench:app", name="bench")
+app.command("fitting.commands.bench.app:app", name="bench")
 app.command("fitting.commands.blind:app", name="blind")
 app.command("fitting.commands.cache:cache", name="cache")
 app.command("fitting.commands.compensate:compensate", name="compensate")

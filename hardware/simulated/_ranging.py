@@ -60,7 +60,7 @@ def fringe_records(
     hz, rate = laboratory.digitizer.sample_hz, waveform.frequency_hz
     diodes = Photodiodes.of(laboratory, rng)
     scans = _Scans(laboratory, waveform, periods, start_s)
-    whole, scan, drifted = scans.whole(records), None, None
+    whole, scan, drifted, centre_ghz = scans.whole(records), None, None, None
     for number in range(records):
         first, end = (round(k * periods / rate * hz) for k in (number, number + 1))
         state = laboratory.drift.at(start_s + first / hz)
@@ -75,7 +75,8 @@ def fringe_records(
             rising_at_start=_rises(scan, first / hz - laboratory.latency_s),
             name=f"record{number:02d}",
         )
-        centre_ghz = float(scan.nu.min() + scan.nu.max()) / 2.0
+        if centre_ghz is None:  # one for all: the set-up of a measurement does not drift
+            centre_ghz = float(scan.nu.min() + scan.nu.max()) / 2.0
         yield set_up(laboratory, record, rate=rate, shape=shape, centre_ghz=centre_ghz)
 
 

@@ -10,7 +10,7 @@ from rapi_jax._precision import float64
 
 from ._ranging import Ranging, Target
 from ._records import FringeRecords
-from ._scan_table import ReadPart, ScanTable, join, read_table
+from ._scan_table import ReadPart, ScanShape, ScanTable, join, read_table
 from ._thresholds import THRESHOLDS
 from .air import AirIndex, group_index
 from .distance._estimates import C
@@ -74,9 +74,17 @@ def range_records(
         air_index=index,
         scale=scale,
         target=target,
-        records=dataclasses.replace(records),
+        shapes=_shapes(parts),
+        records=records,
         faults=tuple(dict.fromkeys([*faults, *target.notes])),
     )
+
+
+def _shapes(parts: list[ReadPart]) -> tuple[ScanShape, ...]:
+    """One of each direction."""
+    every = [shape for part in parts for shape in part.shapes]
+    sides = [next((s for s in every if s.rising is side), None) for side in (True, False)]
+    return tuple(shape for shape in sides if shape is not None)
 
 
 def _rescaled(part: ReadPart, scale: Scale, method: str) -> ScanTable:

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from ._records import FringeRecords
-from ._scan_table import ScanTable
+from ._scan_table import ScanShape, ScanTable
 from ._summary import RangeSummary
 from ._thresholds import THRESHOLDS
 from .air import AirIndex
@@ -22,12 +22,14 @@ class Target:
     - `stderr`: standard error of each, m: its own noise, scatter beyond it as the track's
       innovations show it, motion, and what all scans share (`shared`: scale and index).
     - `track`: distance and velocity over time; `None` where no filter ran.
+    - `scatter`: standard error of each scan by itself, m: its noise and the scatter beyond it.
     """
 
     distance: np.ndarray
     stderr: np.ndarray
     track: Track | None
     shared: float
+    scatter: np.ndarray
     notes: tuple[str, ...] = ()
 
     @classmethod
@@ -58,7 +60,9 @@ class Target:
                     f"{THRESHOLDS.fewest_scans}, of both directions",
                 )
             shared = float(relative * np.nanmedian(apparent)) if good.size else np.nan
-            return cls(apparent, np.hypot(own, relative * apparent), None, shared, notes)
+            error = np.hypot(own, relative * apparent)
+            return cls(apparent, error, None, shared, own, notes)
+        own = own.copy()
         own[good] = with_scatter(apparent[good], own[good], table.rising[good])
         # The path grows with the index, and so does its answer to motion: both are divided by it.
         found = track(
@@ -90,7 +94,7 @@ class Target:
         stderr[good] = np.sqrt(
             (found.scale * own[good]) ** 2 + (gain * found.velocity_stderr) ** 2 + shared**2
         )
-        return cls(distance, stderr, found, shared, tuple(found.notes))
+        return cls(distance, stderr, found, shared, found.scale * own, tuple(found.notes))
 
 
 def with_scatter(apparent: np.ndarray, own: np.ndarray, rising: np.ndarray) -> np.ndarray:
@@ -123,6 +127,7 @@ class Ranging:
 
     - `method`: the estimator. `table`: apparent values, scan by scan. `target`: the target's.
     - `air_index`: the group index that distances were divided by. `scale`: of optical frequency.
+    - `shapes`: the optical frequency over time of one scan of each direction.
     - `records`: what was ranged. `faults`: what is wrong or doubtful, one line each.
     """
 
@@ -131,6 +136,7 @@ class Ranging:
     air_index: AirIndex
     scale: Scale
     target: Target
+    shapes: tuple[ScanShape, ...]
     records: FringeRecords
     faults: tuple[str, ...]
 

@@ -62,12 +62,22 @@ def join(tables: list[ScanTable]) -> ScanTable:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
+class ScanShape:
+    """Optical frequency over time in the region of interest of one scan: s, and Hz; 1024 points."""
+
+    time: np.ndarray
+    nu: np.ndarray
+    rising: bool
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
 class ReadPart:
     """What one stretch of records gave: its scans, with the scale as known by then, and faults."""
 
     table: ScanTable
     faults: tuple[str, ...]
     scale_s: float
+    shapes: tuple[ScanShape, ...] = ()
 
 
 def read_table(
@@ -93,7 +103,8 @@ def read_table(
         )
         if tables:
             faults = reading.faults + _comb_faults(reading.scans, combs)
-            yield ReadPart(join(tables), faults, scale.delay_s)
+            shapes = tuple(_shape(scans, scale.delay_s) for scans in reading.scans)
+            yield ReadPart(join(tables), faults, scale.delay_s, shapes)
         elif reading.faults:
             yield ReadPart(_EMPTY, reading.faults, scale.delay_s)
 
@@ -116,6 +127,14 @@ def _comb_faults(groups: tuple[Scans, ...], combs: list[list[CombReading]]) -> t
                     "are counted by the interferometer, so the span is right"
                 )
     return tuple(faults)
+
+
+def _shape(scans: Scans, delay_s: float) -> ScanShape:
+    place = np.linspace(scans.first, scans.last, 1024)
+    nu = np.interp(place, np.arange(scans.phase.shape[1]), scans.phase[0])
+    sign = 1.0 if scans.rising else -1.0
+    nu = sign * (nu - (nu[0] + nu[-1]) / 2) / (2 * np.pi * delay_s)
+    return ScanShape(place / scans.hz, nu, scans.rising)
 
 
 def _table(scans: Scans, found: Estimates, delay_s: float) -> ScanTable:

@@ -100,7 +100,15 @@ def _scan(scans: Scans, k: int, comb: CombReading, scale: Scale, spectrum, beat,
     phase = np.interp(at[inside], np.arange(size), scans.phase[k])
     rest = half[inside] / 2
     scaled = (phase - phase[0]) / (phase[-1] - phase[0]) * 2 - 1
-    smooth = np.polynomial.legendre.legvander(scaled, min(THRESHOLDS.smooth, rest.size // 4))
+    along = 2 * (at[inside] - ends[0]) / (ends[1] - ends[0]) - 1
+    degree = min(THRESHOLDS.smooth, rest.size // 4)
+    # Smooth in optical frequency, or in time: the target's motion, not noise.
+    smooth = np.hstack(
+        [
+            np.polynomial.legendre.legvander(scaled, degree),
+            np.polynomial.legendre.legvander(along, min(3, degree))[:, 1:],
+        ]
+    )
     rest = rest - smooth @ np.linalg.lstsq(smooth, rest, rcond=None)[0]
     noise = float(np.std(rest))
     slope_hz_s = abs(span / (ends[1] - ends[0]) * scans.hz)

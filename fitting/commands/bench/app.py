@@ -6,14 +6,14 @@ from typing import Annotated, Literal
 
 from cyclopts import App, Parameter, validators
 
-from ._plugins import Plugins
+from .._plugins import Plugins
 
 Port = Annotated[int, Parameter(validator=validators.Number(gte=0, lte=65535))]
 Metres = Annotated[float, Parameter(validator=validators.Number(gte=0, lte=1000))]
 Json = Annotated[bool, Parameter(negative="")]
 
 app = App(name="bench", help="A bench of instruments, real or simulated.", help_format="plaintext")
-app.command("fitting.commands.bench_range:bench_range", name="range")
+app.command("fitting.commands.bench.range:bench_range", name="range")
 
 
 @app.command
@@ -34,8 +34,8 @@ def check(bench: Path, /, *, plugin: Plugins = (), json: Json = False) -> int:
     """
     from hardware import AbstractDriver, open_bench
 
-    from ._out import console, print_json
-    from ._plugins import load_plugins, plugin_classes
+    from .._out import console, print_json
+    from .._plugins import load_plugins, plugin_classes
 
     drivers = plugin_classes(load_plugins(plugin), AbstractDriver)
     with open_bench(bench, drivers=drivers) as opened:
@@ -97,7 +97,7 @@ def serve(
     )
     from rapi_jax.io import write_atomic
 
-    from ._out import console
+    from .._out import console
 
     arm = None
     if target is not None:
@@ -138,7 +138,7 @@ def bridge(
     """
     from hardware import Bridge, HislipServer, VendorDllLink
 
-    from ._out import console
+    from .._out import console
 
     with (
         VendorDllLink(serial, library=library) as link,

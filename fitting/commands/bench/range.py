@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter, validators
 
-from ._plugins import Plugins
+from .._plugins import Plugins
 
 Count = Annotated[int, Parameter(validator=validators.Number(gte=1, lte=100_000))]
 
@@ -64,8 +64,8 @@ def bench_range(
     from rapi_jax.internal import located
     from rapi_jax.io import FringeWriter, OutputError, printable, read_drive, write_atomic
 
-    from ._out import console, output_folder, print_json, progress
-    from ._plugins import load_plugins, plugin_classes
+    from .._out import console, output_folder, print_json, progress
+    from .._plugins import load_plugins, plugin_classes
 
     drivers = plugin_classes(load_plugins(plugin), AbstractDriver)
     file = read_bench(bench, drivers=drivers)

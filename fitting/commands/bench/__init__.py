@@ -1,0 +1,1 @@
+"""`rapi bench`: its commands."""

@@ -53,6 +53,7 @@ def range_command(
     from rapi_jax import DataError
     from rapi_jax.io import printable, read_fringe_records
     from rapi_jax.ranging import range_records
+    from rapi_jax.ranging.budget import measured_budget
 
     from ._out import console, output_folder, print_json, read_json
     from .run import DONE
@@ -71,6 +72,7 @@ def range_command(
         )
     content = range_content(
         found,
+        budget=measured_budget(found),
         phase_index=_phase_index(read),
         expected_m=expected,
         seconds=time.monotonic() - began,

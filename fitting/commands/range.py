@@ -23,8 +23,8 @@ def range_command(
     """Range a target: distance of every scan in RECORDS, and distance and velocity over time.
 
     Writes `range.json`, `range.csv` (a row a scan), `range.png` and `report.html`, a page with the
-    error budget. What is wrong or doubtful about the records is listed; exit code 3 where they give
-    no distance at all.
+    error budget. What is wrong or doubtful about the records is listed. Exit code 0: done; 3: bad
+    data; where no scan at all gave a distance, the files are written nevertheless.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def range_command(
     from rapi_jax.ranging.budget import measured_budget
 
     from ._out import console, output_folder, print_json, read_json
-    from .run import DONE
+    from .run import BAD_DATA, DONE, fail
 
     if expected is not None and not 0 <= expected[0] < expected[1]:
         raise DataError(
@@ -88,7 +88,16 @@ def range_command(
         out.print(render_summary(content))
         names = ", ".join(path.name for path in written)
         out.print(f"written to {folder}: {names}", markup=False, soft_wrap=True)
+    if not found.summary.counted:
+        fail("bad data", f"no scan gave a distance: {_why(found)}")
+        return BAD_DATA
     return DONE
+
+
+def _why(found: Any) -> str:
+    """What is wrong with most of the scans."""
+    problems = [problem for problem in found.table.problem if problem]
+    return max(problems, key=problems.count) if problems else "see the faults"
 
 
 def _phase_index(records: Any) -> float | None:

@@ -28,7 +28,8 @@ def speed(value: Any, stderr: Any) -> str:
     """A velocity with its standard error, in mm/s or um/s."""
     x, error = finite_or_none(value), finite_or_none(stderr)
     size = max(abs(x or 0.0), error or 0.0)
-    unit, factor = ("mm/s", 1e3) if size >= 1e-3 else ("\N{GREEK SMALL LETTER MU}m/s", 1e6)
+    units = ((1e-3, "mm/s", 1e3), (1e-7, "\N{GREEK SMALL LETTER MU}m/s", 1e6), (0.0, "nm/s", 1e9))
+    unit, factor = next((unit, f) for least, unit, f in units if size >= least)
     return format_with_error(_times(x, factor), _times(error, factor), unit)
 
 

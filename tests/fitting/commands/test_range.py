@@ -1,7 +1,9 @@
 """`rapi range`: what it writes and says, and its exit codes; each run is a command."""
 
 import csv
+import dataclasses
 import json
+import shutil
 import subprocess
 import sys
 
@@ -68,13 +70,13 @@ def test_files(rapi, still, tmp_path):
     assert (output / "range.png").read_bytes().startswith(b"\x89PNG")
     said = " ".join(out.split())
     assert "resample-phase, the best in noise" in said and "mean of 5 scans" in said
-    assert f"{0.7e3 / content['air_index']:.2f}" in said and "report.html" in said
+    assert f"{0.7e3 / content['air_index']:.3f}" in said and "report.html" in said
 
 
 def test_the_table_holds_what_the_json_does(rapi, still, tmp_path):
     rapi(still, "-o", tmp_path)
     content = json.loads((tmp_path / "range.json").read_text())
-    rows = list(csv.DictReader((tmp_path / "range.csv").open()))
+    rows = list(csv.DictReader((tmp_path / "range.csv").read_text().splitlines()))
     for name in ("time_s", "distance", "stderr", "span_hz"):
         assert [float(r[name]) for r in rows] == [s[name] for s in content["scans"]]
     assert [float(r["velocity"]) for r in rows] == [s["velocity"] for s in content["track"]]
@@ -121,6 +123,58 @@ def test_refusals_are_one_line(rapi, still, tmp_path, monkeypatch, arguments, co
     found, out, err = rapi(*(a.format(still=still) for a in arguments))
     assert (found, out) == (code, "")
     assert err.count("\n") == 1 and word in err, err
+
+
+def test_no_target(rapi, tmp_path):
+    """Everything is written, no number is made up, and the exit code says so."""
+    record = SCANS.record(0.7)
+    noise = 0.45 + 2e-3 * np.random.default_rng(1).standard_normal(record.size)
+    empty = dataclasses.replace(record, measurement=noise.astype(np.float32))
+    write_fringe_records(SCANS.records(empty), tmp_path / "empty")
+    code, out, err = rapi(tmp_path / "empty", "-o", tmp_path / "out")
+    assert code == 3 and err.count("\n") == 1
+    assert "no scan gave a distance: no target" in err
+    assert "none: no scan could be read" in out
+    assert {p.name for p in (tmp_path / "out").iterdir()} == FILES
+    text = (tmp_path / "out" / "range.json").read_text()
+    content = json.loads(text, parse_constant=pytest.fail)
+    assert content["summary"]["distance"] is None and content["track"] == content["budget"] == []
+    assert {scan["distance"] for scan in content["scans"]} == {None}
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"excitation_hz": 20.0}, "Is `excitation_hz` right?"),
+        ({"interferometer_path_m": 7340.0}, "Is it in m?"),
+        ({"cavity_spacing_hz": 1.5}, "Is it in Hz?"),
+        ({"sample_hz": 1e3}, "no turns of the laser are seen"),
+        ({"relative_humidity": -1.0}, "from 0 to 1"),
+    ],
+)
+def test_a_manifest_that_is_wrong(rapi, still, tmp_path, change, word):
+    spoiled = tmp_path / "spoiled"
+    shutil.copytree(still, spoiled)
+    lines = (spoiled / "manifest.toml").read_text().splitlines()
+    for key, value in change.items():
+        lines = [f"{key} = {value}" if line.startswith(f"{key} =") else line for line in lines]
+    (spoiled / "manifest.toml").write_text("\n".join(lines))
+    code, out, err = rapi(spoiled, "-o", tmp_path / "out")
+    assert (code, out) == (3, "")
+    assert err.count("\n") == 1 and word in err, err
+
+
+def test_faults_are_shown_everywhere(rapi, tmp_path):
+    two = SCANS.record(0.7, more=((0.02, 0.1),))
+    write_fringe_records(SCANS.records(two), tmp_path / "two")
+    code, out, _ = rapi(tmp_path / "two", "-o", tmp_path / "out")
+    assert code == 0
+    content = json.loads((tmp_path / "out" / "range.json").read_text())
+    assert any("a second reflector" in line for line in content["faults"])
+    for text in (out, (tmp_path / "out" / "report.html").read_text()):
+        assert "second reflector" in text and "state of the air is not given" in " ".join(
+            text.split()
+        )
 
 
 def test_rows_appear_on_a_terminal_while_records_are_read(still, tmp_path):

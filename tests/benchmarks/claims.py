@@ -121,13 +121,14 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--first", type=int, default=70_000)
     parser.add_argument("--kind", nargs="*", default=["null", "listed"])
+    parser.add_argument("--processes", type=int, default=os.cpu_count())
     options = parser.parse_args()
     seeds = range(options.first, options.first + options.count)
     jobs = [(seed, options.kind[k % len(options.kind)]) for k, seed in enumerate(seeds)]
     inside: list[bool] = []
     straight: list[bool] = []
     ends: dict[str, int] = {}
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
         for row in pool.map(_start, jobs):
             print(
                 f"{row.seed} {row.effect:<24} {row.end}; runs {_shown(row.runs)}; scan "

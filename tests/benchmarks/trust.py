@@ -8,11 +8,13 @@ A line a way: how its recordings ended (refused on reading, not trusted, trusted
 device that made them, the rms error at a rate that was not recorded and the nonlinearity of a
 compensated scan. Trusted wrongly is what misses its claim by more than half a reading's noise.
 Mixtures are two or three ways, drawn at random, one after the other. `--diagnose` asks for a cause
-instead: named wrongly is an effect that is given more than one half.
+instead: named wrongly is an effect that is given more than one half. `--processes N` (default: all
+cores) and `--rows FILE` (each recording's end as a line of JSON) go with each of these.
 """
 
 import argparse
 import dataclasses
+import json
 import os
 import tempfile
 import warnings
@@ -141,17 +143,20 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=100)
     parser.add_argument("--mixtures", type=int, default=0)
     parser.add_argument("--diagnose", action="store_true")
+    parser.add_argument("--processes", type=int, default=os.cpu_count())
+    parser.add_argument("--rows", type=Path, help="a file that gets each row as a line of JSON")
     options = parser.parse_args()
     ways = mixtures(options.mixtures, options.first) if options.mixtures else options.ways
     count = 1 if options.mixtures else options.seeds
     seeds = range(options.first, options.first + count)
     jobs = [(way, seed, options.diagnose) for way in ways for seed in seeds]
     rows: list[Row] = []
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
         found = pool.map(_start, jobs)
         for way in ways:
             rows += (some := [next(found) for _ in seeds])
             _print(way, some)
+            _keep(some, options.rows)
     spoiled = [row for row in rows if row.way != "healthy"]
     if options.diagnose:
         print(f"of {len(spoiled)}: {_count(row.end.split()[0] for row in spoiled)}")
@@ -176,6 +181,12 @@ def _print(way: str, rows: list[Row]) -> None:
         f"{'; ' + ', '.join(reasons) if reasons else ''}",
         flush=True,
     )
+
+
+def _keep(rows: list[Row], path: Path | None) -> None:
+    if path is not None:
+        with path.open("a") as file:
+            file.writelines(json.dumps(dataclasses.asdict(row)) + "\n" for row in rows)
 
 
 def _count(values: Any) -> dict[str, int]:

@@ -128,7 +128,9 @@ def main() -> None:
     inside: list[bool] = []
     straight: list[bool] = []
     ends: dict[str, int] = {}
-    with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(
+        options.processes, get_context("spawn"), max_tasks_per_child=50
+    ) as pool:
         for row in pool.map(_start, jobs):
             print(
                 f"{row.seed} {row.effect:<24} {row.end}; runs {_shown(row.runs)}; scan "

@@ -151,7 +151,9 @@ def main() -> None:
     seeds = range(options.first, options.first + count)
     jobs = [(way, seed, options.diagnose) for way in ways for seed in seeds]
     rows: list[Row] = []
-    with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(
+        options.processes, get_context("spawn"), max_tasks_per_child=50
+    ) as pool:
         found = pool.map(_start, jobs)
         for way in ways:
             rows += (some := [next(found) for _ in seeds])

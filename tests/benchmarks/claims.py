@@ -12,7 +12,6 @@ straight to within what the certificate expects, or not. One line a laser, then 
 import argparse
 import os
 import warnings
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 
@@ -36,6 +35,7 @@ from rapi_jax import (
 )
 
 NEW_RUNS, PERIODS, SAMPLES, MOST_SIGMA = 3, 3, 400, 20.0
+RENEWED = 50  # recordings; what is compiled for their shapes fills a process's memory maps
 
 
 @dataclass(frozen=True)
@@ -128,10 +128,8 @@ def main() -> None:
     inside: list[bool] = []
     straight: list[bool] = []
     ends: dict[str, int] = {}
-    with ProcessPoolExecutor(
-        options.processes, get_context("spawn"), max_tasks_per_child=50
-    ) as pool:
-        for row in pool.map(_start, jobs):
+    with get_context("spawn").Pool(options.processes, maxtasksperchild=RENEWED) as pool:
+        for row in pool.imap(_start, jobs):
             print(
                 f"{row.seed} {row.effect:<24} {row.end}; runs {_shown(row.runs)}; scan "
                 f"{_shown(row.branches)}",

@@ -18,7 +18,6 @@ import json
 import os
 import tempfile
 import warnings
-from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -45,6 +44,7 @@ from rapi_jax.io import read_recording, write_recording
 from tests.support.spoiled import WAYS, Columns, healthy
 
 UNSEEN, SWING, SCAN = 25.0, 4.2, 20.0  # Hz, V, Hz
+RENEWED = 50  # recordings; what is compiled for their shapes fills a process's memory maps
 MIXED, SURE = " + ", 0.5
 
 
@@ -151,10 +151,8 @@ def main() -> None:
     seeds = range(options.first, options.first + count)
     jobs = [(way, seed, options.diagnose) for way in ways for seed in seeds]
     rows: list[Row] = []
-    with ProcessPoolExecutor(
-        options.processes, get_context("spawn"), max_tasks_per_child=50
-    ) as pool:
-        found = pool.map(_start, jobs)
+    with get_context("spawn").Pool(options.processes, maxtasksperchild=RENEWED) as pool:
+        found = pool.imap(_start, jobs)
         for way in ways:
             rows += (some := [next(found) for _ in seeds])
             _print(way, some)

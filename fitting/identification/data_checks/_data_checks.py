@@ -7,7 +7,7 @@ import numpy as np
 from rapi_jax import DataError, Recording, Run
 from rapi_jax.internal import usable
 
-from ._drive_character import describe_drive, period_mismatch
+from ._drive_character import describe_drive, describe_rate, period_mismatch, rate_error
 from ._first_period import first_period_miss
 from ._step_detection import detect_steps
 from ._thresholds import THRESHOLDS
@@ -58,10 +58,10 @@ def find_faults(recording: Recording) -> list[Fault]:
     """Clipped or dead readings, dead drives and wrong periods, which show before any fit."""
     found = []
     for run in recording.runs:
-        for check in (_check_motion, _check_clipping, _check_frozen, _check_period, _check_start):
-            fault = check(run)
-            if fault is not None:
-                found.append(fault)
+        faults = [check(run) for check in (_check_motion, _check_clipping, _check_frozen)]
+        period = _check_period(run)
+        faults += [period, _check_start(run) if period is None else None]
+        found += [fault for fault in faults if fault is not None]
     return found
 
 
@@ -183,6 +183,9 @@ def _check_period(run: Run) -> Fault | None:
         worst = max(period_mismatch(drive, k * period) for k in whole)
         if worst > limits.period_miss + 2.0 * noise:
             return _wrong_period(run)
+        error = rate_error(drive)
+        if abs(error) > limits.rate_error:
+            return _wrong_period(run, describe_rate(drive, error))
     elif drive.time[-1] > period + 2.0 * step:
         if period_mismatch(drive, period) > limits.period_miss_short + 2.0 * noise:
             return _wrong_period(run)
@@ -202,9 +205,7 @@ def _check_period(run: Run) -> Fault | None:
 
 
 def _check_start(run: Run) -> Fault | None:
-    """A first period that begins elsewhere than where it ends."""
-    if _check_period(run) is not None:
-        return None
+    """A first period that begins elsewhere than where it ends, of a drive with that period."""
     miss = first_period_miss(run)
     if miss == 0.0:
         return None
@@ -219,8 +220,8 @@ def _check_start(run: Run) -> Fault | None:
     return Fault("unsettled start", run.name, text, ((0, last),))
 
 
-def _wrong_period(run: Run) -> Fault:
-    kind, words = describe_drive(run.drive)
+def _wrong_period(run: Run, why: str = "") -> Fault:
+    kind, words = ("wrong period", why) if why else describe_drive(run.drive)
     return Fault(
         kind,
         run.name,

@@ -87,6 +87,15 @@ class DataCheckThresholds:
         unit="of the drive's span, rms",
         origin="set by trial; the same where little more than one period was recorded",
     )
+    rate_error: float = threshold(
+        0.005,
+        unit="of the rate",
+        origin="a rate of three digits is within it; 1 % more cost 8 to 10 MHz in rms at a rate "
+        "not recorded, of 75 GHz",
+    )
+    rate_sigmas: float = threshold(
+        6.0, unit="standard errors", origin="convention; a noisy drive has no wrong rate"
+    )
     several_periods: float = threshold(
         1.2, unit="periods", origin="set by trial; from these on one is compared with the next"
     )

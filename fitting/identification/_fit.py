@@ -23,10 +23,16 @@ from .assessment._cross_validation import KINDS, cross_validate
 from .assessment._estimates import cut_to_runs, estimate_parameters, summarise_runs
 from .assessment._noise import measure_noise
 from .assessment._verdict import judge
-from .data_checks._data_checks import Fault, check_usable, find_faults, find_mode_hops
+from .data_checks._data_checks import Fault, check_usable, find_mode_hops
 from .data_checks._drive_noise import find_drive_noise
 from .data_checks._exchanged_runs import find_copied_readings, find_exchanged_runs
-from .data_checks._outliers import few_outliers, find_outliers, leave_out, report_outliers
+from .data_checks._outliers import (
+    few_outliers,
+    find_outliers,
+    leave_out,
+    plain_faults,
+    report_outliers,
+)
 from .data_checks._run_changes import find_changed_runs
 from .data_checks._thinning import thin
 from .robust._despike import despike
@@ -252,7 +258,7 @@ class Posed:
         problem = self.problem
         recording = problem.recording
         errors = cut_to_runs(problem, self._checked_error(solution))
-        found = find_faults(recording) + find_mode_hops(recording, errors)
+        found = plain_faults(problem) + find_mode_hops(recording, errors)
         if not found:
             found = self.inconsistencies(solution, options)
         if self.reweighting is not None:

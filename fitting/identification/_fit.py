@@ -80,7 +80,9 @@ def fit(
 
     **Arguments:**
 
-    - `ecdl`: the model to fit; its values are one of the starts.
+    - `ecdl`: the model to fit; its values are one of the starts. It counts drives from its own
+      origin, which stands unless freed: where drives may be written with an offset of up to four
+      times their range, `identify` finds which origin fits, and `fit` does not.
     - `recording`: of more than 400 000 samples it is thinned; the result holds what was fitted.
     - `free`: selects what may move, as in `equinox.tree_at`: `lambda e: e.operator`, or
       `lambda e: (e.operator.lam, e.effects[-1])`. Default: see `default_free`.

@@ -58,11 +58,12 @@ def find_faults(recording: Recording) -> list[Fault]:
     """Clipped or dead readings, dead drives and wrong periods, which show before any fit."""
     found = []
     for run in recording.runs:
-        faults = [check(run) for check in (_check_motion, _check_clipping, _check_frozen)]
+        checks = (_check_motion, _check_levels, _check_clipping, _check_frozen)
+        faults = [check(run) for check in checks]
         period = _check_period(run)
         faults += [period, _check_start(run) if period is None else None]
         found += [fault for fault in faults if fault is not None]
-    return found
+    return found + _find_switched(recording)
 
 
 def _intervals(mask: np.ndarray) -> list[tuple[int, int]]:
@@ -100,6 +101,37 @@ def _check_motion(run: Run) -> Fault | None:
         )
         return Fault("no reading", run.name, text, whole)
     return None
+
+
+def _check_levels(run: Run) -> Fault | None:
+    """A reading of so few levels that a play moves it by less than one."""
+    values = run.response[run.valid]
+    levels = _levels(values)
+    if not 1 < levels <= THRESHOLDS.reading_levels < values.size:
+        return None
+    text = (
+        f"run {run.name!r}: the reading takes {levels} levels and nothing between, which hides "
+        "hysteresis. Choose a smaller input range or a finer converter, and record again."
+    )
+    return Fault("coarse reading", run.name, text, ((0, run.drive.size - 1),))
+
+
+def _find_switched(recording: Recording) -> list[Fault]:
+    """Drives that are at one of two levels, where no other run says what lies between."""
+    if any(_levels(run.drive.value) != 2 or run.drive.size < 4 for run in recording.runs):
+        return []
+    run = recording.runs[0]
+    text = (
+        f"run {run.name!r}: the drive, as that of all runs, switches between two levels, and no "
+        "reading says what the device does between these levels. Record triangles or sines."
+    )
+    return [Fault("switched drive", run.name, text, ((0, run.drive.size - 1),))]
+
+
+def _levels(values: np.ndarray) -> int:
+    """How many values there are, to a millionth of their span."""
+    span = float(np.ptp(values)) if values.size else 0.0
+    return np.unique(np.round((values - values.min()) / span, 6)).size if span > 0 else 1
 
 
 def _check_clipping(run: Run) -> Fault | None:

@@ -140,6 +140,10 @@ class DataCheckThresholds:
         0.7, unit="of the samples", origin="set by trial; with more a reading is not digitised"
     )
 
+    reading_levels: int = threshold(
+        8, unit="levels", origin="three bits: a step of an eighth of the span, as wide as a play"
+    )
+
     # The first period
     first_period_miss: float = threshold(
         0.02,

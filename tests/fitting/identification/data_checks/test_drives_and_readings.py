@@ -1,5 +1,7 @@
 """A drive whose reading is noisy, and readings that hang."""
 
+import dataclasses
+
 import numpy as np
 
 from fitting.identification.data_checks._data_checks import find_faults
@@ -21,6 +23,18 @@ def test_a_noisy_drive_is_named_with_its_noise():
     faults = find_drive_noise(*residuals(columns, columns))
     assert [fault.run for fault in faults] == ["run00", "run01", "run02", "run03"]
     assert all("0.02" in fault.message for fault in faults)  # 0.5 % of 4.5 V
+
+
+def test_columns_may_be_swapped_where_only_the_drive_has_noise():
+    columns = healthy(51)
+    WAYS["noisy drive"](columns)
+    faults = find_drive_noise(*residuals(columns, columns))
+    assert not any("swapped" in fault.message for fault in faults)
+    recording, errors = residuals(columns, columns)
+    sent = zip(recording.runs, healthy(51).drive, strict=True)
+    runs = tuple(dataclasses.replace(run, response=20.0 * drive) for run, drive in sent)
+    faults = find_drive_noise(dataclasses.replace(recording, runs=runs), errors)
+    assert len(faults) == 4 and all("swapped with the drive" in fault.message for fault in faults)
 
 
 def test_noise_of_the_reading_alone_is_none_of_the_drive():

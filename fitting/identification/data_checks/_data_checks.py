@@ -12,7 +12,10 @@ from ._first_period import first_period_miss
 from ._step_detection import detect_steps
 from ._thresholds import THRESHOLDS
 
-_HOP = "a mode hop, or fringes miscounted. Leave that part out, or shift bias or current."
+_HOP = (
+    "a mode hop, fringes miscounted, or samples lost there. Leave that part out, or shift bias or "
+    "current."
+)
 _JUMP = (
     "the sensor or its range switched, a contact slipped, or samples were lost there. Leave that "
     "part out, or record again."
@@ -63,7 +66,7 @@ def find_faults(recording: Recording) -> list[Fault]:
         period = _check_period(run)
         faults += [period, _check_start(run) if period is None else None]
         found += [fault for fault in faults if fault is not None]
-    return found + _find_switched(recording)
+    return found or _find_switched(recording)
 
 
 def _intervals(mask: np.ndarray) -> list[tuple[int, int]]:
@@ -172,7 +175,10 @@ def _check_clipping(run: Run) -> Fault | None:
 
 
 def _check_frozen(run: Run) -> Fault | None:
-    """Equal readings in a row, not at the ends of their range, while the drive moves on."""
+    """Equal readings in a row, not at the ends of their range, while the drive moves on.
+
+    Or moves at all, after a turn as well, where the reading has noise: then nothing rests.
+    """
     y, u = run.response, run.drive.value
     if not run.valid.any() or run.span == 0 or run.drive.u_pp == 0:
         return None
@@ -180,12 +186,17 @@ def _check_frozen(run: Run) -> Fault | None:
     resolution = _resolution(y[run.valid])
     shortest = limits.clipped_samples_digitised if resolution > 0 else limits.clipped_samples
     least = max(limits.clipped_steps * resolution, limits.clipped_move * run.span)
-    ends = (float(np.nanmax(y)), float(np.nanmin(y)))
+    ends: tuple[float, ...] = (float(np.nanmax(y)), float(np.nanmin(y)))
+    fast = float(np.median(np.abs(np.diff(y[run.valid], 3)))) if run.valid.sum() > 3 else 0.0
+    noisy = resolution == 0.0 and fast > limits.reading_noise * run.span
+    if noisy and _check_clipping(run) is None:
+        ends = ()  # it hung there
     found = []
     for a, last in _intervals(np.diff(y) == 0.0):
         b = last + 1
         way = np.sign(u[a] - u[max(a - 3, 0)])
-        onward = float((way * (u[a : b + 1] - u[a])).max()) / run.drive.u_pp * run.span
+        moved = np.abs(u[a : b + 1] - u[a]) if noisy else way * (u[a : b + 1] - u[a])
+        onward = float(moved.max()) / run.drive.u_pp * run.span
         if b - a + 1 >= shortest and onward > least and y[a] not in ends:
             found.append((a, b))
     if not found:

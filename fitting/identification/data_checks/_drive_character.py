@@ -155,10 +155,15 @@ def describe_drive(drive: Drive) -> tuple[str, str]:
 def describe_rate(drive: Drive, error: float) -> str:
     """What follows on "does not have the period of 10 Hz" where its rate is higher by a share."""
     rate = drive.rate * (1.0 + error)
-    return f"it repeats at {rate:.4g} Hz. Correct `excitation_hz`, or the clock of `time_s`."
+    return f"it repeats at {rate:.4g} Hz. {_cure(rate, drive.rate)}"
 
 
 def _cure(rate: float, said: float) -> str:
     if abs(abs(np.log10(rate / said)) - 3.0) < 0.1:
         return "That is a factor of 1000: `time_s` must be in s and `excitation_hz` in Hz."
+    if said < rate < 1.2 * said:
+        return (
+            "Correct `excitation_hz`, or the clock of `time_s`: it seems slow where samples are "
+            'missing. Or say `waveform = "other"`.'
+        )
     return 'Correct `excitation_hz`, or say `waveform = "other"`.'

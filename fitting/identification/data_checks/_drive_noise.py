@@ -8,8 +8,6 @@ from rapi_jax.internal import usable
 from ._data_checks import Fault
 from ._thresholds import THRESHOLDS
 
-EXACT = 1e-9  # of the span; rounding
-
 
 def find_drive_noise(recording: Recording, errors: list[np.ndarray]) -> list[Fault]:
     """Runs whose residual changes from sample to sample as the drive does.
@@ -39,7 +37,10 @@ def find_drive_noise(recording: Recording, errors: list[np.ndarray]) -> list[Fau
                 f"{together:.2f} with what the model leaves). Write the drive that was sent "
                 "instead of its reading, or average its periods."
             )
-            if not np.median(np.abs(np.diff(run.response[use], 3))) > EXACT * run.span:
+            if (
+                not np.median(np.abs(np.diff(run.response[use], 3)))
+                > THRESHOLDS.reading_noise * run.span
+            ):
                 text += (
                     " The response carries no noise: its column may be swapped with the drive's."
                 )

@@ -140,6 +140,9 @@ class DataCheckThresholds:
         0.7, unit="of the samples", origin="set by trial; with more a reading is not digitised"
     )
 
+    reading_noise: float = threshold(
+        1e-9, unit="of the span", origin="rounding; a reading that changes by less has no noise"
+    )
     reading_levels: int = threshold(
         8, unit="levels", origin="three bits: a step of an eighth of the span, as wide as a play"
     )

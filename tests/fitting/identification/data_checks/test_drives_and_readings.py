@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+import pytest
 
 from fitting.identification.data_checks._data_checks import find_faults
 from fitting.identification.data_checks._drive_noise import find_drive_noise
@@ -64,3 +65,12 @@ def test_readings_that_rest_where_the_drive_rests_do_not_hang():
         columns.drive[row][100:110] = columns.drive[row][100]
         columns.response[row][100:110] = columns.response[row][100]
     assert [f for f in find_faults(columns.recording()) if f.kind == "frozen reading"] == []
+
+
+@pytest.mark.parametrize("way", ["frozen for 3 %", "frozen for 10 %"])
+def test_a_noisy_reading_that_hangs_from_a_turn_on_is_frozen(way):
+    columns = healthy(54)  # its second period begins at sample 400, where the drive turns
+    WAYS[way](columns)
+    (fault,) = find_faults(columns.recording())
+    last = 400 + int(float(way.split()[2]) / 100.0 * 1200) - 1
+    assert (fault.kind, fault.run, fault.samples) == ("frozen reading", "run02", ((400, last),))

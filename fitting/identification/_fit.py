@@ -33,6 +33,7 @@ from .data_checks._outliers import (
     plain_faults,
     report_outliers,
 )
+from .data_checks._reversed_time import find_reversed_time
 from .data_checks._run_changes import find_changed_runs
 from .data_checks._thinning import thin
 from .robust._despike import despike
@@ -281,6 +282,7 @@ class Posed:
             find_copied_readings(self.recording) + find_drive_noise(problem.recording, errors)
             or find_changed_runs(problem, weight, solution, options)
             or find_exchanged_runs(problem, weight, solution, options)
+            or find_reversed_time(problem, weight, solution, options)
         )
 
 

@@ -11,13 +11,9 @@ from rapi_jax._errors import DataError
 from rapi_jax._recording import Recording
 from rapi_jax.io import _units
 from rapi_jax.io._atomic import output_error, sync, sync_folder, write_atomic
-<<<<<<< HEAD
+from rapi_jax.io._leftovers import remove_leftovers, temporary_name
 from rapi_jax.io._safe import MAX_MANIFEST, StrPath, inside, located, printable
 from rapi_jax.io._toml import MANIFEST, load_manifest, toml_value
-=======
-from rapi_jax.io._leftovers import remove_leftovers, temporary_name
-from rapi_jax.io._safe import MAX_MANIFEST, StrPath, cause, inside, located, printable, read_text
->>>>>>> 67beadefb5767e5d735db92865a5f158a6fae52a
 
 from . import _csv
 from ._build import NanPolicy, build_run

@@ -37,5 +37,6 @@ from .sampling._batch import DriveBatch as DriveBatch
 from .sampling._batch import on_device as on_device
 from .sampling._batch import to_batch as to_batch
 from .sampling._batch import usable as usable
+from .sampling._phase import are_whole_samples as are_whole_samples
 from .sampling._phase import branch_fraction as branch_fraction
 from .sampling._phase import turning_samples as turning_samples

@@ -23,10 +23,17 @@ from .assessment._cross_validation import KINDS, cross_validate
 from .assessment._estimates import cut_to_runs, estimate_parameters, summarise_runs
 from .assessment._noise import measure_noise
 from .assessment._verdict import judge
-from .data_checks._data_checks import Fault, check_usable, find_faults, find_mode_hops
+from .data_checks._data_checks import Fault, check_usable, find_mode_hops
 from .data_checks._drive_noise import find_drive_noise
 from .data_checks._exchanged_runs import find_copied_readings, find_exchanged_runs
-from .data_checks._outliers import few_outliers, find_outliers, leave_out, report_outliers
+from .data_checks._outliers import (
+    few_outliers,
+    find_outliers,
+    leave_out,
+    plain_faults,
+    report_outliers,
+)
+from .data_checks._reversed_time import find_reversed_time
 from .data_checks._run_changes import find_changed_runs
 from .data_checks._thinning import thin
 from .robust._despike import despike
@@ -74,7 +81,9 @@ def fit(
 
     **Arguments:**
 
-    - `ecdl`: the model to fit; its values are one of the starts.
+    - `ecdl`: the model to fit; its values are one of the starts. It counts drives from its own
+      origin, which stands unless freed: where drives may be written with an offset of up to four
+      times their range, `identify` finds which origin fits, and `fit` does not.
     - `recording`: of more than 400 000 samples it is thinned; the result holds what was fitted.
     - `free`: selects what may move, as in `equinox.tree_at`: `lambda e: e.operator`, or
       `lambda e: (e.operator.lam, e.effects[-1])`. Default: see `default_free`.
@@ -252,7 +261,7 @@ class Posed:
         problem = self.problem
         recording = problem.recording
         errors = cut_to_runs(problem, self._checked_error(solution))
-        found = find_faults(recording) + find_mode_hops(recording, errors)
+        found = plain_faults(problem) + find_mode_hops(recording, errors)
         if not found:
             found = self.inconsistencies(solution, options)
         if self.reweighting is not None:
@@ -273,6 +282,7 @@ class Posed:
             find_copied_readings(self.recording) + find_drive_noise(problem.recording, errors)
             or find_changed_runs(problem, weight, solution, options)
             or find_exchanged_runs(problem, weight, solution, options)
+            or find_reversed_time(problem, weight, solution, options)
         )
 
 

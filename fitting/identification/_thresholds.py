@@ -172,9 +172,6 @@ class IdentificationThresholds:
     )
 
     # Noise model
-    whole_periods: float = threshold(
-        0.02, unit="samples", origin="as in a diagnosis: periods that near to whole samples count"
-    )
     misfit_level: float = threshold(
         1e-3,
         unit="probability",

@@ -1,6 +1,7 @@
 """The most likely variances of few processes, given the power in bins of lines."""
 
 import dataclasses
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -40,7 +41,12 @@ class Bins:
 
     def total(self, values: Float[np.ndarray, "*more bins"]) -> Float[np.ndarray, "*more runs"]:
         """Sums over the bins of each run."""
-        return values @ (self.run[:, None] == np.arange(self.runs))
+        return values @ self._of_run
+
+    @cached_property
+    def _of_run(self) -> Float[np.ndarray, "bins runs"]:
+        """1 where a bin is of a run."""
+        return (self.run[:, None] == np.arange(self.runs)).astype(float)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -88,23 +94,25 @@ def _score(
     least = log.max() - THRESHOLDS.least_log_variance
     total = data.total(data.freedom)
     several = (total > 0).sum() > 1
-    for step in range(THRESHOLDS.steps + 1):
+    step, settled = 0, False
+    while True:
         parts = np.exp(log)[:, :, None] * columns
         plain = np.maximum(parts.sum(axis=1) + data.known, _TINY)
         scale = np.ones((sets.shape[0], data.runs))
         if several:
             scale = data.total(data.freedom * data.power / plain) / np.maximum(total, _TINY)
             scale = np.where(total > 0, np.maximum(scale, _TINY), 1.0)
-        if step == THRESHOLDS.steps:
+        if settled or step == THRESHOLDS.steps:
             break
         share = parts / plain[:, None, :]
         error = data.power / (plain * scale[:, data.run]) - 1.0
         slope = np.einsum("scb,sb->sc", share, data.freedom * error)
-        fisher = np.einsum("scb,sdb->scd", share * data.freedom, share)
+        fisher = (share * data.freedom) @ share.transpose(0, 2, 1)
         size = np.einsum("scc->sc", fisher).max(axis=1)[:, None, None]
         fisher = fisher + THRESHOLDS.damping * size * np.eye(log.shape[1])
         change = np.linalg.solve(fisher, slope[:, :, None])[:, :, 0]
-        log = np.maximum(log + np.clip(change, -2.0, 2.0), least)
+        before, log = log, np.maximum(log + np.clip(change, -2.0, 2.0), least)
+        step, settled = step + 1, np.abs(log - before).max() < THRESHOLDS.settled
     model = plain * scale[:, data.run]
     likelihood = -0.5 * (np.log(model) + data.power / model) @ data.freedom
     return np.exp(log), scale, likelihood

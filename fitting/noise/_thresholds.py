@@ -52,6 +52,9 @@ class NoiseThresholds:
     new_share: float = threshold(0.1, unit="of the variance", origin="set by trial")
     least_log_variance: float = threshold(40.0, unit="1", origin="set by trial")
     steps: int = threshold(15, unit="steps", origin="set by trial")
+    settled: float = threshold(
+        1e-10, unit="of the logarithm of a variance", origin="rounding; a further step changes it"
+    )
     damping: float = threshold(1e-6, unit="of the largest information", origin="set by trial")
 
 

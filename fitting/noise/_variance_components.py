@@ -34,11 +34,12 @@ def estimate_noise(
     """
     steps = [b.step_s for b in bins]
     ways = [steps] if len(set(steps)) == 1 else [steps, [min(steps)] * len(steps)]
+    products = [b.products(c) for b, c in zip(bins, columns, strict=True)]
+    power = [b.power(r) for b, r in zip(bins, residuals, strict=True)]
     found = []
     for way in ways:
         processes = Processes.of(way, [b.size for b in bins])
-        expected = _Expected.of(columns, weights, bins, processes, way)
-        power = [b.power(r) for b, r in zip(bins, residuals, strict=True)]
+        expected = _Expected.of(products, weights, bins, processes, way)
         shared = maximise(expected.shared(power))
         found.append((shared.score, NoiseModel(processes, shared.by_run, tuple(way))))
         if len(bins) > 1 and way is ways[-1]:
@@ -55,7 +56,8 @@ def collect(
     noise: NoiseModel,
 ) -> Bins:
     """Power, what `noise` lets expect (the one process there is), and freedom of all bins."""
-    expected = _Expected.of(columns, weights, bins, noise.processes, noise.step_s)
+    products = [b.products(c) for b, c in zip(bins, columns, strict=True)]
+    expected = _Expected.of(products, weights, bins, noise.processes, noise.step_s)
     power = [b.power(r) for b, r in zip(bins, residuals, strict=True)]
     found = expected.shared(power)
     each = [
@@ -97,14 +99,13 @@ class _Expected:
     @classmethod
     def of(
         cls,
-        columns: Sequence[Float[np.ndarray, "_ columns"]],
+        products: Sequence[Float[np.ndarray, "_ columns columns"]],
         weights: Sequence[float],
         bins: Sequence[PowerBins],
         processes: Processes,
         steps_s: Sequence[float],
     ) -> "_Expected":
-        """From the columns of the fit, orthonormal, and the lines that count."""
-        products = [b.products(c) for b, c in zip(bins, columns, strict=True)]
+        """From what bins hold of the products of the fit's orthonormal columns."""
         lines: dict[tuple[float, int], np.ndarray] = {}
         alone, mean, freedom = [], [], []
         for b, step, w, p in zip(bins, steps_s, weights, products, strict=True):

@@ -3,11 +3,11 @@
 import contextlib
 import errno
 import os
-import secrets
 import stat
 from collections.abc import Iterator
 from pathlib import Path
 
+from ._leftovers import remove_leftovers, temporary_name
 from ._safe import StrPath, cause, printable
 
 _CURE = {
@@ -60,7 +60,7 @@ def _reserve(target: Path) -> Path:
         if not stat.S_ISREG(status.st_mode):
             raise OSError(errno.EINVAL, "it is there and is not a regular file")
         mode = stat.S_IMODE(status.st_mode)
-    temporary = target.with_name(f".tmp-{secrets.token_hex(8)}{target.suffix}")
+    temporary = target.with_name(temporary_name(target.suffix))
     handle = os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
     try:
         if mode != 0o666 and hasattr(os, "fchmod"):
@@ -75,10 +75,12 @@ def atomic_path(path: StrPath) -> Iterator[Path]:
     """A temporary path to write to; renamed to `path` once the block ends without an exception.
 
     On any exception the temporary is removed and the old file stays. Of two processes that write
-    one path, the last to complete wins. A process that is killed may leave a `.tmp-*` file behind.
-    Raises `OutputError` for every `OSError` of the block.
+    one path, the last to complete wins. A process that is killed may leave a `.tmp-*` file behind,
+    which the next write into the same folder removes. Raises `OutputError` for every `OSError` of
+    the block.
     """
     target = Path(os.path.realpath(path))  # a link stays a link
+    remove_leftovers(target.parent)
     temporary: Path | None = None
     try:
         temporary = _reserve(target)

@@ -100,7 +100,11 @@ class AbstractOperator(eqx.Module):
         order: int = 3,
         each: Sequence[str] = (),
     ) -> Operator:
-        """The best of `initial_guesses`, to start a fit from; `ModelError` where there is none."""
+        """The best of `initial_guesses`, to start a fit from; `ModelError` where there is none.
+
+        Where drives are near their zero it is the model's origin, too, as if it were the device's:
+        `fitting.identify` also tries one that moves with the drives, and keeps what leaves less.
+        """
         found = cls.initial_guesses(recording, plays=plays, order=order, each=each)
         if not found:
             raise ModelError(

@@ -1,7 +1,6 @@
 """The RA-PI operator with more freedom: bent bounds, growth and decay that differ among plays."""
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -119,7 +118,7 @@ class GeneralRAPI(AbstractOperator):
         """Those of `RAPI`, free to bend about the middle of the drives."""
         origin = drive_origin(recording)
         places = {"u_0": middle_drive(recording) - origin, "origin": origin}
-        middle = partial(cls._from_rapi, **{name: as_float64(at) for name, at in places.items()})
+        middle = eqx.Partial(cls._from_rapi, **{k: as_float64(at) for k, at in places.items()})
         return guess_shapes(middle, recording, plays=plays, order=order, each=each, count=count)
 
     def held(self, recording: Recording) -> set[str]:

@@ -1,7 +1,6 @@
 """The rate-dependent asymmetric Prandtl-Ishlinskii operator of the paper."""
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -96,7 +95,7 @@ class RAPI(AbstractOperator):
 
         `each` may name "lam", "eta" and "alpha". They count the drive from `drive_origin`.
         """
-        build = partial(cls, origin=as_float64(drive_origin(recording)))
+        build = eqx.Partial(cls, origin=as_float64(drive_origin(recording)))
         return guess_shapes(build, recording, plays=plays, order=order, each=each, count=count)
 
     def held(self, recording: Recording) -> set[str]:

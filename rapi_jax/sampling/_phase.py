@@ -28,16 +28,20 @@ def turning_phases(phase: np.ndarray, value: np.ndarray) -> tuple[float, float]:
     return (np.argmin(mean) + 0.5) / bins % 1.0, (np.argmax(mean) + 0.5) / bins % 1.0
 
 
+def are_whole_samples(periods: float | int, exact: float, samples: float | int) -> bool:
+    """Whether `periods` periods, of `exact` samples each, are `samples` samples, near enough."""
+    return abs(periods * exact - samples) <= THRESHOLDS.whole_periods
+
+
 def whole_period(value: np.ndarray, exact: float, u_pp: float) -> int:
     """Samples a period of the drive `value`, if `exact` is near enough a whole number; else 0.
 
     And if the drive repeats exactly, beside its peak-to-peak value `u_pp`.
     """
     count = round(exact)
-    if (
-        not 8 <= count <= value.size
-        or abs(exact - count) * value.size / count > THRESHOLDS.whole_periods
-    ):
+    if not 8 <= count <= value.size:
+        return 0
+    if not are_whole_samples(value.size / count, exact, value.size):
         return 0
     again = value[count:] - value[:-count]
     most = max(again.max(initial=0.0), -again.min(initial=0.0))

@@ -12,7 +12,6 @@ straight to within what the certificate expects, or not. One line a laser, then 
 import argparse
 import os
 import warnings
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 
@@ -36,6 +35,7 @@ from rapi_jax import (
 )
 
 NEW_RUNS, PERIODS, SAMPLES, MOST_SIGMA = 3, 3, 400, 20.0
+RENEWED = 50  # recordings; what is compiled for their shapes fills a process's memory maps
 
 
 @dataclass(frozen=True)
@@ -121,14 +121,15 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--first", type=int, default=70_000)
     parser.add_argument("--kind", nargs="*", default=["null", "listed"])
+    parser.add_argument("--processes", type=int, default=os.cpu_count())
     options = parser.parse_args()
     seeds = range(options.first, options.first + options.count)
     jobs = [(seed, options.kind[k % len(options.kind)]) for k, seed in enumerate(seeds)]
     inside: list[bool] = []
     straight: list[bool] = []
     ends: dict[str, int] = {}
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
-        for row in pool.map(_start, jobs):
+    with get_context("spawn").Pool(options.processes, maxtasksperchild=RENEWED) as pool:
+        for row in pool.imap(_start, jobs):
             print(
                 f"{row.seed} {row.effect:<24} {row.end}; runs {_shown(row.runs)}; scan "
                 f"{_shown(row.branches)}",

@@ -57,7 +57,9 @@ def kills(kind: Kind, folder: Path, trials: int) -> Counts:
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
         counts[kind.outcome(folder)] += 1
-    counts["(temporary files left)"] = len([*folder.glob(".tmp-*")])
+    kind.writers[0](folder)  # whole this time: it removes what the killed ones left
+    if left := len([*folder.glob(".tmp-*")]):
+        counts["TORN: temporary files left"] = left
     return counts
 
 

@@ -7,16 +7,19 @@
 A line a way: how its recordings ended (refused on reading, not trusted, trusted) and, from the
 device that made them, the rms error at a rate that was not recorded and the nonlinearity of a
 compensated scan. Trusted wrongly is what misses its claim by more than half a reading's noise.
+Named are those of the ways in `CAUSES` where a finding gives cause and place.
 Mixtures are two or three ways, drawn at random, one after the other. `--diagnose` asks for a cause
-instead: named wrongly is an effect that is given more than one half.
+instead: named wrongly is an effect that is given more than one half. `--processes N` (default: all
+cores) and `--rows FILE` (each recording's end as a line of JSON) go with each of these.
 """
 
 import argparse
 import dataclasses
+import json
 import os
+import re
 import tempfile
 import warnings
-from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -40,9 +43,10 @@ from rapi_jax import (
 )
 from rapi_jax.examples import NOISE
 from rapi_jax.io import read_recording, write_recording
-from tests.support.spoiled import WAYS, Columns, healthy
+from tests.support.spoiled import CAUSES, WAYS, Columns, healthy
 
 UNSEEN, SWING, SCAN = 25.0, 4.2, 20.0  # Hz, V, Hz
+RENEWED = 50  # recordings; what is compiled for their shapes fills a process's memory maps
 MIXED, SURE = " + ", 0.5
 
 
@@ -58,6 +62,15 @@ class Row:
     scan: float = np.nan
     high: float = np.nan
     noise: float = np.nan
+    findings: tuple[str, ...] = ()
+
+    @property
+    def named(self) -> bool | None:
+        """Whether a finding gives cause and place; `None` where the way is not to be told."""
+        cause = CAUSES.get(self.way)
+        if cause is None:
+            return None
+        return any(re.search(cause, found) for found in (self.why, *self.findings))
 
     @property
     def wrong(self) -> bool:
@@ -74,13 +87,13 @@ def judge(way: str, seed: int) -> Row:
         result = identify(recording, throw=False)
     except (DataError, ModelError) as error:
         return Row(way, seed, "refused", str(error))
+    found = (*result.verdict.reasons, *result.verdict.notes)
     if not result.verdict.trusted:
-        return Row(way, seed, "not trusted", result.verdict.reasons[0])
+        return Row(way, seed, "not trusted", found[0], findings=found)
     claim = result.claim
     assert claim is not None
-    return Row(
-        way, seed, "trusted", "", *_truth(columns, result, recording), claim.high, claim.noise
-    )
+    error, scan = _truth(columns, result, recording)
+    return Row(way, seed, "trusted", "", error, scan, claim.high, claim.noise, found)
 
 
 def _read(way: str, columns: Columns) -> Recording:
@@ -141,17 +154,20 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=100)
     parser.add_argument("--mixtures", type=int, default=0)
     parser.add_argument("--diagnose", action="store_true")
+    parser.add_argument("--processes", type=int, default=os.cpu_count())
+    parser.add_argument("--rows", type=Path, help="a file that gets each row as a line of JSON")
     options = parser.parse_args()
     ways = mixtures(options.mixtures, options.first) if options.mixtures else options.ways
     count = 1 if options.mixtures else options.seeds
     seeds = range(options.first, options.first + count)
     jobs = [(way, seed, options.diagnose) for way in ways for seed in seeds]
     rows: list[Row] = []
-    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
-        found = pool.map(_start, jobs)
+    with get_context("spawn").Pool(options.processes, maxtasksperchild=RENEWED) as pool:
+        found = pool.imap(_start, jobs)
         for way in ways:
             rows += (some := [next(found) for _ in seeds])
             _print(way, some)
+            _keep(some, options.rows)
     spoiled = [row for row in rows if row.way != "healthy"]
     if options.diagnose:
         print(f"of {len(spoiled)}: {_count(row.end.split()[0] for row in spoiled)}")
@@ -160,6 +176,9 @@ def main() -> None:
         end: sum(row.end == end for row in spoiled) for end in ("refused", "not trusted", "trusted")
     }
     print(f"spoiled: {counts}; trusted wrongly {sum(row.wrong for row in spoiled)}")
+    named = [row.named for row in spoiled if row.named is not None]
+    ways = {row.way for row in spoiled if row.named is False}
+    print(f"cause and place named: {sum(named)} of {len(named)}; not always: {sorted(ways)}")
     well = [row for row in rows if row.way == "healthy"]
     print(f"healthy: {sum(row.end != 'trusted' for row in well)} of {len(well)} not trusted")
 
@@ -176,6 +195,12 @@ def _print(way: str, rows: list[Row]) -> None:
         f"{'; ' + ', '.join(reasons) if reasons else ''}",
         flush=True,
     )
+
+
+def _keep(rows: list[Row], path: Path | None) -> None:
+    if path is not None:
+        with path.open("a") as file:
+            file.writelines(json.dumps(dataclasses.asdict(row)) + "\n" for row in rows)
 
 
 def _count(values: Any) -> dict[str, int]:

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from rapi_jax import Recording, Run
-from rapi_jax.internal import Batch
+from rapi_jax.internal import Batch, are_whole_samples
 
 from ._thresholds import THRESHOLDS
 
@@ -72,7 +72,7 @@ def _decimate_run(run: Run) -> Run:
     drive = run.drive
     if drive.repeats and drive.periods:
         exact = 1.0 / (drive.rate * drive.step_s)
-        whole = abs(exact - round(exact)) * drive.periods < THRESHOLDS.whole_period_tolerance
+        whole = are_whole_samples(drive.periods, exact, drive.periods * round(exact))
         most = int(exact // THRESHOLDS.least_samples)
         steps = [k for k in range(2, most + 1) if not whole or round(exact) % k == 0]
         every = max(steps, default=1) if exact > THRESHOLDS.most_samples else 1
@@ -100,7 +100,7 @@ def _block(recording: Recording, data: Batch, k: int) -> PeriodBlock:
         available = drive.size - first
         periods = int((available - 1 + 1e-6 + (exact == count)) // exact)
         periods = max(1, min(drive.periods, periods))
-        if abs(exact - count) * periods <= THRESHOLDS.whole_period_tolerance:
+        if are_whole_samples(periods, exact, periods * count):
             exact = float(count)
         place = first + exact * (np.arange(periods)[:, None] + np.arange(count)[None, :] / count)
         phase = np.arange(count) / count

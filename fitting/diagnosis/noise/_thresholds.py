@@ -15,11 +15,6 @@ class NoiseThresholds:
     least_samples: int = threshold(
         512, unit="samples a period", origin="set by trial; decimation leaves at least as many"
     )
-    whole_period_tolerance: float = threshold(
-        0.02,
-        unit="samples over a run",
-        origin="set by trial; periods that near to whole numbers of samples count as whole",
-    )
     frequency_bins: int = threshold(
         24, unit="bins of log frequency", origin="set by trial; for medians of spectral lines"
     )

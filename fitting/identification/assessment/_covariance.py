@@ -20,6 +20,7 @@ from fitting.identification._thresholds import THRESHOLDS
 from fitting.identification.robust._reweighting import Reweighting
 from fitting.noise import NoiseModel, Pick, PowerBins, estimate_noise, excess_probability
 from fitting.solver._identifiability import pseudo_gram
+from rapi_jax.internal import are_whole_samples
 
 from ._toeplitz_product import ToeplitzProduct
 
@@ -175,7 +176,6 @@ def _whole_periods(problem: Problem, row: int) -> int:
     index = np.flatnonzero(problem.data.use[row])
     if not drive.repeats or not index.size or index[-1] - index[0] + 1 != index.size:
         return 1
-    count = index.size * drive.rate * drive.step_s
-    whole = round(count)
-    off = abs(count - whole) / (drive.rate * drive.step_s)  # samples
-    return whole if whole > 1 and off <= THRESHOLDS.whole_periods else 1
+    exact = 1.0 / (drive.rate * drive.step_s)  # samples a period
+    whole = round(index.size / exact)
+    return whole if whole > 1 and are_whole_samples(whole, exact, index.size) else 1

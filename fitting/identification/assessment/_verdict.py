@@ -164,10 +164,8 @@ def _check_held_out(
         usual = max(scheme.train_rmse, noise)
         if scheme.rmse <= THRESHOLDS.generalisation * usual + THRESHOLDS.exact_fit * span:
             continue
-        text = (
-            f"{scheme.scheme}: held-out rmse {scheme.rmse:.3g} is {scheme.rmse / usual:.1f} times "
-            "that of the fitted part"
-        )
+        times = f"{scheme.rmse / usual:.1f} times that of" if usual > 0 else "not the zero of"
+        text = f"{scheme.scheme}: held-out rmse {scheme.rmse:.3g} is {times} the fitted part"
         large = scheme.fraction > THRESHOLDS.held_out_error
         if scheme.scheme == "last third" and large:
             reasons.append(f"does not generalise: {text}. {cure}")

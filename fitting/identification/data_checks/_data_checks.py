@@ -7,12 +7,15 @@ import numpy as np
 from rapi_jax import DataError, Recording, Run
 from rapi_jax.internal import usable
 
-from ._drive_character import describe_drive, period_mismatch
+from ._drive_character import describe_drive, describe_rate, period_mismatch, rate_error
 from ._first_period import first_period_miss
 from ._step_detection import detect_steps
 from ._thresholds import THRESHOLDS
 
-_HOP = "a mode hop, or fringes miscounted. Leave that part out, or shift bias or current."
+_HOP = (
+    "a mode hop, fringes miscounted, or samples lost there. Leave that part out, or shift bias or "
+    "current."
+)
 _JUMP = (
     "the sensor or its range switched, a contact slipped, or samples were lost there. Leave that "
     "part out, or record again."
@@ -58,11 +61,12 @@ def find_faults(recording: Recording) -> list[Fault]:
     """Clipped or dead readings, dead drives and wrong periods, which show before any fit."""
     found = []
     for run in recording.runs:
-        for check in (_check_motion, _check_clipping, _check_frozen, _check_period, _check_start):
-            fault = check(run)
-            if fault is not None:
-                found.append(fault)
-    return found
+        checks = (_check_motion, _check_levels, _check_clipping, _check_frozen)
+        faults = [check(run) for check in checks]
+        period = _check_period(run)
+        faults += [period, _check_start(run) if period is None else None]
+        found += [fault for fault in faults if fault is not None]
+    return found or _find_switched(recording)
 
 
 def _intervals(mask: np.ndarray) -> list[tuple[int, int]]:
@@ -100,6 +104,37 @@ def _check_motion(run: Run) -> Fault | None:
         )
         return Fault("no reading", run.name, text, whole)
     return None
+
+
+def _check_levels(run: Run) -> Fault | None:
+    """A reading of so few levels that a play moves it by less than one."""
+    values = run.response[run.valid]
+    levels = _levels(values)
+    if not 1 < levels <= THRESHOLDS.reading_levels < values.size:
+        return None
+    text = (
+        f"run {run.name!r}: the reading takes {levels} levels and nothing between, which hides "
+        "hysteresis. Choose a smaller input range or a finer converter, and record again."
+    )
+    return Fault("coarse reading", run.name, text, ((0, run.drive.size - 1),))
+
+
+def _find_switched(recording: Recording) -> list[Fault]:
+    """Drives that are at one of two levels, where no other run says what lies between."""
+    if any(_levels(run.drive.value) != 2 or run.drive.size < 4 for run in recording.runs):
+        return []
+    run = recording.runs[0]
+    text = (
+        f"run {run.name!r}: the drive, as that of all runs, switches between two levels, and no "
+        "reading says what the device does between these levels. Record triangles or sines."
+    )
+    return [Fault("switched drive", run.name, text, ((0, run.drive.size - 1),))]
+
+
+def _levels(values: np.ndarray) -> int:
+    """How many values there are, to a millionth of their span."""
+    span = float(np.ptp(values)) if values.size else 0.0
+    return np.unique(np.round((values - values.min()) / span, 6)).size if span > 0 else 1
 
 
 def _check_clipping(run: Run) -> Fault | None:
@@ -140,7 +175,10 @@ def _check_clipping(run: Run) -> Fault | None:
 
 
 def _check_frozen(run: Run) -> Fault | None:
-    """Equal readings in a row, not at the ends of their range, while the drive moves on."""
+    """Equal readings in a row, not at the ends of their range, while the drive moves on.
+
+    Or moves at all, after a turn as well, where the reading has noise: then nothing rests.
+    """
     y, u = run.response, run.drive.value
     if not run.valid.any() or run.span == 0 or run.drive.u_pp == 0:
         return None
@@ -148,12 +186,17 @@ def _check_frozen(run: Run) -> Fault | None:
     resolution = _resolution(y[run.valid])
     shortest = limits.clipped_samples_digitised if resolution > 0 else limits.clipped_samples
     least = max(limits.clipped_steps * resolution, limits.clipped_move * run.span)
-    ends = (float(np.nanmax(y)), float(np.nanmin(y)))
+    ends: tuple[float, ...] = (float(np.nanmax(y)), float(np.nanmin(y)))
+    fast = float(np.median(np.abs(np.diff(y[run.valid], 3)))) if run.valid.sum() > 3 else 0.0
+    noisy = resolution == 0.0 and fast > limits.reading_noise * run.span
+    if noisy and _check_clipping(run) is None:
+        ends = ()  # it hung there
     found = []
     for a, last in _intervals(np.diff(y) == 0.0):
         b = last + 1
         way = np.sign(u[a] - u[max(a - 3, 0)])
-        onward = float((way * (u[a : b + 1] - u[a])).max()) / run.drive.u_pp * run.span
+        moved = np.abs(u[a : b + 1] - u[a]) if noisy else way * (u[a : b + 1] - u[a])
+        onward = float(moved.max()) / run.drive.u_pp * run.span
         if b - a + 1 >= shortest and onward > least and y[a] not in ends:
             found.append((a, b))
     if not found:
@@ -183,6 +226,9 @@ def _check_period(run: Run) -> Fault | None:
         worst = max(period_mismatch(drive, k * period) for k in whole)
         if worst > limits.period_miss + 2.0 * noise:
             return _wrong_period(run)
+        error = rate_error(drive)
+        if abs(error) > limits.rate_error:
+            return _wrong_period(run, describe_rate(drive, error))
     elif drive.time[-1] > period + 2.0 * step:
         if period_mismatch(drive, period) > limits.period_miss_short + 2.0 * noise:
             return _wrong_period(run)
@@ -202,9 +248,7 @@ def _check_period(run: Run) -> Fault | None:
 
 
 def _check_start(run: Run) -> Fault | None:
-    """A first period that begins elsewhere than where it ends."""
-    if _check_period(run) is not None:
-        return None
+    """A first period that begins elsewhere than where it ends, of a drive with that period."""
     miss = first_period_miss(run)
     if miss == 0.0:
         return None
@@ -219,8 +263,8 @@ def _check_start(run: Run) -> Fault | None:
     return Fault("unsettled start", run.name, text, ((0, last),))
 
 
-def _wrong_period(run: Run) -> Fault:
-    kind, words = describe_drive(run.drive)
+def _wrong_period(run: Run, why: str = "") -> Fault:
+    kind, words = ("wrong period", why) if why else describe_drive(run.drive)
     return Fault(
         kind,
         run.name,

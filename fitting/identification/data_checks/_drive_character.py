@@ -52,6 +52,29 @@ def period_mismatch(drive: Drive, lag: float) -> float:
     return float(np.sqrt(np.mean((later - drive.value[inside]) ** 2))) / drive.u_pp
 
 
+def rate_error(drive: Drive) -> float:
+    """By what share the drive's own rate is higher than the one said of it; 0 where none is seen.
+
+    To first order a wrong rate makes the drive of as many periods later differ by its slope times
+    the delay; that has to be most of how the two differ.
+    """
+    periods = int((drive.time[-1] + drive.step_s) * drive.rate - 0.2)
+    if periods < 1:
+        return 0.0
+    lag, beside = periods / drive.rate, 0.05 / drive.rate
+    t = drive.time[(drive.time >= beside) & (drive.time <= drive.time[-1] - lag)]
+    at = [np.interp(t + shift, drive.time, drive.value) for shift in (lag, 0.0, beside, -beside)]
+    apart, slope = at[0] - at[1], (at[2] - at[3]) / (2.0 * beside)
+    square = float(slope @ slope)
+    if t.size < 3 or not square > 0:
+        return 0.0
+    early = float(apart @ slope) / square
+    whole = float(apart @ apart)
+    rest = whole - early**2 * square
+    known = abs(early) > THRESHOLDS.rate_sigmas * np.sqrt(max(rest, 0.0) / t.size / square)
+    return early / (lag - early) if known and rest < 0.5 * whole else 0.0
+
+
 def characterise(drive: Drive) -> DriveCharacter:
     """The character of a drive that moves."""
     from scipy.signal.windows import tukey
@@ -129,7 +152,18 @@ def describe_drive(drive: Drive) -> tuple[str, str]:
     return "wrong period", f"{what}. {_cure(found.main_hz, drive.rate)}"
 
 
+def describe_rate(drive: Drive, error: float) -> str:
+    """What follows on "does not have the period of 10 Hz" where its rate is higher by a share."""
+    rate = drive.rate * (1.0 + error)
+    return f"it repeats at {rate:.4g} Hz. {_cure(rate, drive.rate)}"
+
+
 def _cure(rate: float, said: float) -> str:
     if abs(abs(np.log10(rate / said)) - 3.0) < 0.1:
         return "That is a factor of 1000: `time_s` must be in s and `excitation_hz` in Hz."
+    if said < rate < 1.2 * said:
+        return (
+            "Correct `excitation_hz`, or the clock of `time_s`: it seems slow where samples are "
+            'missing. Or say `waveform = "other"`.'
+        )
     return 'Correct `excitation_hz`, or say `waveform = "other"`.'

@@ -37,6 +37,13 @@ def find_drive_noise(recording: Recording, errors: list[np.ndarray]) -> list[Fau
                 f"{together:.2f} with what the model leaves). Write the drive that was sent "
                 "instead of its reading, or average its periods."
             )
+            if (
+                not np.median(np.abs(np.diff(run.response[use], 3)))
+                > THRESHOLDS.reading_noise * run.span
+            ):
+                text += (
+                    " The response carries no noise: its column may be swapped with the drive's."
+                )
             found.append(Fault("noisy drive", run.name, text, ((0, run.drive.size - 1),)))
     return found
 

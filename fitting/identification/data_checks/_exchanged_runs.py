@@ -13,7 +13,7 @@ from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Recording, Run
 
 from ._data_checks import Fault
-from ._run_changes import squared_gap, squared_noise
+from ._run_changes import squared_gap, squared_gap_and_noise
 from ._thresholds import THRESHOLDS
 
 
@@ -58,9 +58,8 @@ def find_exchanged_runs(
     problem: Problem, weight: np.ndarray, solution: Solution, options: SolverOptions
 ) -> list[Fault]:
     """The order of the readings in which all runs fit one model, where they do not as they are."""
-    start = squared_gap(problem, weight, solution)
-    least = THRESHOLDS.changed_runs_gap**2 * squared_noise(problem, weight, solution)
-    if not start > least:
+    start, noise = squared_gap_and_noise(problem, weight, solution)
+    if not start > THRESHOLDS.changed_runs_gap**2 * noise:
         return []
     best, order = start, ()
     for new in _orders(problem.recording.runs):

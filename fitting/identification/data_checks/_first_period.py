@@ -16,10 +16,10 @@ def first_period_miss(run: Run) -> float:
     drive, limits = run.drive, THRESHOLDS
     if not drive.repeats or not drive.periods or not run.span > 0 or not run.valid.all():
         return 0.0
-    begin = int(np.flatnonzero(drive.period == 0)[0])
     samples = 1.0 / (drive.rate * drive.step_s)
     if samples < limits.period_samples:
         return 0.0
+    begin = int(np.flatnonzero(drive.period == 0)[0])
     places = begin + samples * np.arange(drive.periods + 1)
     places = places[places <= drive.size - 1 + 1e-6]
     if places.size < 2:

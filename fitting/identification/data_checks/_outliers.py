@@ -16,6 +16,13 @@ from ._thresholds import THRESHOLDS
 Places = tuple[Bool[np.ndarray, "_"], ...]  # one a run, of its own length
 
 
+def plain_faults(problem: Problem) -> list[Fault]:
+    """`find_faults` of the problem's recording, looked for once."""
+    if "plain faults" not in problem.kept:
+        problem.kept["plain faults"] = find_faults(problem.recording)
+    return problem.kept["plain faults"]
+
+
 def find_outliers(problem: Problem, error: Float[np.ndarray, "runs time"]) -> Places:
     """Which readings of each run stand far from those before and from those after.
 
@@ -26,7 +33,7 @@ def find_outliers(problem: Problem, error: Float[np.ndarray, "runs time"]) -> Pl
     """
     data = problem.data
     span = max(float(np.ptp(data.y[row, use])) for row, use in enumerate(data.use))
-    faulty = {fault.run for fault in find_faults(problem.recording)}
+    faulty = {fault.run for fault in plain_faults(problem)}
     found = []
     for row, run in enumerate(problem.recording.runs):
         out = np.zeros(run.drive.size, dtype=bool)
@@ -55,7 +62,7 @@ def _apart(error: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"
 
 
 def _once(places: Int[np.ndarray, "_"], run: Run) -> Int[np.ndarray, "_"]:
-    """Those whose phase, to a sample, is that of no other period's."""
+    """Those whose phase, to a sample, is not that of others in most of the other periods."""
     drive = run.drive
     if not drive.repeats or places.size < 2:
         return places
@@ -63,8 +70,10 @@ def _once(places: Int[np.ndarray, "_"], run: Run) -> Int[np.ndarray, "_"]:
     phase = (drive.time[places] * drive.rate) % 1.0
     apart = np.abs(phase[:, None] - phase[None, :])
     apart = np.minimum(apart, 1.0 - apart)
-    other = drive.period[places][:, None] != drive.period[places][None, :]
-    return places[~((apart < 1.5 * step) & other).any(axis=1)]
+    period = drive.period[places]
+    others = [(period == p) & (period[:, None] != p) for p in np.unique(period)]
+    met = sum(((apart < 1.5 * step) & other).any(axis=1).astype(int) for other in others)
+    return places[2 * met <= max(drive.periods - 1, 1)]
 
 
 def _sudden(

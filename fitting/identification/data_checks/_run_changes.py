@@ -43,10 +43,8 @@ def find_changed_runs(
     All runs of small or of large swing together are not accused: there an amplitude law acts.
     """
     runs = len(problem.recording.runs)
-    start = squared_gap(problem, weight, solution)
-    if runs < 2 or not start > THRESHOLDS.changed_runs_gap**2 * squared_noise(
-        problem, weight, solution
-    ):
+    start, noise = squared_gap_and_noise(problem, weight, solution)
+    if runs < 2 or not start > THRESHOLDS.changed_runs_gap**2 * noise:
         return []
     likely = [
         *_changes_of_one(problem, weight, solution, options),
@@ -78,16 +76,18 @@ def _amplitude_cuts(recording: Recording) -> list[set[int]]:
     return cuts
 
 
-def squared_noise(problem: Problem, weight: np.ndarray, solution: Solution) -> float:
-    """Weighted sum of squares of the noise."""
-    noise = measure_noise(problem, solution.error).rms
-    return float(np.sum(weight**2 * noise[:, None] ** 2))
+def squared_gap_and_noise(
+    problem: Problem, weight: np.ndarray, solution: Solution
+) -> tuple[float, float]:
+    """Weighted sums of squares beyond the noise, and of the noise."""
+    whole = float(np.sum((weight * solution.error) ** 2))
+    noise = float(np.sum(weight**2 * measure_noise(problem, solution.error).rms[:, None] ** 2))
+    return max(whole - noise, 0.0), noise
 
 
 def squared_gap(problem: Problem, weight: np.ndarray, solution: Solution) -> float:
     """Weighted sum of squares beyond the noise."""
-    whole = float(np.sum((weight * solution.error) ** 2))
-    return max(whole - squared_noise(problem, weight, solution), 0.0)
+    return squared_gap_and_noise(problem, weight, solution)[0]
 
 
 def _changes_of_one(

@@ -87,6 +87,15 @@ class DataCheckThresholds:
         unit="of the drive's span, rms",
         origin="set by trial; the same where little more than one period was recorded",
     )
+    rate_error: float = threshold(
+        0.005,
+        unit="of the rate",
+        origin="a rate of three digits is within it; 1 % more cost 8 to 10 MHz in rms at a rate "
+        "not recorded, of 75 GHz",
+    )
+    rate_sigmas: float = threshold(
+        6.0, unit="standard errors", origin="convention; a noisy drive has no wrong rate"
+    )
     several_periods: float = threshold(
         1.2, unit="periods", origin="set by trial; from these on one is compared with the next"
     )
@@ -129,6 +138,13 @@ class DataCheckThresholds:
     )
     distinct_values: float = threshold(
         0.7, unit="of the samples", origin="set by trial; with more a reading is not digitised"
+    )
+
+    reading_noise: float = threshold(
+        1e-9, unit="of the span", origin="rounding; a reading that changes by less has no noise"
+    )
+    reading_levels: int = threshold(
+        8, unit="levels", origin="three bits: a step of an eighth of the span, as wide as a play"
     )
 
     # The first period

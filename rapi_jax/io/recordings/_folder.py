@@ -11,6 +11,7 @@ from rapi_jax._errors import DataError
 from rapi_jax._recording import Recording
 from rapi_jax.io import _units
 from rapi_jax.io._atomic import output_error, sync, sync_folder, write_atomic
+from rapi_jax.io._leftovers import remove_leftovers, temporary_name
 from rapi_jax.io._safe import MAX_MANIFEST, StrPath, inside, located, printable
 from rapi_jax.io._toml import MANIFEST, load_manifest, toml_value
 
@@ -99,7 +100,8 @@ def write_folder(recording: Recording, path: StrPath) -> None:
     target = Path(os.path.realpath(path))
     files = [f"{run.name}.csv" for run in recording.runs]
     manifest = _manifest_text(recording, files)  # refuses before anything is touched
-    staging = target.with_name(f".tmp-{secrets.token_hex(8)}")
+    remove_leftovers(target.parent)
+    staging = target.with_name(temporary_name())
     try:
         if target.exists() and not target.is_dir():
             raise NotADirectoryError(errno.ENOTDIR, "it is there and is not a folder")

@@ -118,8 +118,8 @@ def _scan(scans: Scans, k: int, comb: CombReading, scale: Scale, spectrum, beat,
     time = (ends - (scans.first + scans.last) / 2) / scans.hz
     place = np.arange(size)
     near = np.array([np.interp(end, place, scans.phase[k]) for end in ends])
-    one = dataclasses.replace(scans, phase=scans.phase[k : k + 1], signal=scans.signal[k : k + 1])
-    centre = centre_hz + centre_offset(one, near[:1], near[1:], scale)[0]
+    low, high = (np.full(scans.count, end) for end in near)
+    centre = centre_hz + centre_offset(scans, low, high, scale)[k]
     g = sign * np.array([-1.0, 1.0]) * centre / span
     mean = time.mean()
     velocity = float(g @ time) + mean

@@ -5,8 +5,8 @@ import dataclasses
 
 import numpy as np
 
+from rapi_jax._recording import ROI
 from rapi_jax.ranging.reading._scans import Scans
-from rapi_jax.ranging.reading._thresholds import THRESHOLDS
 
 from ._scale import CombReading, Scale
 
@@ -69,9 +69,12 @@ def centre_offset(scans: Scans, low: np.ndarray, high: np.ndarray, scale: Scale)
     The laser's wavelength is that of the middle of its scan. Branches that are crooked in opposite
     ways have their regions of interest elsewhere, by 5 GHz of 75: 1e-5 of the optical frequency,
     and of motion's part in a distance. The branch's ends are continued by parabolas.
+
+    `low`, `high`: the phases, rad, of every scan.
     """
     size = scans.phase.shape[1]
-    margin = THRESHOLDS.near_turn / (1 - 2 * THRESHOLDS.near_turn) * size
+    branch = (size / 2 - scans.first) / (0.5 - ROI[0])
+    margin = (branch - size) / 2
     near = max(3, size // 8)
     x = np.arange(0, near, max(1, near // 64))
     first = np.polyfit(x, scans.phase[:, x].T, 2)

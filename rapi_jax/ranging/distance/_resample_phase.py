@@ -53,8 +53,9 @@ def estimate_resampled(
     slope = (phase @ x) / xx
     phase -= phase.mean(axis=1, keepdims=True)
     phase -= slope[:, None] * x[None, :]
-    # The filter lets only a part of white noise pass; the line sees it as if all had passed.
-    passed = np.sum((gain / 2) ** 2, axis=1) / (size / 2)
+    # The filter lets a part of white noise pass, which stands on both sides of the phase's zero
+    # frequency; the line sees it as if it were as dense up to the rate of the samples.
+    passed = np.sum((gain / 2) ** 2, axis=1) / size
     motion, span, time = motion_of_line(scans, scale, centre_hz, None)
     left = _less_smooth(phase, time)
     stderr = np.sqrt(np.mean(left**2, axis=1) / np.minimum(passed, 1.0) / xx)

@@ -1,12 +1,11 @@
 """Tracks against a dense least-squares solution, and against targets whose motion is known."""
 
-import time
-
 import jax
 import jaxtyping
 import moving_targets as targets
 import numpy as np
 import pytest
+from tracked_shares import shares
 
 from rapi_jax import DataError
 from rapi_jax.ranging.tracking import Observations, _estimates, _hypotheses, _likelihood, track
@@ -206,44 +205,19 @@ def test_observations_that_cannot_be_are_refused():
         track(seen, expected_m=(1.0, 0.5))
 
 
-REPLICATES = 300
-MOTIONS = [("constant", v) for v in (0.0, 0.005, 0.01, 0.02, 0.03, 0.04, 0.05)]
-MOTIONS += [("vibrating", 0.0), ("stage", 0.05)]
+REPLICATES = 60
+MOTIONS = [("constant", 0.0), ("constant", 0.05), ("vibrating", 0.0), ("stage", 0.05)]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("motion", "velocity"), MOTIONS)
 def test_intervals_hold_the_truth(motion, velocity):
-    """95 % intervals over 300 replicates; of a shaking target, distances are on the safe side.
+    """Shares of 95 % intervals within three standard errors of a share; 300 replicates of more
+    motions in `tests/benchmarks/ranging.py tracking`.
 
-    A target at constant velocity has one error of velocity a replicate: shares scatter by 1.3 %.
+    Of a shaking target, distances are on the safe side: a vibration of the scan rate's half looks
+    like another distance, and is allowed for.
     """
-    rng = np.random.default_rng(int(1e4 * velocity) + len(motion))
-    t, gain = targets.middles(80)
-    distances, velocities = [], []
-    for _ in range(REPLICATES):
-        if motion == "constant":
-            truth = targets.constant(t, velocity)
-        elif motion == "vibrating":
-            truth = targets.vibrating(t, rng)
-        else:
-            truth = targets.stage(
-                t, velocity, begin=rng.uniform(1.2, 1.4), end=rng.uniform(2.6, 2.8)
-            )
-        seen = Observations(t, targets.apparent(rng, gain, *truth), np.full(80, 1e-5), gain)
-        found = track(seen, expected_m=(0.5, 1.0))
-        distances.append(_covered(found.distance, truth[0], found.distance_stderr))
-        velocities.append(_covered(found.velocity, truth[1], found.velocity_stderr))
-    print(f"{motion} {velocity}: {np.mean(distances):.3f} {np.mean(velocities):.3f}")
-    assert np.mean(distances) > 0.90 and np.mean(velocities) > 0.90
-    if motion != "vibrating":
-        assert np.mean(distances) < 0.99 and np.mean(velocities) < 0.99
-
-
-@pytest.mark.slow
-def test_a_thousand_scans_take_less_than_a_second():
-    seen, _ = _observe(np.random.default_rng(1), 0.01, scans=1000)
-    track(seen)
-    begin = time.perf_counter()
-    track(seen)
-    assert time.perf_counter() - begin < 1.0
+    distances, velocities = shares(motion, velocity, REPLICATES)
+    spread = 3 * np.sqrt(0.95 * 0.05 / REPLICATES)
+    assert distances > 0.95 - spread and velocities > 0.95 - spread

@@ -8,6 +8,7 @@ a model that is to be trusted has to predict that world.
 from . import _clocks as _clocks
 from . import _runs as _runs
 from . import _values as _values
+from ._causes import CAUSES as CAUSES
 from ._columns import Columns as Columns
 from ._columns import answers as answers
 from ._columns import healthy as healthy

@@ -88,6 +88,8 @@ def _hop(size: float, where: str) -> Spoil:
     def change(columns: Columns, row: int) -> None:
         u = columns.drive[row]
         tops = np.flatnonzero((u[1:-1] > u[:-2]) & (u[1:-1] >= u[2:])) + 1
+        if tops.size < 2:  # spoiled before, so that it does not turn
+            tops = np.array([u.size // 3, 2 * u.size // 3])
         at = {"inside": [(tops[0] + tops[1]) // 3 * 2], "turn": tops[:1], "turns": tops}[where]
         for place in at:
             columns.response[row][int(place) :] += size

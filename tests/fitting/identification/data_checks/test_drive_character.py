@@ -1,10 +1,12 @@
 """What is said of a drive without the period stated: its kind, and advice that is right."""
 
+import re
+
 import numpy as np
 import pytest
 
 from fitting.identification.data_checks._data_checks import find_faults
-from fitting.identification.data_checks._drive_character import characterise
+from fitting.identification.data_checks._drive_character import characterise, rate_error
 from rapi_jax import Drive, Recording
 
 RATE = 2000.0
@@ -89,3 +91,37 @@ def test_character_in_numbers():
     assert found.repeats_s == pytest.approx(1 / 3, rel=1e-3)
     steady = characterise(Drive(TIME, np.sin(2 * np.pi * 3 * TIME)))
     assert steady.main_hz == pytest.approx(3.0, abs=0.05) and not steady.changing
+
+
+def scan(waveform: str, rate: float, noise: float, seed: int) -> np.ndarray:
+    """A scan over 4.5 V, read with so much noise (of its span)."""
+    phase = (rate * TIME) % 1.0
+    values = {
+        "triangle": 1.0 - np.abs(2.0 * phase - 1.0),
+        "sine": 0.5 - 0.5 * np.cos(2 * np.pi * phase),
+    }
+    read = np.random.default_rng(seed).standard_normal(TIME.size)
+    return 0.75 + 4.5 * (values[waveform] + noise * read)
+
+
+@pytest.mark.parametrize("waveform", ["triangle", "sine"])
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+@pytest.mark.parametrize("error", [-0.01, 0.01, 0.008])
+def test_a_rate_wrong_by_a_hundredth_is_found_and_the_right_one_given(waveform, noise, error):
+    said, value = 0.8 / (1.0 + error), scan(waveform, 0.8, noise, 1)
+    assert rate_error(Drive(TIME, value, said, waveform)) == pytest.approx(error, abs=6e-4)
+    (fault,) = faults(value, said, waveform)
+    found = re.search(r"repeats at (?:about )?([0-9.]+) Hz. Correct `excitation_hz`", fault.message)
+    assert fault.kind == "wrong period" and found is not None
+    assert float(found[1]) == pytest.approx(0.8, abs=2e-3)
+
+
+@pytest.mark.parametrize("waveform", ["triangle", "sine"])
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.05])
+@pytest.mark.parametrize("rate", [0.3, 0.5, 0.8, 5.0])
+def test_a_right_rate_is_not_called_wrong(waveform, noise, rate):
+    for seed in range(3):
+        value = scan(waveform, rate, noise, seed)
+        assert abs(rate_error(Drive(TIME, value, rate, waveform))) < 1e-3
+        assert faults(value, rate, waveform) == []
+        assert faults(value, rate * 1.001, waveform) == []  # as rates are rounded

@@ -1,6 +1,9 @@
 """A drive whose reading is noisy, and readings that hang."""
 
+import dataclasses
+
 import numpy as np
+import pytest
 
 from fitting.identification.data_checks._data_checks import find_faults
 from fitting.identification.data_checks._drive_noise import find_drive_noise
@@ -21,6 +24,18 @@ def test_a_noisy_drive_is_named_with_its_noise():
     faults = find_drive_noise(*residuals(columns, columns))
     assert [fault.run for fault in faults] == ["run00", "run01", "run02", "run03"]
     assert all("0.02" in fault.message for fault in faults)  # 0.5 % of 4.5 V
+
+
+def test_columns_may_be_swapped_where_only_the_drive_has_noise():
+    columns = healthy(51)
+    WAYS["noisy drive"](columns)
+    faults = find_drive_noise(*residuals(columns, columns))
+    assert not any("swapped" in fault.message for fault in faults)
+    recording, errors = residuals(columns, columns)
+    sent = zip(recording.runs, healthy(51).drive, strict=True)
+    runs = tuple(dataclasses.replace(run, response=20.0 * drive) for run, drive in sent)
+    faults = find_drive_noise(dataclasses.replace(recording, runs=runs), errors)
+    assert len(faults) == 4 and all("swapped with the drive" in fault.message for fault in faults)
 
 
 def test_noise_of_the_reading_alone_is_none_of_the_drive():
@@ -50,3 +65,12 @@ def test_readings_that_rest_where_the_drive_rests_do_not_hang():
         columns.drive[row][100:110] = columns.drive[row][100]
         columns.response[row][100:110] = columns.response[row][100]
     assert [f for f in find_faults(columns.recording()) if f.kind == "frozen reading"] == []
+
+
+@pytest.mark.parametrize("way", ["frozen for 3 %", "frozen for 10 %"])
+def test_a_noisy_reading_that_hangs_from_a_turn_on_is_frozen(way):
+    columns = healthy(54)  # its second period begins at sample 400, where the drive turns
+    WAYS[way](columns)
+    (fault,) = find_faults(columns.recording())
+    last = 400 + int(float(way.split()[2]) / 100.0 * 1200) - 1
+    assert (fault.kind, fault.run, fault.samples) == ("frozen reading", "run02", ((400, last),))

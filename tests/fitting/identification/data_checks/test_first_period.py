@@ -1,5 +1,7 @@
 """A first period from rest is named; settled, drifting and noisy recordings are not."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -35,6 +37,12 @@ def test_a_start_from_rest_is_named_with_its_size(periods):
     (fault,) = faults
     assert "9.8 % of its span" in fault.message and "cut the first one off" in fault.message
     assert fault.samples == ((0, SAMPLES - 1),)
+
+
+def test_a_period_shorter_than_a_sample_has_no_first_one():
+    settled = run(3)
+    drive = dataclasses.replace(settled.drive, time=1e3 * settled.drive.time)
+    assert first_period_miss(Run(drive, settled.response)) == 0.0
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.02, 1.0])

@@ -58,6 +58,13 @@ def test_what_comes_back_in_each_period_is_no_outlier():
     assert places(columns) == [[], [], [], []]
 
 
+@pytest.mark.parametrize("at", [[100, 500], [100, 901]])
+def test_two_at_one_phase_by_accident_are_outliers(at):
+    columns = healthy(44)  # three periods: what they have in common comes back twice
+    columns.response[1][at] += 2.0
+    assert places(columns) == [[], at, [], []]
+
+
 @pytest.mark.parametrize("way", ["one spike", "ten spikes"])
 def test_a_fit_without_them_is_that_of_the_healthy_recording(way):
     clean, columns = healthy(45), healthy(45)

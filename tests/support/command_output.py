@@ -1,0 +1,51 @@
+"""What commands print and write, held against the contract."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+
+def assert_one_line(text: str, *words: str) -> None:
+    """One line, safe on a terminal, with all words and no traceback."""
+    assert text.endswith("\n") and text.count("\n") == 1, text
+    assert text[:-1].isprintable() and "Traceback" not in text and "internal error" not in text
+    assert [word for word in words if word not in text] == [], text
+
+
+KEYS = {
+    "schema",
+    "operator",
+    "parameters",
+    "runs",
+    "rmse",
+    "rmse_held_out",
+    "held_out",
+    "verdict",
+    "seconds",
+    "versions",
+    "data_sha256",
+}
+
+
+def assert_model(folder: Path, printed: str) -> dict:
+    """`model.json` as the contract has it, the same as printed, beside the loadable model."""
+    model = json.loads((folder / "model.json").read_text(), parse_constant=pytest.fail)
+    assert json.loads(printed) == model
+    assert KEYS <= model.keys() and model["schema"] == "rapi.model/1"
+    for parameter in model["parameters"].values():
+        assert {"value", "stderr", "unit", "at_bound"} <= parameter.keys()
+    for one in model["runs"]:
+        assert {"excitation_hz", "rmse", "unit", "span", "rmse_fraction"} <= one.keys()
+    assert model["verdict"]["trusted"] == (not model["verdict"]["reasons"])
+    assert (folder / "model.rapi").stat().st_size > 0
+    assert not list(folder.glob(".tmp-*"))
+    return model
+
+
+def process(*arguments: object, **options) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "fitting.cli", *map(str, arguments)]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "stdin": subprocess.DEVNULL}
+    return subprocess.Popen(command, text=True, **pipes, **options)

@@ -35,11 +35,12 @@ class ReadingThresholds:
         origin="irregularity of the fringe rate at a turn over its scatter elsewhere; of 1000 bins "
         "none reaches it by chance",
     )
-    irregular: float = threshold(
-        0.3,
+    irregular: tuple[float, float] = threshold(
+        (0.03, 0.3),
         unit="of half a fringe",
-        origin="by which the phase jumps at a turn (0.4 to 1 in trials) and not in noise (98 % of "
-        "the fringes are below, or nothing is said)",
+        origin="by which the phase jumps at a turn: evenly from 0 to 1, so that one direction's "
+        "turns are missed in 3 %; and what noise does not do. Also three times what 98 % of the "
+        "fringes have",
     )
     turn_place: float = threshold(
         0.02, unit="periods", origin="how far off a turn may be: `near_turn`, of two branches"

@@ -172,9 +172,11 @@ def find_turns(
     order = np.argsort(time)
     time, side = time[order], side[order]
     irregular, per_s = _irregularity(x[:window], hz, fringe_hz)
-    seen = seen_turns(irregular, per_s, rate)
-    if seen is not None:
-        which, at = check_turns(seen, time, window / hz, excitation_hz, name)
+    seen = seen_turns(irregular, per_s, rate, sure=False)
+    sure = seen_turns(irregular, per_s, rate, sure=True)
+    if seen is not None and sure is not None:
+        which, at, doubts = check_turns(seen, sure, time, side, window / hz, excitation_hz, name)
+        faults += doubts
         # Over several periods in one window a slightly wrong rate is seen and mended.
         if len(begins) == 1 and np.unique(side[which]).size == 2 and which.size >= 4:
             period, _ = fit_period(time[which], at, side[which], rate)

@@ -145,7 +145,7 @@ def test_no_target(rapi, tmp_path):
 @pytest.mark.parametrize(
     ("change", "word"),
     [
-        ({"excitation_hz": 20.0}, "Is `excitation_hz` right?"),
+        ({"excitation_hz": 5.0}, "Is `excitation_hz` right?"),
         ({"interferometer_path_m": 7340.0}, "Is it in m?"),
         ({"cavity_spacing_hz": 1.5}, "Is it in Hz?"),
         ({"sample_hz": 1e3}, "no turns of the laser are seen"),

@@ -32,7 +32,7 @@ class OtherReflector:
     def __str__(self) -> str:
         where = "beyond" if self.offset_m > 0 else "before"
         return (
-            f"a second reflector {1e3 * abs(self.offset_m):.4g} mm {where} the strongest, with "
+            f"a second reflector about {1e3 * abs(self.offset_m):.3g} mm {where} the strongest, with "
             f"{self.amplitude:.0%} of its fringes' amplitude: distances are those of the "
             "strongest, and pulled by the other. Block or tilt what reflects"
         )
@@ -68,7 +68,7 @@ def find_other(groups: tuple[Scans, ...], delay_s: float) -> OtherReflector | No
         return False
     offset = np.arange(power.size) - middle
     peak_bin = float(np.median([cell[0] for cell in cells]))
-    allowed = np.abs(offset) >= 2 * _PADDING
+    allowed = (np.abs(offset) >= 2 * _PADDING) & (np.abs(offset) < middle)
     for factor in (2, 3):
         place = np.abs(offset / _PADDING - (factor - 1) * peak_bin)
         allowed &= place > _NEAR_HARMONIC
@@ -79,7 +79,9 @@ def find_other(groups: tuple[Scans, ...], delay_s: float) -> OtherReflector | No
     noise = float(np.median(power))
     if np.sqrt(power[best]) < THRESHOLDS.other_reflector or power[best] < 12 * noise:
         return None
-    bins = offset[best] / _PADDING
+    left, top, right = np.sqrt(power[best - 1 : best + 2])
+    bend = left - 2 * top + right
+    bins = (offset[best] + (0.5 * (left - right) / bend if bend < 0 else 0.0)) / _PADDING
     a_bin = float(np.median([cell[1] for cell in cells]))  # interferometer's delays
     return OtherReflector(
         float(bins * a_bin * delay_s * C / 2), float(np.sqrt(power[best])), float(abs(bins))

@@ -35,12 +35,11 @@ class ReadingThresholds:
         origin="irregularity of the fringe rate at a turn over its scatter elsewhere; of 1000 bins "
         "none reaches it by chance",
     )
-    irregular: tuple[float, float] = threshold(
-        (0.03, 0.3),
+    irregular: float = threshold(
+        0.5,
         unit="of half a fringe",
-        origin="by which the phase jumps at a turn: evenly from 0 to 1, so that one direction's "
-        "turns are missed in 3 %; and what noise does not do. Also three times what 98 % of the "
-        "fringes have",
+        origin="by which the phase jumps at a turn (evenly 0 to 1, by where in a fringe it turns); "
+        "or three times what 98 % of the fringes have",
     )
     turn_place: float = threshold(
         0.02, unit="periods", origin="how far off a turn may be: `near_turn`, of two branches"

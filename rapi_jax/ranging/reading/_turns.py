@@ -172,19 +172,17 @@ def find_turns(
     order = np.argsort(time)
     time, side = time[order], side[order]
     irregular, per_s = _irregularity(x[:window], hz, fringe_hz)
-    seen = seen_turns(irregular, per_s, rate, sure=False)
-    sure = seen_turns(irregular, per_s, rate, sure=True)
-    if seen is not None and sure is not None:
-        which, at, doubts = check_turns(seen, sure, time, side, window / hz, excitation_hz, name)
-        faults += doubts
-        # Over several periods in one window a slightly wrong rate is seen and mended.
-        if len(begins) == 1 and np.unique(side[which]).size == 2 and which.size >= 4:
-            period, _ = fit_period(time[which], at, side[which], rate)
-            slow = 1.0 / period / excitation_hz - 1.0
-            if abs(slow) > max(1e-3, 0.005 / (length * excitation_hz)):
-                time = at[0] + (time - time[which[0]]) * period * rate
-                rate = 1.0 / period
-                faults.append(f"{name}: the scan runs at {rate:.5g} Hz, not {excitation_hz:g}")
+    seen = seen_turns(irregular, per_s, rate)
+    which, at, doubts = check_turns(seen, time, excitation_hz, name)
+    faults += doubts
+    # Over several periods in one window a slightly wrong rate is seen and mended.
+    if len(begins) == 1 and which.size >= 4 and np.unique(side[which]).size == 2:
+        period = fit_period(time[which], at, side[which], rate)
+        slow = 1.0 / period / excitation_hz - 1.0
+        if abs(slow) > max(1e-3, 0.005 / (length * excitation_hz)):
+            time = at[0] + (time - time[which[0]]) * period * rate
+            rate = 1.0 / period
+            faults.append(f"{name}: the scan runs at {rate:.4g} Hz, not {excitation_hz:g}")
     if drive is not None:
         low, _ = drive_phases(drive, hz, excitation_hz)
         distance = np.abs((phases - low + 0.5) % 1.0 - 0.5)

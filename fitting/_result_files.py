@@ -14,7 +14,12 @@ from fitting._json import json_text
 from rapi_jax import DataError
 from rapi_jax.io import printable, write_atomic
 
-LISTS = ("model.json", "diagnosis.json", "certificate.json")  # one of them in each result
+LISTS = (
+    "model.json",
+    "diagnosis.json",
+    "certificate.json",
+    "range.json",
+)  # one of them in each result
 UNFINISHED = "rapi.unfinished/1"
 _LIMIT = 64 * 2**20  # bytes of such a list
 

@@ -8,7 +8,7 @@ from cyclopts import App, Parameter
 
 app = App(
     name="rapi",
-    help="Identify, compensate and diagnose piezo-scanned lasers.",
+    help="Identify, compensate and diagnose piezo-scanned lasers, and range with them.",
     version="0.1.0",
     help_format="plaintext",
     suppress_keyboard_interrupt=False,  # `run` says so, and exits with 130
@@ -22,6 +22,7 @@ app.command("fitting.commands.diagnose:diagnose", name="diagnose")
 app.command("fitting.commands.fit:fit", name="fit")
 app.command("fitting.commands.measure:measure", name="measure")
 app.command("fitting.commands.predict:predict", name="predict")
+app.command("fitting.commands.range:range_command", name="range")
 app.meta.end_of_options_delimiter = ""  # `--` is for the commands
 app.meta.suppress_keyboard_interrupt = False
 

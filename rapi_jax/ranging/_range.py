@@ -57,7 +57,9 @@ def range_records(
     table = join(tables)
     faults = [line for part in parts for line in part.faults]
     faults += _scan_faults(table)
-    faults += list(records.notes) + _scale_faults(scale, nominal)
+    faults += list(records.notes) + _scale_faults(
+        scale, nominal, cavity=any(record.cavity is not None for record in records)
+    )
     index, more = _index(records)
     faults += more
     target = Target.of(
@@ -113,12 +115,15 @@ def _index(records: FringeRecords) -> tuple[AirIndex, list[str]]:
     return group_index(records.air, records.wavelength_m), []
 
 
-def _scale_faults(scale: Scale, nominal: float) -> list[str]:
+def _scale_faults(scale: Scale, nominal: float, *, cavity: bool) -> list[str]:
     if not np.isfinite(scale.stderr_s):
-        return [
-            "no cavity tells the scale of optical frequency: distances are as right as "
-            "`interferometer_path_m`"
-        ]
+        why = "no cavity tells the scale of optical frequency"
+        if scale.spacing_hz is not None and cavity:
+            why = (
+                "the cavity's channel shows no even comb, so nothing tells the scale of optical "
+                "frequency (are channels exchanged, or path or spacing wrong?)"
+            )
+        return [f"{why}: distances are as right as `interferometer_path_m`"]
     off = scale.delay_s / nominal - 1.0
     if abs(off) > THRESHOLDS.path_off:
         return [

@@ -6,6 +6,7 @@ import numpy as np
 
 from ._records import FringeRecords
 from ._scan_table import ScanShape, ScanTable
+from ._summary import RangeSummary
 from ._thresholds import THRESHOLDS
 from .air import AirIndex
 from .distance._scale import Scale
@@ -52,13 +53,11 @@ class Target:
         relative = np.hypot(index.stderr / n if index.parts else 0.0, _relative(scale))
         both = good.size >= THRESHOLDS.fewest_scans and 0 < table.rising[good].sum() < good.size
         if kalman is False or not both:
-            notes = ()
-            if kalman:
-                notes = (
-                    f"no track: {good.size} readable scans, and a filter needs "
-                    f"{THRESHOLDS.fewest_scans}, of both directions",
-                )
-            shared = float(relative * np.nanmedian(apparent)) if good.size else np.nan
+            notes = _at_rest(table, apparent, own, good, asked=kalman is not False)
+            apparent, own = apparent.copy(), own.copy()
+            apparent[[bool(p) for p in table.problem]] = np.nan
+            own[np.isnan(apparent)] = np.nan
+            shared = float(relative * np.median(apparent[good])) if good.size else np.nan
             error = np.hypot(own, relative * apparent)
             return cls(apparent, error, None, shared, own, notes)
         own = own.copy()
@@ -94,6 +93,36 @@ class Target:
             (found.scale * own[good]) ** 2 + (gain * found.velocity_stderr) ** 2 + shared**2
         )
         return cls(distance, stderr, found, shared, found.scale * own, tuple(found.notes))
+
+
+def _at_rest(
+    table: ScanTable, apparent: np.ndarray, own: np.ndarray, good: np.ndarray, *, asked: bool
+) -> tuple[str, ...]:
+    """What has to be known of distances without a track; `asked`: whether one was not refused."""
+    if not good.size:
+        return ()
+    notes = []
+    if asked:
+        gain = float(np.median(np.abs(table.velocity_s[good])))
+        which = "readable scans"
+        if table.rising[good].all() or not table.rising[good].any():
+            which = f"readable {'up' if table.rising[good[0]] else 'down'}-scans alone"
+        notes.append(
+            f"no track: {good.size} {which}, and a filter needs {THRESHOLDS.fewest_scans}, of both "
+            "directions. The target is taken to be at rest: if it moves, each um/s puts these "
+            f"distances off by {gain:.3g} um"
+        )
+    sides = [good[table.rising[good]], good[~table.rising[good]]]
+    if all(side.size for side in sides):
+        apart = abs(float(np.diff([apparent[side].mean() for side in sides])[0]))
+        noise = float(np.sqrt(sum(np.mean(own[side] ** 2) / side.size for side in sides)))
+        spread = [apparent[side].std(ddof=1) / side.size**0.5 for side in sides if side.size > 1]
+        if apart > THRESHOLDS.sides_apart * float(np.hypot(noise, np.linalg.norm(spread))):
+            notes.append(
+                f"up- and down-scans differ by {1e6 * apart:.4g} um, more than their scatter: the "
+                "target moves, and without a filter every distance is off by half of that"
+            )
+    return tuple(notes)
 
 
 def with_scatter(apparent: np.ndarray, own: np.ndarray, rising: np.ndarray) -> np.ndarray:
@@ -153,3 +182,9 @@ class Ranging:
     def time_s(self) -> np.ndarray:
         """Session time of the middle of each scan, s."""
         return self.table.time_s
+
+    @property
+    def summary(self) -> RangeSummary:
+        """One distance and one velocity of all scans together."""
+        target = self.target
+        return RangeSummary.of(target.distance, target.stderr, target.track, target.shared)

@@ -106,6 +106,14 @@ class FringeRecord:
         return self.measurement.size
 
 
+# What no set-up is beyond: a value there is in another unit.
+_PLAUSIBLE = (
+    ("interferometer_path_m", 1e-3, 1e3, "m"),
+    ("cavity_spacing_hz", 1e6, 1e13, "Hz"),
+    ("wavelength_m", 1e-7, 1e-4, "m"),
+)
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class FringeRecords:
     """Records of one ranging set-up, and what is known of it.
@@ -119,7 +127,7 @@ class FringeRecords:
     - `volts_per_code`: V a code, or 1 where the records are in volts. `full_scale`: lowest and
       highest value the digitizer gives, in the records' own unit; `None` where unknown.
 
-    Raises `DataError` where there is no record, or a number is not positive.
+    Raises `DataError` where there is no record, or a number is not positive or beyond any set-up.
     """
 
     records: tuple[FringeRecord, ...]
@@ -151,6 +159,12 @@ class FringeRecords:
                 continue
             if not (np.isfinite(value) and value > 0):
                 raise DataError(f"`{name}` must be a positive number, but is {value}.")
+        for name, low, high, unit in _PLAUSIBLE:
+            value = getattr(self, name)
+            if value is not None and not low <= value <= high:
+                raise DataError(
+                    f"`{name}` = {value:g} is not between {low:g} and {high:g}. Is it in {unit}?"
+                )
         if self.cavity_spacing_hz is None and any(r.cavity is not None for r in self.records):
             raise DataError(
                 "The records have a cavity, but `cavity_spacing_hz` is missing: give its free "

@@ -6,11 +6,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from ._records import FringeRecords
+from ._reflectors import find_other
 from .distance._estimates import C, Estimates
 from .distance._estimators import BEST, estimator
 from .distance._scale import NO_COMB, CombReading, ScaleSums, read_comb
+from .distance._thresholds import THRESHOLDS as DISTANCE
 from .reading._scans import Scans, read_scans
 from .reading._threads import side_by_side
+from .reading._thresholds import THRESHOLDS as READING
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -94,10 +97,11 @@ def read_table(
     chosen = estimator(method)
     nominal = records.interferometer_path_m / C
     centre = C / records.wavelength_m
+    alone = False  # whether it is known if there is one reflector
     for reading in read_scans(records):
         combs = [_combs(scans, records, nominal) for scans in reading.scans]
-        for comb in combs:
-            sums.add(comb)
+        for scans, comb in zip(reading.scans, combs, strict=True):
+            sums.add([one for one, dark in zip(comb, _unclocked(scans), strict=True) if not dark])
         scale = sums.scale(nominal, records.cavity_spacing_hz)
         tables = side_by_side(
             lambda one, scale=scale: _table(
@@ -107,6 +111,10 @@ def read_table(
         )
         if tables:
             faults = reading.faults + _comb_faults(reading.scans, combs)
+            if not alone:
+                other = find_other(reading.scans, scale.delay_s)
+                alone = other is not False
+                faults += (str(other),) if other else ()
             shapes = tuple(_shape(scans, scale.delay_s) for scans in reading.scans)
             yield ReadPart(join(tables), faults, scale.delay_s, shapes)
         elif reading.faults:
@@ -150,20 +158,44 @@ def _shape(scans: Scans, delay_s: float) -> ScanShape:
 def _table(scans: Scans, found: Estimates, delay_s: float) -> ScanTable:
     roi = slice(scans.first, scans.last + 1)
     nu = scans.phase[:, roi] / (2 * np.pi * delay_s * 1e9)
+    problems = _problems(scans, found.problems)
+    lost = np.array([bool(p) and not q for p, q in zip(problems, found.problems, strict=True)])
     x = np.linspace(-1.0, 1.0, nu.shape[1])
     nu = nu - nu.mean(axis=1, keepdims=True)
     nu -= ((nu @ x) / (x @ x))[:, None] * x[None, :]
     return ScanTable(
         scans.middle_s,
         np.full(scans.count, scans.rising),
-        found.delay_s * C / 2,
+        np.where(lost, np.nan, found.delay_s * C / 2),
         found.stderr_s * C / 2,
         found.span_hz,
         found.motion.velocity_s,
         found.motion.acceleration_s2,
         np.sqrt(np.mean(nu**2, axis=1)),
-        found.problems,
+        problems,
     )
 
 
+def _unclocked(scans: Scans) -> np.ndarray:
+    """Which scans lost the interferometer's fringes, and with them their optical frequency."""
+    return scans.reference < READING.low_light
+
+
+def _problems(scans: Scans, found: tuple[str, ...]) -> tuple[str, ...]:
+    """What is wrong with each scan: its light first, then what the estimator says."""
+    dark = scans.light < DISTANCE.lost_light
+    silent = scans.measurement_hz == 0
+    return tuple(
+        "the interferometer's fringes are lost for a part of the scan" if clock
+        else "no target: the measurement arm shows no fringes" if silent
+        else _LOST if light and not said
+        else said
+        for clock, light, said in zip(_unclocked(scans), dark, found, strict=True)
+    )  # fmt: skip
+
+
+_LOST = (
+    "fringes lost for a part of the scan (is the beam blocked?), or a beat that stands still as "
+    "the target moves"
+)
 _EMPTY = ScanTable(*(np.zeros(0),) * 8, problem=())

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rapi_jax._errors import DataError
 from rapi_jax.ranging.reading._scans import Scans
 from rapi_jax.ranging.reading._thresholds import THRESHOLDS
 
@@ -54,7 +55,7 @@ class Scale:
 
 def read_comb(scans: Scans, spacing_hz: float, delay_s: float) -> list[CombReading]:
     """Orders of every scan's peaks, counted by the interferometer's phase between them."""
-    per_order = 2 * np.pi * spacing_hz * delay_s
+    per_order = _phase_an_order(scans, 2 * np.pi * spacing_hz * delay_s)
     out = []
     for k in range(scans.count):
         peaks = scans.peaks[k]
@@ -84,6 +85,34 @@ def read_comb(scans: Scans, spacing_hz: float, delay_s: float) -> list[CombReadi
             )
         )
     return out
+
+
+def _phase_an_order(scans: Scans, nominal: float) -> float:
+    """The interferometer's phase from one order to the next, rad: as peaks show it.
+
+    A nominal one that is off by a few per cent would lose count over a scan.
+
+    Raises `DataError` where it is off so far that orders cannot be counted at all.
+    """
+    steps = []
+    for k in range(scans.count):
+        place = (scans.peaks[k].time_s - scans.begin_s[k]) * scans.hz
+        steps.append(np.diff(np.interp(place, np.arange(scans.phase.shape[1]), scans.phase[k])))
+    step = np.concatenate(steps)
+    if step.size < THRESHOLDS.fewest_steps:
+        return nominal
+    seen = float(np.median(step))
+    regular = float(np.mean(np.abs(step / seen - 1.0) < THRESHOLDS.off_comb)) if seen > 0 else 0.0
+    if regular < 0.5:  # peaks are not even: nothing to tell the nominal one by
+        return nominal
+    ratio = seen / nominal
+    if abs(ratio - 1.0) > THRESHOLDS.path_far:
+        raise DataError(
+            f"The cavity's peaks are {seen / (2 * np.pi):.4g} fringes of the interferometer apart, "
+            f"but `interferometer_path_m` and `cavity_spacing_hz` say {nominal / (2 * np.pi):.4g}. "
+            "One of them is wrong, or in another unit than m and Hz, or the channels are exchanged."
+        )
+    return nominal if abs(ratio - 1.0) < THRESHOLDS.path_near else seen
 
 
 @dataclasses.dataclass

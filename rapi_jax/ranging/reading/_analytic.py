@@ -29,7 +29,7 @@ def band_pass(size: int, low: float, high: float) -> np.ndarray:
 def analytic_signal(
     x: Float[np.ndarray, "scans samples"], gain: Float[np.ndarray, "*rows positive"]
 ) -> Complex64[np.ndarray, "scans samples"]:
-    """The signal's positive frequencies, each with its gain."""
+    """The signal's positive frequencies, each with its gain: for all scans, or a row for each."""
     size = x.shape[-1]
     spectrum = np.zeros(x.shape, dtype=np.complex64)
     spectrum[..., : size // 2 + 1] = rfft(x)

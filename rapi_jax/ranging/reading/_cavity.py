@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from ._decimate import check_finite
 from ._threads import side_by_side
 from ._thresholds import THRESHOLDS
 
@@ -36,6 +37,7 @@ def find_peaks(
 
     - `order_s`: usual time from one order to the next, s.
     """
+    check_finite(column, "cavity", name)
     few = column[:: max(1, column.size // _FEW)].astype(np.float64)
     dark = float(np.median(few))
     noise = 1.4826 * float(np.median(np.abs(few - dark))) + 1e-12

@@ -25,6 +25,8 @@ def fringe_rates(column: np.ndarray, sample_hz: float) -> tuple[float, float]:
     power = np.zeros(length // 2 + 1)
     for begin in begins:
         part = column[begin : begin + length].astype(np.float32)
+        if np.ptp(part) <= 1e-5 * np.abs(part).max():  # constant, but for rounding
+            continue
         power += np.abs(np.fft.rfft((part - part.mean()) * window)) ** 2
     power[:2] = 0.0
     floor = float(np.median(power[power.size // 2 :])) + 1e-30
@@ -35,6 +37,19 @@ def fringe_rates(column: np.ndarray, sample_hz: float) -> tuple[float, float]:
     hz = np.arange(power.size) * sample_hz / length
     low, high = np.searchsorted(total, [0.5 * total[-1], 0.995 * total[-1]])
     return float(hz[max(low, 1)]), float(hz[max(high, 1)])
+
+
+def check_finite(column: np.ndarray, what: str, name: str) -> None:
+    """Raise `DataError` where a column of floating-point numbers holds one that is not finite."""
+    if column.dtype.kind != "f":
+        return
+    for begin in range(0, column.size, _CHUNK):
+        good = np.isfinite(column[begin : begin + _CHUNK])
+        if not good.all():
+            raise DataError(
+                f"{name}: `{what}` is not finite at sample {begin + int(np.argmin(good))}. Fringes "
+                "are not guessed: export the record again."
+            )
 
 
 def group_means(column: np.ndarray, factor: int) -> np.ndarray:
@@ -84,6 +99,8 @@ def plan_decimation(
 
     Raises `DataError` where the interferometer shows no fringes.
     """
+    for column, what in ((interferometer, "interferometer"), (measurement, "measurement")):
+        check_finite(column, what, name)
     aux, aux_high = fringe_rates(interferometer, sample_hz)
     if not aux:
         raise DataError(

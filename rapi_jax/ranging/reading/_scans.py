@@ -6,7 +6,6 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float, Float32
 
-from rapi_jax._errors import DataError
 from rapi_jax._recording import ROI
 from rapi_jax.ranging._records import FringeRecord, FringeRecords
 
@@ -29,8 +28,8 @@ class Scans:
     - `phase`: of the interferometer, rad, growing. `signal`: the measurement arm, mean taken off.
     - `first`, `last`: the region of interest, in samples; the rest is margin for filters.
     - `rising`: whether the frequency rises. `peaks`: the cavity's, in session time.
-    - `light`: least visibility of the measurement arm in the region, of the usual one (1 where it
-      is not judged). `noise`: rms of the interferometer's phase noise, rad.
+    - `light`, `reference`: least visibility of measurement arm and interferometer in the region, of
+      the usual one of the scan. `noise`: rms of the interferometer's phase noise, rad.
     """
 
     begin_s: np.ndarray
@@ -43,6 +42,8 @@ class Scans:
     peaks: tuple[CavityPeaks, ...]
     measurement_hz: float
     noise: np.ndarray
+    light: np.ndarray
+    reference: np.ndarray
 
     @property
     def count(self) -> int:
@@ -69,12 +70,9 @@ def read_scans(records: FringeRecords) -> Iterator[ScanReading]:
     Raises `DataError` where a record shows no fringes of the interferometer or no turns.
     """
     for record in records:
-        try:
-            rates, faults = plan_decimation(
-                record.interferometer, record.measurement, records.sample_hz, record.name
-            )
-        except DataError:
-            raise
+        rates, faults = plan_decimation(
+            record.interferometer, record.measurement, records.sample_hz, record.name
+        )
         hz = records.sample_hz / rates.factor
         faults += list_clipped(record, records.full_scale)
         whole = THRESHOLDS.block_periods / records.excitation_hz
@@ -100,6 +98,8 @@ def list_clipped(record: FringeRecord, full_scale: tuple[float, float] | None) -
         column = getattr(record, name)
         part = column[:: max(1, column.size // 100_000)]
         low, high = part.min(), part.max()
+        if low == high:  # no light, or no detector: said elsewhere
+            continue
         margin = 0.01 * (float(high) - float(low))
         share = 0.0
         for edge, near in ((high, part >= high - margin), (low, part <= low + margin)):
@@ -237,8 +237,45 @@ def _branches(x, y, cut, start_s, hz, rates: Rates, rising, peaks) -> Scans:
         near = (at, at + (size - 1) / hz)
         found.append(peaks.between(*near) if peaks is not None else _NO_PEAKS)
     return Scans(
-        middle_s, hz, phase, b, first, last, rising, tuple(found), rates.measurement, noise
+        middle_s,
+        hz,
+        phase,
+        b,
+        first,
+        last,
+        rising,
+        tuple(found),
+        rates.measurement,
+        noise,
+        light=_least_swing(b[:, roi]),
+        reference=_least_mean(size_of),
     )
+
+
+def _least_mean(size: np.ndarray) -> np.ndarray:
+    """Least amplitude of the stretches of each scan, of the usual one."""
+    stretch = max(1, size.shape[1] // THRESHOLDS.stretches)
+    whole = size.shape[1] // stretch * stretch
+    mean = size[:, :whole].reshape(size.shape[0], -1, stretch).mean(axis=2)
+    return mean.min(axis=1) / np.maximum(np.median(mean, axis=1), 1e-30)
+
+
+def _least_swing(signal: np.ndarray) -> np.ndarray:
+    """Least swing of the stretches of each scan, of the usual one: three fringes each, or more.
+
+    Of the signal itself: where light is lost its mean changes, too, and a filter would ring.
+    """
+    out = np.ones(signal.shape[0])
+    for k, one in enumerate(signal):
+        middle = (one.min() + one.max()) / 2
+        turns = int(np.count_nonzero(np.diff(np.signbit(one - middle)))) // 2
+        count = min(THRESHOLDS.stretches, turns // 3)
+        if count < 4:
+            continue
+        stretch = one.size // count
+        swing = one[: count * stretch].reshape(count, stretch).std(axis=1)
+        out[k] = swing.min() / max(float(np.median(swing)), 1e-30)
+    return out
 
 
 _NO_PEAKS = CavityPeaks(np.zeros(0), np.zeros(0))

@@ -35,6 +35,15 @@ class ReadingThresholds:
         origin="irregularity of the fringe rate at a turn over its scatter elsewhere; of 1000 bins "
         "none reaches it by chance",
     )
+    irregular: float = threshold(
+        0.3,
+        unit="of half a fringe",
+        origin="by which the phase jumps at a turn (0.4 to 1 in trials) and not in noise (98 % of "
+        "the fringes are below, or nothing is said)",
+    )
+    turn_place: float = threshold(
+        0.02, unit="periods", origin="how far off a turn may be: `near_turn`, of two branches"
+    )
     at_start: float = threshold(
         0.003,
         unit="periods",
@@ -51,6 +60,9 @@ class ReadingThresholds:
     low_light: float = threshold(
         0.3, unit="of the usual visibility", origin="below it fringes count as lost; trial"
     )
+    stretches: int = threshold(
+        64, unit="stretches of a scan", origin="in which light is looked at: 0.6 ms at 10 Hz"
+    )
     nyquist: float = threshold(
         0.4, unit="of the sampling rate", origin="fringes faster than this may be aliased"
     )
@@ -62,6 +74,17 @@ class ReadingThresholds:
     )
     fewest_samples: int = threshold(
         4, unit="samples", origin="in a cavity's peak: a parabola has three parameters"
+    )
+    fewest_steps: int = threshold(
+        8, unit="orders", origin="from peak to peak; their median is then good to a few per mille"
+    )
+    path_near: float = threshold(
+        0.002,
+        unit="relative",
+        origin="by which a path may be off: over 40 orders within `off_comb`",
+    )
+    path_far: float = threshold(
+        0.2, unit="relative", origin="no fibre is known so badly; a missing order is a factor of 2"
     )
     off_comb: float = threshold(
         0.1, unit="orders", origin="a peak farther from its order is none of the comb; trial"

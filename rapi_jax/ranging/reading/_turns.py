@@ -9,6 +9,7 @@ from rapi_jax._errors import DataError
 from ._analytic import analytic_signal, band_pass, unwrapped_phase
 from ._thresholds import THRESHOLDS
 from ._transforms import usable_size
+from ._turn_check import check_turns, fit_period, seen_turns
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -128,7 +129,8 @@ def find_turns(
     A drive, where recorded, says which turn is a minimum; else `rising_at_start`. A turn within
     0.3 % of a period of the record's first sample counts as its start.
 
-    Raises `DataError` where the record holds less than a branch, or no turn stands out.
+    Raises `DataError` where the record holds less than a branch, no turn stands out, or the laser
+    turns at another rate.
     """
     faults: list[str] = []
     length = x.size / hz
@@ -169,6 +171,18 @@ def find_turns(
     side = np.repeat([0, 1], number.size)
     order = np.argsort(time)
     time, side = time[order], side[order]
+    irregular, per_s = _irregularity(x[:window], hz, fringe_hz)
+    seen = seen_turns(irregular, per_s, rate)
+    if seen is not None:
+        which, at = check_turns(seen, time, window / hz, excitation_hz, name)
+        # Over several periods in one window a slightly wrong rate is seen and mended.
+        if len(begins) == 1 and np.unique(side[which]).size == 2 and which.size >= 4:
+            period, _ = fit_period(time[which], at, side[which], rate)
+            slow = 1.0 / period / excitation_hz - 1.0
+            if abs(slow) > max(1e-3, 0.005 / (length * excitation_hz)):
+                time = at[0] + (time - time[which[0]]) * period * rate
+                rate = 1.0 / period
+                faults.append(f"{name}: the scan runs at {rate:.5g} Hz, not {excitation_hz:g}")
     if drive is not None:
         low, _ = drive_phases(drive, hz, excitation_hz)
         distance = np.abs((phases - low + 0.5) % 1.0 - 0.5)

@@ -22,10 +22,21 @@ def first_state(
     """The first state from all scans, with so wide a covariance that it says nothing of its own.
 
     A filter backwards in time gives it. A prior as wide as the range itself would cost the smoother
-    its digits: 10 m beside 10 um are twelve decades of variance.
+    its digits: 10 m beside 10 um are twelve decades of variance. Beside 0.1 um they are sixteen, so
+    the first state is first found from errors that are not so small.
     """
     values = jnp.asarray(noise.intensity), jnp.asarray(noise.scale)
-    return _backwards(scans, choice, (prior.mean, prior.cov), *values, limits=limits)
+    coarse = floored(scans, prior, limits)
+    start = _backwards(coarse, choice, (prior.mean, prior.cov), *values, limits=limits)
+    if bool((coarse.variance == scans.variance).all()):
+        return start
+    return _backwards(scans, choice, start, *values, limits=limits)
+
+
+def floored(scans: _kalman.Scans, prior: Prior, limits: TrackingThresholds) -> _kalman.Scans:
+    """Scans with errors that the prior leaves digits for."""
+    wide = jnp.einsum("ki,ij,kj->k", scans.gain, prior.cov, scans.gain).max()
+    return scans._replace(variance=jnp.maximum(scans.variance, limits.finest * wide))
 
 
 def smoothed_states(

@@ -66,7 +66,8 @@ def best_path(
         path[k] = children[lane, k, at]
         at = parents[lane, k, at]
     states, spreads = mean.reshape(-1, mean.shape[-1]), cov.reshape(-1, *cov.shape[-2:])
-    variance = np.diagonal(spreads, axis1=1, axis2=2)[:, :2]
+    # Rounding may leave a variance just below zero, beside a prior of many metres squared.
+    variance = np.maximum(np.diagonal(spreads, axis1=1, axis2=2)[:, :2], 0.0)
     apart = np.abs(states[:, :2] - states[top, :2])
     other = (apart > limits.same_state * np.sqrt(variance + variance[top])).any(axis=1)
     rival = weight[other].max() if other.any() else -np.inf

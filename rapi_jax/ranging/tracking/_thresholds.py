@@ -75,6 +75,11 @@ class TrackingThresholds:
         unit="variances",
         origin="of the first state over what all scans say of it; adds 1e-6 of their information",
     )
+    finest: float = threshold(
+        4e-14,
+        unit="of the prior's variance",
+        origin="errors of scans beside it: 200 times the rounding of float64; 0.8 um beside 4 m",
+    )
     shortest_padding: int = threshold(
         64, unit="scans", origin="programs are compiled for this length and its doubles"
     )

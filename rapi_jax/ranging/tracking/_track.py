@@ -11,7 +11,7 @@ from rapi_jax._errors import DataError
 from rapi_jax._precision import float64
 
 from . import _kalman
-from ._estimates import first_state, leave_one_out, smoothed_states
+from ._estimates import first_state, floored, leave_one_out, smoothed_states
 from ._hypotheses import Best, Prior, best_path
 from ._likelihood import estimate_noise
 from ._observations import Observations
@@ -92,7 +92,8 @@ def track(
     size = observations.size
     scans, apparent, real = _padded(observations, order, limits)
     prior = _prior(observations, order, expected_m, limits)
-    best, noise = _resolve(scans, apparent, real, prior, intensity, size, limits)
+    coarse = floored(scans, prior, limits)
+    best, noise = _resolve(coarse, apparent, real, prior, intensity, size, limits)
     use, sign, folded = best.use.copy(), best.sign.copy(), np.zeros(size, dtype=bool)
     for number in range(_ROUNDS):
         choice = _choice(apparent, sign, use, best, size, limits)

@@ -1,0 +1,141 @@
+"""`rapi range`: distance and velocity of a target from a folder of fringe records."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+Method = Literal["counting", "counting-region", "resample-fft", "resample-phase"]
+
+
+def range_command(
+    records: Path,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    method: Method = "resample-phase",
+    kalman: Annotated[bool | None, Parameter(negative="--no-kalman")] = None,
+    expected: Annotated[
+        tuple[float, float] | None, Parameter(name="--expected", negative="")
+    ] = None,
+    plots: bool = True,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Range a target: distance of every scan in RECORDS, and distance and velocity over time.
+
+    Writes `range.json`, `range.csv` (a row a scan), `range.png` and `report.html`, a page with the
+    error budget. What is wrong or doubtful about the records is listed. Exit code 0: done; 3: bad
+    data; where no scan at all gave a distance, the files are written nevertheless.
+
+    Parameters
+    ----------
+    records
+        A folder with a `manifest.toml` (`rapi.fringes/1`), as `rapi bench range` writes it.
+    output
+        Folder for the results; made if missing.
+    method
+        Of the distance: `resample-phase` (the best in noise), `resample-fft`, or the paper's,
+        `counting` from cavity peak to cavity peak and `counting-region` over a fixed region.
+    kalman
+        Follow the target by a Kalman filter, or take each scan as of a target at rest; by default
+        it is followed where there are four scans, of both directions.
+    expected
+        Least and largest distance that is possible, m: it settles which of two targets a short
+        record shows, where motion folds the fringes.
+    plots
+        Write the picture.
+    json
+        Print `range.json` on standard output, and messages on standard error.
+    """
+    import time
+
+    from fitting.report.ranging._content import range_content
+    from fitting.report.ranging._files import write_range
+    from rapi_jax import DataError
+    from rapi_jax.io import printable, read_fringe_records
+    from rapi_jax.ranging import range_records
+    from rapi_jax.ranging.budget import measured_budget
+
+    from ._out import console, output_folder, print_json, read_json
+    from .run import BAD_DATA, DONE, fail
+
+    if expected is not None and not 0 <= expected[0] < expected[1]:
+        raise DataError(
+            f"`--expected` {expected[0]:g} {expected[1]:g}: give the least distance in m, then the "
+            "largest."
+        )
+    read = read_fringe_records(records)
+    folder = output_folder(output)
+    began = time.monotonic()
+    with _live(read, shown=not json) as on_part:
+        found = range_records(
+            read, method=method, kalman=kalman, expected_m=expected, on_part=on_part
+        )
+    content = range_content(
+        found,
+        budget=measured_budget(found),
+        phase_index=_phase_index(read),
+        expected_m=expected,
+        seconds=time.monotonic() - began,
+        name=printable(records.resolve().name),
+    )
+    written = write_range(found, content, folder, plots=plots)
+    if json:
+        print_json(read_json(written[0]))
+    else:
+        from fitting.report.ranging._terminal import render_summary
+
+        out = console(json)
+        out.print(render_summary(content))
+        names = ", ".join(path.name for path in written)
+        out.print(f"written to {folder}: {names}", markup=False, soft_wrap=True)
+    if not found.summary.counted:
+        fail("bad data", f"no scan gave a distance: {_why(found)}")
+        return BAD_DATA
+    return DONE
+
+
+def _why(found: Any) -> str:
+    """What is wrong with most of the scans."""
+    problems = [problem for problem in found.table.problem if problem]
+    return max(problems, key=problems.count) if problems else "see the faults"
+
+
+def _phase_index(records: Any) -> float | None:
+    """The index that a fringe at one frequency sees, where the air is known."""
+    from rapi_jax.ranging.air import refractive_index
+
+    if records.air is None:
+        return None
+    return refractive_index(records.air, records.wavelength_m).value
+
+
+def _live(records: Any, *, shown: bool) -> Any:
+    """A context with what to call for each part read: rows on a terminal, nothing elsewhere."""
+    import contextlib
+
+    from rich.live import Live
+
+    from fitting.report.ranging._terminal import LiveRows
+    from rapi_jax.ranging.air import group_index
+
+    from ._out import console
+
+    out = console(False)
+    if not (shown and out.is_terminal):
+        return contextlib.nullcontext(lambda part: None)
+
+    @contextlib.contextmanager
+    def follow() -> Any:
+        index = 1.0
+        if records.air is not None:
+            index = group_index(records.air, records.wavelength_m).value
+        rows = LiveRows(index)
+        with Live(rows, console=out, transient=True, refresh_per_second=8) as live:
+
+            def add(part: Any) -> None:
+                rows.add(part)
+                live.refresh()
+
+            yield add
+
+    return follow()

@@ -1,0 +1,1 @@
+"""Reports of ranging: JSON and CSV for machines, lines and a page for people."""

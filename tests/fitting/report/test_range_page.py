@@ -1,0 +1,159 @@
+"""The page and lines of ranging, from hand-written content: what they show, and how safely."""
+
+import html.parser
+import io
+
+import pytest
+from rich.console import Console
+
+from fitting.report.ranging import _words as words
+from fitting.report.ranging._files import range_csv
+from fitting.report.ranging._page import render_page
+from fitting.report.ranging._terminal import render_summary
+
+SCAN = {
+    "time_s": 0.1,
+    "direction": "up",
+    "distance": 0.7,
+    "stderr": 2e-6,
+    "span_hz": 6e10,
+    "apparent": 0.7,
+    "apparent_stderr": 1e-7,
+    "nonlinearity_hz": 4e8,
+    "problem": "",
+}
+LOST = SCAN | {"time_s": 0.15, "direction": "down", "distance": None, "stderr": None}
+STATE = {
+    "time_s": 0.1,
+    "distance": 0.7,
+    "distance_stderr": 2e-6,
+    "velocity": 0.005,
+    "velocity_stderr": 1e-7,
+    "gated": False,
+}
+
+
+def content(**changes):
+    return {
+        "schema": "rapi.range/1",
+        "unit": "m",
+        "name": "records",
+        "air_index": 1.00027,
+        "air_index_stderr": 1e-7,
+        "air_phase_index": 1.00026,
+        "method": "resample-phase",
+        "summary": {
+            "distance": 0.7,
+            "stderr": 2e-6,
+            "scatter": 3e-6,
+            "velocity": 0.005,
+            "velocity_stderr": 1e-7,
+            "scans": 2,
+            "counted": 1,
+        },
+        "scans": [SCAN, LOST | {"problem": "fringes lost"}],
+        "track": [STATE],
+        "budget": [{"source": "scale", "stderr": 1e-6, "note": "of the cavity"}],
+        "faults": ["1 of 2 scans (first at 0.15 s): fringes lost"],
+        "scale": {
+            "told_by": "cavity",
+            "delay_s": 2.448e-8,
+            "stderr": 1e-14,
+            "path_m": 7.34,
+            "comb_hz": 1e5,
+        },
+        "set_up": {
+            "records": 1,
+            "sample_hz": 1e6,
+            "excitation_hz": 10.0,
+            "wavelength_m": 780e-9,
+            "interferometer_path_m": 7.34,
+            "cavity_spacing_hz": 1.5e9,
+        },
+        "expected_m": None,
+        "seconds": 1.0,
+        "versions": {"numpy": "2"},
+    } | changes
+
+
+NOTHING = dict.fromkeys(("distance", "stderr", "scatter", "velocity", "velocity_stderr"))
+
+
+class Tags(html.parser.HTMLParser):
+    """Elements that open and close, and what is asked for from elsewhere."""
+
+    VOID = {"meta", "link", "img", "br"}
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.asked = [], []
+
+    def handle_starttag(self, tag, attrs):
+        if tag not in self.VOID:
+            self.open.append(tag)
+        self.asked += [v for k, v in attrs if k in ("src", "href") and not v.startswith("data:")]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+def text_of(group) -> str:
+    out = io.StringIO()
+    Console(file=out, width=200).print(group)
+    return out.getvalue()
+
+
+def test_the_page_is_whole_and_asks_for_nothing():
+    page = render_page(content(), b"\x89PNG")
+    tags = Tags()
+    tags.feed(page)
+    assert (tags.open, tags.asked) == ([], [])
+    assert "<script" not in page
+    for part in ("700.0000", "1 of 2 scans", "fringes lost", "of the cavity", "1.00 μm", "5.000"):
+        assert part in page.replace("\N{NO-BREAK SPACE}", " "), part
+
+
+def test_text_in_it_is_text():
+    page = render_page(content(name="<b>x</b>", faults=["<script>alert(1)</script>"]))
+    assert "<b>x" not in page and "<script>alert" not in page
+
+
+def test_without_a_distance():
+    none = content(summary=NOTHING | {"scans": 2, "counted": 0}, track=[], scans=[LOST, LOST])
+    for text in (render_page(none), text_of(render_summary(none))):
+        assert "no scan could be read" in text
+        assert "nan " not in text.lower() and "None" not in text
+
+
+def test_without_budget_air_cavity_or_track():
+    plain = content(
+        budget=[],
+        track=[],
+        air_index_stderr=None,
+        summary=content()["summary"] | {"velocity": None, "velocity_stderr": None},
+    )
+    plain["scale"] = plain["scale"] | {"told_by": "interferometer_path_m", "stderr": None}
+    said = text_of(render_summary(plain))
+    for part in ("taken as 1", "not estimated", "no cavity tells it"):
+        assert part in said and part in render_page(plain)
+
+
+def test_a_missing_number_is_an_empty_cell():
+    lines = range_csv(content()).splitlines()
+    assert lines[2].split(",")[2:4] == ["", ""] and lines[2].endswith("fringes lost")
+    assert len({line.count(",") for line in lines}) == 1
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(12.0, "12.0 m"), (0.0123, "12.3 mm"), (4.5e-6, "4.50 μm"), (3e-9, "3.00 nm"), (0.0, "0 nm")],
+)
+def test_lengths(value, text):
+    assert words.length(value).replace("\N{NO-BREAK SPACE}", " ") == text
+
+
+def test_distances_have_the_digits_of_their_error():
+    plain = words.distance(0.69999581, 4.8e-6).replace("\N{NO-BREAK SPACE}", " ")
+    assert plain == "699.9958 ± 0.0048 mm"
+    assert words.distance(23.4567891, 1.2e-4).endswith("m")
+    assert "mm/s" in words.speed(0.005, 1e-7) and "μm/s" in words.speed(1e-7, 1e-8)

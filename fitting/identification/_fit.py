@@ -25,7 +25,11 @@ from .assessment._noise import measure_noise
 from .assessment._verdict import judge
 from .data_checks._data_checks import Fault, check_usable, find_mode_hops
 from .data_checks._drive_noise import find_drive_noise
-from .data_checks._exchanged_runs import find_copied_readings, find_exchanged_runs
+from .data_checks._exchanged_runs import (
+    find_copied_readings,
+    find_exchanged_runs,
+    find_reversed_time,
+)
 from .data_checks._outliers import (
     few_outliers,
     find_outliers,
@@ -33,7 +37,6 @@ from .data_checks._outliers import (
     plain_faults,
     report_outliers,
 )
-from .data_checks._reversed_time import find_reversed_time
 from .data_checks._run_changes import find_changed_runs
 from .data_checks._thinning import thin
 from .robust._despike import despike

@@ -1,39 +1,18 @@
 """`manifest.toml` of a folder: read from files that are not trusted, and written."""
 
-import difflib
-import itertools
 import json
 import re
 import tomllib
 from pathlib import Path
 from typing import Any
 
-import pydantic
-
 from rapi_jax._errors import DataError
 
-from ._safe import MAX_MANIFEST, cause, inside, located, printable, read_text
+from ._safe import MAX_MANIFEST, cause, inside, located, read_text
 
 MANIFEST = "manifest.toml"
 _MAX_DOTS = 64
 _STRING = re.compile(r'"(?:[^"\\]|\\.)*"|' + r"'[^']*'")
-
-
-class ManifestTable(pydantic.BaseModel):
-    """A table of a manifest: keys may be added freely by others, but none is misspelt."""
-
-    model_config = pydantic.ConfigDict(extra="allow", strict=True, protected_namespaces=())
-
-    @pydantic.model_validator(mode="before")
-    @classmethod
-    def _no_misspelt_key(cls, data: Any) -> Any:
-        if isinstance(data, dict):
-            missing = [field.alias or key for key, field in cls.model_fields.items()]
-            missing = [key for key in missing if key not in data]
-            for key in itertools.islice(data.keys() - cls.model_fields.keys(), 100):
-                if near := difflib.get_close_matches(str(key)[:40], missing, n=1, cutoff=0.9):
-                    raise ValueError(f"unknown key '{printable(key, 40)}': is `{near[0]}` meant?")
-        return data
 
 
 def load_manifest(folder: Path, label: str) -> dict[str, Any]:

@@ -66,11 +66,15 @@ def join(tables: list[ScanTable]) -> ScanTable:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ScanShape:
-    """Optical frequency over time in the region of interest of one scan: s, and Hz; 1024 points."""
+    """Optical frequency over time of one scan: s, and Hz from the middle of its region of interest.
+
+    `margin`: points at either end that lie outside the region.
+    """
 
     time: np.ndarray
     nu: np.ndarray
     rising: bool
+    margin: int
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -137,12 +141,18 @@ def _comb_faults(groups: tuple[Scans, ...], combs: list[list[CombReading]]) -> t
     return tuple(faults)
 
 
+_POINTS = 1024  # of a scan's shape, in its region of interest
+
+
 def _shape(scans: Scans, delay_s: float) -> ScanShape:
-    place = np.linspace(scans.first, scans.last, 1024)
+    step = (scans.last - scans.first) / _POINTS
+    margin = int(min(scans.first, scans.phase.shape[1] - 1 - scans.last) / step)
+    place = scans.first + step * np.arange(-margin, _POINTS + margin + 1)
     nu = np.interp(place, np.arange(scans.phase.shape[1]), scans.phase[0])
     sign = 1.0 if scans.rising else -1.0
-    nu = sign * (nu - (nu[0] + nu[-1]) / 2) / (2 * np.pi * delay_s)
-    return ScanShape(place / scans.hz, nu, scans.rising)
+    middle = (nu[margin] + nu[-1 - margin]) / 2
+    nu = sign * (nu - middle) / (2 * np.pi * delay_s)
+    return ScanShape(place / scans.hz, nu, scans.rising, margin)
 
 
 def _table(scans: Scans, found: Estimates, delay_s: float) -> ScanTable:

@@ -8,8 +8,9 @@ import pydantic
 from pydantic import Field
 
 from rapi_jax._errors import DataError
+from rapi_jax.io._manifest_table import ManifestTable
 from rapi_jax.io._safe import check_name, located, printable
-from rapi_jax.io._toml import ManifestTable, toml_value
+from rapi_jax.io._toml import toml_value
 from rapi_jax.ranging import AirState, FringeRecords
 
 from ._array import CHANNELS

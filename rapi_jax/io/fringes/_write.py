@@ -15,6 +15,7 @@ import numpy as np
 
 from rapi_jax._errors import DataError
 from rapi_jax.io._atomic import output_error, sync, sync_folder, write_atomic
+from rapi_jax.io._leftovers import remove_leftovers, temporary_name
 from rapi_jax.io._safe import StrPath, check_name, inside
 from rapi_jax.io._toml import MANIFEST, load_manifest
 from rapi_jax.ranging import FringeRecord, FringeRecords
@@ -36,7 +37,8 @@ class FringeWriter:
     def __init__(self, folder: StrPath, *, keep_partial: bool = False) -> None:
         self._folder, self._target = folder, Path(os.path.realpath(folder))
         self._keep = keep_partial
-        self._staging = self._target.with_name(f".tmp-{secrets.token_hex(8)}")
+        remove_leftovers(self._target.parent)
+        self._staging = self._target.with_name(temporary_name())
         self._about: FringeRecords | None = None
         self._channels: list[str] = []
         self._entries: list[dict[str, Any]] = []

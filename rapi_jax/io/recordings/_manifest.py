@@ -9,8 +9,8 @@ from pydantic import Field
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Origin, Recording, Waveform
 from rapi_jax.io import _units
+from rapi_jax.io._manifest_table import ManifestTable
 from rapi_jax.io._safe import check_name, printable
-from rapi_jax.io._toml import ManifestTable
 
 SCHEMA = "rapi.recording/1"
 

@@ -33,9 +33,10 @@ class Vibration:
 class Conditions:
     """One scan's region of interest and all that disturbs it.
 
-    - `time` (s) and `nu` (Hz, of optical frequency): even in time, over the region of interest;
-      from a model's prediction, so that what a diagnosis finds in the laser reaches the distance,
-      or from a measurement.
+    - `time` (s) and `nu` (Hz, of optical frequency): even in time, over the region of interest and
+      `margin` points beyond either end of it; from a model's prediction, so that what a diagnosis
+      finds in the laser reaches the distance, or from a measurement. Where no margin is given, the
+      scan is taken to go on straight, which counting over the region asks about.
     - `distance_m`; `method`: the estimator. `centre_hz`: the laser's optical frequency.
     - `sample_hz`: of the digitizer. `step_v`: of one code. `noise_v`: rms of a detector.
       `amplitude_v`: of the fringes of measurement arm and interferometer (half peak to peak).
@@ -51,6 +52,7 @@ class Conditions:
     time: Float[np.ndarray, " samples"]
     nu: Float[np.ndarray, " samples"]
     distance_m: float
+    margin: int = 0
     method: str = BEST
     centre_hz: float = C / 780e-9
     sample_hz: float = 30e6
@@ -71,13 +73,21 @@ class Conditions:
         estimator(self.method)
         if self.time.size < 16 or self.time.shape != self.nu.shape:
             raise DataError("`time` and `nu` must be columns of one length, 16 samples or more.")
+        if not 0 <= 2 * self.margin < self.time.size - 16:
+            raise DataError(f"`margin` leaves no region of interest: {self.margin}.")
         if not (np.all(np.diff(self.time) > 0) and self.nu[0] != self.nu[-1]):
             raise DataError("`time` must increase, and `nu` must span something.")
+
+    def region(self) -> tuple[np.ndarray, np.ndarray]:
+        """`time` and `nu` in the region of interest."""
+        inside = slice(self.margin, self.time.size - self.margin)
+        return self.time[inside], self.nu[inside]
 
     @property
     def span_hz(self) -> float:
         """Of optical frequency, in the region of interest."""
-        return float(abs(self.nu[-1] - self.nu[0]))
+        _, nu = self.region()
+        return float(abs(nu[-1] - nu[0]))
 
     @property
     def delay_s(self) -> float:

@@ -82,6 +82,7 @@ def _conditions(ranging: "Ranging", good: np.ndarray) -> list[Conditions]:
     typical = Conditions(
         time=first_shape.time,
         nu=first_shape.nu,
+        margin=first_shape.margin,
         distance_m=distance,
         method=ranging.method,
         centre_hz=C / records.wavelength_m,
@@ -95,7 +96,10 @@ def _conditions(ranging: "Ranging", good: np.ndarray) -> list[Conditions]:
         comb_hz=comb,
         scans=int(good.sum()),
     )
-    return [dataclasses.replace(typical, time=one.time, nu=one.nu) for one in ranging.shapes]
+    return [
+        dataclasses.replace(typical, time=one.time, nu=one.nu, margin=one.margin)
+        for one in ranging.shapes
+    ]
 
 
 def _motion(ranging: "Ranging", good: np.ndarray) -> BudgetLine:

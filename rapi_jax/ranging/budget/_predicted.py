@@ -62,15 +62,17 @@ def _vibration(conditions: Conditions) -> BudgetLine:
 def _linewidth(conditions: Conditions) -> BudgetLine:
     """White frequency noise over both delays, and in the cavity.
 
-    What the interferometer sees of it is taken out with the scan; samples are farther apart than
-    its delay, so that each has its own.
+    What both interferometers see of it goes out with the scan. Samples are farther apart than the
+    delays, so each has its own; and noise n that is faster than the fringes acts on a phase as
+    `n (1 - cos 2 phase)`, of which the second part, half the power, is each signal's own.
     """
     width, own, other = conditions.linewidth_hz, conditions.delay_s, conditions.interferometer_s
     if conditions.counts:
         phase = np.sqrt(2 * np.pi * width * own) * phase_noise_gain(conditions)
         ends = np.sqrt(2.0) * _peak_error(conditions) * conditions.distance_m / conditions.span_hz
         return BudgetLine("linewidth", float(np.hypot(phase, ends)))
-    part = min(own, other) * abs(1.0 - own / other) if own < other else own * (own / other - 1.0)
+    ratio = own / other
+    part = own * (abs(1.0 - ratio) + (1.0 + ratio) / 2.0)
     return BudgetLine(
         "linewidth", float(np.sqrt(2 * np.pi * width * part)) * phase_noise_gain(conditions)
     )
@@ -78,7 +80,8 @@ def _linewidth(conditions: Conditions) -> BudgetLine:
 
 def _peak_error(conditions: Conditions) -> float:
     """Frequency noise over a cavity's peak, rms, Hz; as if sampled with windows of the delay."""
-    rate = np.abs(np.gradient(conditions.nu, conditions.time))
+    t, nu = conditions.region()
+    rate = np.abs(np.gradient(nu, t))
     s = np.linspace(-1.7, 1.7, 401)  # half widths: what is above a quarter of the height
     slope = (2 * s / (1 + s**2) ** 2) ** 2
     used = np.trapezoid(slope, s) ** 2 / np.trapezoid(slope**2, s)

@@ -10,7 +10,8 @@ def motion_weights(conditions: Conditions) -> tuple[np.ndarray, np.ndarray]:
 
     A line through the phase over optical frequency weighs every time; counting the two ends alone.
     """
-    t, nu, centre = conditions.time, conditions.nu, conditions.centre_hz
+    t, nu = conditions.region()
+    centre = conditions.centre_hz
     if conditions.counts:
         ends = [0, -1]
         g = (centre + nu[ends]) * np.array([-1.0, 1.0]) / (nu[-1] - nu[0])
@@ -23,8 +24,8 @@ def motion_weights(conditions: Conditions) -> tuple[np.ndarray, np.ndarray]:
 def _window(conditions: Conditions) -> np.ndarray:
     """Over optical frequency: Hann's for the peak of a spectrum, else even."""
     if conditions.method != "resample-fft":
-        return np.ones(conditions.nu.size)
-    nu = conditions.nu
+        return np.ones(conditions.region()[1].size)
+    _, nu = conditions.region()
     place = (nu - nu[0]) / (nu[-1] - nu[0])
     return 0.5 - 0.5 * np.cos(2 * np.pi * np.clip(place, 0.0, 1.0))
 
@@ -40,11 +41,12 @@ def phase_noise_gain(conditions: Conditions) -> float:
     """Metres for one radian of white phase noise, independent in every sample."""
     if conditions.counts:
         return _counted_noise_gain(conditions)
-    weight = np.abs(np.gradient(conditions.nu, conditions.time)) * _window(conditions)
-    x = conditions.nu - (weight @ conditions.nu) / weight.sum()
+    t, nu = conditions.region()
+    weight = np.abs(np.gradient(nu, t)) * _window(conditions)
+    x = nu - (weight @ nu) / weight.sum()
     slope = np.sqrt(np.sum((weight * x) ** 2)) / np.sum(weight * x**2)  # rad/Hz a rad
     # As many samples as the digitizer gives, not as the scan is described by.
-    described = (conditions.time.size - 1) / (conditions.time[-1] - conditions.time[0])
+    described = (t.size - 1) / (t[-1] - t[0])
     return slope * np.sqrt(described / conditions.sample_hz) * C / (4 * np.pi)
 
 
@@ -54,7 +56,8 @@ def _counted_noise_gain(conditions: Conditions) -> float:
     Noise of the extrema is that of the derivative in the filter's band, which is 1.6 times wider
     than the fringes' rates on either side; neighbours share a part of it.
     """
-    rate = conditions.delay_s * np.abs(np.gradient(conditions.nu, conditions.time))
+    t, nu = conditions.region()
+    rate = conditions.delay_s * np.abs(np.gradient(nu, t))
     low, high = rate.min() / 1.6, rate.max() * 1.6
     f = np.linspace(low, high, 2001)
     ends = []
@@ -76,13 +79,13 @@ def interpolation_spread(conditions: Conditions, *, draws: int = 400, seed: int 
     nu = np.interp(t, conditions.time, conditions.nu)
     sign = 1.0 if nu[-1] > nu[0] else -1.0
     nu = sign * (nu - nu[0])
-    # Beyond the ends, so that there are peaks and extrema beside them.
+    # Beyond what is given, so that there are peaks and extrema beside the ends.
     step, slopes = t[1] - t[0], (nu[1] - nu[0], nu[-1] - nu[-2])
     extra = int(0.06 * t.size)
     k = np.arange(1, extra + 1)
     nu = np.concatenate([-slopes[0] * k[::-1], nu, nu[-1] + slopes[1] * k])
     t = np.concatenate([t[0] - step * k[::-1], t, t[-1] + step * k])
-    ends_t = conditions.time[[0, -1]]
+    ends_t = conditions.region()[0][[0, -1]]
     rng = np.random.default_rng(seed)
     found = np.empty(draws)
     for draw in range(draws):

@@ -87,7 +87,7 @@ def _fit(column, middle, reach, dark, noise, level, top):
     k = np.arange(-reach, reach + 1)
     raw = column[middle[:, None] + k[None, :]].astype(np.float64)
     height = raw - dark
-    scale = np.max(height, axis=1, keepdims=True)
+    scale = np.maximum(np.max(height, axis=1, keepdims=True), 1e-12)
     y = height / scale
     use = height > 0.5 * (level - dark)
     if top is not None:

@@ -32,8 +32,8 @@ class OtherReflector:
     def __str__(self) -> str:
         where = "beyond" if self.offset_m > 0 else "before"
         return (
-            f"a second reflector about {1e3 * abs(self.offset_m):.3g} mm {where} the strongest, with "
-            f"{self.amplitude:.0%} of its fringes' amplitude: distances are those of the "
+            f"a second reflector about {1e3 * abs(self.offset_m):.3g} mm {where} the strongest, "
+            f"with {self.amplitude:.0%} of its fringes' amplitude: distances are those of the "
             "strongest, and pulled by the other. Block or tilt what reflects"
         )
 

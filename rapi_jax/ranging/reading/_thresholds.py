@@ -49,6 +49,12 @@ class ReadingThresholds:
         unit="periods",
         origin="a turn so near a record's first sample is its start: how well a turn is found",
     )
+    rate_off: float = threshold(
+        0.015,
+        unit="periods",
+        origin="over a record, by which its scan rate must be off to be said: four times the error "
+        "with which a turn is found; 1 in 60 of short records said so at a third of it",
+    )
     near_turn: float = threshold(
         0.04, unit="branches", origin="left out next to a turn, where the fringe rate changes"
     )

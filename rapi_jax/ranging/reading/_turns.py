@@ -179,7 +179,7 @@ def find_turns(
     if len(begins) == 1 and which.size >= 4 and np.unique(side[which]).size == 2:
         period = fit_period(time[which], at, side[which], rate)
         slow = 1.0 / period / excitation_hz - 1.0
-        if abs(slow) > max(1e-3, 0.005 / (length * excitation_hz)):
+        if abs(slow) > max(1e-3, THRESHOLDS.rate_off / (length * excitation_hz)):
             time = at[0] + (time - time[which[0]]) * period * rate
             rate = 1.0 / period
             faults.append(f"{name}: the scan runs at {rate:.4g} Hz, not {excitation_hz:g}")

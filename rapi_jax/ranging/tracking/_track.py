@@ -5,7 +5,6 @@ import dataclasses
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy import special
 
 from rapi_jax._errors import DataError
 from rapi_jax._precision import float64
@@ -198,6 +197,8 @@ class _Verdict:
 
 def _judge(apparent, expected, spread, limits) -> _Verdict:
     """Judge each scan by what the others expect of it (`leave_one_out`)."""
+    from scipy import special
+
     sign = np.where(expected < 0, -1, 1)
     # Odds of the two signs: normal densities at +-y about the expected value.
     open_sign = 2.0 * apparent * np.abs(expected) / spread < np.log(limits.fold_odds)

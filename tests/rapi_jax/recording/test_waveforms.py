@@ -8,6 +8,8 @@ from rapi_jax import DataError, Drive, Recording
 from rapi_jax._waveform import multisine, sine, step_and_hold, triangle
 from rapi_jax.examples import paper_drives
 
+TIME = np.arange(20) * 0.01
+
 
 @pytest.mark.parametrize("lag", [0.3, 1.0, 2.5, 20.0, 100.0, 130.0])
 @pytest.mark.parametrize("minimum", [0.0, 0.23])

@@ -23,6 +23,7 @@ class Target:
       innovations show it, motion, and what all scans share (`shared`: scale and index).
     - `track`: distance and velocity over time; `None` where no filter ran.
     - `scatter`: standard error of each scan by itself, m: its noise and the scatter beyond it.
+    - `motion`: part of a typical scan's error that the error of the velocity makes, m.
     """
 
     distance: np.ndarray
@@ -31,6 +32,7 @@ class Target:
     shared: float
     scatter: np.ndarray
     notes: tuple[str, ...] = ()
+    motion: float = 0.0
 
     @classmethod
     def of(
@@ -73,7 +75,9 @@ class Target:
             ),
             expected_m=expected_m,
         )
-        # A wrong wavelength makes all answers to motion wrong alike, and so the velocity.
+        # A wrong wavelength makes all answers to motion wrong alike, and so the velocity; their
+        # product, which a distance is corrected by, stays as it is.
+        motion = table.velocity_s[good] * found.velocity_stderr
         velocity_stderr = np.hypot(found.velocity_stderr, wavelength * found.velocity)
         shared = float(relative * np.median(found.distance))
         found = dataclasses.replace(
@@ -81,18 +85,16 @@ class Target:
             velocity_stderr=np.hypot(velocity_stderr, relative * found.velocity),
             distance_stderr=np.hypot(found.distance_stderr, shared),
         )
-        return cls._tracked(table, apparent, own, good, found, shared)
+        return cls._tracked(table, apparent, own, good, found, motion, shared)
 
     @classmethod
-    def _tracked(cls, table, apparent, own, good, found: Track, shared: float) -> "Target":
+    def _tracked(cls, table, apparent, own, good, found: Track, motion, shared) -> "Target":
         distance = np.full(apparent.shape, np.nan)
         stderr = np.full(apparent.shape, np.nan)
-        gain = table.velocity_s[good]
-        distance[good] = found.sign * apparent[good] - gain * found.velocity
-        stderr[good] = np.sqrt(
-            (found.scale * own[good]) ** 2 + (gain * found.velocity_stderr) ** 2 + shared**2
-        )
-        return cls(distance, stderr, found, shared, found.scale * own, tuple(found.notes))
+        distance[good] = found.sign * apparent[good] - table.velocity_s[good] * found.velocity
+        stderr[good] = np.sqrt((found.scale * own[good]) ** 2 + motion**2 + shared**2)
+        moved = float(np.median(np.abs(motion)))
+        return cls(distance, stderr, found, shared, found.scale * own, tuple(found.notes), moved)
 
 
 def _at_rest(

@@ -103,10 +103,8 @@ def _conditions(ranging: "Ranging", good: np.ndarray) -> list[Conditions]:
 
 
 def _motion(ranging: "Ranging", good: np.ndarray) -> BudgetLine:
-    track = ranging.target.track
-    gain = float(np.median(np.abs(ranging.table.velocity_s[good])))
-    if track is None:
+    if ranging.target.track is None:
+        gain = float(np.median(np.abs(ranging.table.velocity_s[good])))
         note = f"{gain:.0f} um for each um/s; no filter ran, so the velocity is not known"
         return BudgetLine("motion", 0.0, note)
-    error = float(np.median(track.velocity_stderr))
-    return BudgetLine("motion", gain * error, "what the filter's velocity leaves")
+    return BudgetLine("motion", ranging.target.motion, "what the filter's velocity leaves")

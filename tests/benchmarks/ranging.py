@@ -5,6 +5,7 @@
     python3 -m uv run python -m tests.benchmarks.ranging coverage [--replicates N]
     python3 -m uv run python -m tests.benchmarks.ranging tracking [--replicates N]
     python3 -m uv run python -m tests.benchmarks.ranging speed
+    python3 -m uv run python -m tests.benchmarks.ranging figure2
 
 The laboratory is `SimulatedBench.like_paper_range`, whose disturbances were fixed by uncompensated
 distances alone; `--quiet` switches vibration, wander and noise of the cavity off. The laser is
@@ -216,7 +217,34 @@ def _row(name: str, values) -> None:
     print(f"  {name:28} " + " ".join(f"{v:7.2f}" for v in values) + f"   largest {largest:.2f}")
 
 
+def figure2(args: argparse.Namespace) -> None:
+    """Fig. 2: phase from one cavity peak to the fourth next, straight and bent, and Eq. (4)'s."""
+    del args
+    light, distance, spacing, beta = 299_792_458.0, 0.07, 1.5e9, 3600e9
+    delay = 2 * distance / light
+    t = np.linspace(-1e-3, 6e-3, 2_000_001)
+    for name, gamma in (("straight", 0.0), ("bent", 2.5e15)):
+        nu = beta * t + gamma * t**2  # Eq. (3), from the first peak on
+        nu = nu[t > -beta / (2 * gamma) if gamma else slice(None)]
+        own = t[-nu.size :]
+        ends = np.interp([0.0, 4 * spacing], nu, own)
+        halves = np.arange(np.ceil(nu[0] * delay * 2), nu[-1] * delay * 2)
+        extrema = np.interp(halves / 2 / delay, nu, own)
+        true = 2 * np.pi * delay * 4 * spacing
+        by_time = np.pi * float(np.diff(np.interp(ends, extrema, halves))[0])  # Eq. (4)
+        off = (by_time / true - 1) * distance
+        print(
+            f"{name:9} {1e3 * np.diff(ends)[0]:.3f} ms, phase {true:.4f} rad, by Eq. (4) "
+            f"{by_time:.4f} rad: {1e6 * off:+.1f} um of {1e3 * distance:.0f} mm"
+        )
+        for part in np.linspace(0, 1, 5):
+            at = ends[0] + part * (ends[1] - ends[0])
+            phase = 2 * np.pi * delay * float(np.interp(at, own, nu))
+            print(f"    {1e3 * at:6.3f} ms {phase:8.4f} rad")
+
+
 TABLES = {
+    "figure2": figure2,
     "static": static,
     "moving": moving,
     "coverage": coverage,

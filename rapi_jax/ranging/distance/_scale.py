@@ -117,13 +117,20 @@ def _phase_an_order(scans: Scans, nominal: float) -> float:
 
 @dataclasses.dataclass
 class ScaleSums:
-    """Sums over scans from which the scale follows; grows as records arrive."""
+    """Sums over scans from which the scale follows; grows as records arrive.
+
+    The standard error is the larger of two: from the peaks' scatter about the comb, as if each
+    were off by itself, and from the scatter of the scans' own slopes: a comb may move in a scan.
+    """
 
     xx: float = 0.0
     xy: float = 0.0
     yy: float = 0.0
     count: int = 0
     scans: int = 0
+    xx_xx: float = 0.0
+    xx_xy: float = 0.0
+    xy_xy: float = 0.0
 
     def add(self, combs: Sequence[CombReading]) -> None:
         """Take further scans in."""
@@ -133,8 +140,12 @@ class ScaleSums:
             x = comb.order[comb.inside]
             y = comb.phase[comb.inside]
             x, y = x - x.mean(), y - y.mean()
-            self.xx += float(x @ x)
-            self.xy += float(x @ y)
+            xx, xy = float(x @ x), float(x @ y)
+            self.xx += xx
+            self.xy += xy
+            self.xx_xx += xx**2
+            self.xx_xy += xx * xy
+            self.xy_xy += xy**2
             self.yy += float(y @ y)
             self.count += x.size
             self.scans += 1
@@ -148,6 +159,9 @@ class ScaleSums:
         variance = rest / (self.count - self.scans - 1)
         per = 2 * np.pi * spacing_hz
         rms_hz = np.sqrt(variance) / period * spacing_hz
-        return Scale(
-            period / per, float(np.sqrt(variance / self.xx) / per), float(rms_hz), spacing_hz
-        )
+        error = np.sqrt(variance / self.xx)
+        if self.scans >= THRESHOLDS.fewest_slopes:
+            apart = self.xy_xy - 2 * period * self.xx_xy + period**2 * self.xx_xx
+            between = max(apart, 0.0) * self.scans / (self.scans - 1)
+            error = max(error, np.sqrt(between) / self.xx)
+        return Scale(period / per, float(error / per), float(rms_hz), spacing_hz)

@@ -84,6 +84,9 @@ class ReadingThresholds:
     fewest_steps: int = threshold(
         8, unit="orders", origin="from peak to peak; their median is then good to a few per mille"
     )
+    fewest_slopes: int = threshold(
+        6, unit="scans", origin="whose slopes' scatter is then known to 30 %; fewer say little"
+    )
     path_near: float = threshold(
         0.002,
         unit="relative",

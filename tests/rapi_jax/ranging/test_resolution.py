@@ -9,7 +9,6 @@ from rapi_jax._recording import Run
 from rapi_jax.ranging.resolution import (
     crooked_branch,
     find_reflectors,
-    resolving_probability,
     width_curve,
 )
 
@@ -121,21 +120,6 @@ def test_false_alarms_are_rare():
 def test_false_alarms_are_as_many_as_stated():
     wrong = _false_alarms(3000, 0.02)
     assert abs(wrong - 60) < 3.5 * np.sqrt(60)
-
-
-@pytest.mark.slow
-def test_resolving_grows_with_separation_and_signal():
-    separations = np.array([0.5, 1.0, 2.0, 4.0])
-    for ratio in (1.0, 0.1):
-        shares = np.array(
-            [
-                resolving_probability(separations, signal_to_noise=s, ratio=ratio, replicates=300)
-                for s in (0.3, 1.0, 3.0, 10.0, 30.0)
-            ]
-        )
-        print(ratio, shares)
-        assert (np.diff(shares, axis=0) > -0.08).all()
-        assert (shares[-1] > (0.9 if ratio == 1.0 else 0.85)).all() and shares[0].max() < 0.5
 
 
 @pytest.mark.parametrize(("shape", "rms", "seen"), (("up", 0.435, 3), ("down", 3.28, 0)))

@@ -10,7 +10,7 @@ from ._recording import ROI, Run
 from ._thresholds import THRESHOLDS
 from .sampling import _phase
 
-C = 299_792_458.0  # m/s
+SPEED_OF_LIGHT = 299_792_458.0  # m/s
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -76,11 +76,11 @@ class Branch:
     def resolution_m(self, delay_s: float) -> float:
         """Range resolution at delay `delay_s`, m."""
         span = self.excursion_ghz * 1e9
-        return C * (1.0 + self._cycles(delay_s)) / (2.0 * span)  # Eq. (6)
+        return SPEED_OF_LIGHT * (1.0 + self._cycles(delay_s)) / (2.0 * span)  # Eq. (6)
 
     def nonlinear_resolution_m(self, delay_s: float) -> float:
         """Range resolution where the nonlinearity alone limits it, m."""
-        return C * self._cycles(delay_s) / (2.0 * self.excursion_ghz * 1e9)  # Eq. (7)
+        return SPEED_OF_LIGHT * self._cycles(delay_s) / (2.0 * self.excursion_ghz * 1e9)  # Eq. (7)
 
     def spectrum(self, delay_s: float) -> tuple[np.ndarray, np.ndarray]:
         """Power spectrum of the beat at `delay_s`: offsets from its mean frequency (Hz), power.

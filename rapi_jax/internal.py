@@ -10,6 +10,7 @@ from ._ecdl import operator_response as operator_response
 from ._ecdl import optical_side as optical_side
 from ._ecdl import respond as respond
 from ._limits import closing_step as closing_step
+from ._metrics import SPEED_OF_LIGHT as SPEED_OF_LIGHT
 from ._metrics import Branch as Branch
 from ._parameter import follow as follow
 from ._precision import float64 as float64

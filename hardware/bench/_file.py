@@ -13,13 +13,11 @@ from hardware.digitizer._base import AbstractDigitizerTable
 from hardware.generator._base import AbstractGeneratorTable
 from hardware.laser._base import AbstractLaserTable
 from rapi_jax import DataError, DriveLimits
-from rapi_jax.internal import StrPath, cause, located, read_text
+from rapi_jax.internal import SPEED_OF_LIGHT, StrPath, cause, located, read_text
 from rapi_jax.io import printable
 from rapi_jax.ranging import AirState
 
 from ._drivers import FAMILIES, Driver, collect_drivers, validate_table
-
-SPEED_OF_LIGHT = 299_792_458.0  # m/s
 
 
 class Limits(Table):

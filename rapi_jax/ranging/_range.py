@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from rapi_jax._errors import DataError
+from rapi_jax._metrics import SPEED_OF_LIGHT as C
 from rapi_jax._precision import float64
 
 from ._ranging import Ranging, Target
@@ -13,8 +14,7 @@ from ._records import FringeRecords
 from ._scan_table import ReadPart, ScanShape, ScanTable, join, read_table
 from ._thresholds import THRESHOLDS
 from .air import AirIndex, group_index
-from .distance._estimates import C
-from .distance._estimators import BEST
+from .distance._estimators import BEST, estimator
 from .distance._scale import Scale, ScaleSums
 
 
@@ -91,7 +91,7 @@ def _shapes(parts: list[ReadPart]) -> tuple[ScanShape, ...]:
 
 def _rescaled(part: ReadPart, scale: Scale, method: str) -> ScanTable:
     """Distances in proportion to the interferometer's delay, as it is known in the end."""
-    if method.startswith("counting"):
+    if not estimator(method).proportional:
         return part.table
     factor = scale.delay_s / part.scale_s
     table = part.table

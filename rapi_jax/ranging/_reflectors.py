@@ -4,8 +4,9 @@ import dataclasses
 
 import numpy as np
 
+from rapi_jax._metrics import SPEED_OF_LIGHT as C
+
 from ._thresholds import THRESHOLDS
-from .distance._estimates import C
 from .distance._resample import resample
 from .reading._scans import Scans
 from .reading._thresholds import THRESHOLDS as READING

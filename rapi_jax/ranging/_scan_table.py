@@ -5,9 +5,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from rapi_jax._metrics import SPEED_OF_LIGHT as C
+
 from ._records import FringeRecords
 from ._reflectors import find_other
-from .distance._estimates import C, Estimates
+from .distance._estimates import Estimates
 from .distance._estimators import BEST, estimator
 from .distance._scale import NO_COMB, CombReading, ScaleSums, read_comb
 from .distance._thresholds import THRESHOLDS as DISTANCE

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from rapi_jax import DataError, Drive, Run, predict
-from rapi_jax._metrics import C, linearity, turning_points
+from rapi_jax._metrics import SPEED_OF_LIGHT as C
+from rapi_jax._metrics import linearity, turning_points
 from rapi_jax._waveform import triangle
 from rapi_jax.examples import paper_device, paper_drives
 

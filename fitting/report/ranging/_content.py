@@ -7,12 +7,12 @@ import numpy as np
 
 from fitting._json import replace_nonfinite
 from fitting._versions import package_versions
+from rapi_jax.internal import SPEED_OF_LIGHT
 
 if TYPE_CHECKING:
     from rapi_jax.ranging import Ranging
 
 SCHEMA = "rapi.range/1"
-_C = 299_792_458.0  # m/s
 
 
 def range_content(
@@ -112,6 +112,6 @@ def _scale(ranging: "Ranging") -> dict[str, Any]:
         "told_by": "cavity" if told else "interferometer_path_m",
         "delay_s": scale.delay_s,
         "stderr": scale.stderr_s,
-        "path_m": scale.delay_s * _C,
+        "path_m": scale.delay_s * SPEED_OF_LIGHT,
         "comb_hz": scale.comb_hz,
     }

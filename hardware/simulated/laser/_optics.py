@@ -4,7 +4,8 @@ import dataclasses
 
 import numpy as np
 
-SPEED_OF_LIGHT = 299_792_458.0  # m/s
+from rapi_jax.internal import SPEED_OF_LIGHT
+
 _TWO_PI = np.float32(2.0 * np.pi)
 
 

@@ -6,9 +6,8 @@ import numpy as np
 from jaxtyping import Float
 
 from rapi_jax._errors import DataError
+from rapi_jax._metrics import SPEED_OF_LIGHT as C
 from rapi_jax.ranging.distance._estimators import BEST, estimator
-
-C = 299_792_458.0  # m/s
 
 
 @dataclasses.dataclass(frozen=True)
@@ -97,4 +96,4 @@ class Conditions:
     @property
     def counts(self) -> bool:
         """Whether the method counts fringes and orders."""
-        return self.method.startswith("counting")
+        return not estimator(self.method).proportional

@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._conditions import BudgetLine, C, Conditions
+from rapi_jax._metrics import SPEED_OF_LIGHT as C
+
+from ._conditions import BudgetLine, Conditions
 from ._light import measure_light
 from ._predicted import predicted_budget
 

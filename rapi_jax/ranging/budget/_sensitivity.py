@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from ._conditions import C, Conditions
+from rapi_jax._metrics import SPEED_OF_LIGHT as C
+
+from ._conditions import Conditions
 
 
 def motion_weights(conditions: Conditions) -> tuple[np.ndarray, np.ndarray]:

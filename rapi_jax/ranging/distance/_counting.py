@@ -5,6 +5,7 @@ from typing import Literal
 
 import numpy as np
 
+from rapi_jax.ranging.reading._analytic import band_pass
 from rapi_jax.ranging.reading._scans import Scans
 from rapi_jax.ranging.reading._transforms import irfft, rfft
 
@@ -34,6 +35,11 @@ class Counting(AbstractEstimator):
         """As outputs call it."""
         return "counting" if self.ends == "peaks" else "counting-region"
 
+    @property
+    def proportional(self) -> bool:
+        """Orders of the cavity are the scale."""
+        return False
+
     def __call__(
         self, scans: Scans, combs: list[CombReading], scale: Scale, centre_hz: float
     ) -> Estimates:
@@ -52,15 +58,12 @@ class Counting(AbstractEstimator):
             np.array(stderr),
             np.array(span),
             Motion(np.array(velocity), np.array(acceleration)),
-            proportional=False,
             problems=tuple(problems),
         )
 
 
 def extrema(spectrum: np.ndarray, size: int, low: float, high: float) -> np.ndarray:
     """Times of the extrema of a band-limited signal, in samples: zeros of its derivative."""
-    from rapi_jax.ranging.reading._analytic import band_pass
-
     gain = band_pass(size, max(low, 0.5) / size, min(high / size, 0.49)) / 2
     f = np.arange(size // 2 + 1) / size
     slope = irfft(spectrum * gain * (1j * _TWO_PI * f), size)

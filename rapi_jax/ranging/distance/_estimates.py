@@ -10,7 +10,6 @@ from rapi_jax.ranging.reading._scans import Scans
 
 from ._scale import CombReading, Scale
 
-C = 299_792_458.0  # m/s
 _TWO_PI = 2 * np.pi
 
 
@@ -35,8 +34,6 @@ class Estimates:
     - `delay_s`: apparent delay of the target, folded to positive. `stderr_s`: from the noise of
       this scan alone. Not numbers where a scan could not be read.
     - `span_hz`: of optical frequency that was used. `motion`: answer to a moving target.
-    - `proportional`: whether delays are in proportion to the interferometer's (resampling), or
-      stand on the cavity alone (counting).
     - `problems`: a line for scans that could not be read well, "" for the others.
     """
 
@@ -44,7 +41,6 @@ class Estimates:
     stderr_s: np.ndarray
     span_hz: np.ndarray
     motion: Motion
-    proportional: bool
     problems: tuple[str, ...]
 
 
@@ -55,6 +51,11 @@ class AbstractEstimator(abc.ABC):
     @abc.abstractmethod
     def name(self) -> str:
         """As outputs and the command line call it."""
+
+    @property
+    @abc.abstractmethod
+    def proportional(self) -> bool:
+        """Whether delays are in proportion to the interferometer's; else they are the cavity's."""
 
     @abc.abstractmethod
     def __call__(

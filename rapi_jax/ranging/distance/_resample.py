@@ -7,7 +7,7 @@ from jaxtyping import Float32
 
 from rapi_jax.ranging.reading._analytic import taper
 from rapi_jax.ranging.reading._scans import Scans
-from rapi_jax.ranging.reading._transforms import rfft, usable_size
+from rapi_jax.ranging.reading._transforms import usable_size
 
 from ._thresholds import THRESHOLDS
 
@@ -18,14 +18,12 @@ class Resampled:
 
     - `value`: with cosine edges outside the region. `step`: of each scan, rad of the
       interferometer's phase. `first`, `last`: the region, in samples.
-    - `spectrum`: of `value`, positive frequencies.
     """
 
     value: Float32[np.ndarray, "scans points"]
     step: np.ndarray
     first: int
     last: int
-    spectrum: np.ndarray
 
     @property
     def points(self) -> int:
@@ -55,7 +53,7 @@ def resample(scans: Scans) -> Resampled:
     edge = min(left, right)
     if edge > 1:
         value *= taper(size, edge)[None, :]
-    return Resampled(value, step, left, last, rfft(value))
+    return Resampled(value, step, left, last)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -80,7 +78,7 @@ def find_beat(spectrum: np.ndarray) -> Beat:
     noise = np.median(power[:, power.shape[1] // 2 :], axis=1) / np.log(2.0) + 1e-30
     peak = np.argmax(power, axis=1)
     ratio = power[np.arange(peak.size), peak] / noise
-    excess = np.where(power > 12.0 * noise[:, None], power, 0.0)
+    excess = np.where(power > THRESHOLDS.detection * noise[:, None], power, 0.0)
     total = np.cumsum(excess, axis=1)
     total /= total[:, -1:] + 1e-30
     tail = THRESHOLDS.tail

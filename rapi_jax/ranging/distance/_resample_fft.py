@@ -30,6 +30,11 @@ class ResampleFFT(AbstractEstimator):
         """As outputs call it."""
         return "resample-fft"
 
+    @property
+    def proportional(self) -> bool:
+        """The interferometer is the clock."""
+        return True
+
     def __call__(
         self, scans: Scans, combs: list[CombReading], scale: Scale, centre_hz: float
     ) -> Estimates:
@@ -44,7 +49,8 @@ def estimate_peaks(scans: Scans, resampled: Resampled, scale: Scale, centre_hz: 
     n = resampled.points
     window = np.hanning(n + 2)[1:-1]
     value = resampled.value[:, resampled.first : resampled.last + 1] * window.astype(np.float32)
-    beat = find_beat(rfft(value))
+    spectrum = rfft(value)
+    beat = find_beat(spectrum)
     x = (np.arange(n) - (n - 1) / 2) * (2.0 / n)  # -1 to 1
     theta = np.pi * beat.peak  # rad over half the grid
     moments = np.empty((scans.count, _ORDERS), dtype=complex)
@@ -56,7 +62,7 @@ def estimate_peaks(scans: Scans, resampled: Resampled, scale: Scale, centre_hz: 
     offset = _largest(moments)
     # Of white noise: the variance of the peak's place for a window h is s^2 sum(h^2 x^2) / ...
     amplitude = 2 * np.abs(_series(moments, offset)) / window.sum()
-    power = np.abs(rfft(value)) ** 2
+    power = np.abs(spectrum) ** 2
     noise = np.median(power[:, power.shape[1] // 2 :], axis=1) / np.log(2.0)
     sigma = np.sqrt(noise / np.sum(window**2))  # of a sample
     spread = np.sqrt(np.sum((window * x) ** 2)) / np.sum(window * x**2)
@@ -79,7 +85,6 @@ def estimate_peaks(scans: Scans, resampled: Resampled, scale: Scale, centre_hz: 
         stderr * per_radian * scale.delay_s,
         span,
         motion,
-        proportional=True,
         problems=problems,
     )
 

@@ -4,8 +4,9 @@ import functools
 
 import numpy as np
 
-from rapi_jax.ranging.reading._analytic import analytic_signal, band_pass, unwrapped_phase
+from rapi_jax.ranging.reading._analytic import band_limited, band_pass, unwrapped_phase
 from rapi_jax.ranging.reading._scans import Scans
+from rapi_jax.ranging.reading._transforms import rfft
 
 from ._estimates import AbstractEstimator, Estimates, motion_of_line
 from ._resample import Resampled, find_beat, resample
@@ -25,6 +26,11 @@ class ResamplePhase(AbstractEstimator):
         """As outputs call it."""
         return "resample-phase"
 
+    @property
+    def proportional(self) -> bool:
+        """The interferometer is the clock."""
+        return True
+
     def __call__(
         self, scans: Scans, combs: list[CombReading], scale: Scale, centre_hz: float
     ) -> Estimates:
@@ -37,7 +43,8 @@ def estimate_resampled(
     scans: Scans, resampled: Resampled, scale: Scale, centre_hz: float
 ) -> Estimates:
     """The slope of the phase of samples that stand on an even grid already."""
-    beat = find_beat(resampled.spectrum.copy())
+    spectrum = rfft(resampled.value)
+    beat = find_beat(spectrum)
     size = resampled.value.shape[1]
     gain = np.stack(
         [
@@ -45,7 +52,7 @@ def estimate_resampled(
             for low, high in zip(beat.low, beat.high, strict=True)
         ]
     )
-    z = analytic_signal(resampled.value, gain)[:, resampled.first : resampled.last + 1]
+    z = band_limited(spectrum, size, gain)[:, resampled.first : resampled.last + 1]
     phase = unwrapped_phase(z)
     n = resampled.points
     x = np.arange(n) - (n - 1) / 2
@@ -76,7 +83,6 @@ def estimate_resampled(
         stderr / resampled.step * scale.delay_s,
         span,
         motion,
-        proportional=True,
         problems=tuple(problems),
     )
 

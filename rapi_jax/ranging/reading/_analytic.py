@@ -30,10 +30,15 @@ def analytic_signal(
     x: Float[np.ndarray, "scans samples"], gain: Float[np.ndarray, "*rows positive"]
 ) -> Complex64[np.ndarray, "scans samples"]:
     """The signal's positive frequencies, each with its gain: for all scans, or a row for each."""
-    size = x.shape[-1]
-    spectrum = np.zeros(x.shape, dtype=np.complex64)
-    spectrum[..., : size // 2 + 1] = rfft(x)
-    spectrum[..., : size // 2 + 1] *= gain
+    return band_limited(rfft(x), x.shape[-1], gain)
+
+
+def band_limited(
+    positive: np.ndarray, size: int, gain: Float[np.ndarray, "*rows positive"]
+) -> Complex64[np.ndarray, "scans samples"]:
+    """The same from the signal's positive frequencies; `size`: its samples."""
+    spectrum = np.zeros((positive.shape[0], size), dtype=np.complex64)
+    np.multiply(positive, gain, out=spectrum[:, : positive.shape[1]])
     return ifft(spectrum)
 
 

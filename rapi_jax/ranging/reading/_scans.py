@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float, Float32
 
+from rapi_jax._metrics import SPEED_OF_LIGHT as C
 from rapi_jax._recording import ROI
 from rapi_jax.ranging._records import FringeRecord, FringeRecords
 
@@ -17,8 +18,6 @@ from ._thresholds import THRESHOLDS
 from ._transforms import usable_size
 from ._turns import Turns, find_turns
 
-C = 299_792_458.0  # m/s
-
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Scans:
@@ -29,7 +28,7 @@ class Scans:
     - `first`, `last`: the region of interest, in samples; the rest is margin for filters.
     - `rising`: whether the frequency rises. `peaks`: the cavity's, in session time.
     - `light`, `reference`: least visibility of measurement arm and interferometer in the region, of
-      the usual one of the scan. `noise`: rms of the interferometer's phase noise, rad.
+      the usual one of the scan.
     """
 
     begin_s: np.ndarray
@@ -41,7 +40,6 @@ class Scans:
     rising: bool
     peaks: tuple[CavityPeaks, ...]
     measurement_hz: float
-    noise: np.ndarray
     light: np.ndarray
     reference: np.ndarray
 
@@ -228,9 +226,6 @@ def _branches(x, y, cut, start_s, hz, rates: Rates, rising, peaks) -> Scans:
     phase = unwrapped_phase(z)
     roi = slice(first, last + 1)
     size_of = np.abs(z[:, roi])
-    usual = np.median(size_of, axis=1, keepdims=True)
-    # White noise puts as much on the amplitude as on the phase; slow changes are the light's.
-    noise = np.std(np.diff(size_of, axis=1), axis=1) / np.sqrt(2.0) / usual[:, 0]
     middle_s = start_s + begin / hz
     found = []
     for at in middle_s:
@@ -246,7 +241,6 @@ def _branches(x, y, cut, start_s, hz, rates: Rates, rising, peaks) -> Scans:
         rising,
         tuple(found),
         rates.measurement,
-        noise,
         light=_least_swing(b[:, roi]),
         reference=_least_mean(size_of),
     )

@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from rapi_jax._errors import DataError
-from rapi_jax._metrics import Branch, C, linearity
+from rapi_jax._metrics import SPEED_OF_LIGHT as C
+from rapi_jax._metrics import Branch, linearity
 
 Shape = Literal["quadratic", "cubic", "sine", "random", "up", "down"]
 Values = Float[np.ndarray, " sizes"]

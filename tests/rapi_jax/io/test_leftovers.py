@@ -99,3 +99,4 @@ def test_what_a_leftover_points_to_stays(tmp_path):
 
 def test_a_folder_that_cannot_be_listed_is_no_error(tmp_path):
     remove_leftovers(tmp_path / "missing")
+    assert not (tmp_path / "missing").exists()

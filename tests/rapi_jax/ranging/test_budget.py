@@ -17,9 +17,9 @@ from hardware.simulated import (
 )
 from hardware.simulated.laser._digitizer import Digitizer
 from rapi_jax import triangle
+from rapi_jax._metrics import SPEED_OF_LIGHT as C
 from rapi_jax.ranging._range import range_records
 from rapi_jax.ranging.budget import Conditions, Vibration, measured_budget, predicted_budget
-from rapi_jax.ranging.distance._estimates import C
 
 DISTANCE, RATE, HZ = 0.7, 10.0, 1e6
 QUIET = {"linewidth_hz": 0.0, "noise_v": 0.0, "step_v": 0.0}

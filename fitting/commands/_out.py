@@ -3,7 +3,7 @@
 import contextlib
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,17 @@ def output_folder(path: Path) -> Path:
             f"cannot write to the output folder {path}: {error.strerror}. {cure}"
         ) from error
     return path
+
+
+def write_sent(sent: Mapping[str, bytes], output: Path, out: Console) -> None:
+    """Write what a dry run would have sent, a file an instrument, and say where."""
+    from rapi_jax.io import write_atomic
+
+    folder = output_folder(output)
+    for name, data in sent.items():
+        write_atomic(folder / f"{name}.bytes", data)
+    line = f"nothing was connected; what would be sent is in {folder}"
+    out.print(line, markup=False, soft_wrap=True)
 
 
 def print_json(value: Any) -> None:

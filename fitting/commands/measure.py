@@ -65,9 +65,9 @@ def measure(
     from hardware import dry_run as dry
     from rapi_jax import repeated
     from rapi_jax.internal import located
-    from rapi_jax.io import printable, read_drive, write_atomic, write_recording
+    from rapi_jax.io import printable, read_drive, write_recording
 
-    from ._out import console, output_folder, print_json, progress
+    from ._out import console, output_folder, print_json, progress, write_sent
     from ._plugins import load_plugins, plugin_classes
 
     drivers = plugin_classes(load_plugins(plugin), AbstractDriver)
@@ -83,14 +83,7 @@ def measure(
         rehearsed = dry(file, drivers=drivers)
         with rehearsed.bench as simulated:
             simulated.measure(several)
-        folder = output_folder(output)
-        for name, sent in rehearsed.sent().items():
-            write_atomic(folder / f"{name}.bytes", sent)
-        out.print(
-            f"nothing was connected; what would be sent is in {folder}",
-            markup=False,
-            soft_wrap=True,
-        )
+        write_sent(rehearsed.sent(), output, out)
         return 0
     output_folder(output.parent)  # now, not after a long measurement
     folder = None if raw is None else output_folder(raw)

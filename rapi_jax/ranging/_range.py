@@ -31,8 +31,9 @@ def range_records(
 
     **Arguments:**
 
-    - `method`: `"resample-phase"` (the best in noise), `"resample-fft"`, or `"counting"` (the
-      paper's).
+    - `method`: `"resample-phase"` (the best in noise), `"resample-fft"`, `"counting"` from one peak
+      of the cavity to another (Eqs. 2 and 4), or `"counting-region"` with orders interpolated, as
+      the paper's spread suggests.
     - `kalman`: whether to follow the target by a Kalman filter; by default where there are at least
       four scans, of both directions. Without it every scan is taken as of a target at rest.
     - `expected_m`: least and largest distance that is possible, m. It settles which of two targets

@@ -62,9 +62,9 @@ def bench_range(
     )
     from hardware import dry_run as dry
     from rapi_jax.internal import located
-    from rapi_jax.io import FringeWriter, OutputError, printable, read_drive, write_atomic
+    from rapi_jax.io import FringeWriter, OutputError, printable, read_drive
 
-    from .._out import console, output_folder, print_json, progress
+    from .._out import console, output_folder, print_json, progress, write_sent
     from .._plugins import load_plugins, plugin_classes
 
     drivers = plugin_classes(load_plugins(plugin), AbstractDriver)
@@ -79,14 +79,7 @@ def bench_range(
         rehearsed = dry(file, drivers=drivers)
         with rehearsed.bench as simulated:
             simulated.record_fringes(played, periods=periods, records=records, store=_drop)
-        folder = output_folder(output)
-        for name, sent in rehearsed.sent().items():
-            write_atomic(folder / f"{name}.bytes", sent)
-        out.print(
-            f"nothing was connected; what would be sent is in {folder}",
-            markup=False,
-            soft_wrap=True,
-        )
+        write_sent(rehearsed.sent(), output, out)
         return 0
     output_folder(output.parent)  # now, not after a long measurement
     if output.exists() and not output.is_dir():

@@ -3,6 +3,17 @@
 from ._excess import excess_probability
 from ._lines import Pick, PowerBins
 from ._relaxations import NoiseModel, Processes
+from ._robust import EXPONENTIAL_MEDIAN, RunLines, estimate_shared_noise
 from ._variance_components import estimate_noise
 
-__all__ = ["NoiseModel", "Pick", "PowerBins", "Processes", "estimate_noise", "excess_probability"]
+__all__ = [
+    "EXPONENTIAL_MEDIAN",
+    "NoiseModel",
+    "Pick",
+    "PowerBins",
+    "Processes",
+    "RunLines",
+    "estimate_noise",
+    "estimate_shared_noise",
+    "excess_probability",
+]

@@ -9,7 +9,7 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ._thresholds import THRESHOLDS
 
@@ -26,13 +26,16 @@ class Processes:
     shares: Float[np.ndarray, "processes components"]
 
     @classmethod
-    def of(cls, steps_s: Sequence[float], sizes: Sequence[int]) -> "Processes":
+    def of(
+        cls, steps_s: Sequence[float], sizes: Sequence[int], slowest_hz: float = 0.0
+    ) -> "Processes":
         """White noise, each relaxation, and flicker noise of several exponents.
 
-        Corners lie between what the longest run and what the finest sampling can show.
+        Corners lie between what the longest run and what the finest sampling can show, and not
+        below `slowest_hz`.
         """
         longest = max(step * size for step, size in zip(steps_s, sizes, strict=True))
-        slowest = THRESHOLDS.slowest_corner / longest
+        slowest = max(THRESHOLDS.slowest_corner / longest, slowest_hz)
         fastest = max(THRESHOLDS.fastest_corner / min(steps_s), 2.0 * slowest)
         ratio = np.log(fastest / slowest) / np.log(THRESHOLDS.corner_ratio)
         corner_hz = np.geomspace(slowest, fastest, 1 + int(np.ceil(ratio)))
@@ -48,6 +51,21 @@ class Processes:
         each[0, 0] = 1.0
         each[1:] = np.exp(-2.0 * np.pi * self.corner_hz[:, None] * step_s * np.arange(lags))
         return self.shares @ each
+
+    def spectrum(
+        self, hertz: Float[np.ndarray, " frequencies"], step_s: float
+    ) -> Float[np.ndarray, "processes frequencies"]:
+        """The variance a sample of each process at each frequency, in a long record."""
+        rho = np.exp(-2.0 * np.pi * self.corner_hz * step_s)[:, None]
+        turn = np.cos(2.0 * np.pi * hertz * step_s)
+        each = (1.0 - rho**2) / (1.0 - 2.0 * rho * turn + rho**2)
+        return self.shares @ np.concatenate([np.ones((1, turn.size)), each])
+
+    def pick(self, these: Int[np.ndarray, " chosen"]) -> "Processes":
+        """Some of the processes, and of the relaxations those that they are made of."""
+        shares = self.shares[these]
+        used = shares[:, 1:].any(axis=0)
+        return Processes(self.corner_hz[used], shares[:, np.concatenate([[True], used])])
 
     def periodogram(self, step_s: float, size: int) -> Float[np.ndarray, "processes lines"]:
         """The expected power of each process at each Fourier line; 1 for white noise.

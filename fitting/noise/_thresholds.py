@@ -33,6 +33,17 @@ class NoiseThresholds:
         4, unit="lines", origin="set by trial; that many of the slowest are bins of their own"
     )
     bin_ratio: float = threshold(1.25, unit="ratio of frequencies", origin="set by trial")
+    least_group_lines: int = threshold(
+        6, unit="lines", origin="set by trial; of so few a tone does not move the median"
+    )
+    corner_below: float = threshold(
+        4.0,
+        unit="slowest frequency seen",
+        origin="set by trial; how far below it the slowest corner may lie",
+    )
+    median_passes: int = threshold(
+        3, unit="passes", origin="set by trial; the first expects the same of all lines"
+    )
     least_freedom: float = threshold(
         0.1, unit="degrees of freedom", origin="set by trial; bins with fewer left say nothing"
     )

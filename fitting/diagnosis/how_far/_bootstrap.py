@@ -192,7 +192,7 @@ def _from_noise(
     before: np.ndarray, after: np.ndarray, block: PeriodBlock, spectrum: Spectrum, ratio: float
 ) -> float:
     lines = SpectralLines.of(block)
-    s = spectrum.variance(lines.hertz, lines.step_s)
+    s = spectrum.of_lines(lines)
     left = np.abs(to_lines(after - ratio * before)) ** 2
     own = (1.0 - ratio) ** 2
     cross = max(float((lines.multiplicity * s) @ (left - own * s)), 0.0)

@@ -16,12 +16,13 @@ from ._periods import PeriodBlock
 class SpectralLines:
     """The lines of a block's transform.
 
-    - `synchronous`: whether a line repeats with the scan.
+    - `size`: values of the block. `synchronous`: whether a line repeats with the scan.
     - `multiplicity`: 2 for a line with real and imaginary part, 1 for the mean and Nyquist's.
     """
 
     hertz: Float[np.ndarray, " lines"]
     step_s: float
+    size: int
     synchronous: Bool[np.ndarray, " lines"]
     multiplicity: Float[np.ndarray, " lines"]
 
@@ -32,7 +33,7 @@ class SpectralLines:
         synchronous = k % block.periods == 0
         multiplicity = np.where((k == 0) | (2 * k == block.size), 1.0, 2.0)
         hertz = k / (block.size * block.step_s)
-        return cls(hertz, block.step_s, synchronous, multiplicity)
+        return cls(hertz, block.step_s, block.size, synchronous, multiplicity)
 
 
 def to_lines(values: Float[np.ndarray, "*more periods phases"]) -> Complex[np.ndarray, "*more _"]:

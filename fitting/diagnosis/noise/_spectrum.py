@@ -1,51 +1,69 @@
 """Noise spectrum of a recording, measured from what does not repeat with the scan."""
 
 import dataclasses
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from fitting.noise import EXPONENTIAL_MEDIAN, Processes, RunLines, estimate_shared_noise
+
 from ._lines import SpectralLines, to_lines
 from ._periods import PeriodBlock
-from ._spectrum_fit import EXPONENTIAL_MEDIAN, fit_spectrum
 from ._thresholds import THRESHOLDS
 
 _TINY = 1e-300
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Spectrum:
-    r"""Noise of a sample: $S(f) = w + (h/\Delta t) a / (1 + (f/f_c)^p)$, a variance a line.
+    """Noise of all runs as few processes in time, as `fitting.noise` describes it.
 
-    The white part is that of one reading. The red part is a process in time, so a line of faster
-    samples holds more of it.
-
-    - `white` ($w$), `red` ($a$): variances in the response's unit squared; the red one at a
-      sampling interval of `step_s` ($h$, s).
-    - `corner_hz` ($f_c$): Hz. `exponent` ($p$): 2 for one relaxation, about 1 for the many that
-      make flicker noise.
+    - `processes`, `variances`: of each, in the response's unit squared.
     - `measured`: whether repeated periods measured it; where not, it is read off the fastest lines
       of the residual, and is only an upper bound of the white part.
     """
 
-    white: float
-    red: float
-    corner_hz: float
+    processes: Processes
+    variances: Float[np.ndarray, " processes"]
     measured: bool
-    step_s: float = 1.0
-    exponent: float = 2.0
+
+    @classmethod
+    def of_white(cls, variance: float, *, measured: bool = True) -> "Spectrum":
+        """White noise alone."""
+        return cls(Processes(np.zeros(0), np.ones((1, 1))), np.array([variance]), measured)
+
+    @property
+    def white(self) -> float:
+        """Variance of what is white from reading to reading."""
+        return float(self.variances @ self.processes.shares[:, 0])
+
+    @property
+    def total(self) -> float:
+        """Variance of a reading, the slowest noise included."""
+        return float(self.variances @ self.processes.shares.sum(axis=1))
 
     def variance(
         self, hertz: Float[np.ndarray, " frequencies"], step_s: float
     ) -> Float[np.ndarray, " frequencies"]:
-        """Variance a sample at each frequency, for samples every `step_s`."""
-        return self.white + self.red_variance(hertz, step_s)
+        """Variance a sample at each frequency, for long records of samples every `step_s`."""
+        return self.variances @ self.processes.spectrum(hertz, step_s)
 
-    def red_variance(
-        self, hertz: Float[np.ndarray, " frequencies"], step_s: float
-    ) -> Float[np.ndarray, " frequencies"]:
-        """The red part of it."""
-        return self.red * (self.step_s / step_s) / (1.0 + (hertz / self.corner_hz) ** self.exponent)
+    def by_process(self, lines: SpectralLines) -> Float[np.ndarray, "processes lines"]:
+        """The expected power of each process at the lines of a run."""
+        key = lines.step_s, lines.size
+        if key not in self._known:
+            self._known[key] = self.variances[:, None] * self.processes.periodogram(*key)
+        return self._known[key]
+
+    @cached_property
+    def _known(self) -> dict[tuple[float, int], np.ndarray]:
+        """What was worked out, by sampling interval and size."""
+        return {}
+
+    def of_lines(self, lines: SpectralLines) -> Float[np.ndarray, " lines"]:
+        """The expected power at the lines of a run."""
+        return self.by_process(lines).sum(axis=0)
 
     def mean_variance(
         self,
@@ -54,8 +72,7 @@ class Spectrum:
     ) -> float:
         """Variance of a reading; `pick`: 1 for the lines that count, 0 for others."""
         weight = lines.multiplicity * pick
-        variance = self.variance(lines.hertz, lines.step_s)
-        return float(weight @ variance / max(weight.sum(), 1.0))
+        return float(weight @ self.of_lines(lines) / max(weight.sum(), 1.0))
 
 
 def measure_spectrum(errors: list[Float[np.ndarray, "_ _"]], blocks: list[PeriodBlock]) -> Spectrum:
@@ -67,7 +84,13 @@ def measure_spectrum(errors: list[Float[np.ndarray, "_ _"]], blocks: list[Period
     """
     found = _measure(errors, blocks)
     least = (THRESHOLDS.resolution * max(float(np.ptp(b.data)) for b in blocks)) ** 2
-    return dataclasses.replace(found, white=max(found.white, least))
+    if found.white >= least:
+        return found
+    white, shares = np.array([least - found.white]), np.eye(1, found.processes.shares.shape[1])
+    processes = Processes(
+        found.processes.corner_hz, np.concatenate([shares, found.processes.shares])
+    )
+    return Spectrum(processes, np.concatenate([white, found.variances]), found.measured)
 
 
 def noise_lines(lines: SpectralLines) -> np.ndarray:
@@ -77,31 +100,19 @@ def noise_lines(lines: SpectralLines) -> np.ndarray:
 
 
 def _measure(errors: list[np.ndarray], blocks: list[PeriodBlock]) -> Spectrum:
-    hertz, power, density = [], [], []
-    step = float(np.median([b.step_s for b in blocks]))
     measured = any(b.periods > 1 for b in blocks)
+    runs = []
     for error, block in zip(errors, blocks, strict=True):
-        lines = SpectralLines.of(block)
-        p = np.abs(to_lines(error)) ** 2
+        lines, power = SpectralLines.of(block), np.abs(to_lines(error)) ** 2
         if measured:
             pick = noise_lines(lines) & (block.periods > 1)
         else:
-            pick = np.arange(p.size) > THRESHOLDS.fastest_fraction * p.size
-        hertz.append(lines.hertz[pick])
-        power.append(p[pick])
-        density.append(np.full(int(pick.sum()), step / block.step_s))
-    f, p, k = np.concatenate(hertz), np.concatenate(power), np.concatenate(density)
-    if p.size < THRESHOLDS.least_lines or not p.max() > 0:
-        floor = float(np.mean(p)) if p.size else 0.0
-        return Spectrum(max(floor, _TINY), 0.0, 1.0, measured)
+            pick = np.arange(power.size) > THRESHOLDS.fastest_fraction * power.size
+        runs.append(RunLines(block.step_s, block.size, np.flatnonzero(pick), power[pick]))
+    power = np.concatenate([run.power for run in runs])
+    if power.size < THRESHOLDS.least_lines or not power.max() > 0:
+        floor = float(np.mean(power)) if power.size else 0.0
+        return Spectrum.of_white(max(floor, _TINY), measured=measured)
     if not measured:
-        return Spectrum(float(np.median(p)) / EXPONENTIAL_MEDIAN, 0.0, 1.0, False)
-    bins = THRESHOLDS.frequency_bins
-    edges = np.geomspace(f[f > 0].min(), f.max() * (1 + 1e-9), bins + 1)
-    where = np.digitize(f, edges)
-    groups = [np.flatnonzero(where == b) for b in range(1, bins + 1)]
-    groups = [g for g in groups if g.size >= THRESHOLDS.least_bin_lines]
-    if len(groups) < THRESHOLDS.least_bins:
-        return Spectrum(float(np.median(p)) / EXPONENTIAL_MEDIAN, 0.0, 1.0, True)
-    white, red, corner, exponent = fit_spectrum(f, p, k, groups)
-    return Spectrum(white, red, corner, True, step, exponent)
+        return Spectrum.of_white(float(np.median(power)) / EXPONENTIAL_MEDIAN, measured=False)
+    return Spectrum(*estimate_shared_noise(runs), True)

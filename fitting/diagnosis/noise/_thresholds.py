@@ -7,7 +7,7 @@ from rapi_jax.internal import threshold
 
 @dataclasses.dataclass(frozen=True)
 class NoiseThresholds:
-    """Sampling of periods, form of the noise spectrum, slow changes of a session."""
+    """Sampling of periods, lines that show noise, slow changes of a session."""
 
     most_samples: int = threshold(
         1024, unit="samples a period", origin="set by trial; runs sampled finer are decimated"
@@ -15,45 +15,16 @@ class NoiseThresholds:
     least_samples: int = threshold(
         512, unit="samples a period", origin="set by trial; decimation leaves at least as many"
     )
-    frequency_bins: int = threshold(
-        24, unit="bins of log frequency", origin="set by trial; for medians of spectral lines"
-    )
     slowest_line: int = threshold(
         6,
         unit="lines of a run",
         origin="set by trial; below, slow effects and not noise dominate",
-    )
-    least_bin_lines: int = threshold(6, unit="lines a bin", origin="set by trial")
-    least_bins: int = threshold(
-        4, unit="bins", origin="four numbers are fitted; with fewer bins noise counts as white"
     )
     least_lines: int = threshold(8, unit="lines", origin="set by trial; with fewer, their mean")
     fastest_fraction: float = threshold(
         0.6,
         unit="lines of a run",
         origin="set by trial; where nothing repeats, noise is read off the lines above",
-    )
-    median_passes: int = threshold(
-        3, unit="passes", origin="set by trial; the first expects white noise"
-    )
-    most_bin_weight: float = threshold(
-        200.0, unit="lines", origin="set by trial; a bin with more lines weighs no more"
-    )
-    corner_below: float = threshold(
-        4.0,
-        unit="slowest frequency seen",
-        origin="set by trial; how far below it the corner may lie",
-    )
-    least_exponent: float = threshold(
-        0.7, unit="1", origin="below the exponent 1 of flicker noise; set by trial"
-    )
-    exponent_gain: float = threshold(
-        2.0,
-        unit="half a sum of squares",
-        origin="what one more number gains by chance (1 in 20: 1.9)",
-    )
-    robust_scale: float = threshold(
-        2.0, unit="standard errors of a median", origin="set by trial; `f_scale` of soft L1"
     )
     resolution: float = threshold(
         1e-6, unit="span of the readings", origin="set by trial; no reading is better than this"

@@ -25,8 +25,7 @@ class Whitener:
         self.blocks, self.spectrum = blocks, spectrum
         self.lines = [SpectralLines.of(b) for b in blocks]
         self._scale = [
-            np.sqrt(lines.multiplicity / spectrum.variance(lines.hertz, lines.step_s))
-            for lines in self.lines
+            np.sqrt(lines.multiplicity / spectrum.of_lines(lines)) for lines in self.lines
         ]
         for k, scale in enumerate(self._scale):
             scale[0] *= not own_origin

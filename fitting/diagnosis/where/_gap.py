@@ -14,7 +14,7 @@ from scipy import stats
 
 from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.noise._spectrum import Spectrum
-from fitting.diagnosis.noise._spectrum_fit import EXPONENTIAL_MEDIAN
+from fitting.noise import EXPONENTIAL_MEDIAN
 
 from ._sum_variances import (
     SumVariances,
@@ -65,7 +65,7 @@ class Gap:
 def _estimate_gap(
     parts: list[RunSums],
     variances: list[SumVariances],
-    information: Float[np.ndarray, "3 3"],
+    information: Float[np.ndarray, "processes processes"],
     measured: bool,
 ) -> Gap:
     """The gap of these runs together; `information`: about the spectrum, of all runs."""
@@ -154,12 +154,12 @@ def measure_gap(
     variances = [
         sum_variances(e, b, spectrum, own_origin) for e, b in zip(errors, blocks, strict=True)
     ]
-    # A value of the spectrum that its lines do not see (no red part) has a wide prior. Where none
+    # A process that the lines hardly see has a wide prior. Where none
     # of these runs could measure it, it was measured elsewhere: on as many lines, say.
     elsewhere = all(b.periods == 1 for b in blocks) * sum(b.size for b in blocks) / 2.0
-    white = elsewhere + THRESHOLDS.white_information
-    prior = np.diag([white, THRESHOLDS.red_information, THRESHOLDS.corner_information])
-    information = np.sum([v.information for v in variances], axis=0) + prior
+    slope = np.sum([v.slope for v in variances], axis=0)
+    prior = elsewhere * slope / slope.sum() + THRESHOLDS.process_information
+    information = np.sum([v.information for v in variances], axis=0) + np.diag(prior)
     known = spectrum.measured
     runs = [
         _estimate_gap([p], [v], information, known) for p, v in zip(parts, variances, strict=True)

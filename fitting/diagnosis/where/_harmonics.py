@@ -75,7 +75,7 @@ def _harmonics(
     error: np.ndarray, block: PeriodBlock, spectrum: Spectrum, tones: list[Tone]
 ) -> Harmonics:
     lines = SpectralLines.of(block)
-    power, level = np.abs(to_lines(error)) ** 2, spectrum.variance(lines.hertz, lines.step_s)
+    power, level = np.abs(to_lines(error)) ** 2, spectrum.of_lines(lines)
     periods, size = block.periods, block.size
     at = np.arange(periods, (size - 1) // 2 + 1, periods)  # neither the mean nor Nyquist's
     if periods > 1:

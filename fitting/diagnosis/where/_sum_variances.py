@@ -18,24 +18,24 @@ _TINY = 1e-300
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class SumVariances:
-    """Variances of the sums of a run, and their derivatives by the spectrum's three values.
+    """Variances of the sums of a run, and their derivatives by the noise's variances.
 
     - `synchronous`, `nonsynchronous`: of the sum of squares of the mean period, and about it.
     - `freedom`: degrees of freedom of noise in synchronous and in other lines, as of a chi-square.
     - `bands`: of the first harmonics, power and number of values, synchronous and not, noise being
       1.
-    - `slope`: derivative of the noise summed over all lines, by logarithms of white part, red part
-      and corner; `picked`: of that of the lines the spectrum was read from. `information`: of those
-      lines about the logarithms.
+    - `slope`: derivative of the noise summed over all lines, by the logarithm of the variance of
+      each process; `picked`: of that of the lines the spectrum was read from. `information`: of
+      those lines about the logarithms.
     """
 
     synchronous: float
     nonsynchronous: float
     freedom: tuple[float, float]
     bands: Float[np.ndarray, "bands 4"]
-    slope: Float[np.ndarray, " 3"]
-    picked: Float[np.ndarray, " 3"]
-    information: Float[np.ndarray, "3 3"]
+    slope: Float[np.ndarray, " processes"]
+    picked: Float[np.ndarray, " processes"]
+    information: Float[np.ndarray, "processes processes"]
 
 
 def sum_variances(
@@ -47,7 +47,7 @@ def sum_variances(
     """The variances of one run's sums."""
     lines = SpectralLines.of(block)
     alive = lines.hertz > 0 if own_origin else lines.hertz >= 0
-    weights, s = lines.multiplicity * alive, spectrum.variance(lines.hertz, lines.step_s)
+    weights, s = lines.multiplicity * alive, spectrum.of_lines(lines)
     power = np.abs(to_lines(fill_masked(error, block))) ** 2
     variance, freedom = [], []
     for at in (lines.synchronous, ~lines.synchronous):
@@ -57,9 +57,7 @@ def sum_variances(
         cross = 4.0 * float((weight * level) @ (power[at] - level))
         variance.append(alone + max(cross, 0.0))
         freedom.append(max(2.0 * float(weight @ level) ** 2 / max(alone, _TINY), 1.0))
-    ratio = (lines.hertz / spectrum.corner_hz) ** 2
-    red = spectrum.red_variance(lines.hertz, lines.step_s)
-    moves = np.stack([np.full(s.shape, spectrum.white), red, 2.0 * red * ratio / (1.0 + ratio)])
+    moves = spectrum.by_process(lines)
     pick = noise_lines(lines)
     relative = np.where(pick[None, :], moves / np.maximum(s, _TINY)[None, :], 0.0)
     return SumVariances(

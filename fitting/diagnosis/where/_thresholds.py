@@ -27,14 +27,8 @@ class WhereThresholds:
     least_variance_share: float = threshold(
         0.02, unit="variance before", origin="set by trial; left where a shared part drops out"
     )
-    white_information: float = threshold(
-        1e-6, unit="lines", origin="only regularises; prior on the logarithm of the white part"
-    )
-    red_information: float = threshold(
-        0.1, unit="1", origin="set by trial; wide prior on the logarithm of the red part"
-    )
-    corner_information: float = threshold(
-        0.25, unit="1", origin="set by trial; prior of two on the logarithm of the corner"
+    process_information: float = threshold(
+        0.1, unit="1", origin="set by trial; wide prior on the logarithm of a process's variance"
     )
     neighbouring_harmonics: int = threshold(
         3, unit="harmonics", origin="set by trial; lines within, on both sides, give the noise"

@@ -7,8 +7,8 @@ from jaxtyping import Float, Int
 
 from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.noise._spectrum import Spectrum
-from fitting.diagnosis.noise._spectrum_fit import EXPONENTIAL_MEDIAN
 from fitting.diagnosis.noise._thresholds import THRESHOLDS as NOISE
+from fitting.noise import EXPONENTIAL_MEDIAN
 
 from ._thresholds import THRESHOLDS
 

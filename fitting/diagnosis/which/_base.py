@@ -20,7 +20,7 @@ from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
 
 from ._thresholds import THRESHOLDS
 
-_UNIT_NOISE = Spectrum(1.0, 0.0, 1.0, True)
+_UNIT_NOISE = Spectrum.of_white(1.0)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

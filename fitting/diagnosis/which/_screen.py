@@ -44,7 +44,7 @@ def initial_guesses(
 ) -> InitialGuesses:
     """Where a refit with each class may start, by what `state` leaves."""
     spectrum = refit.whitener.spectrum
-    noise = float(np.sqrt(spectrum.white + spectrum.red))
+    noise = float(np.sqrt(spectrum.total))
     summary = summarise_residual(refit.whitened, state, noise)
     return {cls.name: list(cls.initial_guesses(summary)) for cls in classes}
 

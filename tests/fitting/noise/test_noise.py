@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from fitting.noise import NoiseModel, PowerBins, Processes, estimate_noise, excess_probability
+from fitting.noise import (
+    NoiseModel,
+    PowerBins,
+    Processes,
+    RunLines,
+    estimate_noise,
+    estimate_shared_noise,
+    excess_probability,
+)
+from fitting.noise._robust import median_of_exponentials
 
 SIZE, STEP = 2000, 1e-3
 
@@ -139,3 +148,59 @@ def test_a_model_is_shared_by_what_reads_it():
     variance[0, :2] = 0.5, 0.25
     model = NoiseModel(processes, variance, (STEP,))
     assert model.autocovariance(0, 1)[0] == pytest.approx(0.75)
+
+
+def test_the_spectrum_of_a_process_is_its_periodogram_in_a_long_record():
+    processes = Processes.of([STEP], [SIZE])
+    size = 1 << 17
+    line = np.array([50, 500, 5000, 60000])
+    near = processes.spectrum(line / (size * STEP), STEP)
+    np.testing.assert_allclose(processes.periodogram(STEP, size)[:, line], near, rtol=0.05)
+    # over all frequencies it is the variance, 1
+    every = processes.spectrum(np.fft.fftfreq(size, STEP), STEP)
+    np.testing.assert_allclose(every.mean(axis=1), 1.0, rtol=1e-6)
+
+
+def test_picked_processes_are_the_same():
+    processes = Processes.of([STEP], [SIZE])
+    these = np.array([0, 4, processes.shares.shape[0] - 2])
+    few = processes.pick(these)
+    np.testing.assert_allclose(
+        few.periodogram(STEP, SIZE), processes.periodogram(STEP, SIZE)[these], rtol=1e-12
+    )
+    assert processes.pick(np.array([0, 4])).corner_hz.size == 1
+
+
+def test_the_median_of_exponentials():
+    """By integration over the distribution of the middle of an odd number; by hand for few."""
+    assert [median_of_exponentials(n) for n in (1, 2, 3)] == pytest.approx([1.0, 1.0, 5 / 6])
+    drawn = np.random.default_rng(0).exponential(size=(200_000, 6))
+    assert np.median(drawn, axis=1).mean() == pytest.approx(median_of_exponentials(6), rel=0.005)
+    assert median_of_exponentials(100_001) == pytest.approx(np.log(2.0), abs=1e-5)
+
+
+@pytest.mark.parametrize("tone", [0.0, 3.0])
+@pytest.mark.parametrize(
+    "white, slow, corner", [(1.0, 0.0, 1.0), (0.7, 0.3, 12.0), (0.5, 2.0, 60.0)]
+)
+def test_noise_that_runs_share_is_found_beside_a_tone(white, slow, corner, tone):
+    """The median of 40 sessions of two runs; each with a tone of 30 and 60 Hz, or without."""
+    every = {SIZE: STEP, 1200: 0.5 * STEP}
+    at = np.array([12, 40, 150, 580])
+    truth = Processes(np.array([corner]), np.eye(2))
+    found = []
+    for seed in range(40):
+        runs = []
+        for size, step in every.items():
+            rng = np.random.default_rng([seed, size])
+            noise = np.sqrt(white) * rng.standard_normal(size)
+            noise += np.sqrt(slow) * relaxation(rng, corner, size, step)
+            for hz in (30.0, 60.0):
+                noise += tone * np.sin(2 * np.pi * hz * step * np.arange(size))
+            line = np.arange(6, size // 2)
+            runs.append(RunLines(step, size, line, np.abs(np.fft.rfft(noise)[line]) ** 2 / size))
+        processes, variance = estimate_shared_noise(runs)
+        assert processes.shares.shape[0] == variance.size <= 4
+        found.append([variance @ processes.periodogram(h, n)[:, at] for n, h in every.items()])
+    expected = [np.array([white, slow]) @ truth.periodogram(h, n)[:, at] for n, h in every.items()]
+    np.testing.assert_allclose(np.median(found, axis=0), expected, rtol=0.2)

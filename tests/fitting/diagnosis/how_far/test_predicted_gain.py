@@ -61,7 +61,7 @@ def refit():
     whitened = WhitenedModel.of(Recording.of(SESSION, answers(SESSION)))
     plain = BaseModel.of(whitened, paper_device().operator)
     rich = flexible_base(whitened, plain, plain.prior_mean)
-    return Refit(whitened, whitened.make_whitener(Spectrum(1e-4, 0.0, 1.0, True)), rich)
+    return Refit(whitened, whitened.make_whitener(Spectrum.of_white(1e-4)), rich)
 
 
 @float64

@@ -34,7 +34,7 @@ from rapi_jax.examples import paper_device
 N, P = 200, 3
 RATES, AMPLITUDES = (10.0, 40.0), (2.0, 3.0)
 NOISE = 0.02
-WHITE = Spectrum(NOISE**2, 0.0, 1.0, True)
+WHITE = Spectrum.of_white(NOISE**2)
 LAGS = ((Delay(tau=1.3e-4),), (AmplifierLowpass(tau=1.3e-4),))
 SLOW = ((Creep(gain=0.001),), (Drift(amplitude=0.05, tau=1.0),))
 # On one triangle at 20 Hz, a pickup of its fourth harmonic ripples as an etalon does.

@@ -4,15 +4,23 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from silent import noise, session, usual_step
 
 from fitting.diagnosis.noise._lines import SpectralLines, to_lines
 from fitting.diagnosis.noise._periods import period_blocks
 from fitting.diagnosis.noise._spectrum import Spectrum, measure_spectrum
-from fitting.diagnosis.noise._spectrum_fit import evaluate_law, log_jacobian
 from fitting.diagnosis.noise._whitening import Whitener
+from fitting.noise import Processes
 from rapi_jax import Drive, Recording
 from rapi_jax.sampling._batch import to_batch
+
+
+def relaxing(white: float, low: float, corner_hz: float, step_s: float) -> Spectrum:
+    """White noise, and a relaxation whose slowest lines have the power `low`."""
+    rho = np.exp(-2.0 * np.pi * corner_hz * step_s)
+    variances = np.array([white, low * (1.0 - rho) / (1.0 + rho)])
+    return Spectrum(Processes(np.array([corner_hz]), np.eye(2)), variances, True)
 
 
 def test_blocks_hold_the_readings_of_whole_periods():
@@ -118,12 +126,21 @@ def test_no_noise_at_all_is_no_error():
 
 def test_whitened_errors_have_unit_variance():
     _, parts = session()
-    spectrum = Spectrum(0.5, 3.0, 200.0, True, usual_step(parts))
+    step = usual_step(parts)
+    spectrum = relaxing(0.5, 3.0, 200.0, step)
     whitener = Whitener(parts, spectrum, False)
-    e = [noise(np.random.default_rng(s), parts, 3.0) for s in range(20)]
+
+    def drawn(rng: np.random.Generator, b) -> np.ndarray:
+        """White noise and AR(1) noise that is stationary from its first sample."""
+        rho = np.exp(-2.0 * np.pi * 200.0 * b.step_s)
+        white, slow = rng.standard_normal((2, b.size))
+        slow[1:] *= np.sqrt(1.0 - rho**2)
+        slow = np.sqrt(spectrum.variances[1]) * lfilter([1.0], [1.0, -rho], slow)
+        return (np.sqrt(0.5) * white + slow).reshape(b.left.shape)
+
+    e = [[drawn(np.random.default_rng([s, k]), b) for k, b in enumerate(parts)] for s in range(20)]
     synchronous, nonsynchronous = (np.stack(x) for x in zip(*map(whitener.whiten, e), strict=True))
     assert synchronous.shape[1] + nonsynchronous.shape[1] == sum(b.size for b in parts)
-    # Tapers of the short record leak a little of the slow noise: 5 %.
     assert np.mean(synchronous**2) == pytest.approx(1.0, rel=0.05)
     assert np.mean(nonsynchronous**2) == pytest.approx(1.0, rel=0.05)
 
@@ -131,7 +148,7 @@ def test_whitened_errors_have_unit_variance():
 def test_whitening_one_period_is_whitening_all():
     """And a run with its own zero has no mean."""
     _, parts = session()
-    spectrum = Spectrum(1.0, 2.0, 100.0, True)
+    spectrum = relaxing(1.0, 2.0, 100.0, 1.0 / 1560.0)
     one = [np.random.default_rng(1).standard_normal((1, 156)) for _ in parts]
     every = [np.repeat(x, 5, axis=0) for x in one]
     whitener = Whitener(parts, spectrum, True)
@@ -146,12 +163,3 @@ def test_masks_are_kept():
     _, parts = session(rates=(10.0,))
     assert parts[0].use.all()
     assert dataclasses.replace(parts[0], use=parts[0].use * 0).size == 780
-
-
-def test_slopes_of_the_law_are_its_central_differences():
-    q, hertz, share = np.array([-3.0, 1.0, 2.0, 1.3]), np.geomspace(1, 1e3, 9), np.full(9, 1.5)
-    step = 1e-6 * np.eye(4)
-    there = [np.log(evaluate_law(q + d, hertz, share)) for d in step]
-    back = [np.log(evaluate_law(q - d, hertz, share)) for d in step]
-    expected = (np.array(there) - np.array(back)).T / 2e-6
-    np.testing.assert_allclose(log_jacobian(q, hertz, share), expected, atol=1e-8)

@@ -15,7 +15,7 @@ from rapi_jax import parameters
 from rapi_jax.effects import AmplifierLowpass, Etalon, ModeHop
 from rapi_jax.examples import paper_device
 
-WHITE = Spectrum(NOISE**2, 0.0, 1.0, True)
+WHITE = Spectrum.of_white(NOISE**2)
 
 
 def refit_of(recording, operator=None, **options) -> Refit:

@@ -23,7 +23,7 @@ from rapi_jax.effects import (
 )
 from rapi_jax.examples import paper_device
 
-WHITE = Spectrum(NOISE**2, 0.0, 1.0, True)
+WHITE = Spectrum.of_white(NOISE**2)
 EFFECTS = {
     "none": (),
     "drive": (AmplifierLowpass(tau=2e-3),),

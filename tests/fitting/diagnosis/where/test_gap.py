@@ -59,7 +59,7 @@ def test_estimates_lie_within_their_own_standard_errors(low: float, rms: float):
 def test_a_tone_between_the_lines_is_not_locked_and_found_in_whole():
     """Mean square 0.16. By its definition `locked` holds -1/(P - 1) = -1/4 of it, or some more."""
     _, parts = session(phases=780)
-    white = Spectrum(1.0, 0.0, 1.0, True)
+    white = Spectrum.of_white(1.0)
     pure = tone(parts, 0.4, 47.3)
     synchronous = measure_gap(
         pure, parts, white
@@ -79,7 +79,7 @@ def test_a_tone_between_the_lines_is_not_locked_and_found_in_whole():
 def test_noise_alone_is_seldom_significant():
     """At 1 %: of 600 sessions up to 15 (0.1 % chance of more)."""
     _, parts = session(rates=(10.0, 40.0), phases=60)
-    white = Spectrum(1.0, 0.0, 1.0, True)
+    white = Spectrum.of_white(1.0)
     rng = np.random.default_rng(0)
     alarms = sum(measure_gap(noise(rng, parts), parts, white).significant for _ in range(600))
     assert alarms <= 15
@@ -99,7 +99,7 @@ def test_the_definition_and_the_identity():
     """G2 by its formula, written out; total^2 is the sum of the three parts, run by run too."""
     _, parts = session(rates=(10.0, 30.0))
     e = plus(noise(np.random.default_rng(1), parts), wave(parts, 0.3))
-    g = measure_gap(e, parts, Spectrum(1.0, 0.0, 1.0, True))
+    g = measure_gap(e, parts, Spectrum.of_white(1.0))
     mean = [x.mean(axis=0) for x in e]
     s2 = [x.var(axis=0, ddof=1) for x in e]
     synchronous = [np.mean(m**2) - np.mean(s) / 5 for m, s in zip(mean, s2, strict=True)]
@@ -115,7 +115,7 @@ def test_the_definition_and_the_identity():
 def test_fitted_parameters_and_origins_are_counted():
     """A fit of 30 waves takes the noise out of 30 of 156 phases a run; the count puts it back."""
     _, parts = session()
-    white = Spectrum(1.0, 0.0, 1.0, True)
+    white = Spectrum.of_white(1.0)
     basis, _ = np.linalg.qr(np.random.default_rng(0).standard_normal((156, 30)))
     counted, naive = [], []
     for seed in range(60):
@@ -141,11 +141,11 @@ def test_masked_readings_have_no_weight():
     for seed in range(60):
         e = plus(noise(np.random.default_rng(seed), parts), wave(parts, 0.3))
         e = [x * b.use for x, b in zip(e, masked, strict=True)]
-        g = measure_gap(e, masked, Spectrum(0.8, 0.0, 1.0, True))  # as zeros lower the lines
+        g = measure_gap(e, masked, Spectrum.of_white(0.8))  # as zeros lower the lines
         assert g.noise_floor == pytest.approx(1.0, rel=0.03)
         z.append((g.synchronous - 0.09) / g.synchronous_stderr)
     assert abs(np.mean(z)) < 0.5
-    one = sum_squares([e * 0 + 7.0 for e in e], masked, Spectrum(1.0, 0.0, 1.0, True))
+    one = sum_squares([e * 0 + 7.0 for e in e], masked, Spectrum.of_white(1.0))
     assert one[0].mean == pytest.approx(np.full(156, 7.0))
 
 
@@ -280,7 +280,7 @@ def test_there_is_no_closed_fraction_without_a_gap():
 
 def test_fewer_runs_and_periods_make_intervals_wider():
     """On average over 30 sessions, with a gap far above the noise."""
-    white = Spectrum(1.0, 0.0, 1.0, True)
+    white = Spectrum.of_white(1.0)
     width = []
     for runs, periods in ((4, 5), (1, 5), (1, 1)):
         _, parts = session(rates=(10.0, 20.0, 30.0, 40.0)[:runs], periods=periods)
@@ -299,7 +299,7 @@ def test_fewer_runs_and_periods_make_intervals_wider():
 def test_the_last_period_alone_may_be_held_out():
     """Four runs of one period each: 95 % intervals cover at least 90 % of 200 truths."""
     _, parts = session()
-    white = Spectrum(1.0, 0.0, 1.0, True)
+    white = Spectrum.of_white(1.0)
     covered = 0
     for seed in range(200):
         both = _closing(np.random.default_rng(seed), parts, 0.1, 0.0)

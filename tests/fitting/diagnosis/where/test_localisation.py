@@ -16,7 +16,7 @@ from fitting.diagnosis.where._localisation import localise
 from rapi_jax import Drive, Recording
 from rapi_jax.sampling._batch import to_batch
 
-WHITE = Spectrum(1.0, 0.0, 1.0, True)
+WHITE = Spectrum.of_white(1.0)
 
 
 def white(parts: list[PeriodBlock], seed: int = 0) -> list[np.ndarray]:
@@ -113,7 +113,7 @@ def test_a_run_that_does_not_repeat_has_directions_and_regions():
     parts = period_blocks(recording, to_batch(recording, lead=True))
     falling = (t > 0.3) & (t < 0.5)
     e = [np.random.default_rng(0).standard_normal((1, 900)) * 0.1 + 5.0 * falling[None, :]]
-    entries = localise(e, parts, Spectrum(0.01, 0.0, 1.0, False), recording)
+    entries = localise(e, parts, Spectrum.of_white(0.01, measured=False), recording)
     down = sum(x["share"] for x in entries if x["direction"] == "down")
     assert down > 0.98
     assert entries[0]["excitation_hz"] is None

@@ -67,7 +67,7 @@ def test_frequency_is_that_of_the_model():
     model = np.where(up, 2 * parts[0].phase, 2 - 2 * parts[0].phase)[None, :] * np.ones((5, 1))
     e = [model * 1.0]
     held = [dataclasses.replace(parts[0], data=model - e[0])]
-    found = residual_profiles(e, held, Spectrum(1e-6, 0.0, 1.0, True), recording)["frequency"]
+    found = residual_profiles(e, held, Spectrum.of_white(1e-6), recording)["frequency"]
     for row in found["rows"]:
         off = array(row["mean"]) + array(found["nu"])
         assert np.nanmax(np.abs(off)) < 0.02
@@ -102,7 +102,9 @@ def test_a_run_that_does_not_repeat_has_maps_too():
     drive = Drive(t, np.interp(t, [0.0, 0.3, 0.5, 0.899], [1.0, 4.0, 2.0, 3.0]))
     recording = Recording.of([drive], [np.zeros(900)])
     parts = period_blocks(recording, to_batch(recording, lead=True))
-    found = residual_profiles(white(parts), parts, Spectrum(0.01, 0.0, 1.0, False), recording)
+    found = residual_profiles(
+        white(parts), parts, Spectrum.of_white(0.01, measured=False), recording
+    )
     json.dumps(found, allow_nan=False)
     assert found["harmonics"]["rows"] == []
     assert {row["excitation_hz"] for row in found["since_turn"]["rows"]} == {None}

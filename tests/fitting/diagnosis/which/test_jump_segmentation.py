@@ -15,7 +15,7 @@ from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._jump_segmentation import refit_at_segmented_jumps
 from rapi_jax.effects import Delay, ModeHop
 
-WHITE = Spectrum(NOISE**2, 0.0, 1.0, True)
+WHITE = Spectrum.of_white(NOISE**2)
 HOP = ModeHop.at(size=-1.5, threshold=80.0, width=1.4, settle_s=1e-9)
 
 

@@ -112,6 +112,22 @@ class FitResult:
                 return scheme.rmse
         return float("nan")
 
+    @property
+    def swings_joined(self) -> bool:
+        """Whether each amplitude that was left out was predicted from the others."""
+        noise = 0.0 if self.claim is None else self.claim.noise
+        span = max(run.span for run in self.recording.runs)
+        levels = np.array(self.recording.amplitudes)
+        level = [int(np.abs(levels - run.drive.u_pp).argmin()) for run in self.recording.runs]
+
+        def alone(rows: tuple[int, ...]) -> bool:
+            """Whether no other run has an amplitude of these."""
+            others = {level[k] for k in range(len(level)) if k not in rows}
+            return bool(rows) and not others & {level[k] for k in rows}
+
+        missed = [h.runs for h in self.held_out if h.large and h.exceeds(noise, span)]
+        return not any(alone(rows) for rows in missed)
+
     def __getitem__(self, name: str) -> Estimate:
         """The estimate of the parameter `name`."""
         for estimate in self.parameters:

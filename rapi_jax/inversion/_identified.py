@@ -14,16 +14,21 @@ from ._thresholds import THRESHOLDS
 
 @dataclasses.dataclass(frozen=True)
 class Identified:
-    """Drive range (V), steepest slope (V/s), scan rates (Hz) and amplitudes of a recording."""
+    """Drive range (V), steepest slope (V/s), scan rates (Hz) and amplitudes of a recording.
+
+    `swings_joined`: whether what was recorded at one amplitude was seen to predict the others, so
+    that swings between them are inside, too.
+    """
 
     drive_min: float
     drive_max: float
     slew_max: float
     rates_hz: tuple[float, ...]
     amplitudes: tuple[float, ...]
+    swings_joined: bool = True
 
     @classmethod
-    def of(cls, recording: Recording) -> "Identified":
+    def of(cls, recording: Recording, *, swings_joined: bool = True) -> "Identified":
         """The range of `recording`."""
         drives = recording.drives
         return cls(
@@ -32,6 +37,7 @@ class Identified:
             slew_max=max(float(np.abs(np.diff(d.value)).max() / d.step_s) for d in drives),
             rates_hz=tuple(rate for rate in recording.rates if rate > 0),
             amplitudes=tuple(recording.amplitudes),
+            swings_joined=swings_joined,
         )
 
     @classmethod
@@ -44,6 +50,7 @@ class Identified:
                 slew_max=float(fields["slew_max"]),
                 rates_hz=tuple(map(float, fields["rates_hz"])),
                 amplitudes=tuple(map(float, fields["amplitudes"])),
+                swings_joined=bool(fields.get("swings_joined", True)),
             )
         except (KeyError, TypeError, ValueError) as error:
             raise ModelError(
@@ -58,6 +65,7 @@ class Identified:
             "slew_max": self.slew_max,
             "rates_hz": list(self.rates_hz),
             "amplitudes": list(self.amplitudes),
+            "swings_joined": self.swings_joined,
         }
 
     @property
@@ -78,6 +86,11 @@ class Identified:
             THRESHOLDS.slope_margin * max(self.slew_max, 1e-12),
         )
 
+    def _is_near(self, swing: float, recorded: float) -> bool:
+        """Whether a swing is a little below one that was recorded; what is above has limits."""
+        most = 1.0 + THRESHOLDS.range_margin
+        return THRESHOLDS.least_swing * recorded <= swing <= most * recorded
+
     def outside(self, drive: Drive) -> list[str]:
         """In which ways `drive` leaves the range, in words; empty where it does not."""
         limits = self.limits()
@@ -95,6 +108,13 @@ class Identified:
                 f"{' and '.join(f'{swing:.3g}' for swing in swings)}: how thresholds follow the "
                 "swing is assumed below that (Eq. 11), and one more run near "
                 f"{drive.u_pp:.2g} would measure it"
+            )
+        elif not self.swings_joined and not any(self._is_near(drive.u_pp, s) for s in swings):
+            seen = " and ".join(f"{swing:.3g}" for swing in swings)
+            found.append(
+                f"the drive swings by {drive.u_pp:.3g}, the model was identified at {seen}, and "
+                "what it saw at one of these did not predict the other: one more run near "
+                f"{drive.u_pp:.2g} would show what lies between"
             )
         slow, fast = min(self.rates_hz, default=0.0), max(self.rates_hz, default=np.inf)
         if not 0.95 * slow <= drive.rate <= 1.05 * fast:

@@ -68,10 +68,16 @@ def make_claim(
 ) -> Claim | None:
     """The claim that follows from runs left out one by one; of one run, from its last third.
 
-    Errors of runs are taken as log-normal: a new run's lies within Student's t of their mean.
-    `None` where nothing was left out.
+    A run beyond the others in rate or swing that they do not predict says what extrapolation costs,
+    and nothing of runs like those recorded. Errors of the other runs are taken as log-normal: a new
+    run's lies within Student's t of their mean. `None` where nothing was left out.
     """
-    errors = {h.runs: h.rmse for h in held_out if len(h.runs) == 1}
+    span = max(run.span for run in recording.runs)
+    errors = {
+        h.runs: h.rmse
+        for h in held_out
+        if len(h.runs) == 1 and (h.inside or not (h.large and h.exceeds(noise.total, span)))
+    }
     samples = float(np.mean(noise.use.sum(axis=1)))
     if len(errors) < 2:
         errors = {h.runs: h.rmse for h in held_out if h.scheme == "last third"}
@@ -93,7 +99,8 @@ def _interval(errors: np.ndarray, samples: float) -> tuple[float, float]:
     """The 95 % interval of another error of this kind; of one alone, three times either way.
 
     The rms of so many samples of white noise scatters by chance, as is known; what errors scatter
-    beyond it is estimated from them, and has Student's t.
+    beyond it is estimated from them, and has Student's t. Of two or three errors that reaches over
+    decades: it is cut at a factor beyond the smallest and largest.
     """
     from scipy.special import ndtri, stdtrit
 
@@ -104,7 +111,9 @@ def _interval(errors: np.ndarray, samples: float) -> tuple[float, float]:
     beyond = max(float(np.var(np.log(errors), ddof=1)) - THRESHOLDS.claim_chance * chance, 0.0)
     normal, student = float(ndtri(0.975)), float(stdtrit(count - 1, 0.975))
     reach = np.sqrt((normal**2 * chance + student**2 * beyond) * (1.0 + 1.0 / count))
-    return float(np.exp(middle - reach)), float(np.exp(middle + reach))
+    most = THRESHOLDS.claim_reach
+    low = max(float(np.exp(middle - reach)), float(errors.min()) / most)
+    return low, min(float(np.exp(middle + reach)), float(errors.max()) * most)
 
 
 def curvature(recording: Recording, use: Sequence[np.ndarray]) -> float:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from fitting.identification._problem import Problem, Solution
+from fitting.identification._thresholds import THRESHOLDS
 from fitting.identification.robust._reweighting import Reweighting
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Drive, Recording
@@ -33,6 +34,20 @@ class HeldOut:
     origin_from_data: bool = False
     runs: tuple[int, ...] = ()
     inside: bool = True
+
+    def usual(self, noise: float) -> float:
+        """The error of the part that was fitted, noise at least."""
+        return max(self.train_rmse, noise)
+
+    def exceeds(self, noise: float, span: float) -> bool:
+        """Whether the error is more than that of the fitted part and rounding explain."""
+        limits = THRESHOLDS.generalisation * self.usual(noise) + THRESHOLDS.exact_fit * span
+        return self.rmse > limits
+
+    @property
+    def large(self) -> bool:
+        """Whether the error is large beside the span of what was left out."""
+        return self.fraction > THRESHOLDS.held_out_error
 
 
 def last_third(recording: Recording, problem: Problem) -> np.ndarray:

@@ -161,20 +161,19 @@ def _check_held_out(
         "three periods or more. Else fewer parameters, or a drift to model."
     )
     for scheme in held_out:
-        usual = max(scheme.train_rmse, noise)
-        if scheme.rmse <= THRESHOLDS.generalisation * usual + THRESHOLDS.exact_fit * span:
+        if not scheme.exceeds(noise, span):
             continue
+        usual = scheme.usual(noise)
         times = f"{scheme.rmse / usual:.1f} times that of" if usual > 0 else "not the zero of"
         text = f"{scheme.scheme}: held-out rmse {scheme.rmse:.3g} is {times} the fitted part"
-        large = scheme.fraction > THRESHOLDS.held_out_error
-        if scheme.scheme == "last third" and large:
+        if scheme.scheme == "last third" and scheme.large:
             reasons.append(f"does not generalise: {text}. {cure}")
-        elif scheme.runs and scheme.inside and large:
+        elif scheme.runs and scheme.inside and scheme.large:
             reasons.append(
                 f"not predicted: {text}, though other runs lie on both sides of it. Look at that "
                 "run, or record more between."
             )
-        elif large or scheme.rmse > THRESHOLDS.extrapolation * usual:
+        elif scheme.large or scheme.rmse > THRESHOLDS.extrapolation * usual:
             notes.append(f"{text}: do not extrapolate there.")
     return reasons, notes
 

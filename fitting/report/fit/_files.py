@@ -38,7 +38,7 @@ def write_fit(result: "FitResult", folder: Path, *, plots: bool) -> list[Path]:
         trusted=result.verdict.trusted,
         reasons=list(result.verdict.reasons),
         claim=result.to_dict()["claim"],
-        identified=Identified.of(recording).to_dict(),
+        identified=Identified.of(recording, swings_joined=result.swings_joined).to_dict(),
         rmse=result.rmse,
         versions=package_versions(),
         data_sha256=result.data_sha256 or recording.sha256(),

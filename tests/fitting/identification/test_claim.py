@@ -1,5 +1,6 @@
 """The noise that periods show, and the claim that follows from runs left out."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -93,6 +94,25 @@ def test_a_claim_is_of_runs_left_out_one_by_one():
     assert found.low < 0.03 and found.high > 0.04
     assert found.rates_hz == (10.0, 40.0) and found.swings == (4.5, 4.5)
     assert found.gap == pytest.approx(np.sqrt(found.rms**2 - 0.02**2))
+
+
+def test_a_run_beyond_the_others_that_they_do_not_predict_is_no_part_of_it():
+    """What extrapolation costs: two runs that differ in amplitude leave their last third."""
+    beyond = [dataclasses.replace(held(e, i), inside=False) for i, e in enumerate((15.0, 2.0))]
+    missed = [dataclasses.replace(one, fraction=0.2, train_rmse=0.1) for one in beyond]
+    third = held(0.25, scheme="last third")
+    found = claim(third, *missed)
+    assert (found.rms, found.runs) == (0.25, 1)
+    assert claim(third, *beyond).runs == 2  # a small share of their span: predicted
+    found = claim(third, missed[0], held(0.03, 2), held(0.04, 3))
+    assert found.runs == 2 and found.high < 0.5
+
+
+def test_two_errors_far_apart_do_not_reach_over_decades():
+    found = claim(held(0.1, 0), held(0.02, 1))
+    assert (found.low, found.high) == pytest.approx((0.004, 0.5))
+    near = claim(held(0.1, 0), held(0.101, 1))
+    assert near.high < 0.12
 
 
 def test_of_one_run_it_is_the_last_third_three_times_either_way():

@@ -1,0 +1,41 @@
+"""What counts as inside what a model was identified from."""
+
+import pytest
+
+from rapi_jax import Drive, Identified, triangle
+
+SEEN = Identified(0.0, 6.0, 500.0, (10.0, 40.0), (2.0, 5.0))
+
+
+def drive(swing: float, hz: float = 20.0) -> Drive:
+    """A triangle about 3 V."""
+    (made,) = triangle(hz, amplitude=swing, bias=3.0, samples=200)
+    return made
+
+
+@pytest.mark.parametrize("swing, inside", [(1.0, False), (1.3, True), (2.4, True), (5.0, True)])
+def test_swings_below_what_was_recorded_are_outside(swing: float, inside: bool):
+    assert (SEEN.outside(drive(swing)) == []) == inside
+
+
+@pytest.mark.parametrize(
+    "swing, inside", [(1.0, False), (1.3, True), (2.0, True), (2.4, False), (3.2, True)]
+)
+def test_swings_between_are_outside_where_one_did_not_predict_the_other(swing, inside):
+    apart = Identified(0.0, 6.0, 500.0, (10.0, 40.0), (2.0, 5.0), swings_joined=False)
+    found = apart.outside(drive(swing))
+    assert (found == []) == inside
+    if swing == 2.4:
+        assert "did not predict the other" in found[0] and "near 2.4" in found[0]
+
+
+def test_files_keep_it():
+    apart = Identified(0.0, 6.0, 500.0, (10.0, 40.0), (2.0, 5.0), swings_joined=False)
+    assert Identified.from_dict(apart.to_dict()) == apart
+    older = apart.to_dict()
+    del older["swings_joined"]
+    assert Identified.from_dict(older) == SEEN
+
+
+def test_rates_beyond_are_outside():
+    assert "60 Hz" in SEEN.outside(drive(3.0, 60.0))[0]

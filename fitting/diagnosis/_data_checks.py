@@ -41,8 +41,19 @@ def check_arguments(ecdl: Any, recording: Any, candidates: Any) -> None:
 
 
 def check_data(ecdl: ECDL | None, recording: Recording) -> None:
-    """Raise `DataError` where readings, or the drive of a model to be identified, are constant."""
+    """Raise `DataError` where readings, or the drive of a model to be identified, are constant.
+
+    Also where a period at the rate that is stated holds hardly any sample.
+    """
     check_usable(recording)
+    for run in recording.runs:
+        samples = 1.0 / (run.drive.rate * run.drive.step_s) if run.drive.repeats else np.inf
+        if samples < THRESHOLDS.least_samples_a_period:
+            raise DataError(
+                f"run {run.name!r} has {samples:.3g} samples a period at {run.drive.rate:g} Hz, and "
+                f"is read every {run.drive.step_s:.3g} s. Is the clock in ms, or the rate in kHz? "
+                "Write time in s and the rate in Hz."
+            )
     if all(run.span == 0 for run in recording.runs):
         raise DataError(
             "the readings of all runs rest while the drive moves, so there is nothing to judge a "

@@ -20,6 +20,11 @@ class DiagnosisThresholds:
         unit="variance of the readings",
         origin="set by trial; a model that explains less is named as a fault of the data",
     )
+    least_samples_a_period: float = threshold(
+        8.0,
+        unit="samples a period",
+        origin="convention; with fewer, branches and turns cannot be told apart",
+    )
 
 
 THRESHOLDS = DiagnosisThresholds()

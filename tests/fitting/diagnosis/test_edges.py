@@ -125,6 +125,13 @@ def test_readings_that_are_noise_name_no_effect():
     assert "wiring" in out["notes"][0]
 
 
+def test_a_clock_in_ms_is_refused(good):
+    """Hardly a sample a period at the rate that is stated."""
+    slow = [dataclasses.replace(d, time=1e3 * d.time) for d in good.drives]
+    with pytest.raises(DataError, match="samples a period at .* Hz.*clock in ms"):
+        diagnose(None, Recording.of(slow, [run.response for run in good.runs]))
+
+
 def test_readings_that_rest_are_refused(good):
     rest = Recording.of(good.drives, [np.full(d.size, 5.0) for d in good.drives])
     with pytest.raises(DataError, match="readings of all runs rest.*cable"):

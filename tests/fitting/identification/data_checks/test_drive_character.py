@@ -56,8 +56,14 @@ def test_a_sum_of_few_tones_is_no_broadband_drive_and_gets_no_rate_of_its_swings
     assert "Leave `excitation_hz` out" in fault.message
 
 
-def test_a_broadband_drive_with_its_own_rate_has_no_fault():
-    assert faults(tones(1.0), 1.0) == []
+@pytest.mark.parametrize("high", [50.0, 400.0, 900.0])
+@pytest.mark.parametrize("repeats_s", [1.0, 2.0])
+def test_a_broadband_drive_with_its_own_rate_has_no_fault(repeats_s, high):
+    """Also of two periods, and with power up to near half the sampling rate."""
+    value = tones(repeats_s, 0.05 * high, high)
+    assert faults(value, 1.0 / repeats_s) == []
+    (fault,) = faults(value, 1.37 / repeats_s)
+    assert fault.kind == "wrong period"
     assert faults(tones(4.0), 0.25) == []
 
 

@@ -50,8 +50,8 @@ def check_data(ecdl: ECDL | None, recording: Recording) -> None:
         samples = 1.0 / (run.drive.rate * run.drive.step_s) if run.drive.repeats else np.inf
         if samples < THRESHOLDS.least_samples_a_period:
             raise DataError(
-                f"run {run.name!r} has {samples:.3g} samples a period at {run.drive.rate:g} Hz, and "
-                f"is read every {run.drive.step_s:.3g} s. Is the clock in ms, or the rate in kHz? "
+                f"run {run.name!r} has {samples:.3g} samples a period at {run.drive.rate:g} Hz, "
+                f"read every {run.drive.step_s:.3g} s. Is the clock in ms, or the rate in kHz? "
                 "Write time in s and the rate in Hz."
             )
     if all(run.span == 0 for run in recording.runs):

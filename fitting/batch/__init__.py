@@ -1,3 +1,1 @@
-"""Many recordings: each computed once, resumable, here or in workers."""
-
-from ._record import JobRecord as JobRecord
+"""Many recordings: each computed once, here or in workers, and taken up again after any end."""

@@ -60,10 +60,10 @@ class JobRecord:
         """From `to_dict`. Raises `ValueError` where a field is missing or of another kind."""
         if content.get("schema") != SCHEMA:
             raise ValueError(f"the schema is {content.get('schema')!r}, not {SCHEMA!r}")
-        values = {}
+        values: dict[str, Any] = {}
         for field in dataclasses.fields(cls):
             kind = _KINDS[field.name]
-            value = content.get(field.name)
+            value: Any = content.get(field.name)
             if kind is float and type(value) is int:
                 value = float(value)
             if type(value) is not kind:

@@ -14,12 +14,13 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 from rapi_jax.internal import cause
 from rapi_jax.io import printable
 
 from ._do import Ended, give_up
+from ._executor import AbstractExecutor
 from ._job import BatchError, Job, Work
 from ._key import code_sha256
 from ._remote import describe_worker, do_remotely
@@ -40,20 +41,24 @@ _LOCAL = {
 }
 
 
-class Cluster:
-    """An executor on Dask workers. See `Executor`; made by `local_cluster` or `at_scheduler`."""
+class Cluster(AbstractExecutor):
+    """An executor on Dask workers; made by `local_cluster` or `at_scheduler`.
 
-    def __init__(self, client: Any, output: Path, work: Work, batch: str) -> None:
+    `patience`: s without any worker after which it raises `BatchError`.
+    """
+
+    def __init__(
+        self, client: Any, output: Path, work: Work, batch: str, patience: float = math.inf
+    ) -> None:
         self._client, self._output, self._work, self._batch = client, output, work, batch
+        self._patience, self._last_seen = patience, time.monotonic()
         self._ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._jobs: dict[Any, Job] = {}
         self._killed: Counter[str] = Counter()
         self._threads, self._counted = 1, -math.inf
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def cancel(self) -> None:
+        """Let no job begin any more; those that have begun go on to their end."""
         for future in self._jobs:
             with contextlib.suppress(Exception):
                 future.cancel(force=True)
@@ -65,10 +70,12 @@ class Cluster:
     @property
     def free(self) -> int:
         """Some for each thread; see `BatchThresholds.backlog`."""
-        if time.monotonic() - self._counted > THRESHOLDS.poll_s:
-            self._threads = max(1, sum(self._client.nthreads().values()))
-            self._counted = time.monotonic()
-        return self._threads * THRESHOLDS.backlog - len(self._jobs)
+        now = time.monotonic()
+        if now - self._counted > THRESHOLDS.poll_s:
+            self._threads, self._counted = sum(self._client.nthreads().values()), now
+            if self._threads:
+                self._last_seen = now
+        return max(1, self._threads) * THRESHOLDS.backlog - len(self._jobs)
 
     def submit(self, job: Job) -> None:
         future = self._client.submit(
@@ -88,6 +95,11 @@ class Cluster:
             raise BatchError(
                 "the scheduler does not answer any more. What is finished stays finished: start it "
                 "again, and run the same command again to go on."
+            )
+        if time.monotonic() - self._last_seen > self._patience:
+            raise BatchError(
+                f"no worker has started for {self._patience:g} s. Run the same command again to go "
+                "on, with fewer --workers if memory is short."
             )
         return [ended for future in found if (ended := self._collect(future)) is not None]
 
@@ -131,8 +143,7 @@ def local_cluster(workers: int, output: Path, work: Work, batch: str) -> Iterato
         )
     with dask.config.set(_LOCAL), cluster, distributed.Client(cluster) as client:
         client.register_plugin(preparation(ours=True))
-        with Cluster(client, output, work, batch) as executor:
-            yield executor
+        yield Cluster(client, output, work, batch, THRESHOLDS.start_s)
 
 
 @contextlib.contextmanager
@@ -154,8 +165,11 @@ def at_scheduler(address: str, output: Path, work: Work, batch: str) -> Iterator
     with client:
         client.register_plugin(preparation(ours=False))
         _check_workers(client, address, output)
-        with Cluster(client, output, work, batch) as executor:
+        executor = Cluster(client, output, work, batch)
+        try:
             yield executor
+        finally:
+            executor.cancel()
 
 
 def _check_workers(client: Any, address: str, output: Path) -> None:

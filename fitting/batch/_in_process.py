@@ -8,28 +8,22 @@ from collections import deque
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Self
 
 from fitting.compile_cache import DIRECTORY, drop_damaged_entries
 
 from ._do import Ended, do_job, give_up
+from ._executor import AbstractExecutor
 from ._job import Job, Work
 from ._thresholds import THRESHOLDS
 from ._tries import earlier_attempt
 
 
-class InProcess:
-    """An executor of one job at a time. See `AbstractExecutor`."""
+class InProcess(AbstractExecutor):
+    """An executor of one job at a time."""
 
     def __init__(self, output: Path, work: Work, batch: str) -> None:
         self._output, self._work, self._batch = output, work, batch
         self._waiting: deque[Job] = deque()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
 
     @property
     def running(self) -> int:

@@ -12,7 +12,7 @@ from rapi_jax.io import OutputError, printable
 
 from ._cluster import at_scheduler, local_cluster
 from ._do import finished
-from ._executor import Executor
+from ._executor import AbstractExecutor
 from ._in_process import InProcess
 from ._job import BatchError, Job, Work
 from ._key import with_key
@@ -79,7 +79,7 @@ class _Leader:
     """Hands out jobs and keeps their records."""
 
     def __init__(
-        self, executor: Executor, output: Path, tabulate: Tabulate, report: Report
+        self, executor: AbstractExecutor, output: Path, tabulate: Tabulate, report: Report
     ) -> None:
         self._executor, self._output = executor, output
         self._tabulate, self._report = tabulate, report
@@ -165,9 +165,9 @@ def lock_output(output: Path) -> Iterator[None]:
 
 def _executor(
     output: Path, work: Work, batch: str, workers: int, scheduler: str | None
-) -> contextlib.AbstractContextManager[Executor]:
+) -> contextlib.AbstractContextManager[AbstractExecutor]:
     if scheduler is not None:
         return at_scheduler(scheduler, output, work, batch)
     if workers > 0:
         return local_cluster(workers, output, work, batch)
-    return InProcess(output, work, batch)
+    return contextlib.nullcontext(InProcess(output, work, batch))

@@ -36,6 +36,10 @@ class BatchThresholds:
     connect_s: float = 15.0
     """s to wait for a scheduler to answer, and then for a first worker."""
 
+    start_s: float = 300.0
+    """s without a worker after which a cluster of ours counts as lost. A worker starts in 5 s, and
+    in 30 s on a computer with eight times as much to do as it has processors."""
+
     lock_s: float = 3600.0
     """s to wait for a job that a worker of an interrupted batch still computes; the longest single
     diagnosis measured took 253 s."""

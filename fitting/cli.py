@@ -13,6 +13,7 @@ app = App(
     help_format="plaintext",
     suppress_keyboard_interrupt=False,  # `run` says so, and exits with 130
 )
+app.command("fitting.commands.batch:batch", name="batch")
 app.command("fitting.commands.bench.app:app", name="bench")
 app.command("fitting.commands.blind:app", name="blind")
 app.command("fitting.commands.cache:cache", name="cache")

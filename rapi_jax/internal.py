@@ -19,6 +19,7 @@ from ._threshold import threshold as threshold
 from .inversion._inverse_effects import refuse as refuse
 from .io._safe import StrPath as StrPath
 from .io._safe import cause as cause
+from .io._safe import check_name as check_name
 from .io._safe import inside as inside
 from .io._safe import located as located
 from .io._safe import open_regular as open_regular

@@ -1,5 +1,7 @@
 """Classes of the user's own: operators, effects and drivers in a Python file named on the line."""
 
+import functools
+import hashlib
 import importlib.util
 import sys
 from collections.abc import Sequence
@@ -30,9 +32,18 @@ def _load(path: Path) -> ModuleType:
     from rapi_jax import DataError
     from rapi_jax.io import printable
 
-    label = printable(path)
     if not path.is_file():
-        raise DataError(f"{label}: no such file, so no plugin to load. Check the path.")
+        raise DataError(f"{printable(path)}: no such file, so no plugin to load. Check the path.")
+    return _import(path, hashlib.sha256(path.read_bytes()).hexdigest())
+
+
+@functools.cache
+def _import(path: Path, digest: str) -> ModuleType:
+    """Import a file of this content, once: what is compiled for its classes serves all jobs."""
+    from rapi_jax import DataError
+    from rapi_jax.io import printable
+
+    label = printable(path)
     name = f"rapi_plugin_{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:

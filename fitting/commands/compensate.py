@@ -1,5 +1,6 @@
 """`rapi compensate`: drives under which a laser scans straight."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -74,6 +75,68 @@ def compensate(
     json
         Print `certificate.json` on standard output.
     """
+    from ._out import console, print_json, progress
+
+    with progress("compensating", json) as report_step:
+        made, report, drive_unit, written = compensate_into(
+            model,
+            output,
+            span=span,
+            frequency=frequency,
+            bias=bias,
+            limits=limits,
+            inverse=inverse,
+            extrapolate=extrapolate,
+            untrusted=untrusted,
+            rise=rise,
+            corner=corner,
+            samples=samples,
+            recording=recording,
+            plugin=plugin,
+            plots=plots,
+            report_step=report_step,
+        )
+    if json:
+        print_json(report)
+        return 0
+    out = console(json)
+    out.print(_table(made, drive_unit))
+    expected = report["expected"]
+    if expected is not None:
+        out.print(
+            f"expected of the device: at most {expected['high']:.2g} {expected['unit']} rms off "
+            "a straight line on either branch (97.5 %), from runs that were left out.",
+            markup=False,
+        )
+    for note in report["notes"]:
+        out.print(f"note: {note}", markup=False)
+    out.print(f"written to {output}: {', '.join(path.name for path in written)}", markup=False)
+    return 0
+
+
+def compensate_into(
+    model: Path,
+    output: Path,
+    *,
+    span: float,
+    frequency: list[float],
+    bias: float | None,
+    limits: Path | None,
+    inverse: str,
+    extrapolate: bool,
+    untrusted: bool,
+    rise: float,
+    corner: float,
+    samples: int,
+    recording: Path | None,
+    plugin: Plugins,
+    plots: bool,
+    report_step: Callable[[str], None] = lambda line: None,
+) -> tuple[list[Any], dict[str, Any], str, list[Path]]:
+    """Drives by the options of the command: each, the certificate, their unit, the files written.
+
+    Raises `UntrustedModel` where the model makes no drive.
+    """
     import dataclasses
 
     import numpy as np
@@ -83,7 +146,7 @@ def compensate(
     from rapi_jax.io import read_limits
 
     from ._model import check_trusted, load_model
-    from ._out import console, output_folder, print_json, progress
+    from ._out import output_folder
     from ._plugins import plugin_effects, plugin_operators
 
     ecdl, about = load_model(model, plugin_effects(plugin), plugin_operators(plugin))
@@ -99,45 +162,29 @@ def compensate(
     except ValueError as error:
         raise ModelError(str(error)) from error
     folder = output_folder(output)
-    with progress("compensating", json) as report_step:
-        used = ecdl
-        fitted = None
-        if inverse == "paper":
-            report_step("identifying the inverse")
-            used, fitted = _identify_inverse(ecdl, about, identified, recording, report_step)
-        made = []
-        for target in targets:
-            report_step(f"{target.excitation_hz:g} Hz")
-            made.append(
-                compensated(
-                    used,
-                    target,
-                    identified=identified,
-                    limits=allowed,
-                    bias=bias,
-                    extrapolate=extrapolate,
-                )
+    used = ecdl
+    fitted = None
+    if inverse == "paper":
+        report_step("identifying the inverse")
+        used, fitted = _identify_inverse(ecdl, about, identified, recording, report_step)
+    made = []
+    for target in targets:
+        report_step(f"{target.excitation_hz:g} Hz")
+        made.append(
+            compensated(
+                used,
+                target,
+                identified=identified,
+                limits=allowed,
+                bias=bias,
+                extrapolate=extrapolate,
             )
+        )
     report = _certificate_report(made, about, identified, allowed, fitted, ecdl)
     written = _write_drives(
         folder, made, about, report, used if inverse == "paper" else None, plots
     )
-    if json:
-        print_json(report)
-        return 0
-    out = console(json)
-    out.print(_table(made, about["drive_unit"]))
-    expected = report["expected"]
-    if expected is not None:
-        out.print(
-            f"expected of the device: at most {expected['high']:.2g} {expected['unit']} rms off "
-            "a straight line on either branch (97.5 %), from runs that were left out.",
-            markup=False,
-        )
-    for note in report["notes"]:
-        out.print(f"note: {note}", markup=False)
-    out.print(f"written to {folder}: {', '.join(path.name for path in written)}", markup=False)
-    return 0
+    return made, report, about["drive_unit"], written
 
 
 def _check_positive(value: float) -> None:

@@ -1,5 +1,6 @@
 """`rapi diagnose`: where a model departs from a device, and which effect it lacks."""
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -47,6 +48,7 @@ def diagnose(
     json
         Print `diagnosis.json` on standard output (a list with several recordings).
     """
+    from fitting.batch._find import name_jobs
     from rapi_jax import effects
     from rapi_jax.io import read_limits, read_recording
 
@@ -61,23 +63,25 @@ def diagnose(
         (None, None) if model is None else load_model(model, own, plugin_operators(plugin))
     )
     candidates = (*effects.ALL, *own)
-    names = _names(several)
     read = [read_recording(path, nan=nan) for path in several]  # all, before the first is judged
-    if about is not None:
-        from fitting.diagnosis._data_checks import check_units
-
-        for data in read:
-            check_units(about, data)
+    for data in read:
+        check_model_units(about, data)
     folder = output_folder(output)
     reports: list[dict[str, Any]] = []
     out = console(json)
-    for name, data in zip(names, read, strict=True):
-        from fitting.diagnosis import diagnose as run
-
-        with progress(f"diagnosing {name}" if recordings else "diagnosing", json) as say:
-            report = run(ecdl, data, candidates=candidates, limits=bounds, scan=scan, progress=say)
+    for name, data in zip(name_jobs(several), read, strict=True):
         place = output_folder(folder / name) if recordings else folder
-        written = report.save(place, name=name)
+        with progress(f"diagnosing {name}" if recordings else "diagnosing", json) as say:
+            written = diagnose_into(
+                data,
+                place,
+                name,
+                ecdl=ecdl,
+                candidates=candidates,
+                limits=bounds,
+                scan=scan,
+                report_step=say,
+            )
         reports.append(read_json(written[0]))
         if not json:
             from fitting.report.diagnosis._terminal import render_lines
@@ -91,10 +95,27 @@ def diagnose(
     return 0
 
 
-def _names(paths: list[Path]) -> list[str]:
-    """A folder name for each recording; those of one name are numbered."""
-    names = [path.resolve().stem or "recording" for path in paths]
-    return [
-        name if names.count(name) == 1 else f"{name}_{names[:i].count(name) + 1}"
-        for i, name in enumerate(names)
-    ]
+def diagnose_into(
+    data: Any,
+    folder: Path,
+    name: str,
+    *,
+    ecdl: Any,
+    candidates: Sequence[Any],
+    limits: Any,
+    scan: bool,
+    report_step: Callable[[str], None] | None = None,
+) -> list[Path]:
+    """Diagnose a recording, called `name`, by the options of the command; its files in `folder`."""
+    from fitting.diagnosis import diagnose as run
+
+    report = run(ecdl, data, candidates=candidates, limits=limits, scan=scan, progress=report_step)
+    return report.save(folder, name=name)
+
+
+def check_model_units(about: dict[str, Any] | None, data: Any) -> None:
+    """Refuse a model, described by `about`, whose units are not those of the recording."""
+    from fitting.diagnosis._data_checks import check_units
+
+    if about is not None:
+        check_units(about, data)

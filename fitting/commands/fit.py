@@ -1,6 +1,7 @@
-"""`rapi fit`: identify a model from a recording, or check the claim of one."""
+"""`rapi fit`: identify a model from each of some recordings, or check the claim of one."""
 
 import inspect
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -13,7 +14,7 @@ Each = Literal["auto", "none", "lam", "lam,eta", "lam,eta,alpha"]
 
 def fit(
     recording: Path,
-    *,
+    *recordings: Path,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     check: Path | None = None,
     plays: Annotated[int, Parameter(validator=validators.Number(gte=1, lte=200))] = 10,
@@ -34,7 +35,9 @@ def fit(
     """Identify an RA-PI model from RECORDING, and say whether to trust it.
 
     Writes `model.json` (readable), `model.rapi` (loadable) and pictures to the output folder. Exit
-    code 0: trusted; 4: not to be trusted (everything is written all the same); 3: bad data.
+    code 0: trusted; 4: not to be trusted (everything is written all the same); 3: bad data. With
+    several recordings each has a folder of its own name in the output folder, and 4 says that one
+    is not to be trusted; `rapi batch` is for many.
 
     With `--check` nothing is fitted: RECORDING is a new measurement, of runs like those that were
     fitted or of scans made with certified drives, and is held against what was claimed. Exit code
@@ -44,6 +47,8 @@ def fit(
     ----------
     recording
         A folder with a `manifest.toml`, or a netCDF-4 file.
+    recordings
+        More of them; what is compiled for the first serves the others.
     output
         Folder for the results; made if missing. Needed but with `--check`, where it is for
         `check.json`.
@@ -82,59 +87,92 @@ def fit(
     plots
         Write pictures.
     json
-        Print `model.json` (`check.json` with `--check`) on standard output, and messages on
-        standard error.
+        Print `model.json` (`check.json` with `--check`; a list with several recordings) on standard
+        output, and messages on standard error.
     """
     if check is not None:
         _refuse_unused(locals())
         return _check_claim(recording, check, output, nan, plugin, json)
     if output is None:
         raise CycloptsError(msg="--output is missing.", command_chain=("fit",))
-    from fitting.identification._identify import identify
-    from fitting.report import write_fit
+    from fitting.batch._find import name_jobs
     from rapi_jax.io import read_recording
 
     from ._out import console, output_folder, print_json, progress, read_json
     from ._plugins import find_operator
     from .run import DONE, UNTRUSTED
 
+    several = [recording, *recordings]
     kind = find_operator(operator, plugin)
-    data = read_recording(recording, nan=nan)
+    read = [read_recording(path, nan=nan) for path in several]  # all, before the first is fitted
     folder = output_folder(output)
-    structures = {"auto": None, "none": ()}.get(each, tuple(each.split(",")))
-    with progress("fitting", json) as report_step:
-        result = identify(
-            data,
-            plays=plays,
-            order=order,
-            each=structures,
-            choose=choose,
-            operator=kind,
-            weights=weights,
-            loss=loss,
-            starts=starts,
-            history=history,
-            drift=drift,
-            throw=False,
-            progress=report_step,
-        )
-    written = write_fit(result, folder, plots=plots)
-    if json:
-        print_json(read_json(written[0]))
-    else:
+    tables: list[dict[str, Any]] = []
+    out = console(json)
+    trusted = True
+    for name, data in zip(name_jobs(several), read, strict=True):
+        place = output_folder(folder / name) if recordings else folder
+        with progress(f"fitting {name}" if recordings else "fitting", json) as report_step:
+            result, written = identify_into(
+                data,
+                place,
+                kind=kind,
+                plays=plays,
+                order=order,
+                each=each,
+                choose=choose,
+                weights=weights,
+                loss=loss,
+                starts=starts,
+                history=history,
+                drift=drift,
+                plots=plots,
+                report_step=report_step,
+            )
+        trusted &= result.verdict.trusted
+        if json:
+            tables.append(read_json(written[0]))
+            continue
         from fitting.report import render_tables
 
-        out = console(json)
+        if recordings:
+            out.rule(name)
         out.print(render_tables(result))
-        out.print(f"written to {folder}: {', '.join(path.name for path in written)}", markup=False)
-    return DONE if result.verdict.trusted else UNTRUSTED
+        out.print(f"written to {place}: {', '.join(path.name for path in written)}", markup=False)
+    if json:
+        print_json(tables if recordings else tables[0])
+    return DONE if trusted else UNTRUSTED
 
 
-_CHECKING = {"recording", "output", "check", "nan", "plugin", "json"}
+def identify_into(
+    data: Any,
+    folder: Path,
+    *,
+    kind: type[Any],
+    each: Each,
+    plots: bool,
+    report_step: Callable[[str], None] | None = None,
+    **settings: Any,
+) -> tuple[Any, list[Path]]:
+    """Identify a model by the options of the command: the result, and its files in `folder`."""
+    from fitting.identification._identify import identify
+    from fitting.report import write_fit
+
+    structures = {"auto": None, "none": ()}.get(each, tuple(each.split(",")))
+    result = identify(
+        data, each=structures, operator=kind, throw=False, progress=report_step, **settings
+    )
+    return result, write_fit(result, folder, plots=plots)
+
+
+_CHECKING = {"recording", "recordings", "output", "check", "nan", "plugin", "json"}
 
 
 def _refuse_unused(values: dict[str, Any]) -> None:
     """Refuse options of a fit where nothing is fitted."""
+    if values["recordings"]:
+        raise CycloptsError(
+            msg="--check is of one recording, and several are given.", command_chain=("fit",)
+        )
     defaults = inspect.signature(fit).parameters
     for name in values.keys() & defaults.keys() - _CHECKING:
         if values[name] != defaults[name].default:

@@ -1,5 +1,6 @@
 """`rapi range`: distance and velocity of a target from a folder of fringe records."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -46,39 +47,25 @@ def range_command(
     json
         Print `range.json` on standard output, and messages on standard error.
     """
-    import time
-
-    from fitting.report.ranging._content import range_content
-    from fitting.report.ranging._files import write_range
-    from rapi_jax import DataError
     from rapi_jax.io import printable, read_fringe_records
-    from rapi_jax.ranging import range_records
-    from rapi_jax.ranging.budget import measured_budget
 
     from ._out import console, output_folder, print_json, read_json
     from .run import BAD_DATA, DONE, fail
 
-    if expected is not None and not 0 <= expected[0] < expected[1]:
-        raise DataError(
-            f"`--expected` {expected[0]:g} {expected[1]:g}: give the least distance in m, then the "
-            "largest."
-        )
+    check_expected(expected)
     read = read_fringe_records(records)
     folder = output_folder(output)
-    began = time.monotonic()
     with _live(read, shown=not json) as on_part:
-        found = range_records(
-            read, method=method, kalman=kalman, expected_m=expected, on_part=on_part
+        found, content, written = range_into(
+            read,
+            folder,
+            printable(records.resolve().name),
+            method=method,
+            kalman=kalman,
+            expected=expected,
+            plots=plots,
+            on_part=on_part,
         )
-    content = range_content(
-        found,
-        budget=measured_budget(found),
-        phase_index=_phase_index(read),
-        expected_m=expected,
-        seconds=time.monotonic() - began,
-        name=printable(records.resolve().name),
-    )
-    written = write_range(found, content, folder, plots=plots)
     if json:
         print_json(read_json(written[0]))
     else:
@@ -89,9 +76,62 @@ def range_command(
         names = ", ".join(path.name for path in written)
         out.print(f"written to {folder}: {names}", markup=False, soft_wrap=True)
     if not found.summary.counted:
-        fail("bad data", f"no scan gave a distance: {_why(found)}")
+        fail("bad data", why_no_distance(found))
         return BAD_DATA
     return DONE
+
+
+def check_expected(expected: tuple[float, float] | None) -> None:
+    """Raise `DataError` where least and largest distance are not in this order."""
+    from rapi_jax import DataError
+
+    if expected is not None and not 0 <= expected[0] < expected[1]:
+        raise DataError(
+            f"`--expected` {expected[0]:g} {expected[1]:g}: give the least distance in m, then the "
+            "largest."
+        )
+
+
+def range_into(
+    records: Any,
+    folder: Path,
+    name: str,
+    *,
+    method: Method,
+    kalman: bool | None,
+    expected: tuple[float, float] | None,
+    plots: bool,
+    on_part: Callable[[Any], None] = lambda part: None,
+) -> tuple[Any, dict[str, Any], list[Path]]:
+    """Range a target by the options of the command: what was found, its JSON, the files written.
+
+    `name`: of the records, as the page shows it.
+    """
+    import time
+
+    from fitting.report.ranging._content import range_content
+    from fitting.report.ranging._files import write_range
+    from rapi_jax.ranging import range_records
+    from rapi_jax.ranging.budget import measured_budget
+
+    began = time.monotonic()
+    found = range_records(
+        records, method=method, kalman=kalman, expected_m=expected, on_part=on_part
+    )
+    content = range_content(
+        found,
+        budget=measured_budget(found),
+        phase_index=_phase_index(records),
+        expected_m=expected,
+        seconds=time.monotonic() - began,
+        name=name,
+    )
+    return found, content, write_range(found, content, folder, plots=plots)
+
+
+def why_no_distance(found: Any) -> str:
+    """Why no scan gave a distance, in one line."""
+    return f"no scan gave a distance: {_why(found)}"
 
 
 def _why(found: Any) -> str:

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 from cyclopts import App, CycloptsError, MissingArgumentError, UnusedCliTokensError
 
-DONE, INTERNAL, USAGE, BAD_DATA, UNTRUSTED, INSTRUMENT = 0, 1, 2, 3, 4, 6
+DONE, INTERNAL, USAGE, BAD_DATA, UNTRUSTED, PARTLY_FAILED, INSTRUMENT = 0, 1, 2, 3, 4, 5, 6
 INTERRUPTED = 130
 
 
@@ -19,13 +19,13 @@ def one_line(message: object) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
 
 
-def fail(kind: str, message: object) -> None:
-    """One line on standard error."""
+def fail(kind: str, message: object, console: Any = None) -> None:
+    """One line on standard error; on `console` where a bar is drawn there."""
     from rich.console import Console
     from rich.text import Text
 
     line = Text.assemble((f"{kind}: ", "bold red"), one_line(message))
-    Console(stderr=True, soft_wrap=True, highlight=False).print(line)
+    (console or Console(stderr=True)).print(line, soft_wrap=True, highlight=False)
 
 
 def _usage_message(error: CycloptsError) -> str:
@@ -84,30 +84,35 @@ def _resend_interrupt(dropped: Any) -> None:
 
 
 def _report_error(error: Exception) -> int:
+    """The exit code for `error`, which is told in one line."""
+    code, kind, message = explain_error(error)
+    if code == INTERNAL and kind == "internal error" and os.environ.get("RAPI_TRACEBACK"):
+        traceback.print_exception(error)
+    fail(kind, message)
+    return code
+
+
+def explain_error(error: Exception) -> tuple[int, str, str]:
+    """The exit code for `error`, what kind of error it is, and what it says."""
+    from fitting.batch._job import BatchError
     from rapi_jax import DataError, ModelError
     from rapi_jax.io import OutputError
 
     from ._model import UntrustedModel
 
     if isinstance(error, UntrustedModel):
-        fail("not to be trusted", error)
-        return UNTRUSTED
+        return UNTRUSTED, "not to be trusted", str(error)
     if isinstance(error, DataError | ModelError):
-        fail("bad data", error)
-        return BAD_DATA
+        return BAD_DATA, "bad data", str(error)
     if isinstance(error, OutputError | FileNotFoundError | PermissionError | IsADirectoryError):
-        fail("cannot read or write", error)
-        return BAD_DATA
+        return BAD_DATA, "cannot read or write", str(error)
+    if isinstance(error, BatchError):
+        return BAD_DATA, "batch", str(error)
     hardware = sys.modules.get("hardware")  # not loaded: no instrument was asked
     if hardware is not None and isinstance(error, hardware.InstrumentError):
-        fail("instrument", error)
-        return INSTRUMENT
+        return INSTRUMENT, "instrument", str(error)
     if isinstance(error, MemoryError):
-        fail(
-            "out of memory", "this recording does not fit; split it, or use fewer samples a period."
-        )
-        return INTERNAL
-    if os.environ.get("RAPI_TRACEBACK"):
-        traceback.print_exc()
-    fail("internal error", f"{type(error).__name__}: {error} (RAPI_TRACEBACK=1 shows where)")
-    return INTERNAL
+        cure = "this recording does not fit; split it, or use fewer samples a period."
+        return INTERNAL, "out of memory", cure
+    where = f"{type(error).__name__}: {error} (RAPI_TRACEBACK=1 shows where)"
+    return INTERNAL, "internal error", where

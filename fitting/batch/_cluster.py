@@ -1,0 +1,234 @@
+"""Jobs in Dask workers: those of a cluster started here, or those of a scheduler that runs already.
+
+Everything of Dask is here and in `_worker`. Workers are spawned, never forked: a fork of a
+process that has used JAX hangs.
+"""
+
+import contextlib
+import logging
+import math
+import queue
+import secrets
+import signal
+import time
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from rapi_jax.internal import cause
+from rapi_jax.io import printable
+
+from ._do import Ended, give_up
+from ._executor import AbstractExecutor
+from ._job import BatchError, Job, Work
+from ._key import code_sha256
+from ._remote import describe_worker, do_remotely
+from ._thresholds import THRESHOLDS
+from ._tries import NOTES
+from ._worker import one_thread, preparation
+
+_LOCAL = {
+    "distributed.worker.multiprocessing-method": "spawn",
+    # Of a cluster that is ours: a task is given up after so many workers that it ended; its own
+    # count of tries comes first.
+    "distributed.scheduler.allowed-failures": THRESHOLDS.tries,
+    # A worker that runs short of memory is ended, not paused: nothing of ours waits in it.
+    "distributed.worker.memory.target": False,
+    "distributed.worker.memory.spill": False,
+    "distributed.worker.memory.pause": False,
+    "logging": {"distributed": "critical"},
+}
+
+
+class Cluster(AbstractExecutor):
+    """An executor on Dask workers; made by `local_cluster` or `at_scheduler`.
+
+    `patience`: s without any worker after which it raises `BatchError`.
+    """
+
+    def __init__(
+        self, client: Any, output: Path, work: Work, batch: str, patience: float = math.inf
+    ) -> None:
+        self._client, self._output, self._work, self._batch = client, output, work, batch
+        self._patience, self._last_seen = patience, time.monotonic()
+        self._ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._jobs: dict[Any, Job] = {}
+        self._killed: Counter[str] = Counter()
+        self._threads, self._counted = 1, -math.inf
+
+    def cancel(self) -> None:
+        """Let no job begin any more; those that have begun go on to their end."""
+        for future in self._jobs:
+            with contextlib.suppress(Exception):
+                future.cancel(force=True)
+
+    @property
+    def running(self) -> int:
+        return len(self._jobs)
+
+    @property
+    def free(self) -> int:
+        """Some for each thread; see `BatchThresholds.backlog`."""
+        now = time.monotonic()
+        if now - self._counted > THRESHOLDS.poll_s:
+            self._threads, self._counted = sum(self._client.nthreads().values()), now
+            if self._threads:
+                self._last_seen = now
+        return max(1, self._threads) * THRESHOLDS.backlog - len(self._jobs)
+
+    def submit(self, job: Job) -> None:
+        future = self._client.submit(
+            do_remotely, job, self._output, self._work, self._batch, code_sha256(),
+            key=f"{job.name}-{secrets.token_hex(8)}", pure=False,
+        )  # fmt: skip
+        self._jobs[future] = job
+        future.add_done_callback(self._ended.put)
+
+    def wait(self, timeout: float) -> list[Ended]:
+        found = []
+        with contextlib.suppress(queue.Empty):
+            found.append(self._ended.get(timeout=timeout))
+            while True:
+                found.append(self._ended.get_nowait())
+        if self._client.status != "running":
+            raise BatchError(
+                "the scheduler does not answer any more. What is finished stays finished: start it "
+                "again, and run the same command again to go on."
+            )
+        if time.monotonic() - self._last_seen > self._patience:
+            raise BatchError(
+                f"no worker has started for {self._patience:g} s. Run the same command again to go "
+                "on, with fewer --workers if memory is short."
+            )
+        return [ended for future in found if (ended := self._collect(future)) is not None]
+
+    def _collect(self, future: Any) -> Ended | None:
+        """How the job of a future ended; `None` where it is begun again."""
+        from distributed import KilledWorker
+        from distributed.client import FutureCancelledError
+
+        job = self._jobs.pop(future)
+        try:
+            return future.result(timeout=THRESHOLDS.connect_s)
+        except KilledWorker:
+            self._killed[job.name] += 1
+            if self._killed[job.name] >= THRESHOLDS.tries:
+                return give_up(job, self._output, THRESHOLDS.tries)
+        except (FutureCancelledError, TimeoutError):
+            pass  # lost with its worker or its scheduler
+        except BatchError:
+            raise
+        except Exception as error:
+            raise BatchError(f"a worker cannot run {job.name}: {cause(error)}.") from error
+        self.submit(job)
+        return None
+
+
+@contextlib.contextmanager
+def local_cluster(workers: int, output: Path, work: Work, batch: str) -> Iterator[Cluster]:
+    """An executor on so many processes of this computer, a thread each."""
+    dask, distributed = _import_dask()
+    with dask.config.set(_LOCAL), _interrupts_ignored_by_children():
+        cluster = distributed.LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address=None,
+            silence_logs=logging.CRITICAL,
+            # Whoever reaches a worker runs code in it, so other users of this computer must not.
+            security=distributed.Security.temporary(),
+            env=dict(one_thread()),
+        )
+    with dask.config.set(_LOCAL), cluster, distributed.Client(cluster) as client:
+        client.register_plugin(preparation(ours=True))
+        yield Cluster(client, output, work, batch, THRESHOLDS.start_s)
+
+
+@contextlib.contextmanager
+def at_scheduler(address: str, output: Path, work: Work, batch: str) -> Iterator[Cluster]:
+    """An executor on the workers of the scheduler at `address`.
+
+    They must see the output folder by the same path, and have the same version of these packages.
+    Raises `BatchError` where they do not, or where nobody answers.
+    """
+    _, distributed = _import_dask()
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    try:
+        client = distributed.Client(address, timeout=THRESHOLDS.connect_s, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise BatchError(
+            f"no scheduler answers at {printable(address)} ({cause(error)}). Start one with "
+            "`dask scheduler`, and give the address it prints."
+        ) from error
+    with client:
+        client.register_plugin(preparation(ours=False))
+        _check_workers(client, address, output)
+        executor = Cluster(client, output, work, batch)
+        try:
+            yield executor
+        finally:
+            executor.cancel()
+
+
+def _check_workers(client: Any, address: str, output: Path) -> None:
+    try:
+        client.wait_for_workers(1, timeout=THRESHOLDS.connect_s)
+    except TimeoutError as error:
+        raise BatchError(
+            f"the scheduler at {printable(address)} has no workers. Start some with `dask worker "
+            f"{printable(address)} --nthreads 1`."
+        ) from error
+    token = output / NOTES / f"{secrets.token_hex(8)}.token"
+    token.write_text("", encoding="utf-8")
+    try:
+        found = client.run(describe_worker, str(token), on_error="return")
+    finally:
+        token.unlink()
+    for worker, about in found.items():
+        if isinstance(about, BaseException):
+            raise BatchError(
+                f"the worker at {worker} cannot run jobs ({cause(about)}). Install this package "
+                "where it runs."
+            )
+        if about["code_sha256"] != code_sha256():
+            raise BatchError(
+                f"the worker at {worker} has another version of this package or of those it "
+                "rests on. Install the same there, and start it again."
+            )
+        if not about["sees_token"]:
+            raise BatchError(
+                f"the worker at {worker} does not see the output folder {printable(output)}. "
+                "Recordings and results must be on a file system that all share, by one path."
+            )
+
+
+def _import_dask() -> tuple[Any, Any]:
+    try:
+        import dask
+        import distributed
+    except ImportError as error:
+        raise BatchError(
+            f"workers need a package that is not installed here ({cause(error)}). Install the "
+            "extra: pip install 'rapi-jax[batch]'."
+        ) from error
+    return dask, distributed
+
+
+@contextlib.contextmanager
+def _interrupts_ignored_by_children() -> Iterator[None]:
+    """Processes started in the block do not hear Ctrl-C: this one ends them.
+
+    An ignored signal stays so in a new process. Those that are started later, in place of one that
+    ended, are told by `preparation`.
+    """
+    try:
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    except ValueError:  # not the main thread
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -1,0 +1,25 @@
+"""What a Dask worker is asked to run."""
+
+from pathlib import Path
+from typing import Any
+
+from ._do import Ended, do_job
+from ._job import BatchError, Job, Work
+from ._key import code_sha256
+
+
+def do_remotely(job: Job, output: Path, work: Work, batch: str, code: str) -> Ended:
+    """Do a job of a batch whose code is `code`.
+
+    Raises `BatchError` where this worker, which may have joined later, has other code.
+    """
+    if code_sha256() != code:
+        raise BatchError(
+            "a worker that joined has another version of this package. Install the same there."
+        )
+    return do_job(job, output, work, batch, shared=False)
+
+
+def describe_worker(token: str) -> dict[str, Any]:
+    """The version of a worker, and whether it sees the file `token`."""
+    return {"code_sha256": code_sha256(), "sees_token": Path(token).is_file()}

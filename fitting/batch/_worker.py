@@ -1,0 +1,52 @@
+"""How a Dask worker is prepared. Imports nothing heavy: it comes before the first import of JAX."""
+
+import os
+import signal
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from fitting.compile_cache import DIRECTORY, cache_root, drop_damaged_entries, worker_variables
+
+
+def one_thread() -> Mapping[str, str]:
+    """Environment variables for a process that computes on one thread: libraries', and XLA's."""
+    names = ("MKL_NUM_THREADS", "NPROC", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+    return dict.fromkeys(names, "1")
+
+
+def prepare_process() -> None:
+    """Compute on one thread, with the compile cache that all processes of the user share.
+
+    JAX reads both when it is imported, so nothing is done where it is.
+    """
+    if "jax" in sys.modules:
+        return
+    for name, value in one_thread().items():
+        os.environ.setdefault(name, value)
+    root = cache_root()
+    if root is not None:
+        os.environ.update(worker_variables(root))
+    drop_damaged_entries(Path(os.environ.get(DIRECTORY, "")))
+
+
+def preparation(*, ours: bool) -> Any:
+    """A plugin that prepares each worker, those that join later too.
+
+    `ours`: of a cluster that was started here. Its workers do not hear Ctrl-C: this process ends
+    them.
+    """
+    from distributed import WorkerPlugin
+
+    class Preparation(WorkerPlugin):
+        name = "rapi-batch"
+        idempotent = True
+
+        def setup(self, worker: Any) -> None:
+            del worker
+            if ours:
+                signal.signal(signal.SIGINT, signal.SIG_IGN)
+            prepare_process()
+
+    return Preparation()

@@ -1,0 +1,187 @@
+"""What a batch does with each recording: the single commands' work, with nothing printed."""
+
+import errno
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from cyclopts import App, CycloptsError
+
+from fitting.batch._job import Job, Outcome
+
+from .compensate import compensate
+from .diagnose import diagnose
+from .fit import fit
+from .range import range_command
+
+_COMMANDS: Mapping[str, Callable[..., int]] = {
+    "fit": fit, "compensate": compensate, "diagnose": diagnose, "range": range_command,
+}  # fmt: skip
+# What a batch decides itself: where data come from and results go, and how it is printed.
+_NOT_OPTIONS = {"recording", "recordings", "records", "model", "output", "json", "check"}
+_OF_THE_JOB = {"compensate": "model", "range": "records"}
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
+
+
+def parse_options(task: str, tokens: Sequence[str], folder: Path) -> dict[str, Any]:
+    """The options of the single command that `tokens` set; paths are made absolute in `folder`.
+
+    Raises `CycloptsError` where the single command would.
+    """
+    app = App(name=task, help_flags=(), version_flags=())
+    app.default(_COMMANDS[task])
+    given = ["JOB", "--output", "DIR", *tokens]
+    try:
+        _, bound, _ = app.parse_args(given, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        error.command_chain = (task,)
+        raise
+    own = _own_options(task)
+    extra = [name for name in bound.arguments if name not in own | _fixed(task)]
+    if extra or bound.arguments.get("recordings"):
+        what = f"--{extra[0]} is not for a batch." if extra else "the recordings come first."
+        raise CycloptsError(msg=what, command_chain=("batch",))
+    return {
+        name: _absolute(value, folder) for name, value in bound.arguments.items() if name in own
+    }
+
+
+def complete_options(task: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """`options` with the defaults of the single command for what they leave out."""
+    parameters = inspect.signature(_COMMANDS[task]).parameters
+    own = _own_options(task)
+    return {name: options.get(name, one.default) for name, one in parameters.items() if name in own}
+
+
+def _fixed(task: str) -> set[str]:
+    return {_OF_THE_JOB.get(task, "recording"), "recordings", "output"}
+
+
+def _own_options(task: str) -> set[str]:
+    not_options = _NOT_OPTIONS
+    if task == "diagnose":
+        not_options = not_options - {"model"}
+    elif task == "compensate":
+        not_options = not_options - {"recording"}
+    return {name for name in inspect.signature(_COMMANDS[task]).parameters} - not_options
+
+
+def _absolute(value: Any, folder: Path) -> Any:
+    if isinstance(value, Path):
+        return folder.resolve() / value
+    if isinstance(value, tuple):
+        return tuple(_absolute(item, folder) for item in value)
+    return value
+
+
+def run_task(job: Job, folder: Path) -> Outcome:
+    """Compute a job into `folder`, as the single command does; an error is an outcome, too."""
+    from rapi_jax.io import OutputError
+
+    from ._model import UntrustedModel
+    from .run import explain_error, one_line
+
+    try:
+        return _DO[job.task](job.path, folder, **job.options)
+    except Exception as error:
+        code, kind, message = explain_error(error)
+        return Outcome(
+            "skipped" if isinstance(error, UntrustedModel) else "failed",
+            code,
+            one_line(f"{kind}: {message}"),
+            lasting=not isinstance(error, OutputError),
+            stop=isinstance(error, OutputError) and error.errno in _FULL,
+        )
+
+
+def _fit(
+    path: Path, folder: Path, *, operator: str, plugin: tuple[Path, ...], nan: Any, **options: Any
+) -> Outcome:
+    from rapi_jax.io import read_recording
+
+    from ._out import output_folder
+    from ._plugins import find_operator
+    from .fit import identify_into
+    from .run import DONE, UNTRUSTED
+
+    kind = find_operator(operator, plugin)
+    data = read_recording(path, nan=nan)
+    result, written = identify_into(data, output_folder(folder), kind=kind, **options)
+    trusted, reasons = result.verdict.trusted, result.verdict.reasons
+    return Outcome(
+        "done",
+        DONE if trusted else UNTRUSTED,
+        "" if trusted else f"not to be trusted: {'; '.join(reasons)}",
+        data.provenance,
+        written,
+    )
+
+
+def _compensate(path: Path, folder: Path, **options: Any) -> Outcome:
+    from .compensate import compensate_into
+
+    written = compensate_into(path, folder, **options)[-1]
+    return Outcome("done", 0, written=written)
+
+
+def _diagnose(
+    path: Path,
+    folder: Path,
+    *,
+    model: Path | None,
+    limits: Path | None,
+    plugin: tuple[Path, ...],
+    scan: bool,
+    nan: Any,
+) -> Outcome:
+    from rapi_jax import effects
+    from rapi_jax.io import read_limits, read_recording
+
+    from ._model import load_model
+    from ._out import output_folder
+    from ._plugins import plugin_effects, plugin_operators
+    from .diagnose import check_model_units, diagnose_into
+
+    bounds = None if limits is None else read_limits(limits)
+    own = plugin_effects(plugin)
+    ecdl, about = (
+        (None, None) if model is None else load_model(model, own, plugin_operators(plugin))
+    )
+    data = read_recording(path, nan=nan)
+    check_model_units(about, data)
+    written = diagnose_into(
+        data,
+        output_folder(folder),
+        folder.name,
+        ecdl=ecdl,
+        candidates=(*effects.ALL, *own),
+        limits=bounds,
+        scan=scan,
+    )
+    return Outcome("done", 0, "", data.provenance, written)
+
+
+def _range(
+    path: Path, folder: Path, *, expected: tuple[float, float] | None, **options: Any
+) -> Outcome:
+    from rapi_jax.io import printable, read_fringe_records
+
+    from ._out import output_folder
+    from .range import check_expected, range_into, why_no_distance
+    from .run import BAD_DATA, DONE
+
+    check_expected(expected)
+    records = read_fringe_records(path)
+    name = printable(path.resolve().name)
+    found, _, written = range_into(
+        records, output_folder(folder), name, expected=expected, **options
+    )
+    if found.summary.counted:
+        return Outcome("done", DONE, written=written)
+    return Outcome("failed", BAD_DATA, f"bad data: {why_no_distance(found)}", written=written)
+
+
+_DO: Mapping[str, Callable[..., Outcome]] = {
+    "fit": _fit, "compensate": _compensate, "diagnose": _diagnose, "range": _range,
+}  # fmt: skip

@@ -7,11 +7,11 @@ every number is also in a table, so the page can be read without a script.
 
 import dataclasses
 import functools
-from importlib import resources
 from typing import Any
 
 import jinja2
-from markupsafe import Markup
+
+from fitting.report._pages import load_plotly, load_template, read_script, read_style
 
 from . import _text as words
 from ._how_far import describe_next_scan, tabulate_shrinkage
@@ -91,34 +91,12 @@ def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
         "calibration": describe_calibration(diagnosis),
         "provenance": list_provenance(diagnosis, drive_unit),
         "drawings": [{key: p[key] for key in ("key", "data", "layout")} for p in panels],
-        "style": _read_asset("diagnosis.css"),
-        "script": _read_asset("diagnosis.js"),
-        "plotly": _load_plotly() if panels else "",
+        "style": read_style(),
+        "script": read_script(),
+        "plotly": load_plotly() if panels else "",
     }
 
 
 @functools.cache
 def _load_template() -> jinja2.Template:
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("fitting.report.diagnosis"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-    )
-    # NaN is not JSON: better no page than one whose script fails.
-    environment.policies["json.dumps_kwargs"] = {"allow_nan": False}
-    return environment.get_template("diagnosis.html")
-
-
-def _read_asset(name: str) -> Markup:
-    file = resources.files("fitting.report.diagnosis").joinpath("templates", name)
-    return Markup(file.read_text("utf-8"))  # noqa: S704
-
-
-@functools.cache
-def _load_plotly() -> Markup:
-    from plotly.offline import get_plotlyjs
-
-    # Within a script element these would end it.
-    text = get_plotlyjs().replace("</script", r"<\/script").replace("<!--", r"<\!--")
-    return Markup(text)  # noqa: S704
+    return load_template("fitting.report.diagnosis", "diagnosis.html")

@@ -2,12 +2,11 @@
 
 import base64
 import functools
-from importlib import resources
 from typing import Any
 
 import jinja2
-from markupsafe import Markup
 
+from fitting.report._pages import load_template, read_style
 from fitting.report.diagnosis._numbers import DASH, finite_or_none, format_number, format_quantity
 
 from . import _words as words
@@ -36,7 +35,7 @@ def render_page(content: dict[str, Any], picture: bytes = b"") -> str:
         left_out=max(0, len(content["scans"]) - _MOST),
         track=[_state(row) for row in content["track"][:_MOST]],
         provenance=_provenance(content),
-        style=_read_style(),
+        style=read_style(),
     )
 
 
@@ -108,17 +107,4 @@ def _provenance(content: dict[str, Any]) -> list[tuple[str, str]]:
 
 @functools.cache
 def _load_template() -> jinja2.Template:
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("fitting.report.ranging"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-    )
-    return environment.get_template("range.html")
-
-
-@functools.cache
-def _read_style() -> Markup:
-    """The style of all pages: that of a diagnosis."""
-    file = resources.files("fitting.report.diagnosis").joinpath("templates", "diagnosis.css")
-    return Markup(file.read_text("utf-8"))  # noqa: S704
+    return load_template("fitting.report.ranging", "range.html")

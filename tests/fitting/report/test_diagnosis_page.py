@@ -227,7 +227,7 @@ def without(diagnosis: dict, path: tuple, null: bool) -> dict:
 @pytest.mark.parametrize("null", [True, False])
 def test_any_key_may_be_missing_or_null(null, monkeypatch):
     # Two hundred pages without five megabytes of script in each.
-    monkeypatch.setattr(_diagnosis_page, "_load_plotly", lambda: "")
+    monkeypatch.setattr(_diagnosis_page, "load_plotly", lambda: "")
     kept = {("schema",), ("verdict",)}
     for path in paths(brief(diagnoses.look_alikes())):
         if path not in kept:

@@ -1,0 +1,130 @@
+"""Tables of the page of a batch: parameters, verdicts, failures, recordings."""
+
+from collections import Counter
+from typing import Any
+from urllib.parse import quote
+
+from fitting.report.diagnosis._numbers import (
+    finite_or_none,
+    format_number,
+    format_percent,
+    format_quantity,
+    format_with_error,
+    unit_text,
+)
+from rapi_jax.io import printable
+
+from . import _text as words
+
+_STATUS = {"failed": "failed", "skipped": "skipped", "unreadable": "cannot be read"}
+
+
+def link(row: dict) -> str:
+    """Where a recording's own files are, relative to the page; empty where there are none."""
+    return f"./{quote(row['name'], safe='')}/{row['page']}" if row["page"] else ""
+
+
+def name(row: dict) -> str:
+    """A recording's name, safe to show."""
+    return printable(row["name"], 120)
+
+
+def state(row: dict) -> str:
+    """What became of a recording."""
+    if row["status"] in _STATUS:
+        return _STATUS[row["status"]]
+    return {True: "trusted", False: "not to be trusted"}.get(row["trusted"], "done")
+
+
+def tabulate_parameters(group: dict) -> list[list[str]]:
+    """A row a parameter: centre, spread, standard error, scatter, trend."""
+    rows = []
+    for one in group["parameters"]:
+        unit, drift = one["unit"], one["drift"]
+        change = drift and format_with_error(drift["change"], drift["stderr"], "")
+        rows.append(
+            [
+                one["name"],
+                "" if unit == "1" else unit_text(unit),
+                format_number(one["median"], 5),
+                format_number(one["spread"]),
+                format_number(one["typical_stderr"], 2),
+                format_number(one["scatter"]),
+                change or format_number(None),
+                words.format_p(drift["p"] if drift else None),
+            ]
+        )
+    return rows
+
+
+def tabulate_verdicts(rows: list[dict]) -> list[dict[str, Any]]:
+    """How many diagnoses name each effect, the most frequent first."""
+    found = Counter(str(row["verdict"]) for row in rows if row["verdict"])
+    total = sum(found.values())
+    return [
+        {"name": verdict, "count": number, "width": 100.0 * number / total}
+        for verdict, number in found.most_common()
+    ]
+
+
+def tabulate_recordings(
+    rows: list[dict], outlying: set[int], most: int
+) -> tuple[list[str], list[dict[str, Any]]]:
+    """Head and rows of the table of all recordings: each with its link and figures."""
+    parameters = list(dict.fromkeys(key for row in rows for key in row["estimates"]))
+    verdicts = any(row["verdict"] for row in rows)
+    expected = any(finite_or_none(row["expected_high"]) is not None for row in rows)
+    head = ["recording", "result", "rmse", "held out"]
+    head += ["verdict", "probability"] * verdicts + ["nonlinearity", "expected"] * expected
+    head += [*parameters, "time (s)"]
+    body = []
+    for i, row in enumerate(rows[:most]):
+        unit = row["unit"] or ""
+        cells = [format_quantity(row[key], unit) for key in ("rmse", "rmse_held_out")]
+        if verdicts:
+            cells += [row["verdict"] or "", format_percent(row["probability"])]
+        if expected:
+            cells += [format_quantity(row[k], unit) for k in ("nonlinearity_max", "expected_high")]
+        for key in parameters:
+            one = row["estimates"].get(key)
+            cells.append(format_with_error(one["value"], one["stderr"], "") if one else "")
+        cells.append(format_number(row["seconds"]))
+        body.append(
+            {
+                "name": name(row),
+                "link": link(row),
+                "state": state(row) + ("; stands out" if i in outlying else ""),
+                "marked": i in outlying or row["status"] != "done" or row["trusted"] is False,
+                "cells": cells,
+            }
+        )
+    return head, body
+
+
+def tabulate_untrusted(rows: list[dict], most: int) -> list[dict[str, str]]:
+    """Results that are not to be trusted, each with the reason."""
+    chosen = [row for row in rows if row["status"] == "done" and row["trusted"] is False]
+    return [
+        {
+            "name": name(row),
+            "link": link(row),
+            "why": printable(row["reasons"] or row["message"] or row["faults"] or "", 400),
+        }
+        for row in chosen[:most]
+    ]
+
+
+def tabulate_failures(rows: list[dict], most: int) -> list[dict[str, str]]:
+    """Recordings without a result, each with its one line."""
+    chosen = [row for row in rows if row["status"] != "done"]
+    return [
+        {
+            "name": name(row),
+            "link": link(row),
+            "state": state(row),
+            "code": str(row["exit_code"]),
+            "tries": str(row["tries"]),
+            "message": printable(row["message"], 400),
+        }
+        for row in chosen[:most]
+    ]

@@ -18,7 +18,8 @@ class ParameterChange:
     """One parameter of a new recording beside what the population predicts; NaN: no estimate.
 
     - `expected`, `expected_stderr`: for a recording at that time and temperature, the scatter
-      between recordings included. `measured`, `stderr`: by its own fit.
+      between recordings included; `expected_at_mean`: the same at the population's mean
+      temperature. `measured`, `stderr`: by its own fit.
     - `p_value`: of the difference by itself; `p_holm`: for all parameters together.
     - `change`, `change_stderr`: of this parameter, if all others are as before; `p_given_others`
       of it, and for all parameters together.
@@ -29,6 +30,7 @@ class ParameterChange:
     unit: str
     expected: float
     expected_stderr: float
+    expected_at_mean: float
     measured: float
     stderr: float
     p_value: float
@@ -59,6 +61,7 @@ class Change:
     - `p_change`: the smaller of that and of each parameter given the others, for both: what
       `changed` is decided by.
     - `probabilities`: of "none", each parameter alone, and "several"; they sum to 1.
+    - `days`: when it was recorded, since the population's first; `None` where that is not known.
     - `set`: given a change, the most probable ones that hold 95 % together.
     """
 
@@ -72,6 +75,7 @@ class Change:
     probabilities: dict[str, float]
     set: tuple[str, ...]
     notes: tuple[str, ...]
+    days: float | None = None
 
     def __getitem__(self, name: str) -> ParameterChange:
         """The parameter `name`."""
@@ -108,6 +112,7 @@ class Change:
             {
                 "schema": SCHEMA,
                 "recording": self.label,
+                "days": self.days,
                 "sentence": self.sentence,
                 "changed": self.changed,
                 "p_change": self.p_change,

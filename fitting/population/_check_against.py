@@ -75,11 +75,14 @@ def check_against(population: Population, result: FitResult | Path) -> Change:
     probabilities = change_probabilities(names, change / error, whole.statistic, whole.wishart)
     p_alone, p_given = adjust_holm(np.array(alone)), adjust_holm(given)
     p_change = min(1.0, 2.0 * min(whole.p_value, float(p_given.min())))
-    scale = estimates.scale
+    scale, used = estimates.scale, population.covariates.names
+    days = population.covariates.value("time", record) if "time" in used else None
+    usual = population.expectation(days=days).values
     parameters = []
     for j, name in enumerate(estimates.names):
         expected = float(scale[j] * (design[j] @ model.coefficients))
-        common = (name, estimates.units[j], expected, float(scale[j] * np.sqrt(before[j, j])))
+        spread = float(scale[j] * np.sqrt(before[j, j]))
+        common = (name, estimates.units[j], expected, spread, float(usual[j]))
         if not known[j]:
             parameters.append(ParameterChange(*common, *[float("nan")] * 9))
             continue
@@ -103,12 +106,11 @@ def check_against(population: Population, result: FitResult | Path) -> Change:
         probabilities=probabilities,
         set=credible_changes(probabilities),
         notes=tuple(_notes(population, record, known)),
+        days=days,
     )
 
 
-def _given_others(
-    z: np.ndarray, statistic: float, degrees: float, wishart: float
-) -> np.ndarray:
+def _given_others(z: np.ndarray, statistic: float, degrees: float, wishart: float) -> np.ndarray:
     """P-value of each parameter's change, all others being as before.
 
     Rao's test of additional information, exact for a Wishart variance: of what a parameter adds to

@@ -35,6 +35,15 @@ class Estimates:
         """Number of parameters."""
         return len(self.names)
 
+    def only(self, j: int) -> "Estimates":
+        """Those of one parameter."""
+        at = slice(j, j + 1)
+        return dataclasses.replace(
+            self, names=self.names[at], units=self.units[at], scale=self.scale[at],
+            values=self.values[:, at], covariances=self.covariances[:, at, at],
+            known=self.known[:, at],
+        )  # fmt: skip
+
     def of(self, record: Record) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Values, covariance and known of another recording, in the same coordinates."""
         check_alike([*self.records[:1], record])
@@ -67,7 +76,7 @@ def gather(records: Sequence[Record], without: Sequence[str], most: int) -> tupl
     if not at:
         raise ModelError(
             f"no parameter has an estimate in {need} recordings or more, which is the least for "
-            f"{most} coefficient(s) a parameter and a scatter. Record more, or fit fewer parameters."
+            f"{most} coefficient(s) a parameter and a scatter. Record more, or fit fewer plays."
         )
     names = tuple(first.names[i] for i in at)
     _check_held(records, names)

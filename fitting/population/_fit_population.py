@@ -82,9 +82,7 @@ def fit_population(
         notes.append("without time there is no smooth drift.")
 
     def choose(known: np.ndarray) -> Selected:
-        return select(
-            estimates, rows, known, times=times, drift=drift, structure=structure
-        )
+        return select(estimates, rows, known, times=times, drift=drift, structure=structure)
 
     selected, known, p_values = _without_outliers(estimates, choose, keep_outliers, notes)
     model = selected.model(estimates, known)
@@ -297,13 +295,13 @@ def _note_fit(
 ) -> list[str]:
     notes = []
     if not selected.variances.converged:
-        notes.append("the search for the variances did not converge; look at the scatter with care.")
+        notes.append("the search for the variances did not converge: the scatter is rough.")
     first = estimates.records[0]
     for p in parameters:
         low, high = first.bounds[:, first.names.index(p.name)]
         if p.mean.value - 3.0 * p.scatter < low or p.mean.value + 3.0 * p.scatter > high:
             notes.append(
-                f"`{p.name}` scatters up to a bound of its fit: its distribution is not normal, and "
-                "its intervals are rough."
+                f"`{p.name}` scatters up to a bound of its fit: its distribution is not normal, "
+                "and its intervals are rough."
             )
     return notes

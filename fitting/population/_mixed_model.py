@@ -131,12 +131,18 @@ class MixedModel:
         return 2.0 * variance**2 / spread if spread > 0 else np.inf
 
     def slopes(
-        self, design: Float[np.ndarray, "parameters coefficients"]
+        self,
+        design: Float[np.ndarray, "parameters coefficients"],
+        gain: Float[np.ndarray, "_ parameters coefficients"] | None = None,
     ) -> Float[np.ndarray, "pairs parameters parameters"]:
-        """Derivative of a new recording's predictive covariance with respect to `between`."""
+        """Derivative of a new recording's predictive covariance with respect to `between`.
+
+        `gain`: weighted design times covariance, where it is not that of all recordings.
+        """
         size = self.size
-        inside = self.weighted @ (self.covariance @ design.T)
-        out = np.einsum("mac,mbd->abcd", inside, inside, optimize=True)
+        inside = (self.weighted @ self.covariance if gain is None else gain) @ design.T
+        flat = inside.reshape(len(inside), size * size)
+        out = (flat.T @ flat).reshape((size,) * 4).transpose(0, 2, 1, 3)
         return out.reshape(size**2, size, size) + np.eye(size**2).reshape(size**2, size, size)
 
     def predictive(

@@ -1,6 +1,4 @@
-"""Recordings that are not of the population: each against the others, without it."""
-
-import dataclasses
+"""Recordings that are not of the population: each in the prediction of the others."""
 
 import numpy as np
 from jaxtyping import Float
@@ -13,43 +11,40 @@ from ._thresholds import THRESHOLDS
 def leave_one_out(model: MixedModel) -> Float[np.ndarray, " recordings"]:
     """P-value of each recording in the prediction of the others; NaN where it has no estimate.
 
-    The variance between recordings without one of them is a step of Fisher's scoring away, exact
-    where estimates have no errors of their own.
+    The variance between recordings without one of them is a step of Fisher's scoring away; how
+    uncertain it is, is taken as of all.
     """
     out = np.full(len(model.values), np.nan)
     for i in np.flatnonzero(model.known.any(axis=1)):
-        out[i] = _test(_without(model, i), model, i).p_value
+        out[i] = _test_without(model, i).p_value
     return out
 
 
-def _without(model: MixedModel, i: int) -> MixedModel:
-    """The model of all recordings but one."""
-    known = model.known.copy()
-    known[i] = False
+def _test_without(model: MixedModel, i: int) -> PredictiveTest:
+    """The recording `i` in the prediction of all others."""
+    others = model.known.any(axis=1)
+    others[i] = False
     matrix, right = model.terms
-    covariance = np.linalg.inv(matrix.sum(axis=0) - matrix[i] + np.diag(model.prior))
+    precision = np.linalg.inv(model.covariance) - matrix[i]
+    covariance = np.linalg.inv(precision)
     coefficients = covariance @ (right.sum(axis=0) - right[i])
-    left = np.where(known, model.values - model.design @ coefficients, 0.0)
-    pull = np.einsum("mab,mb->ma", model.weights, left)
-    keep = known.any(axis=1)
-    inside = np.einsum("mac,cd,mbd->ab", model.weighted[keep], covariance, model.weighted[keep],
-                       optimize=True)  # fmt: skip
-    slope = pull[keep].T @ pull[keep] - (model.weights[keep].sum(axis=0) - inside)
-    step = model.pair_covariance @ (0.5 * slope).ravel()
-    between = model.between + step.reshape(model.between.shape)
-    variances, vectors = np.linalg.eigh(0.5 * (between + between.T))
+    weighted, weights = model.weighted[others], model.weights[others]
+    left = np.where(model.known, model.values - model.design @ coefficients, 0.0)[others]
+    pull = np.einsum("mab,mb->ma", weights, left)
+    inside = np.einsum("mac,mbc->ab", weighted @ covariance, weighted, optimize=True)
+    slope = 0.5 * (pull.T @ pull - weights.sum(axis=0) + inside)
+    step = (model.pair_covariance @ slope.ravel()).reshape(model.between.shape)
+    variances, vectors = np.linalg.eigh(model.between + 0.5 * (step + step.T))
     between = (vectors * np.maximum(variances, 0.0)) @ vectors.T
-    return dataclasses.replace(model, known=known, between=between)
 
-
-def _test(others: MixedModel, model: MixedModel, i: int) -> PredictiveTest:
     at = np.flatnonzero(model.known[i])
-    design = model.design[i]
-    variance = others.predictive(design) + model.covariances[i]
-    difference = model.values[i] - design @ others.coefficients
-    pick = np.ix_(at, at)
-    slopes = others.slopes(design)[:, at][:, :, at]
-    return predictive_test(difference[at], variance[pick], slopes, others.pair_covariance)
+    design = model.design[i, at]
+    correction = model.corrected_covariance - model.covariance
+    variance = (between + model.covariances[i])[np.ix_(at, at)]
+    variance = variance + design @ (covariance + correction) @ design.T
+    slopes = model.slopes(model.design[i], weighted @ covariance)[:, at][:, :, at]
+    difference = model.values[i, at] - design @ coefficients
+    return predictive_test(difference, variance, slopes, model.pair_covariance)
 
 
 def worst(p_values: Float[np.ndarray, " recordings"]) -> int | None:

@@ -75,6 +75,18 @@ class PopulationParameter:
         return self.time.times(YEAR_DAYS, self.time.unit.replace("/day", "/year"))
 
 
+@dataclasses.dataclass(frozen=True, eq=False)
+class Expectation:
+    """What is expected at some time and temperature, in the order of the parameters.
+
+    `stderr`: of `values`. `spread`: standard deviation of a recording without errors of its own.
+    """
+
+    values: Float[np.ndarray, " parameters"]
+    stderr: Float[np.ndarray, " parameters"]
+    spread: Float[np.ndarray, " parameters"]
+
+
 @dataclasses.dataclass(frozen=True)
 class PopulationRecording:
     """One recording in the population; arrays are of its parameters, NaN where not estimated.
@@ -141,20 +153,22 @@ class Population:
 
     def expectation(
         self, *, days: float | None = None, temperature_c: float | None = None
-    ) -> tuple[Float[np.ndarray, " parameters"], Float[np.ndarray, "parameters parameters"]]:
-        """What a recording's parameters are expected to be, and their covariance.
+    ) -> "Expectation":
+        """What a recording's parameters are expected to be.
 
-        The covariance is that of a recording without errors of its own: of means and drift, and of
-        the scatter between recordings. `days`: since the first recording, `temperature_c`: deg C;
-        by default the means over the recordings.
+        `days`: since the first recording, `temperature_c`: deg C; by default the means over the
+        recordings.
         """
         given = {"time": days, "temperature": temperature_c}
         means = dict(zip(self.covariates.names, self.covariates.means, strict=True))
         values = [means[n] if given[n] is None else given[n] for n in self.covariates.names]
         design, rest = self._design(self.covariates.row_at(*values))
         scale = self.estimates.scale
-        covariance = self.model.predictive(design) + np.diag(rest)
-        return scale * (design @ self.model.coefficients), covariance * np.outer(scale, scale)
+        own = np.diag(design @ self.model.corrected_covariance @ design.T) + rest
+        total = own + np.diag(self.model.between)
+        return Expectation(
+            scale * (design @ self.model.coefficients), scale * np.sqrt(own), scale * np.sqrt(total)
+        )
 
     def design_of(self, record: Record) -> tuple[np.ndarray, np.ndarray]:
         """Coefficients to the expectation of a recording, and the variance that they leave."""

@@ -26,10 +26,10 @@ from ._thresholds import THRESHOLDS
 class RestrictedLikelihood(eqx.Module):
     """Minus the restricted log-likelihood as a function of the parameters of the variances.
 
-    `structure` of `T`: "full" is `R L L' R'` with a triangle `L`, so that `T` may be singular
-    without a bound; "diagonal" the same with diagonal `R` and `L`; "factor" a diagonal one and
-    what a single common cause adds, an outer product. `R` is `root`, which only scales. Then
-    follows an amplitude for each parameter of `smooth`.
+    These are those of a root of `T`, in which it is linear by `basis`, so that `T` may be singular
+    without a bound; then an amplitude for each column of `smooth`, which says of which parameter.
+    All structures have one shape, so that one program serves them: what a structure lacks is 0 in
+    `basis`.
     """
 
     values: Float[Array, "recordings parameters"]
@@ -37,63 +37,73 @@ class RestrictedLikelihood(eqx.Module):
     known: Float[Array, "recordings parameters"]
     rows: Float[Array, "recordings effects"]
     functions: Float[Array, "recordings functions"]
-    root: Float[Array, "parameters parameters"]
-    smooth: tuple[int, ...] = eqx.field(static=True)
-    structure: str = eqx.field(static=True)
+    smooth: Float[Array, "parameters drifts"]
+    basis: Float[Array, "parameters roots variances"]
 
-    def variances(
-        self, point: Float[Array, " point"]
-    ) -> tuple[Float[Array, "parameters parameters"], Float[Array, " smooth"]]:
-        """`T`, and the amplitudes of smooth drifts."""
-        size, root = self.root.shape[0], self.root
-        if self.structure == "full":
-            count = size * (size + 1) // 2
-            low = jnp.zeros((size, size)).at[jnp.tril_indices(size)].set(point[:count])
-            return root @ low @ low.T @ root.T, point[count:]
-        scale = jnp.sqrt(jnp.sum(root**2, axis=1))
-        between = jnp.diag((scale * point[:size]) ** 2)
-        if self.structure == "diagonal":
-            return between, point[size:]
-        loading = scale * point[size : 2 * size]
-        return between + loading[:, None] * loading[None, :], point[2 * size :]
+    def root(self, point: Float[Array, " point"]) -> Float[Array, "parameters roots"]:
+        """A root of `T`."""
+        return jnp.einsum("abn,n->ab", self.basis, point[: self.basis.shape[2]])
 
     def __call__(self, point: Float[Array, " point"]) -> Float[Array, ""]:
-        between, amplitudes = self.variances(point)
-        size, effects = self.root.shape[0], self.rows.shape[1]
+        root, amplitudes = self.root(point), point[self.basis.shape[2] :]
+        size, effects = self.basis.shape[0], self.rows.shape[1]
         known = self.known
-        total = known[:, :, None] * known[:, None, :] * (between[None] + self.covariances)
-        total = total + jax.vmap(jnp.diag)(1.0 - known)
+        pair = known[:, :, None] * known[:, None, :]
+        total = pair * ((root @ root.T)[None] + self.covariances)
+        total = total + (1.0 - known)[:, :, None] * jnp.eye(size)[None]
         factor = jnp.linalg.cholesky(total)
         design = jnp.einsum("me,ab->maeb", self.rows, jnp.eye(size))
         design = design.reshape(*self.values.shape, effects * size)
-        if self.smooth:
-            one_hot = jnp.zeros((size, len(self.smooth)))
-            one_hot = one_hot.at[jnp.array(self.smooth), jnp.arange(len(self.smooth))].set(1.0)
-            curves = jnp.einsum("mq,as->masq", self.functions, one_hot * amplitudes[None, :])
-            curves = curves.reshape(*self.values.shape, -1)
-            design = jnp.concatenate([design, curves], axis=2)
-        both = jnp.concatenate([design, self.values[:, :, None]], axis=2) * known[:, :, None]
-        solved = jax.vmap(lambda low, right: jax.scipy.linalg.solve_triangular(
-            low, right, lower=True))(factor, both)  # fmt: skip
+        curves = jnp.einsum("mq,as->masq", self.functions, self.smooth * amplitudes[None, :])
+        curves = curves.reshape(*self.values.shape, -1)
+        columns = jnp.concatenate([design, curves, self.values[:, :, None]], axis=2)
+        solved = jax.lax.linalg.triangular_solve(
+            factor, columns * known[:, :, None], left_side=True, lower=True
+        )
         gram = jnp.einsum("mab,mac->bc", solved, solved)
-        prior = jnp.r_[jnp.zeros(effects * size), jnp.ones(design.shape[2] - effects * size)]
+        prior = jnp.r_[jnp.zeros(effects * size), jnp.ones(curves.shape[2])]
         inner = jnp.linalg.cholesky(gram[:-1, :-1] + jnp.diag(prior))
         left = jax.scipy.linalg.solve_triangular(inner, gram[:-1, -1], lower=True)
-        logdet = jnp.sum(jnp.log(jax.vmap(jnp.diag)(factor)))
-        return (
-            logdet + jnp.sum(jnp.log(jnp.diag(inner))) + 0.5 * (gram[-1, -1] - jnp.sum(left**2))
-        )
+        logdet = jnp.sum(jnp.log(jnp.diagonal(factor, axis1=1, axis2=2)))
+        logdet = logdet + jnp.sum(jnp.log(jnp.diag(inner)))
+        return logdet + 0.5 * (gram[-1, -1] - jnp.sum(left**2))
+
+
+def root_basis(structure: str, root: np.ndarray) -> np.ndarray:
+    """Roots of `T` of one structure, in its parameters, all of the size of about 1.
+
+    "full": `root` times a triangle. "diagonal". "factor": a diagonal and, in a further column, what
+    a single common cause adds.
+    """
+    size = len(root)
+    scale = np.sqrt(np.sum(root**2, axis=1))
+    out = np.zeros((size, size + 1, max(size * (size + 1) // 2, 2 * size)))
+    each = np.arange(size)
+    if structure == "full":
+        for n, (a, b) in enumerate(zip(*np.tril_indices(size), strict=True)):
+            out[:, b, n] = root[:, a]
+        return out
+    out[each, each, each] = scale
+    if structure == "factor":
+        out[each, size, size + each] = scale
+    return out
+
+
+def count_free(structure: str, size: int) -> int:
+    """How many parameters the covariance of a structure has."""
+    return {"diagonal": size, "factor": 2 * size, "full": size * (size + 1) // 2}[structure]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Variances:
     """Variances at the maximum of the restricted likelihood.
 
-    `between`: `T`, in standardised coordinates. `amplitudes`: of the smooth drifts of `smooth`.
-    `loglik`: the restricted log-likelihood, but for a constant of the data and the fixed effects.
+    `between`: `T`, in standardised coordinates, and its `root`. `amplitudes`: of the smooth drifts
+    of the parameters `smooth`. `loglik`: the restricted log-likelihood, but for a constant of the
+    data and the fixed effects.
     """
 
-    between: np.ndarray
+    root: np.ndarray
     amplitudes: np.ndarray
     smooth: tuple[int, ...]
     structure: str
@@ -101,19 +111,48 @@ class Variances:
     point: np.ndarray
     converged: bool
 
+    @property
+    def between(self) -> Float[np.ndarray, "parameters parameters"]:
+        """The covariance between recordings."""
+        return self.root @ self.root.T
+
     def evidence(self, units: int) -> float:
         """Log evidence by Schwarz' approximation, of `units` recordings more than effects."""
-        return self.loglik - 0.5 * self.point.size * float(np.log(units))
+        free = count_free(self.structure, len(self.root)) + len(self.smooth)
+        return self.loglik - 0.5 * free * float(np.log(units))
+
+    def tangent(self) -> Float[np.ndarray, "pairs variances"]:
+        """Derivatives of all elements of `between` with respect to what was estimated of it.
+
+        Of variances and covariances these are themselves, so that nothing is singular where one is
+        0.
+        """
+        size = len(self.root)
+        unit = np.eye(size)
+        columns = [np.outer(e, e) for e in unit]
+        if self.structure == "full":
+            pairs = [(a, b) for a in range(size) for b in range(a)]
+            columns += [np.outer(unit[a], unit[b]) + np.outer(unit[b], unit[a]) for a, b in pairs]
+        if self.structure == "factor":
+            cause = self.root[:, size]
+            columns += [np.outer(e, cause) + np.outer(cause, e) for e in unit]
+        return np.stack([column.ravel() for column in columns], axis=1)
 
 
-def maximise(likelihood: RestrictedLikelihood, start: np.ndarray | None = None) -> Variances:
+def maximise(
+    likelihood: RestrictedLikelihood,
+    structure: str,
+    smooth: tuple[int, ...],
+    start: np.ndarray | None = None,
+) -> Variances:
     """The variances at the maximum, from `start` or from the scatter of the estimates."""
-    begin = _start(likelihood) if start is None else start
+    begin = _start(likelihood, structure) if start is None else start
     point, loss, slope = (np.asarray(part) for part in _descend(likelihood, jnp.asarray(begin)))
-    between, amplitudes = likelihood.variances(jnp.asarray(point))
+    count = likelihood.basis.shape[2]
     return Variances(
-        np.asarray(between), np.abs(np.asarray(amplitudes)), likelihood.smooth,
-        likelihood.structure, -float(loss), point, bool(np.max(np.abs(slope)) < THRESHOLDS.likelihood_slope),
+        np.asarray(likelihood.root(jnp.asarray(point))), np.abs(point[count:])[: len(smooth)],
+        smooth, structure, -float(loss), point,
+        bool(np.max(np.abs(slope)) < THRESHOLDS.likelihood_slope),
     )  # fmt: skip
 
 
@@ -128,37 +167,21 @@ def _descend(likelihood: RestrictedLikelihood, start: Array) -> tuple[Array, Arr
     return found.value, loss, slope
 
 
-def _start(likelihood: RestrictedLikelihood) -> np.ndarray:
+def _start(likelihood: RestrictedLikelihood, structure: str) -> np.ndarray:
     """Half of the scatter between recordings, half of it smooth where that may be."""
-    root = np.asarray(likelihood.root)
-    size, share = len(root), np.sqrt(0.5)
-    scale = np.sqrt(np.sum(root**2, axis=1))
-    amplitudes = share * scale[list(likelihood.smooth)]
-    if likelihood.structure == "full":
-        return np.r_[share * np.eye(size)[np.tril_indices(size)], amplitudes]
-    if likelihood.structure == "diagonal":
-        return np.r_[np.full(size, share), amplitudes]
-    correlation = root @ root.T / np.outer(scale, scale)
-    leading = np.linalg.eigh(correlation)[1][:, -1]
-    return np.r_[np.full(size, share), share * np.sqrt(0.5 * size) * leading, amplitudes]
-
-
-def tangent(found: Variances, likelihood: RestrictedLikelihood) -> np.ndarray:
-    """Derivatives of all elements of `T` with respect to the free ones, `pairs variances`.
-
-    Of a covariance these are its own elements, so that nothing is singular where one is 0.
-    """
-    size = len(found.between)
-    unit = np.eye(size)
-    columns = [np.outer(e, e) for e in unit]
-    if found.structure == "full":
-        pairs = [(a, b) for a in range(size) for b in range(a)]
-        columns += [np.outer(unit[a], unit[b]) + np.outer(unit[b], unit[a]) for a, b in pairs]
-    if found.structure == "factor":
-        scale = np.sqrt(np.sum(np.asarray(likelihood.root) ** 2, axis=1))
-        loading = scale * found.point[size : 2 * size]
-        columns += [np.outer(e, loading) + np.outer(loading, e) for e in unit]
-    return np.stack([column.ravel() for column in columns], axis=1)
+    basis, share = np.asarray(likelihood.basis), np.sqrt(0.5)
+    size = len(basis)
+    point = np.zeros(basis.shape[2])
+    if structure == "full":
+        point[np.cumsum(np.arange(1, size + 1)) - 1] = share  # the diagonal
+        full = np.einsum("abn,n->ab", basis, point)
+        scale = np.sqrt(np.sum(full**2, axis=1))
+    else:
+        point[:size] = share
+        scale = share * basis[np.arange(size), np.arange(size), np.arange(size)]
+    if structure == "factor":
+        point[size : 2 * size] = 0.5 * share
+    return np.r_[point, scale @ np.asarray(likelihood.smooth)]
 
 
 def scatter_root(

@@ -1,7 +1,6 @@
 """Which variance model the estimates are best described by, by evidence."""
 
 import dataclasses
-from collections.abc import Sequence
 
 import jax.numpy as jnp
 import numpy as np
@@ -12,8 +11,8 @@ from ._restricted_likelihood import (
     RestrictedLikelihood,
     Variances,
     maximise,
+    root_basis,
     scatter_root,
-    tangent,
 )
 from ._smooth_drift import SmoothDrift
 from ._thresholds import THRESHOLDS
@@ -38,16 +37,13 @@ class Selected:
         rows = np.asarray(self.likelihood.rows)
         curves = None if self.curves is None else self.curves.values
         design = np.stack(
-            [
-                self.design(row, None if curves is None else curves[i])
-                for i, row in enumerate(rows)
-            ]
+            [self.design(row, None if curves is None else curves[i]) for i, row in enumerate(rows)]
         )
         fixed = rows.shape[1] * estimates.size
         return MixedModel(
             estimates.values, estimates.covariances, known, design,
             np.r_[np.zeros(fixed), np.ones(design.shape[2] - fixed)],
-            self.variances.between, tangent(self.variances, self.likelihood),
+            self.variances.between, self.variances.tangent(),
         )  # fmt: skip
 
     def design(self, row: np.ndarray, functions: np.ndarray | None) -> np.ndarray:
@@ -61,13 +57,11 @@ class Selected:
 
     def refit(self, known: np.ndarray) -> "Selected":
         """The same variance model, of the estimates that are `known`."""
-        likelihood = dataclasses.replace(
-            self.likelihood,
-            known=jnp.asarray(known.astype(np.float64)),
-        )
-        return dataclasses.replace(
-            self, variances=maximise(likelihood, self.variances.point), likelihood=likelihood
-        )
+        one = self.variances
+        flags = jnp.asarray(known.astype(np.float64))
+        likelihood = dataclasses.replace(self.likelihood, known=flags)
+        variances = maximise(likelihood, one.structure, one.smooth, one.point)
+        return dataclasses.replace(self, variances=variances, likelihood=likelihood)
 
 
 def select(
@@ -97,7 +91,7 @@ def select(
         for one in wanted:
             name = f"{'smooth' if smooth else 'line'}, {one}"
             likelihood = _likelihood(estimates, rows, known, one, smooth, curves)
-            found = maximise(likelihood)
+            found = maximise(likelihood, one, smooth)
             chosen = Selected(found, likelihood, curves, {})
             tried[name] = found.evidence(units) + prior, chosen
 
@@ -121,17 +115,13 @@ def _likelihood(
     structure: str,
     smooth: tuple[int, ...] = (),
     curves: SmoothDrift | None = None,
-    only: Sequence[int] | None = None,
 ) -> RestrictedLikelihood:
-    """The likelihood of all parameters, or of `only` some."""
-    at = list(range(estimates.size) if only is None else only)
-    values, known = estimates.values[:, at], known[:, at]
-    covariances = estimates.covariances[:, at][:, :, at]
-    root = scatter_root(values, covariances, known, rows)
+    root = scatter_root(estimates.values, estimates.covariances, known, rows)
     functions = np.zeros((len(rows), 0)) if curves is None else curves.values
-    flags = known.astype(np.float64)
-    arrays = (values, covariances, flags, rows, functions, root)
-    return RestrictedLikelihood(*(jnp.asarray(a) for a in arrays), smooth, structure)
+    pick = np.eye(estimates.size)[:, list(smooth)]
+    arrays = (estimates.values, estimates.covariances, known.astype(np.float64), rows, functions)
+    basis = root_basis(structure, root)
+    return RestrictedLikelihood(*(jnp.asarray(a) for a in (*arrays, pick, basis)))
 
 
 def _smooth(
@@ -150,12 +140,17 @@ def _smooth(
     """
     spans = [share * float(np.ptp(times)) for share in THRESHOLDS.smooth_lengths]
     kinds = [SmoothDrift.of(times, span) for span in spans]
+    line = dataclasses.replace(kinds[0], values=np.zeros_like(kinds[0].values))
     gains = np.zeros((estimates.size, len(kinds)))
     for j in range(estimates.size):
-        line = maximise(_likelihood(estimates, rows, known, "diagonal", only=[j]))
-        for k, curves in enumerate(kinds):
-            one = _likelihood(estimates, rows, known, "diagonal", (0,), curves, only=[j])
-            gains[j, k] = maximise(one).evidence(units) - line.evidence(units)
+        one = estimates.only(j)
+        tried = [
+            maximise(
+                _likelihood(one, rows, known[:, [j]], "diagonal", (0,), curves), "diagonal", (0,)
+            ).loglik
+            for curves in (line, *kinds)
+        ]
+        gains[j] = np.array(tried[1:]) - tried[0] - 0.5 * np.log(units)
     odds = np.logaddexp.reduce(gains, axis=1) - np.log(len(kinds))
     least = float(np.log(estimates.size))
     at = np.arange(estimates.size) if every else np.flatnonzero(odds > least)

@@ -12,8 +12,8 @@ from rapi_jax.internal import float64
 from ._change import Change, ParameterChange, change_probabilities, credible_changes
 from ._population import Population
 from ._predictive_test import adjust_holm, predictive_test
-from ._record import Record, read_record
 from ._thresholds import THRESHOLDS
+from .estimates._record import Record, read_record
 
 
 @float64
@@ -33,7 +33,11 @@ def check_against(population: Population, result: FitResult | Path) -> Change:
     of the population, the recording is one of them, or it lacks a covariate; `ModelError` where its
     fit is not to be trusted, or has no estimate in common with the population.
     """
-    record = read_record(result, 0)
+    return check_record(population, read_record(result, 0))
+
+
+def check_record(population: Population, record: Record) -> Change:
+    """What `record` has changed; see `check_against`."""
     if not record.trusted:
         raise ModelError(
             f"{record.label}: its fit is not to be trusted, so it says nothing of a change: "

@@ -3,27 +3,27 @@
 import numpy as np
 from jaxtyping import Float
 
-from ._mixed_model import MixedModel
 from ._predictive_test import PredictiveTest, adjust_holm, predictive_test
 from ._thresholds import THRESHOLDS
+from .variances._mixed_model import MixedModel
 
 
 def leave_one_out(model: MixedModel) -> Float[np.ndarray, " recordings"]:
     """P-value of each recording in the prediction of the others; NaN where it has no estimate.
 
-    The variance between recordings without one of them is a step of Fisher's scoring away; how
-    uncertain it is, is taken as of all.
+    The variance between recordings without one of them is a step of Fisher's scoring away, exact
+    where estimates have no errors of their own; it is more uncertain in proportion to the degrees
+    of freedom.
     """
     out = np.full(len(model.values), np.nan)
     for i in np.flatnonzero(model.known.any(axis=1)):
-        out[i] = _test_without(model, i).p_value
+        out[i] = _test_without(model, int(i)).p_value
     return out
 
 
 def _test_without(model: MixedModel, i: int) -> PredictiveTest:
     """The recording `i` in the prediction of all others."""
-    others = model.known.any(axis=1)
-    others[i] = False
+    others = model.known.any(axis=1) & (np.arange(len(model.known)) != i)
     matrix, right = model.terms
     precision = np.linalg.inv(model.covariance) - matrix[i]
     covariance = np.linalg.inv(precision)
@@ -33,7 +33,10 @@ def _test_without(model: MixedModel, i: int) -> PredictiveTest:
     pull = np.einsum("mab,mb->ma", weights, left)
     inside = np.einsum("mac,mbc->ab", weighted @ covariance, weighted, optimize=True)
     slope = 0.5 * (pull.T @ pull - weights.sum(axis=0) + inside)
-    step = (model.pair_covariance @ slope.ravel()).reshape(model.between.shape)
+    effects = np.count_nonzero(model.prior == 0.0) // model.size
+    units = max(int(others.sum()) + 1 - effects, 2)
+    pairs = model.pair_covariance * (units / (units - 1.0))
+    step = (pairs @ slope.ravel()).reshape(model.between.shape)
     variances, vectors = np.linalg.eigh(model.between + 0.5 * (step + step.T))
     between = (vectors * np.maximum(variances, 0.0)) @ vectors.T
 
@@ -44,7 +47,7 @@ def _test_without(model: MixedModel, i: int) -> PredictiveTest:
     variance = variance + design @ (covariance + correction) @ design.T
     slopes = model.slopes(model.design[i], weighted @ covariance)[:, at][:, :, at]
     difference = model.values[i, at] - design @ coefficients
-    return predictive_test(difference, variance, slopes, model.pair_covariance)
+    return predictive_test(difference, variance, slopes, pairs)
 
 
 def worst(p_values: Float[np.ndarray, " recordings"]) -> int | None:

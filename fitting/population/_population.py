@@ -13,11 +13,11 @@ from fitting._json import replace_nonfinite
 from fitting._versions import package_versions
 from rapi_jax import ModelError
 
-from ._covariates import Covariates
-from ._estimates import Estimates
-from ._mixed_model import MixedModel
-from ._record import Record
-from ._selection import Selected
+from .estimates._covariates import Covariates
+from .estimates._estimates import Estimates
+from .estimates._record import Record
+from .variances._mixed_model import MixedModel
+from .variances._selection import Selected
 
 SCHEMA = "rapi.population/1"
 YEAR_DAYS = 365.25
@@ -161,7 +161,11 @@ class Population:
         """
         given = {"time": days, "temperature": temperature_c}
         means = dict(zip(self.covariates.names, self.covariates.means, strict=True))
-        values = [means[n] if given[n] is None else given[n] for n in self.covariates.names]
+        values = [
+            means[name] if value is None else value
+            for name, value in given.items()
+            if name in means
+        ]
         design, rest = self._design(self.covariates.row_at(*values))
         scale = self.estimates.scale
         own = np.diag(design @ self.model.corrected_covariance @ design.T) + rest

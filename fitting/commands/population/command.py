@@ -64,7 +64,6 @@ def population(
     """
     from fitting.population import check_against, fit_population
     from fitting.report.population._files import write_population
-    from rapi_jax.io import printable
 
     from .._out import console, output_folder, print_json, progress, read_json
     from ..run import DONE, UNTRUSTED
@@ -92,7 +91,7 @@ def population(
         out = console(json)
         out.print(render_population(found))
         if change is not None:
-            out.print(render_change(change, printable(check)))
+            out.print(render_change(change))
         names = ", ".join(path.name for path in written)
         out.print(f"written to {folder}: {names}", markup=False, soft_wrap=True)
     return UNTRUSTED if change is not None and change.changed else DONE
@@ -133,7 +132,7 @@ def _tables(path: Path) -> list[Path]:
 def _new_result(check: Path, folders: Sequence[Path], found: Any, output: Path, nan: Any) -> Any:
     """The result to hold against the population: as given, or of a recording that is fitted."""
     from fitting import fit
-    from fitting.population._record import read_record
+    from fitting.population.estimates._record import read_record
     from fitting.report import TABLE, write_fit
     from rapi_jax.io import read_recording
 
@@ -160,7 +159,7 @@ def _new_result(check: Path, folders: Sequence[Path], found: Any, output: Path, 
 
 def _latest(folders: Sequence[Path], found: Any) -> Path:
     """The folder of the latest recording of the population."""
-    from fitting.population._record import read_record
+    from fitting.population.estimates._record import read_record
 
     last = next(one for one in reversed(found.recordings) if not one.outlier)
     return next(one for one in folders if read_record(one, 0).sha256 == last.sha256)

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float
 
+from fitting.population._thresholds import THRESHOLDS
 from rapi_jax import DataError, ModelError
 
 from ._record import Record
-from ._thresholds import THRESHOLDS
 
 LEFT_OUT = ("d_0",)
 

@@ -20,7 +20,7 @@ import numpy as np
 import optimistix as optx
 from jaxtyping import Array, Float
 
-from ._thresholds import THRESHOLDS
+from fitting.population._thresholds import THRESHOLDS
 
 
 class RestrictedLikelihood(eqx.Module):

@@ -11,7 +11,7 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
-from ._thresholds import THRESHOLDS
+from fitting.population._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -7,10 +7,10 @@ from datetime import datetime
 import numpy as np
 from jaxtyping import Float
 
+from fitting.population._thresholds import THRESHOLDS
 from rapi_jax import DataError
 
 from ._record import Record
-from ._thresholds import THRESHOLDS
 
 COVARIATES = ("time", "temperature")
 _KEYS = {

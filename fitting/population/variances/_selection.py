@@ -5,7 +5,9 @@ import dataclasses
 import jax.numpy as jnp
 import numpy as np
 
-from ._estimates import Estimates
+from fitting.population._thresholds import THRESHOLDS
+from fitting.population.estimates._estimates import Estimates
+
 from ._mixed_model import MixedModel
 from ._restricted_likelihood import (
     RestrictedLikelihood,
@@ -15,7 +17,6 @@ from ._restricted_likelihood import (
     scatter_root,
 )
 from ._smooth_drift import SmoothDrift
-from ._thresholds import THRESHOLDS
 
 STRUCTURES = ("diagonal", "factor", "full")
 

@@ -10,11 +10,10 @@ import numpy as np
 
 from fitting._result_files import UNFINISHED
 from fitting.identification._result import SCHEMA, FitResult
+from fitting.population._thresholds import THRESHOLDS
 from rapi_jax import DataError
 from rapi_jax.internal import parse_recorded_at, parse_temperature, read_text
 from rapi_jax.io import printable
-
-from ._thresholds import THRESHOLDS
 
 TABLE = "model.json"
 _LIMIT = 64 * 2**20  # bytes

@@ -26,12 +26,17 @@ if TYPE_CHECKING:
     from .identification.assessment._verdict import Verdict as Verdict
     from .identification.inverse._identify_inverse import identify_inverse as identify_inverse
     from .identification.inverse._swap import swap as swap
+    from .population._change import Change as Change
+    from .population._check_against import check_against as check_against
+    from .population._fit_population import fit_population as fit_population
+    from .population._population import Population as Population
     from .solver._least_squares import SolverOptions as SolverOptions
     from .solver._least_squares import least_squares as least_squares
     from .solver._optimum import LeastSquares as LeastSquares
 
 _HOME = {
     "CertifiedDrive": "claim_check._scan",
+    "Change": "population._change",
     "Choice": "identification._model_order",
     "Claim": "identification.assessment._claim",
     "ClaimCheck": "claim_check._check",
@@ -39,15 +44,18 @@ _HOME = {
     "Estimate": "identification._result",
     "FitResult": "identification._result",
     "LeastSquares": "solver._optimum",
+    "Population": "population._population",
     "SolverOptions": "solver._least_squares",
     "UntrustedFit": "identification._result",
     "Verdict": "identification.assessment._verdict",
+    "check_against": "population._check_against",
     "check_claim": "claim_check._prediction",
     "check_scan": "claim_check._scan",
     "choose_order": "identification._model_order",
     "diagnose": "diagnosis",
     "fit": "identification._fit",
     "fit_many": "identification._fit_many",
+    "fit_population": "population._fit_population",
     "hysteresis_weights": "identification._weights",
     "identify": "identification._identify",
     "identify_inverse": "identification.inverse._identify_inverse",

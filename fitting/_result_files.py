@@ -19,6 +19,7 @@ LISTS = (
     "diagnosis.json",
     "certificate.json",
     "range.json",
+    "population.json",
 )  # one of them in each result
 UNFINISHED = "rapi.unfinished/1"
 _LIMIT = 64 * 2**20  # bytes of such a list

@@ -22,6 +22,7 @@ app.command("fitting.commands.demo:demo", name="demo")
 app.command("fitting.commands.diagnose:diagnose", name="diagnose")
 app.command("fitting.commands.fit:fit", name="fit")
 app.command("fitting.commands.measure:measure", name="measure")
+app.command("fitting.commands.population.command:population", name="population")
 app.command("fitting.commands.predict:predict", name="predict")
 app.command("fitting.commands.range:range_command", name="range")
 app.meta.end_of_options_delimiter = ""  # `--` is for the commands

@@ -2,7 +2,9 @@
 
 import dataclasses
 import hashlib
+import math
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from functools import cached_property
 from typing import Any, Literal, get_args
 
@@ -16,6 +18,7 @@ Waveform = Literal["triangle", "sine", "multisine", "step", "other"]
 Origin = Literal["session", "run"]
 WAVEFORMS: tuple[str, ...] = get_args(Waveform)
 ROI = (0.1, 0.9)  # the middle 80 % of each branch's time
+ABSOLUTE_ZERO_C = -273.15
 
 
 def _column(name: str, value: Any, *, finite: bool = True) -> np.ndarray:
@@ -30,6 +33,42 @@ def _column(name: str, value: Any, *, finite: bool = True) -> np.ndarray:
         )
     array.flags.writeable = False
     return array
+
+
+def parse_recorded_at(text: str | None) -> datetime | None:
+    """`recorded_at` in UTC. Raises `DataError` unless it is a date and time that names its offset.
+
+    Without an offset from UTC it would be another instant in another laboratory, and twice the same
+    in the night when clocks are set back.
+    """
+    if text is None:
+        return None
+    try:
+        time = datetime.fromisoformat(str(text).strip())
+        if time.tzinfo is not None:
+            return time.astimezone(UTC)
+    except (ValueError, OverflowError):
+        pass
+    raise DataError(
+        "`recorded_at` must be a date and time with its offset from UTC, such as "
+        f"2026-11-24T10:00:00Z or 2026-11-24T11:00:00+01:00, but is {ascii(text)[:60]}."
+    )
+
+
+def parse_temperature(text: str | float | None) -> float | None:
+    """`temperature_c` as a number. Raises `DataError` unless it is one above absolute zero."""
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if math.isfinite(value) and value > ABSOLUTE_ZERO_C:
+        return value
+    raise DataError(
+        "`temperature_c` must be a number of degrees Celsius, such as 21.3, but is "
+        f"{ascii(text)[:60]}."
+    )
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -235,6 +274,10 @@ class Recording:
     - `response_origin`: whether the runs share one zero of the response ("session") or have one
       each ("run").
     - `response_lag_s`: known latency of the reading, s; taken out before fitting.
+    - `provenance`: what else is known of it, as text. Two keys have a meaning and are checked:
+      `recorded_at`, when it was recorded, and `temperature_c`, the device's temperature.
+
+    Raises `DataError` where a field is not what it should be.
     """
 
     runs: tuple[Run, ...]
@@ -259,6 +302,18 @@ class Recording:
             raise DataError(
                 f'`response_origin` must be "session" or "run", not {self.response_origin!r}.'
             )
+        parse_recorded_at(self.provenance.get("recorded_at"))
+        parse_temperature(self.provenance.get("temperature_c"))
+
+    @property
+    def recorded_at(self) -> datetime | None:
+        """When it was recorded, in UTC; `None` where the provenance has no `recorded_at`."""
+        return parse_recorded_at(self.provenance.get("recorded_at"))
+
+    @property
+    def temperature_c(self) -> float | None:
+        """The device's temperature, deg C; `None` where the provenance has no `temperature_c`."""
+        return parse_temperature(self.provenance.get("temperature_c"))
 
     @property
     def drives(self) -> tuple[Drive, ...]:

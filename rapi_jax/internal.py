@@ -15,6 +15,8 @@ from ._metrics import Branch as Branch
 from ._parameter import follow as follow
 from ._precision import float64 as float64
 from ._recording import Waveform as Waveform
+from ._recording import parse_recorded_at as parse_recorded_at
+from ._recording import parse_temperature as parse_temperature
 from ._threshold import threshold as threshold
 from .inversion._inverse_effects import refuse as refuse
 from .io._safe import StrPath as StrPath

@@ -219,9 +219,17 @@ class FitResult:
                 "faults": [dataclasses.asdict(fault) for fault in self.faults],
                 "seconds": self.seconds,
                 "versions": package_versions(),
+                "recorded_at": _instant(self.recording),
+                "temperature_c": self.recording.temperature_c,
                 "data_sha256": self.data_sha256 or self.recording.sha256(),
             }
         )
+
+
+def _instant(recording: Recording) -> str | None:
+    """When it was recorded, in UTC as ISO 8601 has it."""
+    time = recording.recorded_at
+    return None if time is None else time.isoformat().replace("+00:00", "Z")
 
 
 class UntrustedFit(RuntimeError):

@@ -1,0 +1,1 @@
+"""`rapi population`: its command."""

@@ -1,0 +1,1 @@
+"""Variances between recordings: restricted likelihood, choice of the model, what follows."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from ._thermal import ThermalImpedance
 
-_ROUNDS, _EXACT_K = 60, 1e-9  # of the temperature that the power depends on and makes
+_EXACT_K = 1e-9  # of the temperature that the power depends on and makes
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,26 +73,23 @@ class LaserDiode:
     def play(self, ma: np.ndarray, sample_hz: float) -> DiodeState:
         """The steady state over one period of a current that repeats for ever.
 
-        The power depends on the temperature that it helps to make: both are iterated, which
-        converges since one more kelvin changes the heat by far less than it takes to make it.
+        The power depends on the temperature that it helps to make: both are iterated. A warmer
+        junction gives less light and so more heat, up to all of what goes in: from a cold one the
+        temperature only rises and is bounded, so this ends.
         Raises `ValueError` for a current outside `lowest_ma` to `highest_ma` (damage above,
-        threshold below), and where nothing converges.
+        threshold below).
         """
         if ma.min() < self.lowest_ma or ma.max() > self.highest_ma:
             raise ValueError(
                 f"The current runs from {ma.min():.4g} to {ma.max():.4g} mA, but this laser stands "
                 f"{self.lowest_ma:g} to {self.highest_ma:g} mA. Drive it by less."
             )
-        kelvin = np.zeros_like(ma)
-        for _ in range(_ROUNDS):
+        before, kelvin = np.full_like(ma, -np.inf), np.zeros_like(ma)
+        while np.abs(kelvin - before).max() > _EXACT_K:
             heat = self.heat_w(ma, self.power_mw(ma, kelvin))
             before, kelvin = kelvin, self.thermal.temperature(heat, sample_hz)
-            if np.abs(kelvin - before).max() < _EXACT_K:
-                power = self.power_mw(ma, kelvin)
-                return DiodeState(
-                    kelvin, power, -self.red_ghz_per_k * kelvin, self.blue_ghz_per_mw * power
-                )
-        raise ValueError(f"The junction of {self} heats itself without end at this current.")
+        power = self.power_mw(ma, kelvin)
+        return DiodeState(kelvin, power, -self.red_ghz_per_k * kelvin, self.blue_ghz_per_mw * power)
 
     def tuning_ghz_per_ma(self, ma: float, hz: np.ndarray) -> np.ndarray:
         r"""Small-signal response $d\nu / di$ about a constant current, complex, GHz/mA.

@@ -6,6 +6,7 @@ from hardware.servers._tcp import TcpServer as TcpServer
 
 from ._bench import SimulatedBench as SimulatedBench
 from ._bench_toml import bench_toml as bench_toml
+from ._bench_toml import current_tuned_toml as current_tuned_toml
 from ._laboratory import Laboratory as Laboratory
 from ._ranging import fringe_records as fringe_records
 from ._wired import WiredLaboratory as WiredLaboratory
@@ -22,8 +23,8 @@ from .instruments._infiniivision import SimulatedInfiniiVision as SimulatedInfin
 from .instruments._link import Clock as Clock
 from .instruments._link import SimulatedLink as SimulatedLink
 from .instruments._tlb6700 import SimulatedTLB6700 as SimulatedTLB6700
+from .laser._abstract_device import AbstractDevice as AbstractDevice
 from .laser._device import Device as Device
-from .laser._device import Scan as Scan
 from .laser._digitizer import Digitizer as Digitizer
 from .laser._drift import Drift as Drift
 from .laser._dynamics import AbstractPhysics as AbstractPhysics
@@ -35,6 +36,13 @@ from .laser._measurement_arm import MeasurementArm as MeasurementArm
 from .laser._measurement_arm import Reflector as Reflector
 from .laser._optics import Cavity as Cavity
 from .laser._optics import Interferometer as Interferometer
+from .laser._scan import Scan as Scan
+from .laser.current_tuning._current_tuned import CurrentDriver as CurrentDriver
+from .laser.current_tuning._current_tuned import CurrentTunedLaser as CurrentTunedLaser
+from .laser.current_tuning._diode import LaserDiode as LaserDiode
+from .laser.current_tuning._lasers import dfb as dfb
+from .laser.current_tuning._lasers import vcsel as vcsel
+from .laser.current_tuning._thermal import ThermalImpedance as ThermalImpedance
 from .laser.motion._base import AbstractMotion as AbstractMotion
 from .laser.motion._motions import ConstantVelocity as ConstantVelocity
 from .laser.motion._motions import RandomVibration as RandomVibration

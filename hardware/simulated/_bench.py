@@ -13,6 +13,7 @@ from rapi_jax.internal import POINTS
 from rapi_jax.ranging import FringeRecords
 from rapi_jax.readout import Fringes, Readout, read_fringes
 
+from ._current_tuned import current_tuned
 from ._laboratory import Laboratory
 from ._paper_ranging import paper_ranging
 from ._ranging import fringe_records
@@ -125,6 +126,26 @@ class SimulatedBench(AbstractBench):
             cavity_noise=cavity_noise,
         )
         return cls(laboratory, PAPER_LIMITS, seed=seed)
+
+    @classmethod
+    def dfb(cls, seed: int = 0, *, measurement: MeasurementArm | None = None) -> "SimulatedBench":
+        """A DFB laser at 1550 nm, tuned by its current: 0 to 5 V at its driver, up to 1 kHz.
+
+        Triangles of 4 V about 2.5 V (60 to 140 mA) scan some 60 GHz at 100 Hz and 50 at 1 kHz. The
+        optical frequency falls as the voltage rises; a reading rises with the drive, since fringes
+        do not tell the sign.
+        """
+        laboratory, limits = current_tuned("dfb", measurement)
+        return cls(laboratory, limits, seed=seed)
+
+    @classmethod
+    def vcsel(cls, seed: int = 0, *, measurement: MeasurementArm | None = None) -> "SimulatedBench":
+        """A VCSEL at 850 nm, tuned by its current: 0 to 5 V at its driver, up to 1 kHz.
+
+        Triangles of 4 V about 2.5 V (1.8 to 4.2 mA) scan some 530 GHz. Signs as for `dfb`.
+        """
+        laboratory, limits = current_tuned("vcsel", measurement)
+        return cls(laboratory, limits, seed=seed)
 
     def wait(self, seconds: float) -> None:
         """Let session time pass."""
@@ -242,9 +263,7 @@ class SimulatedBench(AbstractBench):
             "bench": "simulated",
             "seed": str(self.seed),
             "measurements_before": str(self.measured),
-            "device": type(lab.device.ecdl.operator).__name__,
-            "amplifier": repr(lab.device.amplifier),
-            "physics": repr(lab.device.after),
+            **lab.device.provenance(),
             "latency_s": repr(lab.latency_s),
             "laser": repr(lab.laser),
             "interferometer": repr(lab.interferometer),

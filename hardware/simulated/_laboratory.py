@@ -7,13 +7,14 @@ import numpy as np
 from rapi_jax import AfgWaveform
 from rapi_jax.readout import Fringes
 
+from .laser._abstract_device import AbstractDevice
 from .laser._comb_jitter import CombJitter
-from .laser._device import Device, Scan
 from .laser._digitizer import Digitizer
 from .laser._drift import Drift
 from .laser._light_noise import Laser, PhaseNoise
 from .laser._measurement_arm import MeasurementArm
 from .laser._optics import Cavity, Interferometer
+from .laser._scan import Scan
 from .laser.motion._base import AbstractMotion
 
 _CHUNK = 1 << 17  # samples: what stays in a processor's cache
@@ -31,7 +32,7 @@ class Laboratory:
       metres are GHz): what a free-running laser does between one scan and the next. `None`: none.
     """
 
-    device: Device
+    device: AbstractDevice
     latency_s: float = 0.0
     laser: Laser = Laser()
     interferometer: Interferometer = Interferometer.fibre()
@@ -99,10 +100,15 @@ class Laboratory:
         for begin in range(0, count, _CHUNK):
             part = slice(begin, min(begin + _CHUNK, count))
             size = part.stop - begin
-            nu = scan.at((np.arange(begin, part.stop) - before) * (1.0 / hz) - self.latency_s)
+            time = (np.arange(begin, part.stop) - before) * (1.0 / hz) - self.latency_s
+            nu = scan.at(time)
+            light = None if scan.light is None else scan.light.at(time).astype(np.float32)
             at_s = (begin - before) / hz - self.latency_s
             off = None if comb is None else comb.even(at_s, 1.0 / hz, size)
-            self._chunk(channels[:, part], nu, phase_noise.draw(size), phase, centre, off, rng)
+            walks, power = phase_noise.draw(size), self._power(nu, centre, rng)
+            if light is not None:
+                power = light if power is None else power * light
+            self._chunk(channels[:, part], nu, walks, phase, off, power, rng)
         return Fringes(
             interferometer=channels[0],
             cavity=None if self.cavity is None else channels[1],
@@ -113,8 +119,7 @@ class Laboratory:
             full_scale=self.digitizer.full_scale,
         )
 
-    def _chunk(self, out, nu, noise, phase, centre, comb, rng) -> None:
-        power = self._power(nu, centre, rng)
+    def _chunk(self, out, nu, noise, phase, comb, power, rng) -> None:
         walk, jitter = (None, None) if noise is None else noise
         lights = [(self.interferometer.light(nu, walk, phase), self.interferometer.noise_v)]
         if self.cavity is not None:

@@ -6,8 +6,8 @@ import numpy as np
 
 from ._laboratory import Laboratory
 from .laser._comb_jitter import CombJitter
-from .laser._device import Scan
 from .laser._normal import TableNormal
+from .laser._scan import Scan
 from .laser._shared_phase_noise import SharedPhaseNoise
 from .laser.motion._target import Target
 
@@ -67,6 +67,9 @@ class Photodiodes:
                 off = None if comb is None else comb.even(at_s - lab.latency_s, 1.0 / hz, size)
                 lights.append((lab.cavity.light(nu, jitter, off), lab.cavity.noise_v))
             power = self._power(nu, centre, normal)
+            if scan.light is not None:
+                light = scan.light.even(at_s - lab.latency_s, 1.0 / hz, size).astype(np.float32)
+                power = light if power is None else power * light
             for codes, (volts, noise_v) in zip(out, lights, strict=True):
                 if power is not None:
                     volts *= power

@@ -10,8 +10,8 @@ from rapi_jax.ranging import FringeRecord, FringeRecords
 
 from ._laboratory import Laboratory
 from ._photodiodes import Photodiodes
-from .laser._device import Scan
 from .laser._optics import SPEED_OF_LIGHT
+from .laser._scan import Scan
 
 # Periods; a turn closer to the beginning (latency, lag) is not read as one.
 _AHEAD, _ALONG = 0.01, 0.002
@@ -32,7 +32,7 @@ class _Scans:
 
     def whole(self, records: int) -> Scan | None:
         """All of it, for a device with effects."""
-        if not self.laboratory.device.ecdl.effects:
+        if self.laboratory.device.repeats:
             return None
         count = self.periods * records
         return self.laboratory.scan(self.waveform, periods=count, start_s=self.start_s)

@@ -31,6 +31,7 @@ class WiredLaboratory:
     arm, where the laboratory has one, at 3.
 
     - `clock`: the time, s, for all of them. `seed`: of all noise.
+    - `controller`: whether the laser is a TLB-6700's, so that this is served, too.
     - `trigger_connected`: whether the generator's trigger output is at the oscilloscope.
     """
 
@@ -40,8 +41,10 @@ class WiredLaboratory:
         *,
         seed: int = 0,
         clock: Callable[[], float] = time.monotonic,
+        controller: bool = True,
     ) -> None:
         self.laboratory = laboratory
+        self._controller = controller
         self.generator = SimulatedAFG31052()
         self.laser = SimulatedTLB6700(clock=clock, emits=True)
         self.oscilloscope = SimulatedInfiniiVision(self._light, clock=clock)
@@ -54,12 +57,13 @@ class WiredLaboratory:
     def served(
         self, server: Callable[[AbstractInstrument], AbstractListener] = HislipServer
     ) -> Iterator[dict[str, str]]:
-        """Put all three on 127.0.0.1; VISA addresses of "generator", "laser" and "digitizer"."""
-        instruments = {
-            "generator": self.generator,
-            "laser": self.laser,
-            "digitizer": self.oscilloscope,
-        }
+        """Put them on 127.0.0.1; VISA addresses of "generator", "digitizer", and "laser" where
+        there is a controller.
+        """
+        instruments: dict[str, AbstractInstrument] = {"generator": self.generator}
+        if self._controller:
+            instruments["laser"] = self.laser
+        instruments["digitizer"] = self.oscilloscope
         with contextlib.ExitStack() as stack:
             yield {
                 name: stack.enter_context(server(one)).resource for name, one in instruments.items()

@@ -62,6 +62,7 @@ def serve(
     /,
     *,
     wires: Literal["hislip", "socket"] = "hislip",
+    laser: Literal["ecdl", "dfb", "vcsel"] = "ecdl",
     device: Literal["paper", "unmodelled"] = "paper",
     seed: int = 0,
     target: Metres | None = None,
@@ -77,8 +78,10 @@ def serve(
         The `bench.toml` to write.
     wires
         HiSLIP, or raw TCP sockets.
+    laser
+        An external-cavity laser with a piezo, or a DFB laser or VCSEL that its current tunes.
     device
-        The laser of the paper, or one with effects that its model has no term for.
+        The external-cavity laser of the paper, or one with effects that its model has no term for.
     seed
         Of all noise.
     target
@@ -94,21 +97,34 @@ def serve(
         Target,
         WiredLaboratory,
         bench_toml,
+        current_tuned_toml,
     )
+    from rapi_jax import DataError
     from rapi_jax.io import write_atomic
 
     from .._out import console
 
+    piezo = laser == "ecdl"
+    if device == "unmodelled" and not piezo:
+        raise DataError(f"`--device unmodelled` is for the external-cavity laser, not a {laser}.")
     arm = None
     if target is not None:
         arm = MeasurementArm(Target(target) + ConstantVelocity(velocity))
-    laboratory = SimulatedBench.like_paper(
-        unmodelled=device == "unmodelled", measurement=arm
-    ).laboratory
-    lab = WiredLaboratory(laboratory, seed=seed)
+    if laser == "dfb":
+        simulated = SimulatedBench.dfb(measurement=arm)
+    elif laser == "vcsel":
+        simulated = SimulatedBench.vcsel(measurement=arm)
+    else:
+        simulated = SimulatedBench.like_paper(unmodelled=device == "unmodelled", measurement=arm)
+    laboratory = simulated.laboratory
+    lab = WiredLaboratory(laboratory, seed=seed, controller=piezo)
     with lab.served(HislipServer if wires == "hislip" else TcpServer) as at:
-        delay_s = laboratory.interferometer.delay_s
-        write_atomic(bench, bench_toml(at, delay_s=delay_s, measurement=arm is not None))
+        if piezo:
+            delay_s = laboratory.interferometer.delay_s
+            text = bench_toml(at, delay_s=delay_s, measurement=arm is not None)
+        else:
+            text = current_tuned_toml(at, laboratory, limits=simulated.limits)
+        write_atomic(bench, text)
         out = console(False)
         for name, resource in at.items():
             out.print(f"{name:10} {resource}", markup=False, soft_wrap=True)

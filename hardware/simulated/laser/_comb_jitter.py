@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ._device import Scan
+from ._scan import Scan
 
 _FIRST = 1 << 20  # branches before the drive's start are counted, too
 

@@ -1,7 +1,6 @@
 """One period of a laser's frequency from one period of a generator's waveform."""
 
 import dataclasses
-from functools import cached_property
 from typing import Any
 
 import equinox as eqx
@@ -12,66 +11,10 @@ import numpy as np
 from rapi_jax import ECDL, AfgWaveform
 from rapi_jax.internal import POINTS, DriveBatch, drive_side, float64, laws, on_device, optical_side
 
+from ._abstract_device import AbstractDevice
 from ._drift import State
 from ._dynamics import AbstractPhysics, Amplifier
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Scan:
-    """The laser's frequency over a stretch of time that repeats for ever.
-
-    - `nu`: GHz, in even steps; `periods`: of the drive in it.
-    - `held`: each value lasts a whole step (a static device behind a generator); otherwise values
-      stand in the middle of their steps and are joined by straight lines.
-    """
-
-    nu: np.ndarray
-    rate_hz: float
-    periods: int
-    held: bool
-
-    @property
-    def steps_per_s(self) -> float:
-        """Values a second."""
-        return self.nu.size / self.periods * self.rate_hz
-
-    @cached_property
-    def _rise(self) -> np.ndarray:
-        return np.append(np.diff(self.nu), self.nu[0] - self.nu[-1])
-
-    def even(self, start_s: float, step_s: float, count: int) -> np.ndarray:
-        """Frequency at `count` times, `step_s` apart from `start_s` after the drive's start, GHz.
-
-        As `at` gives it, but for rounding, and several times as fast.
-        """
-        place = np.arange(count) * (step_s * self.steps_per_s)
-        place += (start_s * self.steps_per_s - (not self.held) * 0.5) % self.nu.size
-        index = place.astype(np.int64)
-        nu = np.take(self.nu, index, mode="wrap")
-        if not self.held:
-            place -= index
-            place *= np.take(self._rise, index, mode="wrap")
-            nu += place
-        return nu
-
-    def at(self, time: np.ndarray) -> np.ndarray:
-        """Frequency at times after the drive's start (s, increasing), GHz."""
-        place = time * self.steps_per_s
-        if not self.held:
-            place -= 0.5
-        place -= self.nu.size * np.floor(place[0] / self.nu.size)
-        index = place.astype(np.int64)  # positive: the same as rounding down
-        more = int(index[-1]) // self.nu.size + 1
-        nu = np.tile(self.nu, more) if more > 1 else self.nu
-        if self.held:
-            return nu[index]
-        place -= index
-        here = nu[index]
-        there = np.append(nu, nu[0])[index + 1]
-        there -= here
-        there *= place
-        there += here
-        return there
+from ._scan import Scan
 
 
 def _played(u: np.ndarray, rate: float, begin_s: float, periods: int) -> DriveBatch:
@@ -116,7 +59,7 @@ def _optical(device: ECDL, drives: DriveBatch, nu: Any) -> Any:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Device:
+class Device(AbstractDevice):
     """Amplifier and laser: volts of a generator to optical frequency, in the steady state.
 
     - `ecdl`: a model taken for the truth. Its effects see the session's time. Linear ones are in
@@ -138,6 +81,19 @@ class Device:
         """Whether anything but the operator has a memory."""
         physics = (self.amplifier, *self.after)
         return bool(self.ecdl.effects) or any(p.dynamic for p in physics)
+
+    @property
+    def repeats(self) -> bool:
+        """Whether nothing in it remembers more than one period."""
+        return not self.ecdl.effects
+
+    def provenance(self) -> dict[str, str]:
+        """Operator, amplifier, physics behind them."""
+        return {
+            "device": type(self.ecdl.operator).__name__,
+            "amplifier": repr(self.amplifier),
+            "physics": repr(self.after),
+        }
 
     @float64
     def scan(self, waveform: AfgWaveform, *, periods: int, start_s: float, state: State) -> Scan:

@@ -39,13 +39,19 @@ class CavityPeaks:
         return turn_bracket(self.time, self.travel, self.ruler, early_s, late_s)
 
     def _on_a_peak(self, early_s: float, late_s: float) -> tuple[float, float] | None:
-        """The neighbours of the one peak that is far too wide: the laser turned inside it."""
+        """The neighbours of the one peak that is far too wide: the laser turned inside it.
+
+        They are about an order away on both sides. Where one is not half an order away, the laser
+        turned between those two, and the peak is wide for its noise or its power.
+        """
         wide = self.width > THRESHOLDS.wide_peak * np.median(self.width)
         wide &= (self.time > early_s) & (self.time < late_s)
         wide[[0, -1]] = False
         if wide.sum() != 1:
             return None
         at = int(np.argmax(wide))
+        if np.diff(self.travel[at - 1 : at + 2]).min() < 0.5 * self.ruler:
+            return None
         return float(self.time[at - 1]), float(self.time[at + 1])
 
 

@@ -1,0 +1,1 @@
+"""Lasers that are tuned by their current: heat, carriers, power, and two devices."""

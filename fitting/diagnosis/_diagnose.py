@@ -41,6 +41,7 @@ from .which.evidence._probability import (
     credible_set,
     doubt_effects,
     doubt_none,
+    doubt_unpredictive,
     hypothesis_probabilities,
 )
 
@@ -102,8 +103,9 @@ def diagnose(
     held_out = {c.name: v for c, v in zip(likely, validated, strict=True) if v is not None}
 
     # What stays open on held-out data tells whether something is missing that is not listed.
-    closed = {name: v.closed["value"] for name, v in held_out.items() if v.closed}
-    probabilities = hypothesis_probabilities(evidence, closed)
+    closed = {name: v.closed for name, v in held_out.items() if v.closed}
+    values = {name: found["value"] for name, found in closed.items()}
+    probabilities = doubt_unpredictive(hypothesis_probabilities(evidence, values), closed)
     left = None if fitted.spectrum.measured else measure_whiteness(none[1].errors.raw, blocks)
     if left is not None and left.doubts:
         probabilities = doubt_none(probabilities)

@@ -56,6 +56,10 @@ def flexible_form(operator: AbstractOperator, recording: Recording) -> FlexibleF
     u_pp = max(d.u_pp for d in recording.drives)
     r = shares * u_pp / 2.0 + float(value["zeta"]) * max(d.rate for d in recording.drives)
     growth = np.maximum(np.abs(np.asarray(rich.zeta)[:1]), limits.flexible_growth_least)
+    slope = max(run.span for run in recording.runs) / u_pp
+    weight = max(
+        limits.flexible_weight * float(np.abs(weights).max()), limits.flexible_weight_least * slope
+    )
     decay = np.array(limits.flexible_decay) / float(r.max()) ** np.array([1.0, 2.0])
     deviations = {
         "alpha": np.maximum(
@@ -65,7 +69,7 @@ def flexible_form(operator: AbstractOperator, recording: Recording) -> FlexibleF
         "zeta": np.concatenate([growth, limits.flexible_growth * growth]),
         "lam": limits.flexible_lam,
         "eta": limits.flexible_eta,
-        "a": limits.flexible_weight * float(np.abs(weights).max()),
+        "a": weight,
         "b": decay,
         "bow": limits.flexible_curvature / (u_pp / 2.0),
     }

@@ -98,6 +98,11 @@ class OperatorThresholds:
     flexible_weight: float = threshold(
         0.5, unit="of the largest weight, standard deviation", origin="set by trial"
     )
+    flexible_weight_least: float = threshold(
+        1e-3,
+        unit="of the response's span over the drive's, standard deviation",
+        origin="a play of so little is lost in noise; matters where a fit has no hysteresis at all",
+    )
     flexible_decay: tuple[float, float] = threshold(
         (0.4, 0.2),
         unit="of a weight's logarithm at the widest threshold, standard deviation",

@@ -9,7 +9,7 @@ from ._figures import Figure
 
 _LONGEST = 2000  # characters of a cell
 _FORMULA = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20")  # and their wide forms
-_QUOTED = set(',;|"\t\n\r\'')  # the separators that spreadsheets guess at
+_QUOTED = set(",;|\"\t\n\r'")  # the separators that spreadsheets guess at
 
 
 def table_csv(columns: Sequence[Column]) -> str:

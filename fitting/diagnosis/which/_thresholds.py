@@ -221,6 +221,11 @@ class WhichThresholds:
         unit="of the hypotheses' probability",
         origin="what a change of runs leaves of the gap where it is named: at most a twentieth",
     )
+    least_closed: float = threshold(
+        0.5,
+        unit="of the gap, upper end of the 95 % interval",
+        origin="half: an effect that closes less is not what most of the gap is",
+    )
     excess_least: float = threshold(
         0.02, unit="excess a line", origin="what noise leaves by chance"
     )

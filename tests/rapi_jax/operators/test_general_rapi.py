@@ -23,6 +23,7 @@ from rapi_jax import (
 )
 from rapi_jax._waveform import multisine, sine, triangle
 from rapi_jax.effects import AmplifierLowpass, Creep, Etalon
+from rapi_jax.examples import paper_device, paper_recording
 from rapi_jax.io import read_model, write_model
 from rapi_jax.operators import Plays
 
@@ -346,3 +347,15 @@ def test_slopes_of_falling_bounds():
     straight, bowed = Plays(two, two, two, two), Plays(two, two, two, two, *two / 10)
     assert np.array_equal(straight.falling(jnp.asarray(5.0)), [1.0, 2.0])
     np.testing.assert_allclose(bowed.falling(jnp.asarray(5.2)), [2.0, 3.0], rtol=1e-14)
+
+
+def test_the_flexible_form_of_a_model_without_hysteresis_may_have_some():
+    """Weights that are zero have a prior of their own width, and not of none."""
+    recording, _ = paper_recording(samples=200)
+    zero = jnp.zeros(())
+    operator = eqx.tree_at(lambda o: (o.a, o.alpha), paper_device().operator, (zero, zero))
+    form = operator.flexible(recording)
+    assert form is not None
+    assert all(np.all(np.asarray(std) > 0) for std in form.deviations.values())
+    slope = max(run.span for run in recording.runs) / recording.amplitudes[-1]
+    assert form.deviations["a"] == pytest.approx(1e-3 * slope)

@@ -33,6 +33,20 @@ def hypothesis_probabilities(
     return sorted([*out, (UNLISTED, unlisted)], key=lambda pair: -pair[1])
 
 
+def doubt_unpredictive(ranked: Ranked, closed: Mapping[str, Mapping[str, float]]) -> Ranked:
+    """The same where an effect surely leaves most of the gap open on data held out.
+
+    `closed`: the closed fraction as `value`, `low`, `high` (95 %), of hypotheses for which it is
+    known. Most of the gap is then something else, however well the effect fits what was seen: what
+    such hypotheses lose is `unlisted`'s.
+    """
+    share = THRESHOLDS.doubt_share
+    poor = {name for name, found in closed.items() if found["high"] < THRESHOLDS.least_closed}
+    kept = [(n, share * p if n in poor else p) for n, p in ranked if n != UNLISTED]
+    rest = (UNLISTED, 1.0 - sum(p for _, p in kept))
+    return sorted([*kept, rest], key=lambda pair: -pair[1])
+
+
 def doubt_effects(ranked: Ranked) -> Ranked:
     """The same where data that do not belong together explain the gap: little is left for effects.
 

@@ -90,7 +90,8 @@ def find_inconsistencies(recording: Recording, operator: AbstractOperator) -> li
         return swapped or [fault for fault in plain if _hides_effects(fault, recording)]
     sweep = single_sweep(recording)
     if sweep is not None:
-        return [Fault(SINGLE_SWEEP, "", sweep.removeprefix(f"{SINGLE_SWEEP}: "))]
+        kind, _, text = sweep.partition(": ")
+        return [Fault(kind, "", text)]
     model = ECDL(operator)
     try:
         posed = Posed.of(model, recording, None, "uniform", history=True, drift=None)

@@ -203,6 +203,12 @@ class IdentificationThresholds:
         origin="simulated, 4 to 12 runs that scatter by 0 to 5 times chance: intervals hold 93.9 "
         "to 97.4 %; with half of it 95.1 to 98.6, with 1 92.4 to 96.7 %",
     )
+    same_swing: float = threshold(
+        1.05,
+        unit="factor",
+        origin="convention, as for the range of a drive; a run of 5 % more swing extrapolates "
+        "nothing",
+    )
     claim_reach: float = threshold(
         5.0,
         unit="of the smallest and largest error of a run",

@@ -101,7 +101,7 @@ def _encloses(recording: Recording, rows: tuple[int, ...]) -> bool:
         low, high = min(map(of, others)), max(map(of, others))
         return all(low / slack <= of(drives[row]) <= high * slack for row in rows)
 
-    return between(lambda d: d.rate, 1.0) and between(lambda d: d.u_pp, 1.02)
+    return between(lambda d: d.rate, 1.0) and between(lambda d: d.u_pp, THRESHOLDS.same_swing)
 
 
 def cross_validate(

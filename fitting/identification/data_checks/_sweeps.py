@@ -48,6 +48,11 @@ def single_sweep(recording: Recording) -> str | None:
     up, down = np.sum([count_branches(drive) for drive in drives], axis=0).tolist()
     if min(up, down) >= 2:
         return None
+    if up == down == 0:
+        return (
+            "no drive: the drive never moves in any run, so that nothing shows how the response "
+            "follows it. Check the generator and the column, and record three periods or more."
+        )
     ways = "rises" if up else "falls"
     passed = (
         f"the drive only {ways}, so that no way back shows the hysteresis"

@@ -59,6 +59,11 @@ def test_two_sweeps_make_a_pair_and_a_repeating_run_is_no_sweep():
     assert single_sweep(recording(*drives)) is None
 
 
+def test_a_drive_that_never_moves_is_no_sweep():
+    said = single_sweep(recording(Drive(TIME, np.full(TIME.size, -90.0))))
+    assert said is not None and said.startswith("no drive: ") and "falls" not in said
+
+
 def stepped(rest: float = 1.0) -> Drive:
     """Up, a rest at the top and down again."""
     u = np.interp(TIME, [0.0, 0.5, 0.5 + rest, TIME[-1] + STEP], [0.0, 3.0, 3.0, 0.0])

@@ -108,6 +108,10 @@ def compensate(
             "a straight line on either branch (97.5 %), from runs that were left out.",
             markup=False,
         )
+    else:
+        out.print(
+            "Nothing is claimed of how straight the device will scan; measure it.", markup=False
+        )
     for note in report["notes"]:
         out.print(f"note: {note}", markup=False)
     out.print(f"written to {output}: {', '.join(path.name for path in written)}", markup=False)
@@ -151,9 +155,9 @@ def compensate_into(
 
     ecdl, about = load_model(model, plugin_effects(plugin), plugin_operators(plugin))
     check_trusted(about, allowed=untrusted)
-    identified = Identified.from_dict(about["identified"])
+    seen = identified = Identified.from_dict(about["identified"])
     if not about.get("trusted", False):  # without a claim there are no swings that it holds for
-        identified = dataclasses.replace(identified, amplitudes=())
+        identified = dataclasses.replace(seen, amplitudes=())
     allowed = None if limits is None else read_limits(limits)
     if not frequency or not all(np.isfinite(f) and f > 0 for f in frequency):
         raise ModelError(f"`--frequency` must be positive rates in Hz, but is {frequency}.")
@@ -180,7 +184,7 @@ def compensate_into(
                 extrapolate=extrapolate,
             )
         )
-    report = _certificate_report(made, about, identified, allowed, fitted, ecdl)
+    report = _certificate_report(made, about, seen, allowed, fitted, ecdl)
     written = _write_drives(
         folder, made, about, report, used if inverse == "paper" else None, plots
     )
@@ -224,10 +228,11 @@ def _certificate_report(
 
     from fitting._versions import package_versions
 
-    notes = []
-    if not about.get("trusted", False):
+    notes, trusted = [], about.get("trusted", False)
+    if not trusted:
         notes.append("the model was not to be trusted when it was fitted; see its model.json.")
-    notes += [note for one in made for note in one.notes]
+    beyond = [note for one in made for note in identified.outside(one.drive)]
+    notes += beyond
     used = dataclasses.asdict(identified.limits() if limits is None else limits)
     report = {
         "schema": "rapi.compensation/1",
@@ -241,7 +246,7 @@ def _certificate_report(
             for one in made
         ],
         "claim": about.get("claim"),
-        "expected": _expected(about.get("claim")),
+        "expected": _expected(about.get("claim")) if trusted and not beyond else None,
         "notes": list(dict.fromkeys(notes)),
         "versions": package_versions(),
         "data_sha256": about["data_sha256"],
@@ -267,7 +272,9 @@ def _nonlinearity(one: Any, ecdl: Any) -> dict[str, float]:
 
 
 def _expected(claim: dict[str, Any] | None) -> dict[str, Any] | None:
-    """How far the device is to be expected off the scan: the claim of the fit, less the noise.
+    """How far the device is to be expected off a scan like those recorded, if it can be said.
+
+    It is the claim of the fit, less the noise.
 
     `low` is 0: each branch is judged about a line of its own, which takes from nothing to all of an
     error.

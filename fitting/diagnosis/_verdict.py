@@ -70,9 +70,9 @@ def doubt_noise(
     """The verdict on a recording in which nothing repeats, so that no noise was measured.
 
     `left`: what the model leaves without any effect. `closed`: the closed fraction on data held
-    out, where it is known.
+    out, where it is known: an effect is advised only where it predicts such data better.
     """
-    if verdict.effects and closed is not None and closed["value"] <= 0.0:
+    if verdict.effects and (closed is None or closed["value"] <= 0.0):
         advice = (
             "Do not add the effect on these data. Record three periods or more of one drive, and "
             "diagnose that."

@@ -84,7 +84,7 @@ def schemes(recording: Recording, problem: Problem) -> Iterator[tuple[str, np.nd
             rows = np.array([k == i for k in nearest])
             name = f"amplitude {level:.4g} {recording.drive_unit}"
             yield name, problem.data.use & rows[:, None], True
-    if len(recording.runs) > 2:
+    if len(recording.runs) > 1:
         for row, run in enumerate(recording.runs):
             alone = np.arange(len(recording.runs)) == row
             yield f"run {run.name}", problem.data.use & alone[:, None], True

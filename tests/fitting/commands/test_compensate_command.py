@@ -143,6 +143,20 @@ def test_the_certificate_carries_what_to_expect_of_the_device(tmp_path):
         assert report["expected"][name] == pytest.approx(value)
 
 
+@pytest.mark.parametrize("trusted", [True, False])
+def test_nothing_is_expected_of_a_drive_beyond_what_was_identified(tmp_path, trusted):
+    """Nor of a model that is not to be trusted; the certificate says how it goes there."""
+    recording, _ = paper_recording(samples=400)
+    claim = {"rms": 0.05, "low": 0.02, "high": 0.13, "noise": 0.03, "unit": "GHz"}
+    folder = write(tmp_path / "m", paper_device(), recording, claim=claim, trusted=trusted)
+    options = ("--frequency", 20, "--no-plots", "-o", tmp_path / "out")
+    flag = "--extrapolate" if trusted else "--untrusted"
+    assert rapi("compensate", folder, "--span", 25, *options, flag) == 0
+    report = json.loads((tmp_path / "out" / "certificate.json").read_text())
+    assert report["expected"] is None
+    assert "identified at 4.5" in report["notes"][-1]
+
+
 def test_a_model_that_is_not_monotone_is_refused_with_the_place(tmp_path, capsys):
     recording, _ = paper_recording(samples=400)
     operator = RAPI(alpha=0.3, zeta=0.0, lam=1.2, eta=1.0, a=0.5, b=0.0, d=(30.0, -4.0), plays=5)

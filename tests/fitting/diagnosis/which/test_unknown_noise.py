@@ -52,6 +52,7 @@ def test_the_sentence_does_not_close_less_than_nothing():
         ("none", (), None, 0.0, "can be noise. That it is, is not measured", "measure the noise"),
         ("unlisted", (), None, 0.9, "is not to be called noise: 90 %", "Do not add an effect"),
         ("creep", ("creep",), -1.0, 0.9, "as it was", "Do not add the effect on these data"),
+        ("creep", ("creep",), None, 0.9, "as it was", "Do not add the effect on these data"),
         ("creep", ("creep",), 0.8, 0.9, "as it was", "as it was"),
     ],
 )

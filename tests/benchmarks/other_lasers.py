@@ -6,8 +6,8 @@ On a laboratory served as `rapi bench serve --laser` does: `rapi measure` of tri
 rates and two swings, `rapi fit`, with `--diagnose` also `rapi diagnose`, `rapi compensate`, and
 `rapi measure` of the drives. Prints verdicts and the rms nonlinearity of both branches (MHz):
 triangles of the same swing, the model's drives, and, at the highest rate, what learning control
-leaves: from fringes, and on the device's own equations without noise or limit of slope, which
-inverts them.
+leaves: from fringes, and on the device's own equations, ten times the bandwidth, without noise or
+limit of slope.
 """
 
 import argparse

@@ -31,10 +31,10 @@ def current_tuned(
     """
     if laser == "dfb":
         device, light = dfb(), Laser(linewidth_hz=1e6)
-        fibre_m, cavity = 2.0, Cavity(fsr_ghz=4.0, volts=_VOLTS)
+        fibre_m, cavity = 2.0, Cavity(fsr_ghz=4.0, finesse=100.0, volts=_VOLTS)
     else:
         device, light = vcsel(), Laser(linewidth_hz=2e7)
-        fibre_m, cavity = 0.3, Cavity(fsr_ghz=25.0, volts=_VOLTS)
+        fibre_m, cavity = 0.3, Cavity(fsr_ghz=25.0, finesse=80.0, volts=_VOLTS)
     interferometer = dataclasses.replace(Interferometer.fibre(fibre_m), volts=_VOLTS)
     if measurement is not None:
         measurement = dataclasses.replace(

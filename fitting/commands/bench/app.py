@@ -4,7 +4,7 @@ import threading
 from pathlib import Path
 from typing import Annotated, Literal
 
-from cyclopts import App, Parameter, validators
+from cyclopts import App, CycloptsError, Parameter, validators
 
 from .._plugins import Plugins
 
@@ -99,14 +99,13 @@ def serve(
         bench_toml,
         current_tuned_toml,
     )
-    from rapi_jax import DataError
     from rapi_jax.io import write_atomic
 
     from .._out import console
 
     piezo = laser == "ecdl"
     if device == "unmodelled" and not piezo:
-        raise DataError(f"`--device unmodelled` is for the external-cavity laser, not a {laser}.")
+        raise CycloptsError(msg=f"`--device unmodelled` is an external-cavity laser, no {laser}.")
     arm = None
     if target is not None:
         arm = MeasurementArm(Target(target) + ConstantVelocity(velocity))

@@ -116,6 +116,7 @@ def test_a_distribution_that_reaches_a_bound_is_noted():
     assert any("`x0` scatters up to a bound" in n for n in fit_records(found, covariates=()).notes)
 
 
+@pytest.mark.slow
 def test_a_curve_in_time_is_found_and_a_line_is_left_a_line():
     rng = np.random.default_rng(22)
 

@@ -150,17 +150,17 @@ def change_probabilities(
     several = THRESHOLDS.prior_several if size > 1 else 0.0
     single = (1.0 - THRESHOLDS.prior_none - several) / size
 
-    def log_density(distance: np.ndarray) -> np.ndarray:
+    def log_density(distance: Any) -> Any:
         if not np.isfinite(wishart):
             return -0.5 * distance
         return -0.5 * (wishart + size) * np.log1p(distance / wishart)
 
-    def average(logs: np.ndarray) -> np.ndarray:
+    def average(logs: np.ndarray) -> Any:
         return np.logaddexp.reduce(logs, axis=0) - np.log(grow.size)
 
     share = (1.0 - 1.0 / grow)[:, None]
     each = log_density(statistic - share * z**2) - 0.5 * np.log(grow)[:, None]
-    logs = {NONE: np.log(THRESHOLDS.prior_none) + log_density(np.array(statistic))}
+    logs = {NONE: np.log(THRESHOLDS.prior_none) + log_density(statistic)}
     logs |= dict(zip(names, np.log(single) + average(each), strict=True))
     if several:
         together = log_density(statistic / grow) - 0.5 * size * np.log(grow)

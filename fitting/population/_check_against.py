@@ -43,7 +43,7 @@ def check_record(population: Population, record: Record) -> Change:
             f"{record.label}: its fit is not to be trusted, so it says nothing of a change: "
             f"{'; '.join(record.reasons)}."
         )
-    if not population.without(record.sha256):
+    if not population.excludes(record.sha256):
         raise DataError(
             f"{record.label}: this recording is one of the population. Leave it out there, so that "
             "it is held against the others."

@@ -1,5 +1,7 @@
 """Recordings that are not of the population: each in the prediction of the others."""
 
+import dataclasses
+
 import numpy as np
 from jaxtyping import Float
 
@@ -9,45 +11,47 @@ from .variances._mixed_model import MixedModel
 
 
 def leave_one_out(model: MixedModel) -> Float[np.ndarray, " recordings"]:
-    """P-value of each recording in the prediction of the others; NaN where it has no estimate.
-
-    The variance between recordings without one of them is a step of Fisher's scoring away, exact
-    where estimates have no errors of their own; it is more uncertain in proportion to the degrees
-    of freedom.
-    """
+    """P-value of each recording in the prediction of the others; NaN where it has no estimate."""
     out = np.full(len(model.values), np.nan)
     for i in np.flatnonzero(model.known.any(axis=1)):
         out[i] = _test_without(model, int(i)).p_value
     return out
 
 
-def _test_without(model: MixedModel, i: int) -> PredictiveTest:
-    """The recording `i` in the prediction of all others."""
-    others = model.known.any(axis=1) & (np.arange(len(model.known)) != i)
+def without_one(model: MixedModel, i: int) -> MixedModel:
+    """The model of all recordings but `i`.
+
+    Its variance between recordings is a step of Fisher's scoring away, exact where estimates have
+    no errors of their own.
+    """
+    others = model.known & (np.arange(len(model.known)) != i)[:, None]
+    keep = others.any(axis=1)
     matrix, right = model.terms
-    precision = np.linalg.inv(model.covariance) - matrix[i]
-    covariance = np.linalg.inv(precision)
+    covariance = np.linalg.inv(matrix.sum(axis=0) - matrix[i] + np.diag(model.prior))
     coefficients = covariance @ (right.sum(axis=0) - right[i])
-    weighted, weights = model.weighted[others], model.weights[others]
-    left = np.where(model.known, model.values - model.design @ coefficients, 0.0)[others]
+    weighted, weights = model.weighted[keep], model.weights[keep]
+    left = np.where(others, model.values - model.design @ coefficients, 0.0)[keep]
     pull = np.einsum("mab,mb->ma", weights, left)
     inside = np.einsum("mac,mbc->ab", weighted @ covariance, weighted, optimize=True)
     slope = 0.5 * (pull.T @ pull - weights.sum(axis=0) + inside)
     effects = np.count_nonzero(model.prior == 0.0) // model.size
-    units = max(int(others.sum()) + 1 - effects, 2)
-    pairs = model.pair_covariance * (units / (units - 1.0))
-    step = (pairs @ slope.ravel()).reshape(model.between.shape)
+    units = max(int(keep.sum()) + 1 - effects, 2)
+    step = (model.pair_covariance @ slope.ravel()).reshape(model.between.shape)
+    step *= units / (units - 1.0)
     variances, vectors = np.linalg.eigh(model.between + 0.5 * (step + step.T))
     between = (vectors * np.maximum(variances, 0.0)) @ vectors.T
+    return dataclasses.replace(model, known=others, between=between)
 
+
+def _test_without(model: MixedModel, i: int) -> PredictiveTest:
+    """The recording `i` in the prediction of all others."""
+    others = without_one(model, i)
     at = np.flatnonzero(model.known[i])
-    design = model.design[i, at]
-    correction = model.corrected_covariance - model.covariance
-    variance = (between + model.covariances[i])[np.ix_(at, at)]
-    variance = variance + design @ (covariance + correction) @ design.T
-    slopes = model.slopes(model.design[i], weighted @ covariance)[:, at][:, :, at]
-    difference = model.values[i, at] - design @ coefficients
-    return predictive_test(difference, variance, slopes, pairs)
+    design = model.design[i]
+    variance = (others.predictive(design) + model.covariances[i])[np.ix_(at, at)]
+    difference = (model.values[i] - design @ others.coefficients)[at]
+    slopes = others.slopes(design)[:, at][:, :, at]
+    return predictive_test(difference, variance, slopes, others.pair_covariance)
 
 
 def worst(p_values: Float[np.ndarray, " recordings"]) -> int | None:

@@ -189,7 +189,7 @@ class Population:
         rest[list(found.smooth)] = left * found.amplitudes**2
         return self.selected.design(row, functions), rest
 
-    def without(self, sha256: str) -> bool:
+    def excludes(self, sha256: str) -> bool:
         """Whether the recording with this hash has no part in means, drift and scatter."""
         return all(one.sha256 != sha256 or one.outlier for one in self.recordings)
 

@@ -42,6 +42,9 @@ class PopulationThresholds:
         origin="a step of one standard deviation may then gain 0.01 nats; a larger slope is noted "
         "as not converged",
     )
+    padded_recordings: int = threshold(
+        32, unit="recordings", origin="fewer cost as much: compiling takes seconds, a step 0.1 ms"
+    )
     likelihood_steps: int = threshold(
         600, unit="steps", origin="ten times what 55 variances took in trials"
     )

@@ -42,7 +42,7 @@ def population(
     check
         A new recording, or a folder that `rapi fit` wrote of one: which parameter changed, and how
         sure that is. A recording is fitted first, from the model of the latest result, into the
-        folder `check` of the output. A result among the others is left out there.
+        folder `check/NAME` of the output. A result among the others is left out there.
     drift
         A line in time; a line and a smooth curve for every parameter; or a curve for those that the
         recordings show to need one.
@@ -143,11 +143,9 @@ def _new_result(check: Path, folders: Sequence[Path], found: Any, output: Path, 
         new: Any = check
     else:
         recording = read_recording(check, nan=nan)
-        latest = _latest(folders, found)
-        ecdl, _ = load_model(latest)
-        new = fit(ecdl, recording, hold_out=False, throw=False)
-        write_fit(new, output_folder(output), plots=False)
-        new = output
+        ecdl, _ = load_model(_latest(folders, found))
+        new = output_folder(output / _name(check))
+        write_fit(fit(ecdl, recording, hold_out=False, throw=False), new, plots=False)
     record = read_record(new, 0)
     if not record.trusted:
         raise UntrustedModel(
@@ -155,6 +153,12 @@ def _new_result(check: Path, folders: Sequence[Path], found: Any, output: Path, 
             f"{'; '.join(record.reasons)}"
         )
     return new
+
+
+def _name(recording: Path) -> str:
+    """The name of a recording's folder or file."""
+    path = recording.resolve()
+    return path.name if path.is_dir() else path.stem
 
 
 def _latest(folders: Sequence[Path], found: Any) -> Path:

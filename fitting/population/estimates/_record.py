@@ -17,6 +17,7 @@ from rapi_jax.io import printable
 
 TABLE = "model.json"
 _LIMIT = 64 * 2**20  # bytes
+_ROUNDING = 1e3 * float(np.finfo(np.float64).eps)  # of an eigenvalue of a correlation matrix
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -149,8 +150,9 @@ def _correlation(table: dict[str, Any], names: tuple[str, ...], known: np.ndarra
     places = [listed.index(names[i]) for i in at]
     part = matrix[np.ix_(places, places)]
     good = np.all(np.isfinite(part)) and np.allclose(part, part.T, atol=1e-9)
-    lowest = np.linalg.eigvalsh(part).min() if good and part.size else 0.0
-    if not good or lowest < -THRESHOLDS.damaged_correlation:
+    values, vectors = np.linalg.eigh(0.5 * (part + part.T)) if good else (np.array([-1.0]), part)
+    if np.min(values, initial=1.0) < -THRESHOLDS.damaged_correlation:
         raise DataError("its correlations are no correlation matrix. Fit its recording again.")
-    out[np.ix_(at, at)] = 0.5 * (part + part.T)
+    # What rounding made singular or negative is made positive, so that it has a Cholesky root.
+    out[np.ix_(at, at)] = (vectors * np.maximum(values, _ROUNDING)) @ vectors.T
     return out

@@ -74,7 +74,7 @@ class MixedModel:
     @cached_property
     def _products(self) -> Float[np.ndarray, "pairs coefficients coefficients"]:
         """Sum over recordings of outer products of the rows `a` and `b` of `weighted`."""
-        out = np.einsum("mac,mbd->abcd", self.weighted, self.weighted, optimize=True)
+        out = _pairs(self.weighted, self.weighted).transpose(0, 2, 1, 3)  # [a, b, c, d]
         return out.reshape(self.size**2, *out.shape[2:])
 
     @cached_property
@@ -85,12 +85,10 @@ class MixedModel:
         white = self.weighted @ root
         inside = white @ np.swapaxes(white, 1, 2)
         weights = self.weights
-        first = np.einsum("mda,mcb->abcd", weights, weights, optimize=True)
-        cross = np.einsum("mda,mcb->abcd", weights, inside, optimize=True)
-        cross = cross + np.einsum("mda,mcb->abcd", inside, weights, optimize=True)
-        outer = np.einsum("mac,mbd->abcd", white, white, optimize=True).reshape(size**2, -1)
-        last = (outer @ outer.T).reshape(size, size, size, size)  # [d, c, a, b]
-        trace = first - cross + last.transpose(2, 3, 1, 0)
+        straight = _pairs(weights, weights) - _pairs(weights, inside) - _pairs(inside, weights)
+        outer = _pairs(white, white).transpose(0, 2, 1, 3).reshape(size**2, -1)  # [a b, ...]
+        last = (outer @ outer.T).reshape((size,) * 4)  # [d, c, a, b]
+        trace = straight.transpose(1, 3, 2, 0) + last.transpose(2, 3, 1, 0)
         return 0.5 * self.tangent.T @ trace.reshape(size**2, size**2) @ self.tangent
 
     @cached_property
@@ -131,18 +129,12 @@ class MixedModel:
         return 2.0 * variance**2 / spread if spread > 0 else np.inf
 
     def slopes(
-        self,
-        design: Float[np.ndarray, "parameters coefficients"],
-        gain: Float[np.ndarray, "_ parameters coefficients"] | None = None,
+        self, design: Float[np.ndarray, "parameters coefficients"]
     ) -> Float[np.ndarray, "pairs parameters parameters"]:
-        """Derivative of a new recording's predictive covariance with respect to `between`.
-
-        `gain`: weighted design times covariance, where it is not that of all recordings.
-        """
+        """Derivative of a new recording's predictive covariance with respect to `between`."""
         size = self.size
-        inside = (self.weighted @ self.covariance if gain is None else gain) @ design.T
-        flat = inside.reshape(len(inside), size * size)
-        out = (flat.T @ flat).reshape((size,) * 4).transpose(0, 2, 1, 3)
+        inside = self.weighted @ (self.covariance @ design.T)
+        out = _pairs(inside, inside).transpose(0, 2, 1, 3)  # [a, b, c, d]
         return out.reshape(size**2, size, size) + np.eye(size**2).reshape(size**2, size, size)
 
     def predictive(
@@ -165,3 +157,9 @@ class MixedModel:
         own = self.between - gain @ self.between
         own = own + rest @ self.corrected_covariance @ np.swapaxes(rest, 1, 2)
         return values, np.sqrt(np.maximum(np.einsum("maa->ma", own), 0.0))
+
+
+def _pairs(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Sum over recordings of the products of two matrices' elements: `[a, b, c, d]`."""
+    flat = one.reshape(len(one), -1).T @ other.reshape(len(other), -1)
+    return flat.reshape(*one.shape[1:], *other.shape[1:])

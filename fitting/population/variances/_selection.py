@@ -30,12 +30,13 @@ class Selected:
 
     variances: Variances
     likelihood: RestrictedLikelihood
+    rows: np.ndarray
     curves: SmoothDrift | None
     evidence: dict[str, float]
 
     def model(self, estimates: Estimates, known: np.ndarray) -> MixedModel:
         """The mixed model at these variances, of the estimates that are `known`."""
-        rows = np.asarray(self.likelihood.rows)
+        rows = self.rows
         curves = None if self.curves is None else self.curves.values
         design = np.stack(
             [self.design(row, None if curves is None else curves[i]) for i, row in enumerate(rows)]
@@ -59,7 +60,7 @@ class Selected:
     def refit(self, known: np.ndarray) -> "Selected":
         """The same variance model, of the estimates that are `known`."""
         one = self.variances
-        flags = jnp.asarray(known.astype(np.float64))
+        flags = jnp.asarray(_padded(known.astype(np.float64)))
         likelihood = dataclasses.replace(self.likelihood, known=flags)
         variances = maximise(likelihood, one.structure, one.smooth, one.point)
         return dataclasses.replace(self, variances=variances, likelihood=likelihood)
@@ -93,7 +94,7 @@ def select(
             name = f"{'smooth' if smooth else 'line'}, {one}"
             likelihood = _likelihood(estimates, rows, known, one, smooth, curves)
             found = maximise(likelihood, one, smooth)
-            chosen = Selected(found, likelihood, curves, {})
+            chosen = Selected(found, likelihood, rows, curves, {})
             tried[name] = found.evidence(units) + prior, chosen
 
     smooth, curves, prior = (), None, 0.0
@@ -118,11 +119,22 @@ def _likelihood(
     curves: SmoothDrift | None = None,
 ) -> RestrictedLikelihood:
     root = scatter_root(estimates.values, estimates.covariances, known, rows)
-    functions = np.zeros((len(rows), 0)) if curves is None else curves.values
+    functions = np.zeros((len(rows), 0))
+    if curves is not None:
+        functions = np.zeros((len(rows), THRESHOLDS.smooth_rank))
+        functions[:, : curves.values.shape[1]] = curves.values
     pick = np.eye(estimates.size)[:, list(smooth)]
     arrays = (estimates.values, estimates.covariances, known.astype(np.float64), rows, functions)
     basis = root_basis(structure, root)
-    return RestrictedLikelihood(*(jnp.asarray(a) for a in (*arrays, pick, basis)))
+    padded = [_padded(array) for array in arrays]
+    return RestrictedLikelihood(*(jnp.asarray(a) for a in (*padded, pick, basis)))
+
+
+def _padded(array: np.ndarray) -> np.ndarray:
+    """As if of recordings that say nothing, up to a power of two: one program serves many sizes."""
+    count = len(array)
+    whole = max(THRESHOLDS.padded_recordings, 2 ** int(np.ceil(np.log2(count))))
+    return np.concatenate([array, np.zeros((whole - count, *array.shape[1:]))])
 
 
 def _smooth(

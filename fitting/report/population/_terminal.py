@@ -78,9 +78,10 @@ def _tabulate_means(population: "Population") -> Table:
 
 
 def _tabulate_drift(population: "Population", field: str, words: str) -> Table:
+    shape = ("drift",) if field == "per_year" else ()
     table = _table(
         f"Change {words} (p for all parameters together)",
-        ("name", words, "std. error", "unit", "% of the mean", "p", "drift"),
+        ("name", words, "std. error", "unit", "% of the mean", "p", *shape),
     )
     for p in population.parameters:
         effect: Effect = getattr(p, field)
@@ -88,13 +89,11 @@ def _tabulate_drift(population: "Population", field: str, words: str) -> Table:
         share = "-"
         if abs(p.mean.value) > 3.0 * p.mean.stderr:
             share = f"{100.0 * effect.value / abs(p.mean.value):+.2g}"
-        drift = "line" if found else "-"
-        if p.smooth and field == "per_year":
-            drift = "curve"
+        drift = "curve" if p.smooth else "line" if found else "-"
         unit = "" if p.unit == "1" else p.unit
         table.add_row(
-            p.name, *_cells(effect), unit, share, f"{effect.p_holm:.2g}", drift,
-            style="bold" if found else "",
+            p.name, *_cells(effect), unit, share, f"{effect.p_holm:.2g}",
+            *([drift] if shape else ()), style="bold" if found else "",
         )  # fmt: skip
     return table
 

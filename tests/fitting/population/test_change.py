@@ -13,10 +13,10 @@ from fitting.population._fit_population import fit_records
 from fitting.population._thresholds import THRESHOLDS
 from rapi_jax import DataError, ModelError
 
-SIZE, DRIFT = 4, np.array([0.01, 0.0, 0.0, 0.0])
+SIZE, DRIFT = 3, np.array([0.01, 0.0, 0.0])
 
 
-def device(rng, count=40, own=0.5, kind="diagonal", **more):
+def device(rng, count=31, own=0.5, kind="diagonal", **more):
     between = random_between(rng, SIZE, kind)
     records = draw(rng, between, count=count, own=own, per_day=DRIFT, per_kelvin=0.3, **more)
     return between, records
@@ -26,8 +26,8 @@ def device(rng, count=40, own=0.5, kind="diagonal", **more):
 def population():
     """A device, a recording of its like, and the covariance between recordings."""
     rng = np.random.default_rng(11)
-    between, records = device(rng, count=41)
-    new = dataclasses.replace(records.pop(25), label="new")
+    between, records = device(rng, count=32)
+    new = dataclasses.replace(records.pop(20), label="new")
     return fit_records(records), new, between
 
 
@@ -48,7 +48,7 @@ def test_an_unchanged_device_is_unchanged(population):
     assert content["schema"] == "rapi.change/1" and set(content["parameters"]) == set(found.names)
 
 
-@pytest.mark.parametrize("name", ["x0", "x1", "x3"])
+@pytest.mark.parametrize("name", ["x0", "x1", "x2"])
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_a_changed_parameter_is_named_with_its_size(population, name, sign):
     """A change of eight standard deviations of what is expected of it."""
@@ -68,22 +68,22 @@ def test_a_changed_parameter_is_named_with_its_size(population, name, sign):
 
 def test_several_changes_are_not_blamed_on_one(population):
     found, new, _ = population
-    for name in ("x0", "x1", "x2"):
+    for name in ("x0", "x1"):
         base = check_record(found, new)
         spread = np.hypot(base[name].expected_stderr, base[name].stderr)
-        new = changed(new, name, 12.0 * spread)
+        new = changed(new, name, 20.0 * spread)
     change = check_record(found, new)
     assert change.set == ("several",)
-    for name in ("x0", "x1", "x2"):
+    for name in ("x0", "x1"):
         assert f"`{name}` by +" in change.sentence
-    assert "`x3`" not in change.sentence
+    assert "`x2`" not in change.sentence
 
 
 def test_a_pair_that_one_recording_cannot_tell_apart_is_named_as_such():
     """Errors that trade two parameters: a moderate change along them may be of either."""
     rng = np.random.default_rng(12)
     errors = np.array([[1.0, 0.999], [0.999, 1.0]])
-    count = 60
+    count = 30
     values = 10.0 + rng.multivariate_normal([0, 0], errors, count)
     records = [record(v, errors, label=f"{i}") for i, v in enumerate(values)]
     found = fit_records(records, covariates=())
@@ -96,7 +96,7 @@ def test_a_pair_that_one_recording_cannot_tell_apart_is_named_as_such():
 def test_the_change_of_correlated_parameters_is_given_the_others():
     """`change` is the estimate by generalised least squares, all else held."""
     rng = np.random.default_rng(13)
-    records = draw(rng, np.diag([1.0, 1.0, 1.0]) * 1e-6, count=60, own=1.0)
+    records = draw(rng, np.diag([1.0, 1.0]) * 1e-6, count=30, own=1.0)
     found = fit_records(records[1:], covariates=(), drift="line")
     new = records[0]
     change = check_record(found, new)
@@ -133,7 +133,7 @@ def test_probabilities_are_those_of_normal_models():
 
 def test_a_missing_parameter_is_not_looked_at(population):
     found, new, _ = population
-    held = dataclasses.replace(new, held=np.array([False, True, False, False]))
+    held = dataclasses.replace(new, held=np.array([False, True, False]))
     change = check_record(found, changed(held, "x0", 30.0))
     assert change.set == ("x0",) and np.isnan(change["x1"].measured)
     assert any("no estimate of x1" in note for note in change.notes)
@@ -182,8 +182,8 @@ def test_an_outlier_is_reported_and_left_out(name):
 def test_a_device_that_changed_in_between_is_no_series_of_outliers():
     rng = np.random.default_rng(16)
     _, records = device(rng)
-    after = [changed(r, "x1", 40.0) if i >= 28 else r for i, r in enumerate(records)]
+    after = [changed(r, "x1", 40.0) if i >= 21 else r for i, r in enumerate(records)]
     found = fit_records(after, drift="line")
-    assert len(found.outliers) == 0 or len(found.outliers) <= 8
+    assert len(found.outliers) == 0 or len(found.outliers) <= 6
     if not found.outliers:
         assert found["x1"].scatter > 5.0 or found["x1"].time.p_holm < 0.01

@@ -79,7 +79,7 @@ class World:
 
     @property
     def start(self) -> Literal["fork", "spawn"]:
-        """How a process that leads a batch is started; a fork has imported all, but may not use JAX."""
+        """How a process that leads a batch is started; a fork may not use JAX."""
         return "fork" if self.work is write_two else "spawn"
 
     @property

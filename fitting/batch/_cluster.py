@@ -1,7 +1,6 @@
 """Jobs in Dask workers: those of a cluster started here, or those of a scheduler that runs already.
 
-Everything of Dask is here and in `_worker`. Workers are spawned, never forked: a fork of a
-process that has used JAX hangs.
+Workers are processes of their own, never forked: a fork of a process that has used JAX hangs.
 """
 
 import contextlib
@@ -9,7 +8,7 @@ import logging
 import math
 import queue
 import secrets
-import signal
+import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -19,24 +18,19 @@ from typing import Any
 from rapi_jax.internal import cause
 from rapi_jax.io import printable
 
-from ._do import Ended, give_up
+from ._do import Ended, finished, give_up
 from ._executor import AbstractExecutor
 from ._job import BatchError, Job, Work
 from ._key import code_sha256
+from ._local_worker import WorkerProcesses
 from ._remote import describe_worker, do_remotely
 from ._thresholds import THRESHOLDS
 from ._tries import NOTES
-from ._worker import one_thread, preparation
+from ._worker import preparation
 
 _LOCAL = {
-    "distributed.worker.multiprocessing-method": "spawn",
-    # Of a cluster that is ours: a task is given up after so many workers that it ended; its own
-    # count of tries comes first.
+    # A task is given up after so many workers that it ended; its own count of tries comes first.
     "distributed.scheduler.allowed-failures": THRESHOLDS.tries,
-    # A worker that runs short of memory is ended, not paused: nothing of ours waits in it.
-    "distributed.worker.memory.target": False,
-    "distributed.worker.memory.spill": False,
-    "distributed.worker.memory.pause": False,
     "logging": {"distributed": "critical"},
 }
 
@@ -44,14 +38,19 @@ _LOCAL = {
 class Cluster(AbstractExecutor):
     """An executor on Dask workers; made by `local_cluster` or `at_scheduler`.
 
-    `patience`: s without any worker after which it raises `BatchError`.
+    `processes`: the workers, where they are ours to start again.
     """
 
     def __init__(
-        self, client: Any, output: Path, work: Work, batch: str, patience: float = math.inf
+        self,
+        client: Any,
+        output: Path,
+        work: Work,
+        batch: str,
+        processes: WorkerProcesses | None = None,
     ) -> None:
         self._client, self._output, self._work, self._batch = client, output, work, batch
-        self._patience, self._last_seen = patience, time.monotonic()
+        self._processes, self._last_seen = processes, time.monotonic()
         self._ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._jobs: dict[Any, Job] = {}
         self._killed: Counter[str] = Counter()
@@ -70,12 +69,22 @@ class Cluster(AbstractExecutor):
     @property
     def free(self) -> int:
         """Some for each thread; see `BatchThresholds.backlog`."""
+        self._look()
+        return max(1, self._threads) * THRESHOLDS.backlog - len(self._jobs)
+
+    @property
+    def _workerless_s(self) -> float:
+        return time.monotonic() - self._last_seen
+
+    def _look(self) -> None:
+        """See now and then how many threads there are, and that workers of ours run."""
         now = time.monotonic()
         if now - self._counted > THRESHOLDS.poll_s:
+            if self._processes is not None:
+                self._processes.keep()
             self._threads, self._counted = sum(self._client.nthreads().values()), now
             if self._threads:
                 self._last_seen = now
-        return max(1, self._threads) * THRESHOLDS.backlog - len(self._jobs)
 
     def submit(self, job: Job) -> None:
         future = self._client.submit(
@@ -86,6 +95,7 @@ class Cluster(AbstractExecutor):
         future.add_done_callback(self._ended.put)
 
     def wait(self, timeout: float) -> list[Ended]:
+        self._look()
         found = []
         with contextlib.suppress(queue.Empty):
             found.append(self._ended.get(timeout=timeout))
@@ -96,10 +106,10 @@ class Cluster(AbstractExecutor):
                 "the scheduler does not answer any more. What is finished stays finished: start it "
                 "again, and run the same command again to go on."
             )
-        if time.monotonic() - self._last_seen > self._patience:
+        if self._processes is not None and self._workerless_s > THRESHOLDS.start_s:
             raise BatchError(
-                f"no worker has started for {self._patience:g} s. Run the same command again to go "
-                "on, with fewer --workers if memory is short."
+                f"no worker has started for {THRESHOLDS.start_s:g} s. Run the same command again "
+                "to go on, with fewer --workers if memory is short."
             )
         return [ended for future in found if (ended := self._collect(future)) is not None]
 
@@ -109,6 +119,8 @@ class Cluster(AbstractExecutor):
         from distributed.client import FutureCancelledError
 
         job = self._jobs.pop(future)
+        if future.status == "finished" and (done := finished(job, self._output)) is not None:
+            return Ended(done)  # from the folder: its worker may have ended since
         try:
             return future.result(timeout=THRESHOLDS.connect_s)
         except KilledWorker:
@@ -129,21 +141,23 @@ class Cluster(AbstractExecutor):
 def local_cluster(workers: int, output: Path, work: Work, batch: str) -> Iterator[Cluster]:
     """An executor on so many processes of this computer, a thread each."""
     dask, distributed = _import_dask()
-    with dask.config.set(_LOCAL), _interrupts_ignored_by_children():
+    # Whoever reaches a worker runs code in it, so other users of this computer must not.
+    security = distributed.Security.temporary()
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(dask.config.set(_LOCAL))
         cluster = distributed.LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
+            n_workers=0,
             host="127.0.0.1",
             dashboard_address=None,
             silence_logs=logging.CRITICAL,
-            # Whoever reaches a worker runs code in it, so other users of this computer must not.
-            security=distributed.Security.temporary(),
-            env=dict(one_thread()),
+            security=security,
         )
-    with dask.config.set(_LOCAL), cluster, distributed.Client(cluster) as client:
-        client.register_plugin(preparation(ours=True))
-        yield Cluster(client, output, work, batch, THRESHOLDS.start_s)
+        stack.enter_context(cluster)
+        client = stack.enter_context(distributed.Client(cluster, set_as_default=False))
+        folder = stack.enter_context(tempfile.TemporaryDirectory(ignore_cleanup_errors=True))
+        processes = WorkerProcesses(cluster.scheduler_address, workers, security, folder)
+        stack.callback(processes.end)
+        yield Cluster(client, output, work, batch, processes)
 
 
 @contextlib.contextmanager
@@ -163,7 +177,7 @@ def at_scheduler(address: str, output: Path, work: Work, batch: str) -> Iterator
             "`dask scheduler`, and give the address it prints."
         ) from error
     with client:
-        client.register_plugin(preparation(ours=False))
+        client.register_plugin(preparation())
         _check_workers(client, address, output)
         executor = Cluster(client, output, work, batch)
         try:
@@ -205,6 +219,7 @@ def _check_workers(client: Any, address: str, output: Path) -> None:
 
 
 def _import_dask() -> tuple[Any, Any]:
+    logging.getLogger("asyncio").setLevel(logging.CRITICAL)  # of what was asked of a lost worker
     try:
         import dask
         import distributed
@@ -214,21 +229,3 @@ def _import_dask() -> tuple[Any, Any]:
             "extra: pip install 'rapi-jax[batch]'."
         ) from error
     return dask, distributed
-
-
-@contextlib.contextmanager
-def _interrupts_ignored_by_children() -> Iterator[None]:
-    """Processes started in the block do not hear Ctrl-C: this one ends them.
-
-    An ignored signal stays so in a new process. Those that are started later, in place of one that
-    ended, are told by `preparation`.
-    """
-    try:
-        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    except ValueError:  # not the main thread
-        yield
-        return
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)

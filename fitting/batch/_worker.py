@@ -1,7 +1,6 @@
 """How a Dask worker is prepared. Imports nothing heavy: it comes before the first import of JAX."""
 
 import os
-import signal
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -31,12 +30,8 @@ def prepare_process() -> None:
     drop_damaged_entries(Path(os.environ.get(DIRECTORY, "")))
 
 
-def preparation(*, ours: bool) -> Any:
-    """A plugin that prepares each worker, those that join later too.
-
-    `ours`: of a cluster that was started here. Its workers do not hear Ctrl-C: this process ends
-    them.
-    """
+def preparation() -> Any:
+    """A plugin that prepares each worker of a cluster, those that join later too."""
     from distributed import WorkerPlugin
 
     class Preparation(WorkerPlugin):
@@ -45,8 +40,6 @@ def preparation(*, ours: bool) -> Any:
 
         def setup(self, worker: Any) -> None:
             del worker
-            if ours:
-                signal.signal(signal.SIGINT, signal.SIG_IGN)
             prepare_process()
 
     return Preparation()

@@ -1,0 +1,117 @@
+"""`rapi batch` and `rapi fit` of several recordings: folders, exit codes, options; real fits."""
+
+import json
+from pathlib import Path
+
+import pytest
+from command_output import assert_one_line
+
+from fitting.batch._record import JobRecord
+from fitting.cli import app
+from fitting.commands._tasks import complete_options, parse_options
+from fitting.commands.run import run
+from rapi_jax.examples import paper_recording
+from rapi_jax.io import write_recording
+
+QUICK = ("--each", "none", "--starts", "2", "--no-plots")
+
+
+@pytest.fixture
+def rapi(capfd):
+    """`rapi` in this process: exit code, standard output, standard error."""
+
+    def call(*arguments: object) -> tuple[int, str, str]:
+        capfd.readouterr()
+        code = run(app, [*map(str, arguments)])
+        said = capfd.readouterr()
+        return code, said.out, said.err
+
+    return call
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Two recordings and a damaged one."""
+    root = tmp_path_factory.mktemp("recordings")
+    for seed, name in enumerate(("monday", "tuesday")):
+        write_recording(paper_recording(samples=200, seed=seed)[0], root / name)
+    (root / "spoiled").mkdir()
+    (root / "spoiled/manifest.toml").write_text((root / "monday/manifest.toml").read_text())
+    return root
+
+
+def bytes_of(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.suffix != ".json"}
+
+
+@pytest.mark.slow
+def test_a_batch_writes_what_the_single_command_writes_and_goes_on(rapi, folder, tmp_path):
+    output = tmp_path / "out"
+    code, out, err = rapi("batch", folder, "-o", output, "--json", *QUICK)
+    content = json.loads(out)
+    assert code == 5 and content["schema"] == "rapi.batch/1"
+    assert [row["name"] for row in content["jobs"]] == ["monday", "spoiled", "tuesday"]
+    assert [row["exit_code"] for row in content["jobs"]] == [0, 3, 0]
+    assert_one_line(err, "failed", "spoiled", "no such file")
+    assert content["jobs"][0]["provenance"] == {}
+
+    assert rapi("fit", folder / "monday", "-o", tmp_path / "one", *QUICK)[0] == 0
+    assert bytes_of(tmp_path / "one") == bytes_of(output / "monday")
+    several = rapi("fit", folder / "monday", folder / "tuesday", "-o", tmp_path / "two", *QUICK)
+    assert several[0] == 0 and "monday" in several[1] and "tuesday" in several[1]
+    assert bytes_of(tmp_path / "two/tuesday") == bytes_of(output / "tuesday")
+
+    before = [JobRecord.read(output / name) for name in ("monday", "spoiled", "tuesday")]
+    code, out, _ = rapi("batch", folder, "-o", output, "--json", *QUICK)
+    assert code == 5 and json.loads(out)["jobs"] == [record.to_dict() for record in before]
+    write_recording(paper_recording(samples=200, seed=2)[0], folder / "spoiled")
+    code, out, err = rapi("batch", folder, "-o", output, *QUICK)
+    assert code == 0 and err == "" and "3 done" in out
+    assert JobRecord.read(output / "monday") == before[0]
+
+    code, out, _ = rapi(
+        "batch", output, "-o", tmp_path / "drives", "--do", "compensate", "--json", "--no-plots",
+        "--span", 60, "--frequency", 10, 20,
+    )  # fmt: skip
+    assert code == 0 and len(json.loads(out)["jobs"]) == 3
+    assert (tmp_path / "drives/monday/drive_20Hz.csv").is_file()
+
+
+def test_options_are_those_of_the_single_command(tmp_path):
+    given = parse_options("fit", ["--plays", "12", "--plugin", "mine.py"], tmp_path)
+    assert given == {"plays": 12, "plugin": (tmp_path / "mine.py",)}
+    whole = complete_options("fit", given)
+    assert whole["plays"] == 12 and whole["order"] == 3 and "output" not in whole
+    assert parse_options("range", ["--expected", "0.5", "1"], tmp_path) == {"expected": (0.5, 1.0)}
+    assert parse_options("diagnose", ["--model", "m"], tmp_path) == {"model": tmp_path / "m"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["--plays", "0"], "plays"),
+        (["--no-such"], "--no-such"),
+        (["--check", "x"], "check"),
+        (["--workers", "1", "--scheduler", "tcp://x:1"], "--scheduler"),
+        (["--plays", "4", "another"], "come first"),
+        (["--do", "compensate"], "span"),
+        (["--do", "predict"], "predict"),
+    ],
+)
+def test_wrong_options_are_told_in_one_line(rapi, folder, tmp_path, arguments, word):
+    code, out, err = rapi("batch", folder, "-o", tmp_path / "out", *arguments)
+    assert code == 2 and not out
+    assert_one_line(err, "usage", word)
+    assert not (tmp_path / "out").exists()
+
+
+def test_results_are_not_written_into_recordings(rapi, folder):
+    code, _, err = rapi("batch", folder, "-o", folder)
+    assert code == 3
+    assert_one_line(err, "would be written into it")
+
+
+def test_no_recording_is_bad_data(rapi, tmp_path):
+    code, _, err = rapi("batch", tmp_path, "-o", tmp_path / "out")
+    assert code == 3
+    assert_one_line(err, "no recording in this folder")

@@ -4,7 +4,7 @@ import dataclasses
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Self, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 from fitting._json import json_text
 from fitting._result_files import hash_files
@@ -56,14 +56,14 @@ class JobRecord:
         return {"schema": SCHEMA} | dataclasses.asdict(self)
 
     @classmethod
-    def from_dict(cls, content: Mapping[str, Any]) -> Self:
+    def from_dict(cls, content: Mapping[str, Any]) -> "JobRecord":
         """From `to_dict`. Raises `ValueError` where a field is missing or of another kind."""
         if content.get("schema") != SCHEMA:
             raise ValueError(f"the schema is {content.get('schema')!r}, not {SCHEMA!r}")
-        values = {}
+        values: dict[str, Any] = {}
         for field in dataclasses.fields(cls):
             kind = _KINDS[field.name]
-            value = content.get(field.name)
+            value: Any = content.get(field.name)
             if kind is float and type(value) is int:
                 value = float(value)
             if type(value) is not kind:
@@ -80,7 +80,7 @@ class JobRecord:
         write_atomic(folder / JOB, json_text(self.to_dict()))
 
     @classmethod
-    def read(cls, folder: Path) -> Self:
+    def read(cls, folder: Path) -> "JobRecord":
         """Read `job.json` of a job's folder. Raises `DataError` where there is none that reads."""
         path = folder / JOB
         try:

@@ -1,4 +1,4 @@
-"""Recordings that can be compared: those whose results are of one kind, with one set of parameters."""
+"""Recordings that can be compared: results of one kind, with one set of parameters."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -40,9 +40,7 @@ def make_groups(results: Sequence[Result]) -> list[Group]:
     for i, one in enumerate(results):
         names = tuple(name for name, e in one.row.estimates.items() if not e.held)
         known = all(
-            np.isfinite([e.value, e.stderr]).all()
-            for e in one.row.estimates.values()
-            if not e.held
+            np.isfinite([e.value, e.stderr]).all() for e in one.row.estimates.values() if not e.held
         )
         if one.done and one.trusted is not False and names and known:
             units = tuple(one.row.estimates[name].unit for name in names)

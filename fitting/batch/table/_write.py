@@ -16,9 +16,7 @@ from ._read import read_result
 CSV, NETCDF, PARQUET, PAGE = "results.csv", "results.nc", "results.parquet", "report.html"
 
 
-def write_table(
-    records: Sequence[JobRecord], folder: Path, *, parquet: bool = False
-) -> list[Path]:
+def write_table(records: Sequence[JobRecord], folder: Path, *, parquet: bool = False) -> list[Path]:
     """Write `results.csv` and `results.nc` of a batch into `folder`; return their paths.
 
     **Arguments:**

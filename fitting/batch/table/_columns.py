@@ -32,12 +32,14 @@ _UNITS |= {f"closed_fraction{end}": "1" for end in ("", "_low", "_high")}
 class Column:
     """One column: a value a recording, None where there is none.
 
-    `unit` is empty for text and counts, and where recordings differ in it.
+    `unit` is empty for text and counts, and where recordings differ in it. `estimated`: whether it
+    is a parameter or its standard error.
     """
 
     name: str
     values: list[Figure]
     unit: str = ""
+    estimated: bool = False
 
 
 @dataclasses.dataclass(frozen=True)
@@ -68,7 +70,7 @@ def tabulate(results: Sequence[Result]) -> tuple[list[Column], list[Parameter]]:
         if taken & set(heads):
             heads = tuple(f"parameter.{head}" for head in heads)
         for head, values in zip(heads, (one.value, one.stderr), strict=True):
-            columns.append(Column(head, [_finite(x) for x in values.tolist()], one.unit))
+            columns.append(Column(head, [_finite(x) for x in values.tolist()], one.unit, True))
     rest = ["task", "path", "unit", "drive_unit"]
     rest += [name for task, group in _TASKS.items() if task in tasks for name in group]
     if "diagnose" in tasks:
@@ -112,7 +114,8 @@ def _parameters(results: Sequence[Result]) -> list[Parameter]:
     for i, one in enumerate(results):
         for name, estimate in one.row.estimates.items():
             if name not in found:
-                found[name] = (set(), *np.full((2, len(results)), np.nan))
+                value, stderr = np.full((2, len(results)), np.nan)
+                found[name] = (set(), value, stderr)
             units, value, stderr = found[name]
             units.add(estimate.unit)
             value[i], stderr[i] = estimate.value, estimate.stderr

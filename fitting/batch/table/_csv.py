@@ -1,5 +1,6 @@
 """A table as CSV text that a spreadsheet does not run and a terminal does not obey."""
 
+import re
 from collections.abc import Sequence
 
 from rapi_jax.io import printable
@@ -9,6 +10,7 @@ from ._figures import Figure
 
 _LONGEST = 2000  # characters of a cell
 _FORMULA = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20")  # and their wide forms
+_WITHIN = re.compile(r"([;|]\s*)(?=[" + "".join(re.escape(c) for c in _FORMULA) + "])")
 _QUOTED = set(",;|\"\t\n\r'")  # the separators that spreadsheets guess at
 
 
@@ -42,4 +44,6 @@ def write_text(text: str) -> str:
 def harmless(text: str) -> str:
     """`text` on one line, and no formula."""
     safe = printable(text, _LONGEST)
+    # A spreadsheet may split at other separators than the comma.
+    safe = _WITHIN.sub(r"\1'", safe)
     return f"'{safe}" if safe.lstrip().startswith(_FORMULA) else safe

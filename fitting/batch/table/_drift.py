@@ -25,9 +25,9 @@ _BLOCK = 2**18  # numbers of permuted times held at once
 class Drift:
     """The trend of each parameter over the session.
 
-    `change` is the slope times the length of the session, `stderr` its robust standard error
-    (HC3), `raw` the p-value and `p` the same corrected for the number of parameters; `middle` is the value on the line at
-    `mean_time`.
+    `change` is the slope times the length of the session, `stderr` its robust standard error (HC3),
+    `raw` the p-value and `p` the same corrected for the number of parameters; `middle` is the value
+    on the line at `mean_time`.
     """
 
     change: Float[np.ndarray, " parameters"]

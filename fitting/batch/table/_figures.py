@@ -154,14 +154,11 @@ def read_range(content: dict[str, Any]) -> Row:
         "unit": _text(content.get("unit")),
         "faults": _joined(content.get("faults") or []),
         "scatter": _number(summary.get("scatter")),
-        "scans": _number(summary.get("scans")),
-        "scans_counted": _number(summary.get("counted")),
+        "scans": _count(summary.get("scans")),
+        "scans_counted": _count(summary.get("counted")),
         "method": _text(content.get("method")),
         "air_index": _number(content.get("air_index")),
     }
-    for name in ("scans", "scans_counted"):
-        if figures[name] is not None:
-            figures[name] = int(figures[name])
     return Row(estimates, figures, kind=("range",))
 
 
@@ -204,6 +201,10 @@ def _number(value: Any) -> float | None:
     if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
         return None
     return float(value)
+
+
+def _count(value: Any) -> int | None:
+    return value if type(value) is int else None
 
 
 def _most(choose: Any, values: Iterable[Any]) -> float | None:

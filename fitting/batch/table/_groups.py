@@ -1,4 +1,4 @@
-"""Recordings that can be compared: those whose results are of one kind, with one set of parameters."""
+"""Recordings that can be compared: results of one kind, with one set of parameters."""
 
 import dataclasses
 from collections.abc import Sequence

@@ -14,7 +14,6 @@ from ._csv import harmless
 
 SCHEMA = "rapi.results/1"
 _COUNTS = {"exit_code", "tries", "scans", "scans_counted", "drives"}
-_FLAGS = {"trusted", "with_gap", "invertible"}
 _WORDS = {"recording", "status", "verdict", "set", "operator", "effects", "at_bound", "reasons"}
 _WORDS |= {"task", "path", "unit", "drive_unit", "faults", "recorded_at", "started_at"}
 _WORDS |= {"data_sha256", "message", "inverse", "notes", "method"}
@@ -30,12 +29,8 @@ def write_netcdf(
     """
     import xarray as xr
 
-    names = {one.name for one in parameters} | {f"{one.name}_stderr" for one in parameters}
-    names |= {f"parameter.{name}" for name in names}
     variables: dict[str, Any] = {
-        _safe_name(column.name): _variable(column)
-        for column in columns
-        if column.name not in names or column.name in _WORDS | _COUNTS | _FLAGS
+        _safe_name(column.name): _variable(column) for column in columns if not column.estimated
     }
     coordinates = {
         "recording": variables.pop("recording"),

@@ -22,6 +22,7 @@ from ._reference import Prediction, Reference
 from ._thresholds import THRESHOLDS
 
 MAD = 1.4826022185056018  # standard deviations of a normal distribution in its MAD
+_LEAST = float(np.finfo(float).eps)  # of a median, which is 0 where most recordings are equal
 
 
 @dataclasses.dataclass(frozen=True)
@@ -124,11 +125,13 @@ def _start(x: np.ndarray, c: np.ndarray) -> np.ndarray:
         predicted = Reference.of(x, c, member).predict(x, c)
         single, square = _f_statistics(predicted)
         free = predicted.size - 1.0
-        single *= special.fdtri(1.0, free, 0.5)[:, None] / np.median(single, axis=0)
+        single *= special.fdtri(1.0, free, 0.5)[:, None] / np.maximum(
+            np.median(single, axis=0), _LEAST
+        )
         near = np.all(special.fdtrc(1.0, free[:, None], single) >= cut / count, axis=1)
         if together:
             ratio = np.maximum(predicted.size - count, 1.0)
-            square *= special.fdtri(count, ratio, 0.5) / np.median(square)
+            square *= special.fdtri(count, ratio, 0.5) / max(float(np.median(square)), _LEAST)
             near &= special.fdtrc(count, ratio, square) >= cut
         new = near.astype(float)
         if 2 * new.sum() <= n or (new == member).all():

@@ -19,7 +19,7 @@ _LIMIT = 64 * 2**20  # bytes of a file; a diagnosis with all its maps takes 0.4 
 _READERS: dict[str, Callable[[dict[str, Any]], Row]] = dict(
     zip(LISTS, (read_model, read_diagnosis, read_certificate, read_range), strict=True)
 )
-_SCHEMAS = dict(
+_SCHEMAS: dict[str, str] = dict(
     zip(
         LISTS,
         ("rapi.model/1", "rapi.diagnosis/1", "rapi.compensation/1", "rapi.range/1"),

@@ -1,15 +1,14 @@
-"""Recordings against a reference set of others: what was to be expected, and how far off each is.
+r"""Recordings against a reference set of others: what was to be expected, and how far off each is.
 
 Recording $i$ has the estimate $x_i$ with covariance $C_i$; between recordings parameters scatter
 with covariance $T$, so that $x_i$ has $T + C_i$. The members of the reference set have the weighted
-covariance $S$, of which $T + \\bar C$ is the expectation. A recording outside the set is expected
-within $S (1 + 1/m) + (C_i - \\bar C)_+$: a noisier one has more room, by what its covariance exceeds
+covariance $S$, of which $T + \bar C$ is the expectation. A recording outside the set is expected
+within $S (1 + 1/m) + (C_i - \bar C)_+$: a noisier one has more room, by what its covariance exceeds
 the mean one; one that is less noisy than the others has no less room, because how $S$ divides into
-$T$ and $\\bar C$ is poorly known. With equal covariances this is Hotelling's prediction, exactly.
+$T$ and $\bar C$ is poorly known. With equal covariances this is Hotelling's prediction, exactly.
 """
 
 import dataclasses
-from typing import Self
 
 import numpy as np
 from jaxtyping import Float
@@ -36,10 +35,11 @@ class Prediction:
 
 @dataclasses.dataclass(frozen=True)
 class Reference:
-    """Mean and covariance of the members; any one of them can be taken out again.
+    r"""Mean and covariance of the members; any one of them can be taken out again.
 
+    Parameters are in units in which they scatter by about 1.
     `weight` is 0 for a recording that is no member; `noise` is the mean covariance of the
-    estimates, $\\bar C$.
+    estimates, $\bar C$.
     """
 
     weight: Float[np.ndarray, " recordings"]
@@ -53,7 +53,7 @@ class Reference:
         x: Float[np.ndarray, "recordings parameters"],
         c: Float[np.ndarray, "recordings parameters parameters"],
         member: Float[np.ndarray, " recordings"],
-    ) -> Self:
+    ) -> "Reference":
         """The set of members (1, and 0 for others); those that are noisier weigh less."""
         plain = cls._weigh(x, c, member)
         variance = np.diag(plain.covariance)
@@ -62,13 +62,13 @@ class Reference:
         return cls._weigh(x, c, member / (1.0 + room))
 
     @classmethod
-    def _weigh(cls, x: np.ndarray, c: np.ndarray, weight: np.ndarray) -> Self:
+    def _weigh(cls, x: np.ndarray, c: np.ndarray, weight: np.ndarray) -> "Reference":
         weight = weight / weight.sum()
         mean = weight @ x
         off = x - mean
         share = weight * (1.0 - weight)
         covariance = (weight[:, None] * off).T @ off / share.sum()
-        covariance += np.diag(THRESHOLDS.rank * np.diag(covariance))
+        covariance += THRESHOLDS.rank * np.eye(len(mean))
         return cls(weight, mean, covariance, np.tensordot(share / share.sum(), c, 1))
 
     def scatter(self) -> Float[np.ndarray, " parameters"]:

@@ -62,7 +62,8 @@ class TableThresholds:
     rank: float = threshold(
         1e-10,
         unit="of the variance of a parameter",
-        origin="half of the digits; added to standard errors that are zero or exactly dependent",
+        origin="half of the digits; added to the covariance of the reference set, in which "
+        "parameters may be equal in all recordings or exactly dependent",
     )
 
 

@@ -15,6 +15,10 @@ from fitting.report.diagnosis.figures._figure import (
 
 from . import _text as words
 
+READING = (
+    "Dots are recordings with one standard error; large ones stand out, and a triangle at the edge "
+    "lies beyond it. On the right their distribution, on the left that over the session."
+)
 _HEIGHT = 250  # pixels
 _POINTS = 2000  # drawn of one parameter; outliers always are
 _REACH = 10.0  # robust standard deviations: what lies beyond is drawn at the edge
@@ -22,14 +26,20 @@ _QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 
 
 def draw_parameter(
-    parameter: dict, group: dict, names: list[str], outlying: set[int], key: str
+    parameter: dict,
+    group: dict,
+    names: list[str],
+    outlying: set[int],
+    key: str,
+    reading: str = READING,
 ) -> Figure:
     """Values with standard errors over time, their histogram, and the trend where there is one.
 
-    `names`: of all recordings; `outlying`: which of them stand out.
+    `names`: of all recordings; `outlying`: which of them stand out. `reading`: how to read it.
     """
     unit, factor = words.time_unit(group) if group["hours"] else ("", 1.0)
-    time = [t * factor + (0 if group["hours"] else 1) for t in group["time"]]
+    first = 0.0 if group["hours"] else 1.0
+    time = [t * factor + first for t in group["time"]]
     low, high = _limits(parameter)
     text = unit_text("" if parameter["unit"] == "1" else parameter["unit"])
     title = f"{parameter['name']} ({text})" if text else parameter["name"]
@@ -41,12 +51,12 @@ def draw_parameter(
     counts = make_axis("recordings", domain=[0.8, 1], anchor="y", rangemode="tozero", nticks=3)
     layout = make_layout(x, y, xaxis2=counts, bargap=0)
     data = _points(parameter, group, time, names, outlying, (low, high))
-    data += _trend(parameter, time, factor, 0 if group["hours"] else 1)
+    data += _trend(parameter, time, factor, first)
     data.append(_histogram(parameter, (low, high)))
     return Figure(
         parameter["name"],
         _describe(parameter, group),
-        "Dots are recordings with one standard error; those in the accent colour stand out.",
+        reading,
         [Panel(key, _HEIGHT, data, layout)],
         _tabulate(parameter),
     )

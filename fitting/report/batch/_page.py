@@ -13,29 +13,35 @@ import jinja2
 import numpy as np
 
 from fitting.report._pages import load_plotly, load_template, read_script, read_style
-from fitting.report.diagnosis._numbers import finite_or_none, format_quantity
+from fitting.report.diagnosis._numbers import Scale, finite_or_none, format_quantity
+
+from rapi_jax.io import printable
 
 from . import _tables as tables
 from . import _text as words
-from ._figures import draw_parameter
+from ._figures import READING, draw_parameter
 
 _MOST = 2000  # rows of a table on the page; all are in `results.csv`
+_LONGEST = 400  # characters of a text
 _DRAWN = 60  # figures; of further parameters the page has the numbers
 
 
 def render_page(content: dict[str, Any]) -> str:
     """The page of `fitting.batch.table`'s summary. Text in it is shown as text."""
+    content = _printable(content)
     rows, groups = content["rows"], content["groups"]
     found = _outliers(rows, groups)
     outlying = {one["row"] for one in found}
-    names = [tables.name(row) for row in rows]
+    names = [row["name"] for row in rows]
     parts, panels = [], []
     for g, group in enumerate(groups):
         figures = []
         if len(group["index"]) > 1:
             room = max(0, _DRAWN - len(panels))
             figures = [
-                draw_parameter(one, group, names, outlying, f"{g}-{k}")
+                draw_parameter(
+                    one, group, names, outlying, f"{g}-{k}", "" if panels or k else READING
+                )
                 for k, one in enumerate(group["parameters"][:room])
             ]
         panels += [dataclasses.asdict(panel) for figure in figures for panel in figure.panels]
@@ -67,12 +73,21 @@ def render_page(content: dict[str, Any]) -> str:
     )
 
 
+def _printable(node: Any) -> Any:
+    """The same with every text, key or value, on one line and without control characters."""
+    if isinstance(node, dict):
+        return {printable(key): _printable(value) for key, value in node.items()}
+    if isinstance(node, list):
+        return [_printable(item) for item in node]
+    return printable(node, _LONGEST) if isinstance(node, str) else node
+
+
 def _outliers(rows: list[dict], groups: list[dict]) -> list[dict[str, Any]]:
     """Recordings that stand out, the clearest first."""
     found = [
         {
             "row": one["row"],
-            "name": tables.name(rows[one["row"]]),
+            "name": rows[one["row"]]["name"],
             "link": tables.link(rows[one["row"]]),
             "why": words.explain_outlier(one, group),
             "p": one["p"],
@@ -119,7 +134,8 @@ def _facts(rows: list[dict], found: list[dict], groups: list[dict]) -> list[tupl
     if len(units) == 1:
         known = [row["rmse"] for row in rows if finite_or_none(row["rmse"]) is not None]
         unit = str(units.pop() or "")
-        lines.append(("Residual", f"{format_quantity(float(np.median(known)), unit)} rms, median"))
+        middle = float(np.median(known))
+        lines.append(("Residual", f"{Scale.of(unit, [middle])(middle)} rms, median"))
     lines.append(("Computing", format_quantity(sum(row["seconds"] for row in rows), "s")))
     return lines
 

@@ -12,8 +12,6 @@ from fitting.report.diagnosis._numbers import (
     format_with_error,
     unit_text,
 )
-from rapi_jax.io import printable
-
 from . import _text as words
 
 _STATUS = {"failed": "failed", "skipped": "skipped", "unreadable": "cannot be read"}
@@ -22,11 +20,6 @@ _STATUS = {"failed": "failed", "skipped": "skipped", "unreadable": "cannot be re
 def link(row: dict) -> str:
     """Where a recording's own files are, relative to the page; empty where there are none."""
     return f"./{quote(row['name'], safe='')}/{row['page']}" if row["page"] else ""
-
-
-def name(row: dict) -> str:
-    """A recording's name, safe to show."""
-    return printable(row["name"], 120)
 
 
 def state(row: dict) -> str:
@@ -91,7 +84,7 @@ def tabulate_recordings(
         cells.append(format_number(row["seconds"]))
         body.append(
             {
-                "name": name(row),
+                "name": row["name"],
                 "link": link(row),
                 "state": state(row) + ("; stands out" if i in outlying else ""),
                 "marked": i in outlying or row["status"] != "done" or row["trusted"] is False,
@@ -106,9 +99,9 @@ def tabulate_untrusted(rows: list[dict], most: int) -> list[dict[str, str]]:
     chosen = [row for row in rows if row["status"] == "done" and row["trusted"] is False]
     return [
         {
-            "name": name(row),
+            "name": row["name"],
             "link": link(row),
-            "why": printable(row["reasons"] or row["message"] or row["faults"] or "", 400),
+            "why": row["reasons"] or row["message"] or row["faults"] or "",
         }
         for row in chosen[:most]
     ]
@@ -119,12 +112,12 @@ def tabulate_failures(rows: list[dict], most: int) -> list[dict[str, str]]:
     chosen = [row for row in rows if row["status"] != "done"]
     return [
         {
-            "name": name(row),
+            "name": row["name"],
             "link": link(row),
             "state": state(row),
             "code": str(row["exit_code"]),
             "tries": str(row["tries"]),
-            "message": printable(row["message"], 400),
+            "message": row["message"],
         }
         for row in chosen[:most]
     ]

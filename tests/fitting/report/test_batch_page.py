@@ -1,0 +1,214 @@
+"""The page of a batch, as a parser and as a browser see it: words, links, escaping, sizes."""
+
+import json
+import os
+import re
+from pathlib import Path
+from urllib.parse import unquote
+
+import batch_results as made
+import chromium
+import diagnoses
+import numpy as np
+import pytest
+from parsed_page import Page
+
+from fitting.batch.table import write_page, write_table
+from fitting.report.batch import _page
+
+
+@pytest.fixture
+def light(monkeypatch):
+    """Pages without five megabytes of script in each."""
+    monkeypatch.setattr(_page, "load_plotly", lambda: "")
+
+
+def page(records, folder: Path) -> Page:
+    return Page(write_page(records, folder).read_text(encoding="utf-8"))
+
+
+def spoiled(folder: Path, count: int = 40):
+    """A batch with one outlier, a drift, two failures and an untrusted fit."""
+    values = made.scattered(count)
+    values[:, 1] += 10 * made.STDERR[1] * np.linspace(-0.5, 0.5, count)
+    values[7, 2] += 30 * made.STDERR[2]
+    records = made.fits(folder, values)
+    records += [made.write_job(folder, f"lost{i}", {}) for i in range(2)]
+    records.append(
+        made.write_job(folder, "doubt", {"model.json": made.model(trusted=False)}, exit_code=4)
+    )
+    return records
+
+
+def test_the_first_screen_counts_and_names(light, tmp_path):
+    read = page(spoiled(tmp_path), tmp_path)
+    assert read.texts[0] == (
+        "h1",
+        "40 of 43 recordings have a trusted result; 1 is not to be trusted and 2 failed.",
+    )
+    text = read.text
+    assert re.search(r"Standing out\. rec0007: lam is \d+\.\d standard deviations above", text)
+    assert re.search(r"Drift\. zeta rises by .* V/Hz over 9\.75 h \(p (=|<) 0\.00\d\)", text)
+    facts = dict(re.findall(r"(Recordings|Done|Trusted|Failed|Stand out) (\d+)", text))
+    assert facts == {
+        "Recordings": "43", "Done": "41", "Trusted": "40", "Failed": "2", "Stand out": "1",
+    }  # fmt: skip
+    assert "too few periods to tell" in text
+    assert text.count("run00: 3 samples are NaN, the first at 17.") == 2
+
+
+def test_nothing_to_say_is_said(light, tmp_path):
+    values = made.CENTRE + made.STDERR * np.random.default_rng(3).standard_normal((30, 4))
+    read = page(made.fits(tmp_path, values, correlation=np.eye(4), hours=False), tmp_path)
+    assert read.texts[0][1] == "All 30 recordings have a trusted result."
+    assert "No recording differs from the others by more than chance." in read.text
+    assert "No parameter has a trend beyond chance." in read.text
+    assert "recording, in the order given" in read.scripts[1]
+
+
+@pytest.mark.parametrize("count", [0, 1, 3, 6])
+def test_small_batches(light, tmp_path, count):
+    read = page(made.fits(tmp_path, made.scattered(count)), tmp_path)
+    assert "Fewer than 10 trusted recordings have the same parameters" in read.text
+    assert ("so no trend is tested" in read.text) == (count < 6)
+
+
+def test_links_lead_to_each_recordings_own_files(light, tmp_path):
+    records = spoiled(tmp_path, 12)
+    records.append(made.write_job(tmp_path, "a b#c?d%", {"model.json": made.model()}))
+    write_table(records, tmp_path)
+    read = page(records, tmp_path)
+    links = {str(a["href"]) for a in read.all("a")}
+    files = {link for link in links if not link.startswith("#")}
+    assert all(link.startswith("./") for link in files)
+    assert all((tmp_path / unquote(link)).is_file() for link in files)
+    assert len(files) == 14 + 2  # with a result, and the two tables
+
+
+def test_a_page_of_its_own_is_linked_first(light, tmp_path):
+    files = {"diagnosis.json": diagnoses.creep(), "report.html": "<!doctype html>"}
+    record = made.write_job(tmp_path, "a", files, task="diagnose")
+    read = page([record], tmp_path)
+    assert "./a/report.html" in {a["href"] for a in read.all("a")}
+    assert (
+        "creep" in read.text
+        and read.texts[0][1] == "1 of 1 recording has a trusted result."
+        or (read.texts[0][1] == "All 1 recordings have a trusted result.")
+    )
+
+
+def test_tasks_and_operators_are_compared_apart(light, tmp_path):
+    records = made.fits(tmp_path, made.scattered(12))
+    for i, row in enumerate(made.scattered(11, seed=1)):
+        one = {"model.json": made.model(row + 100 * made.STDERR, operator="ClassicPI")}
+        records.append(made.write_job(tmp_path, f"other{i}", one))
+    records.append(made.write_job(tmp_path, "r", {"range.json": made.ranging()}, task="range"))
+    read = page(records, tmp_path)
+    heads = [text for tag, text in read.texts if tag == "h3"]
+    assert "RAPI: 12 recordings" in heads and "ClassicPI: 11 recordings" in heads
+    assert "distance and velocity: 1 recording" in heads
+    assert "No recording differs from the others by more than chance." in read.text
+
+
+def test_hostile_text_stays_text(light, tmp_path):
+    records = []
+    for i in range(12):
+        text = made.HOSTILE[i % len(made.HOSTILE)]
+        model = made.model(made.scattered(1, seed=i)[0], names=(made.HOSTILE[-1], "b", "c", "d"))
+        model |= {"operator": made.HOSTILE[-1], "unit": text}
+        model["verdict"] |= {"trusted": i % 5 > 0, "reasons": [text]}
+        records.append(
+            made.write_job(
+                tmp_path, f"{i}<b onclick=x>&amp; javascript:x", {"model.json": model}, message=text
+            )
+        )  # fmt: skip
+        records.append(made.write_job(tmp_path, f"lost{i}", {}, message=text))
+    read = page(records, tmp_path)
+    assert len(read.all("script")) == 4
+    assert all(not attributes for attributes in read.all("b"))
+    assert not any("\x1b" in text or "\x07" in text for _, text in read.texts)
+    assert "<" not in read.scripts[1] and ">" not in read.scripts[1]
+    assert "fetch('http://evil.example/')" in read.text
+    for _, attributes in read.tags:
+        assert not any(name.startswith("on") for name in attributes)
+
+
+def test_nothing_leaves_the_page(tmp_path):
+    text = write_page(spoiled(tmp_path, 12), tmp_path).read_text(encoding="utf-8")
+    read = Page(text)
+    assert len(text.encode()) < 8_000_000
+    for tag, attributes in read.tags:
+        for name in ("src", "srcset", "action", "data", "poster"):
+            assert name not in attributes, (tag, attributes)
+    policy = next(a["content"] for a in read.all("meta") if "http-equiv" in a)
+    assert policy is not None and policy.startswith("default-src 'none'")
+    drawn = json.loads(read.scripts[1])
+    plots = [str(a["id"]) for a in read.all("div") if a.get("class") == "plot"]
+    assert [f"plot-{one['key']}" for one in drawn] == plots and len(plots) == 4
+
+
+def test_values_far_off_are_drawn_at_the_edge(light, tmp_path):
+    values = made.scattered(30)
+    values[3, 0] = 1e6
+    read = page(made.fits(tmp_path, values), tmp_path)
+    (alpha,) = (one for one in json.loads(read.scripts[1]) if one["key"] == "0-0")
+    low, high = alpha["layout"]["yaxis"]["range"]
+    marks = [t for t in alpha["data"] if t.get("mode") == "markers" and t["marker"]["size"] > 5]
+    assert marks[0]["marker"]["symbol"] == ["triangle-up"] and marks[0]["y"] == [high]
+    assert low < made.CENTRE[0] < high < 0.4
+    assert sum(next(t for t in alpha["data"] if t["type"] == "bar")["x"]) == 30
+
+
+def test_a_large_batch_is_cut_on_the_page_alone(light, tmp_path, monkeypatch):
+    monkeypatch.setattr(_page, "_MOST", 10)
+    read = page(made.fits(tmp_path, made.scattered(25)), tmp_path)
+    assert "15 more are in the files." in read.text
+    assert "rec0009" in read.text and "rec0010" not in read.text
+
+
+INSIDE = ("file:", "data:", "blob:", "about:")
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    binary = chromium.find()
+    if binary is None:
+        pytest.skip(f"no Chromium on this machine under the names {', '.join(chromium.NAMES)}")
+    started = chromium.Chromium(binary, tmp_path_factory.mktemp("profile"))
+    yield started
+    started.close()
+
+
+@pytest.fixture(scope="module")
+def rendered(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("batch")
+    return write_page(spoiled(folder), folder)
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("width", [400, 1400])
+def test_in_a_browser(browser, rendered, width, dark):
+    browser.open(rendered, width=width, height=900, dark=dark)
+    assert [url for url in browser.requests if not url.startswith(INSIDE)] == []
+    assert browser.complaints == []
+    assert browser.evaluate("document.documentElement.scrollWidth") <= width
+    plots = browser.evaluate(
+        "[...document.querySelectorAll('.plot')].map(p => p.querySelectorAll('svg .trace').length)"
+    )
+    assert len(plots) == 4 and all(count >= 2 for count in plots)
+    # How many, who, what: without scrolling.
+    for part in ("h1", ".advice", ".advice + .advice"):
+        box = f"document.querySelector('{part}').getBoundingClientRect()"
+        assert 0 <= browser.evaluate(f"{box}.top") < browser.evaluate(f"{box}.bottom") <= 900
+    if os.environ.get("RAPI_PAGES"):
+        browser.screenshot(Path(os.environ["RAPI_PAGES"]) / f"batch-{width}-{dark}.png")
+
+
+def test_without_scripts_the_page_still_tells(browser, rendered):
+    browser.open(rendered, width=400, dark=False, script=False)
+    try:
+        shown = browser.evaluate("document.body.innerText")
+        assert " ".join(shown.split()).startswith("40 of 43 recordings have a trusted result")
+        assert "The figures are drawn by a script, which is off here." in shown
+    finally:
+        browser.send("Emulation.setScriptExecutionDisabled", value=False)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from fitting._result_files import LISTS, UNFINISHED
+from fitting._result_files import UNFINISHED
 from fitting.batch._record import JobRecord
 from rapi_jax import DataError
 from rapi_jax.internal import cause, inside, open_regular
@@ -16,16 +16,13 @@ from rapi_jax.internal import cause, inside, open_regular
 from ._figures import Row, read_certificate, read_diagnosis, read_model, read_range
 
 _LIMIT = 64 * 2**20  # bytes of a file; a diagnosis with all its maps takes 0.4 MB
-_READERS: dict[str, Callable[[dict[str, Any]], Row]] = dict(
-    zip(LISTS, (read_model, read_diagnosis, read_certificate, read_range), strict=True)
-)
-_SCHEMAS: dict[str, str] = dict(
-    zip(
-        LISTS,
-        ("rapi.model/1", "rapi.diagnosis/1", "rapi.compensation/1", "rapi.range/1"),
-        strict=True,
-    )
-)
+# The list of a result, how its figures are read, and its schema.
+_READERS: dict[str, tuple[Callable[[dict[str, Any]], Row], str]] = {
+    "model.json": (read_model, "rapi.model/1"),
+    "diagnosis.json": (read_diagnosis, "rapi.diagnosis/1"),
+    "certificate.json": (read_certificate, "rapi.compensation/1"),
+    "range.json": (read_range, "rapi.range/1"),
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,11 +59,11 @@ def read_result(record: JobRecord, folder: Path) -> Result:
     Files that are missing, damaged or of another job than `record` says leave their figures out.
     """
     row, problems = Row(), []
-    for name in LISTS:
+    for name, (read, schema) in _READERS.items():
         if name not in record.files:
             continue
         try:
-            found = _READERS[name](_load(record, folder, name))
+            found = read(_load(record, folder, name, schema))
         except DataError as error:
             problems.append(str(error))
         except (TypeError, ValueError, AttributeError, KeyError, RecursionError) as error:
@@ -76,7 +73,7 @@ def read_result(record: JobRecord, folder: Path) -> Result:
     return Result(record, row | _provenance(record.provenance), "; ".join(problems))
 
 
-def _load(record: JobRecord, folder: Path, name: str) -> dict[str, Any]:
+def _load(record: JobRecord, folder: Path, name: str, expected: str) -> dict[str, Any]:
     """The object in one file. Raises `DataError` where it is not the one the job wrote."""
     with open_regular(inside(folder, record.name) / name, _LIMIT) as file:
         data = file.read(_LIMIT)
@@ -84,7 +81,7 @@ def _load(record: JobRecord, folder: Path, name: str) -> dict[str, Any]:
         raise DataError(f"{name} is not the file that the job wrote: run the batch again")
     content = json.loads(data)
     schema = content.get("schema")
-    if schema != _SCHEMAS[name]:
+    if schema != expected:
         why = "is not finished" if schema == UNFINISHED else "has another schema"
         raise DataError(f"{name} {why}: run the batch again")
     return content

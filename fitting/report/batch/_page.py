@@ -14,7 +14,6 @@ import numpy as np
 
 from fitting.report._pages import load_plotly, load_template, read_script, read_style
 from fitting.report.diagnosis._numbers import Scale, finite_or_none, format_quantity
-
 from rapi_jax.io import printable
 
 from . import _tables as tables

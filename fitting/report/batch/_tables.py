@@ -12,6 +12,7 @@ from fitting.report.diagnosis._numbers import (
     format_with_error,
     unit_text,
 )
+
 from . import _text as words
 
 _STATUS = {"failed": "failed", "skipped": "skipped", "unreadable": "cannot be read"}

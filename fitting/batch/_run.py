@@ -123,7 +123,7 @@ class _Leader:
             self._changed = True
             self._report(ended.record, False)
             if ended.stop:
-                raise OutputError(ended.record.message)
+                raise OutputError(ended.stop)
         if self._changed and time.monotonic() > self._due:
             self.write_table()
 

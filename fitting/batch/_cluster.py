@@ -148,7 +148,7 @@ def local_cluster(workers: int, output: Path, work: Work, batch: str) -> Iterato
         cluster = distributed.LocalCluster(
             n_workers=0,
             host="127.0.0.1",
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",
             silence_logs=logging.CRITICAL,
             security=security,
         )

@@ -24,12 +24,12 @@ class Ended:
     """How a job ended.
 
     - `kept`: whether `job.json` says so.
-    - `stop`: whether the jobs that follow would fail alike.
+    - `stop`: why the jobs that follow would fail alike, if they would.
     """
 
     record: JobRecord
     kept: bool = True
-    stop: bool = False
+    stop: str = ""
 
 
 def finished(job: Job, output: Path) -> JobRecord | None:
@@ -71,9 +71,9 @@ def do_job(job: Job, output: Path, work: Work, batch: str, *, shared: bool) -> E
             return Ended(record, kept=outcome.lasting, stop=outcome.stop)
     except OSError as error:  # the note or the record: the output folder itself
         line = str(error) if isinstance(error, OutputError) else f"{output}: {error.strerror}"
-        outcome = Outcome("failed", 3, line, lasting=False, stop=True)
+        outcome = Outcome("failed", 3, line, lasting=False)
         seconds = time.perf_counter() - began
-        return Ended(_record(job, outcome, tries, started, seconds), kept=False, stop=True)
+        return Ended(_record(job, outcome, tries, started, seconds), kept=False, stop=line)
     finally:
         _forget_programs()
 
@@ -84,8 +84,8 @@ def give_up(job: Job, output: Path, tries: int) -> Ended:
     try:
         (output / job.name).mkdir(exist_ok=True)
         record.write(output / job.name)
-    except OSError:
-        return Ended(record, kept=False, stop=True)
+    except OSError as error:
+        return Ended(record, kept=False, stop=str(error))
     return Ended(record)
 
 

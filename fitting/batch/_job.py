@@ -39,7 +39,7 @@ class Outcome:
     - `written`: the files, all in the job's folder.
     - `lasting`: whether the same would come of it again. Where a file could not be written it would
       not, and nothing is kept of the job.
-    - `stop`: whether the jobs that follow would fail alike (a full disk).
+    - `stop`: why the jobs that follow would fail alike (a full disk); empty where they would not.
     """
 
     status: Status
@@ -48,7 +48,7 @@ class Outcome:
     provenance: Mapping[str, str] = dataclasses.field(default_factory=dict)
     written: Sequence[Path] = ()
     lasting: bool = True
-    stop: bool = False
+    stop: str = ""
 
 
 Work = Callable[[Job, Path], Outcome]

@@ -1,6 +1,7 @@
 """A batch: jobs not yet finished are handed to an executor, and what ends is told and tabulated."""
 
 import contextlib
+import math
 import secrets
 import time
 from collections import deque
@@ -123,9 +124,12 @@ class _Leader:
             self._changed = True
             self._report(ended.record, False)
             if ended.stop:
-                raise OutputError(ended.record.message)
+                raise OutputError(ended.stop)
         if self._changed and time.monotonic() > self._due:
-            self.write_table()
+            try:
+                self.write_table()
+            except Exception:  # no job fails for it; that at the end says what is wrong
+                self._due = math.inf
 
     def write_table(self) -> None:
         """Tabulate the records there are."""

@@ -86,12 +86,13 @@ def run_task(job: Job, folder: Path) -> Outcome:
         return _DO[job.task](job.path, folder, **job.options)
     except Exception as error:
         code, kind, message = explain_error(error)
+        full = message if isinstance(error, OutputError) and error.errno in _FULL else ""
         return Outcome(
             "skipped" if isinstance(error, UntrustedModel) else "failed",
             code,
             one_line(f"{kind}: {message}"),
             lasting=not isinstance(error, OutputError),
-            stop=isinstance(error, OutputError) and error.errno in _FULL,
+            stop=full,
         )
 
 

@@ -51,7 +51,8 @@ def fit_population(
     - `covariates`: of "time" (`recorded_at`) and "temperature" (`temperature_c`). One that no
       recording has, or that never changes, is left out with a note.
     - `drift`: "line", "smooth" (a line and a Gaussian process in time, Matern 3/2, in every
-      parameter) or "auto": smooth in those parameters where that has more evidence.
+      parameter, which takes minutes with ten) or "auto": smooth in those parameters where that has
+      more evidence.
     - `structure`: of $T$: "diagonal", "factor" (diagonal, and one common cause), "full", or "auto":
       the one with the most evidence.
     - `without`: parameters that are no property of the device; by default `d_0`, the zero of the

@@ -44,8 +44,8 @@ def population(
         sure that is. A recording is fitted first, from the model of the latest result, into the
         folder `check/NAME` of the output. A result among the others is left out there.
     drift
-        A line in time; a line and a smooth curve for every parameter; or a curve for those that the
-        recordings show to need one.
+        A line in time; a line and a smooth curve for every parameter (minutes with ten); or a curve
+        for those that the recordings show to need one.
     structure
         Of the covariance between recordings: diagonal, diagonal and one common cause, full; or the
         one with the most evidence.

@@ -7,12 +7,12 @@ import numpy as np
 
 from fitting._json import replace_nonfinite
 
-from ._drift import Drift, find_drift
-from ._groups import Group, make_groups, session_time
-from ._multiple_tests import holm
-from ._outliers import Comparison, compare_recordings, robust_scale
 from ._read import Result
 from ._thresholds import THRESHOLDS
+from .statistics._drift import Drift, find_drift
+from .statistics._groups import Group, make_groups, session_time
+from .statistics._multiple_tests import holm
+from .statistics._outliers import Comparison, compare_recordings, robust_scale
 
 _PAGES = ("report.html", "model.json", "diagnosis.json", "certificate.json", "range.json")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fitting.batch.table._drift import find_drift
+from fitting.batch.table.statistics._drift import find_drift
 
 
 def session(n: int, count: int, rng: np.random.Generator, kind: str):

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fitting.batch.table._multiple_tests import holm
-from fitting.batch.table._outliers import compare_recordings
-from fitting.batch.table._reference import Reference
+from fitting.batch.table.statistics._multiple_tests import holm
+from fitting.batch.table.statistics._outliers import compare_recordings
+from fitting.batch.table.statistics._reference import Reference
 
 
 def correlation(count: int, rng: np.random.Generator) -> np.ndarray:

@@ -13,7 +13,7 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
-from ._thresholds import THRESHOLDS
+from fitting.batch.table._thresholds import THRESHOLDS
 
 _ROWS = 512  # recordings worked on at once: 1.3 MB a matrix of 18 parameters
 

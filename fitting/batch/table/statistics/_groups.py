@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 import numpy as np
 from jaxtyping import Float, Int
 
-from ._read import Result
+from fitting.batch.table._read import Result
 
 
 @dataclasses.dataclass(frozen=True)

@@ -14,9 +14,10 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
+from fitting.batch.table._thresholds import THRESHOLDS
+
 from ._multiple_tests import holm
 from ._outliers import robust_scale
-from ._thresholds import THRESHOLDS
 
 _BLOCK = 2**18  # numbers of permuted times held at once
 

@@ -17,9 +17,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy import special
 
+from fitting.batch.table._thresholds import THRESHOLDS
+
 from ._multiple_tests import holm
 from ._reference import Prediction, Reference
-from ._thresholds import THRESHOLDS
 
 MAD = 1.4826022185056018  # standard deviations of a normal distribution in its MAD
 _LEAST = float(np.finfo(float).eps)  # of a median, which is 0 where most recordings are equal

@@ -1,0 +1,1 @@
+"""What stands out among many recordings, and what drifts."""

@@ -17,7 +17,7 @@ class UncertaintyThresholds:
         "that is nearer",
     )
     profile_end: float = threshold(
-        0.01, unit="of the root of chi-square", origin="a hundredth of a standard error or two"
+        0.02, unit="of the root of chi-square", origin="a fiftieth of a standard error"
     )
     profile_evaluations: int = threshold(
         24, unit="fits an end", origin="set by trial; 4 to 7 are usual"

@@ -67,8 +67,8 @@ class NoisePrecision(eqx.Module):
             y = np.concatenate([[0.0], x[:0:-1]])
             for out, column in ((lower, x), (upper, y)):
                 out[row] = np.conj(np.fft.rfft(column, size)) / np.sqrt(x[0])
-        arrays = (jnp.asarray(a) for a in (place, inside, lower, upper))
-        return cls(*arrays, size)
+        first, second, third, fourth = map(jnp.asarray, (place, inside, lower, upper))
+        return cls(first, second, third, fourth, size)
 
 
 def solve_noise(gamma: Float[np.ndarray, " time"], columns: np.ndarray) -> np.ndarray:

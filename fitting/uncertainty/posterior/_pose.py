@@ -155,10 +155,9 @@ def _sample_misfit(
     precision = NoisePrecision.of(problem.data.use, gammas)
     cut = np.take_along_axis(solved, np.asarray(precision.place)[:, :, None], axis=1)
     cut = cut * np.asarray(precision.inside)[:, :, None]
-    target = problem.data.y - columns @ linear
-    target, cut, covariance, linear = map(as_device, (target, cut, covariance, linear))
-    drives = problem.data.device()
-    return SampleMisfit(problem.residual(), drives, target, precision, cut, covariance, linear)
+    target = as_device(problem.data.y - columns @ linear)
+    drives, known = problem.data.device(), (as_device(a) for a in (cut, covariance, linear))
+    return SampleMisfit(problem.residual(), drives, target, precision, *known)
 
 
 def _over_intervals(

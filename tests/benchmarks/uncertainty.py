@@ -11,11 +11,14 @@ that lie in the pointwise band, share of replicates that lie in the simultaneous
 the rms nonlinearity, up and down, of the device under the drive compensated from the fit, 60 GHz at
 25 Hz; the band on the error of a distance of 1 m under that drive. By `posterior`: the same from
 NUTS, 4 chains of `--draws`. By `profile`: intervals of parameters. A row is printed every
-`--every` replicates, with the shares so far; `+-` is the binomial standard error at 95 %.
+`--every` replicates, with the shares so far; `+-` is the binomial standard error at 95 %. With
+`--log` each replicate is kept in a file, from which a later run goes on.
 """
 
 import argparse
+import json
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -161,16 +164,29 @@ def main():
     parser.add_argument("--distance", action="store_true")
     parser.add_argument("--every", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--log", type=Path)
     parser.add_argument("--verbose", action="store_true")
     arguments = parser.parse_args()
     recording, truth = paper_recording(samples=arguments.samples, noise=0.0)
     true, begun = true_values(), time.perf_counter()
     found: dict = {}
+    known = []
+    if arguments.log is not None and arguments.log.exists():
+        known = [json.loads(line) for line in arguments.log.read_text().splitlines()]
     for k in range(arguments.replicates):
-        rng = np.random.default_rng((arguments.seed, round(1000 * arguments.rho), k))
-        for key, share in replicate(rng, recording, truth, arguments, true).items():
-            found.setdefault(key, []).append(float(share))
-        if (k + 1) % arguments.every == 0 or k + 1 == arguments.replicates:
+        if k < len(known):
+            shares = {tuple(key.split("|")): share for key, share in known[k].items()}
+        else:
+            rng = np.random.default_rng((arguments.seed, round(1000 * arguments.rho), k))
+            shares = replicate(rng, recording, truth, arguments, true)
+            shares = {key: float(share) for key, share in shares.items()}
+            if arguments.log is not None:
+                with arguments.log.open("a") as log:
+                    log.write(json.dumps({"|".join(key): x for key, x in shares.items()}) + "\n")
+        for key, share in shares.items():
+            found.setdefault(key, []).append(share)
+        last = k + 1 == arguments.replicates
+        if last or (k >= len(known) and (k + 1) % arguments.every == 0):
             report(found, k + 1, time.perf_counter() - begun)
 
 

@@ -187,7 +187,7 @@ def _end(curve: _Profile, stderr: float, reach: float) -> tuple[float, bool]:
     """One end, on the side of `stderr`'s sign, and whether it is a bound."""
     value = float(curve.fitted.solution.values[curve.at])
     bound = curve.bounds[0] if stderr < 0 else curve.bounds[1]
-    room = abs(bound - value)  # infinite without a bound
+    room = abs(bound - value) * (1.0 - THRESHOLDS.profile_bound)  # infinite without a bound
     size, sign = abs(stderr), np.sign(stderr)
     inner, inside = 0.0, -reach
     outer = min(reach * size, room)

@@ -22,6 +22,11 @@ class UncertaintyThresholds:
     profile_evaluations: int = threshold(
         24, unit="fits an end", origin="set by trial; 4 to 7 are usual"
     )
+    profile_bound: float = threshold(
+        1e-3,
+        unit="of the distance from optimum to bound",
+        origin="what stands for the bound itself, where the solver's coordinate has no end",
+    )
     profile_lower: float = threshold(
         0.5,
         unit="of chi-square, calibrated",

@@ -35,8 +35,6 @@ def failures(posterior: Any) -> tuple[str, ...]:
             "as where parameters trade against each other or stand at a bound. Hold one of them, "
             "or record what tells them apart"
         )
-    if draws.sizes["draw"] < 4:
-        return (*found, "fewer than 4 draws a chain tell nothing. Ask for more `draws`")
     rhat = _numbers(arviz.rhat(draws))
     names = [name for name, value in rhat.items() if not value < THRESHOLDS.rhat]
     if names:

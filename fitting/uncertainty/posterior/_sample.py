@@ -50,9 +50,10 @@ def sample_posterior(
     residuals without noise, or where the data do not fix a parameter; `ModuleNotFoundError` without
     the extra `bayes`.
     """
+    least = {"chains": 1, "draws": max(4, chains), "warmup": 1}  # fewer tell nothing of chains
     for name, number in (("chains", chains), ("draws", draws), ("warmup", warmup)):
-        if number < 1:
-            raise ValueError(f"Argument `{name}` must be 1 or more, but is {number}.")
+        if number < least[name]:
+            raise ValueError(f"Argument `{name}` must be {least[name]} or more, but is {number}.")
     arviz = import_arviz()
     posed = Posed.of(FittedProblem.of(result))
     found = run_chains(posed.density, chains, draws, warmup, seed)

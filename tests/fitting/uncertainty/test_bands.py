@@ -3,6 +3,7 @@
 import json
 
 import equinox as eqx
+import jax.numpy as jnp
 import linear_devices as linear
 import numpy as np
 import pytest
@@ -52,7 +53,7 @@ def test_prediction_band_of_a_linear_model(result, covariance):
 def test_a_band_of_one_model_is_that_model(result):
     values = laplace_draws(result, draws=1, seed=5).values
     one = ModelDraws(result.ecdl, values, "laplace")
-    model = one.vector.put(result.ecdl, values[0])
+    model = one.vector.put(result.ecdl, jnp.asarray(values[0]))
     response = np.asarray(predict(model, DRIVE))
     assert np.allclose(prediction_band(one, DRIVE).low, response, atol=1e-9)
     turning = linearity(Run(DRIVE, np.asarray(predict(result.ecdl, DRIVE)))).turning

@@ -1,6 +1,6 @@
 """The likelihood under correlated noise, against dense matrices."""
 
-import jax
+import jax.numpy as jnp
 import linear_devices as linear
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def test_the_precision_of_stationary_noise_is_the_dense_inverse():
         error[k, use[k]] @ np.linalg.solve(toeplitz(gamma), error[k, use[k]])
         for k, gamma in enumerate(gammas)
     )
-    found = NoisePrecision.of(use, gammas).square(jax.numpy.asarray(error))
+    found = NoisePrecision.of(use, gammas).square(jnp.asarray(error))
     assert float(found) == pytest.approx(dense, rel=1e-10)
 
 
@@ -36,6 +36,7 @@ def test_generalised_least_squares_of_the_linear_part():
     problem = fitted.problem
     own = fitted.solution.own.copy()
     own[problem.vector.slice("p")] = p
+    own = jnp.asarray(own)
     square, moment, total = 0.0, 0.0, 0.0
     for k, (drive, run) in enumerate(zip(linear.drives(), result.recording.runs, strict=True)):
         precision = np.linalg.inv(toeplitz(noise.autocovariance(k, drive.size)))

@@ -18,10 +18,10 @@ from jaxtyping import Array, Float, Int
 from fitting.identification._run_residual import RunResidual
 from fitting.identification.intervals._data import IntervalData
 from fitting.identification.intervals._residual import IntervalResidual
-from fitting.solver._bound_transform import Bounds
 from rapi_jax.internal import DriveBatch
 
 from ._noise_precision import NoisePrecision
+from ._open_coordinates import OpenCoordinates
 
 
 class AbstractMisfit(eqx.Module):
@@ -81,7 +81,7 @@ class LogDensity(eqx.Module):
     """
 
     misfit: AbstractMisfit
-    bounds: Bounds
+    coordinates: OpenCoordinates
     own: Float[Array, " values"]
     moves: Int[Array, " moved"]
     middle: Float[Array, " values"]
@@ -98,7 +98,7 @@ class LogDensity(eqx.Module):
     def _linearised(self, z: Array) -> tuple[Float[Array, " values"], Float[Array, " values"]]:
         """Values and the derivative of each by its own coordinate; couplings have determinant 1."""
         x = self.middle.at[self.moves].add(self.spread @ z)
-        values, jacobian = self.bounds.linearise(x)
+        values, jacobian = self.coordinates.linearise(x)
         # What does not move is as it was, to the last bit.
         moved = jnp.zeros(self.own.size, dtype=bool).at[self.moves].set(True)
         return jnp.where(moved, values, self.own), jnp.diagonal(jacobian)

@@ -13,13 +13,13 @@ from fitting.identification._problem import Problem
 from fitting.identification._thresholds import THRESHOLDS as IDENTIFICATION
 from fitting.identification.intervals._residual import IntervalResidual
 from fitting.identification.intervals._sums import IntervalSums
-from fitting.solver._bound_transform import Bounds
 from fitting.uncertainty._fitted_problem import FittedProblem
 from fitting.uncertainty._thresholds import THRESHOLDS
 from rapi_jax import ModelError
 
 from ._log_density import AbstractMisfit, IntervalMisfit, LogDensity, SampleMisfit
 from ._noise_precision import NoisePrecision, solve_noise
+from ._open_coordinates import OpenCoordinates
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -182,8 +182,8 @@ def _evaluate(misfit: AbstractMisfit, own: Array) -> Array:
 
 
 @eqx.filter_jit
-def _slopes(bounds: Bounds, x: Array) -> Array:
-    return bounds.linearise(x)[1]
+def _slopes(coordinates: OpenCoordinates, x: Array) -> Array:
+    return coordinates.linearise(x)[1]
 
 
 def _whitened(fitted: FittedProblem, misfit: AbstractMisfit, information: np.ndarray) -> LogDensity:
@@ -200,14 +200,15 @@ def _whitened(fitted: FittedProblem, misfit: AbstractMisfit, information: np.nda
     clipped = np.clip(inside, low + away, high - away)
     moved = np.where(fitted.solution.move, clipped, inside)
     start = np.asarray(bounds.coupling) @ moved
-    bounds = problem.bounds(start)
-    middle = bounds.coordinates(start)
-    bounds = jax.tree_util.tree_map(as_device, bounds)
-    slopes = np.asarray(_slopes(bounds, as_device(middle)))[np.ix_(moves, moves)]
+    open_ = OpenCoordinates.of(problem.bounds(start))
+    # What does not move may stand at a bound, where it has no coordinate.
+    middle = np.where(fitted.solution.move, open_.coordinates(start), 0.0)
+    slopes = np.asarray(_slopes(open_, as_device(middle)))[np.ix_(moves, moves)]
     information = slopes.T @ information @ slopes
-    # A flat prior between two bounds alone is as wide as this in its coordinate.
+    # A flat prior between two bounds alone has this precision in its coordinate (logistic law).
     both = (np.isfinite(low) & np.isfinite(high))[moves]
-    covariance = np.linalg.inv(information + np.diag(both.astype(float)))
+    prior = np.diag(both * 3.0 / np.pi**2)
+    covariance = np.linalg.inv(information + prior)
     spread = np.linalg.cholesky((covariance + covariance.T) / 2.0)
     place = jnp.asarray(moves, dtype=jnp.int32)
-    return LogDensity(misfit, bounds, as_device(own), place, as_device(middle), as_device(spread))
+    return LogDensity(misfit, open_, as_device(own), place, as_device(middle), as_device(spread))

@@ -13,6 +13,11 @@ the rms nonlinearity, up and down, of the device under the drive compensated fro
 NUTS, 4 chains of `--draws`. By `profile`: intervals of parameters. A row is printed every
 `--every` replicates, with the shares so far; `+-` is the binomial standard error at 95 %. With
 `--log` each replicate is kept in a file, from which a later run goes on.
+
+Measured, white noise, defaults: 300 replicates, laplace 94.3 to 97.0 % a parameter, pointwise 94.8,
+simultaneous 95.7, nonlinearity 96.3 up and 95.0 down; profile 94.0 to 97.0 %. 110 replicates by
+posterior: 90.7 to 97.2 % a parameter, pointwise 93.1, simultaneous 87.9, nonlinearity 92.5 and
+94.4, 2.7 % refused at 300 draws a chain.
 """
 
 import argparse

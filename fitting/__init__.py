@@ -33,6 +33,19 @@ if TYPE_CHECKING:
     from .solver._least_squares import SolverOptions as SolverOptions
     from .solver._least_squares import least_squares as least_squares
     from .solver._optimum import LeastSquares as LeastSquares
+    from .uncertainty._profile import ProfileInterval as ProfileInterval
+    from .uncertainty._profile import profile_likelihood as profile_likelihood
+    from .uncertainty.bands._distance import DistanceBand as DistanceBand
+    from .uncertainty.bands._distance import distance_band as distance_band
+    from .uncertainty.bands._draws import ModelDraws as ModelDraws
+    from .uncertainty.bands._draws import laplace_draws as laplace_draws
+    from .uncertainty.bands._draws import posterior_draws as posterior_draws
+    from .uncertainty.bands._nonlinearity import NonlinearityBand as NonlinearityBand
+    from .uncertainty.bands._nonlinearity import nonlinearity_band as nonlinearity_band
+    from .uncertainty.bands._prediction import PredictionBand as PredictionBand
+    from .uncertainty.bands._prediction import prediction_band as prediction_band
+    from .uncertainty.posterior._convergence import UntrustedPosterior as UntrustedPosterior
+    from .uncertainty.posterior._sample import sample_posterior as sample_posterior
 
 _HOME = {
     "CertifiedDrive": "claim_check._scan",
@@ -41,25 +54,38 @@ _HOME = {
     "Claim": "identification.assessment._claim",
     "ClaimCheck": "claim_check._check",
     "Diagnosis": "diagnosis",
+    "DistanceBand": "uncertainty.bands._distance",
     "Estimate": "identification._result",
     "FitResult": "identification._result",
     "LeastSquares": "solver._optimum",
+    "ModelDraws": "uncertainty.bands._draws",
+    "NonlinearityBand": "uncertainty.bands._nonlinearity",
     "Population": "population._population",
+    "PredictionBand": "uncertainty.bands._prediction",
+    "ProfileInterval": "uncertainty._profile",
     "SolverOptions": "solver._least_squares",
     "UntrustedFit": "identification._result",
+    "UntrustedPosterior": "uncertainty.posterior._convergence",
     "Verdict": "identification.assessment._verdict",
     "check_against": "population._check_against",
     "check_claim": "claim_check._prediction",
     "check_scan": "claim_check._scan",
     "choose_order": "identification._model_order",
     "diagnose": "diagnosis",
+    "distance_band": "uncertainty.bands._distance",
     "fit": "identification._fit",
     "fit_many": "identification._fit_many",
     "fit_population": "population._fit_population",
     "hysteresis_weights": "identification._weights",
     "identify": "identification._identify",
     "identify_inverse": "identification.inverse._identify_inverse",
+    "laplace_draws": "uncertainty.bands._draws",
     "least_squares": "solver._least_squares",
+    "nonlinearity_band": "uncertainty.bands._nonlinearity",
+    "posterior_draws": "uncertainty.bands._draws",
+    "prediction_band": "uncertainty.bands._prediction",
+    "profile_likelihood": "uncertainty._profile",
+    "sample_posterior": "uncertainty.posterior._sample",
     "swap": "identification.inverse._swap",
 }
 __all__ = sorted(_HOME)

@@ -150,6 +150,7 @@ def compensate_into(
     from rapi_jax.io import read_limits
 
     from ._model import check_trusted, load_model
+    from ._nonlinearity_band import scan_bands
     from ._out import output_folder
     from ._plugins import plugin_effects, plugin_operators
 
@@ -184,7 +185,12 @@ def compensate_into(
                 extrapolate=extrapolate,
             )
         )
+    report_step("band on the nonlinearity")
+    bands, note = scan_bands(model, ecdl, made)
     report = _certificate_report(made, about, seen, allowed, fitted, ecdl)
+    for drive, band in zip(report["drives"], bands, strict=True):
+        drive["nonlinearity_band"] = band
+    report["notes"] += [] if note is None else [note]
     written = _write_drives(
         folder, made, about, report, used if inverse == "paper" else None, plots
     )

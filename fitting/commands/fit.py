@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import CycloptsError, Parameter, validators
 
+from ._intervals import Intervals, check_intervals, find_intervals, written_intervals
 from ._plugins import Plugins
 
 Each = Literal["auto", "none", "lam", "lam,eta", "lam,eta,alpha"]
@@ -29,6 +30,7 @@ def fit(
     history: bool = True,
     drift: Annotated[bool | None, Parameter(negative="--no-drift")] = None,
     nan: Literal["raise", "mask"] = "raise",
+    intervals: Intervals | None = None,
     plots: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
@@ -84,6 +86,10 @@ def fit(
         more.
     nan
         What to do with readings that are not finite: refuse, or leave those samples out.
+    intervals
+        Also write and show 95 % intervals: from standard errors (gauss-newton), by profile
+        likelihood, or from the posterior (NUTS; needs the extra `bayes`; its draws go to
+        `posterior.nc`, for ArviZ; exit code 4 where they are not to be trusted).
     plots
         Write pictures.
     json
@@ -95,12 +101,13 @@ def fit(
         return _check_claim(recording, check, output, nan, plugin, json)
     if output is None:
         raise CycloptsError(msg="--output is missing.", command_chain=("fit",))
+    check_intervals(intervals, loss)
     from fitting.batch._find import name_jobs
     from rapi_jax.io import read_recording
 
     from ._out import console, output_folder, print_json, progress, read_json
     from ._plugins import find_operator
-    from .run import DONE, UNTRUSTED
+    from .run import DONE, UNTRUSTED, fail
 
     several = [recording, *recordings]
     kind = find_operator(operator, plugin)
@@ -126,9 +133,13 @@ def fit(
                 history=history,
                 drift=drift,
                 plots=plots,
+                intervals=intervals,
                 report_step=report_step,
             )
-        trusted &= result.verdict.trusted
+        ends, refused = (None, []) if intervals is None else written_intervals(written[0])
+        for reason in refused:
+            fail("no intervals", reason)
+        trusted &= result.verdict.trusted and not refused
         if json:
             tables.append(read_json(written[0]))
             continue
@@ -136,7 +147,7 @@ def fit(
 
         if recordings:
             out.rule(name)
-        out.print(render_tables(result))
+        out.print(render_tables(result, ends))
         out.print(f"written to {place}: {', '.join(path.name for path in written)}", markup=False)
     if json:
         print_json(tables if recordings else tables[0])
@@ -150,6 +161,7 @@ def identify_into(
     kind: type[Any],
     each: Each,
     plots: bool,
+    intervals: Intervals | None = None,
     report_step: Callable[[str], None] | None = None,
     **settings: Any,
 ) -> tuple[Any, list[Path]]:
@@ -161,7 +173,10 @@ def identify_into(
     result = identify(
         data, each=structures, operator=kind, throw=False, progress=report_step, **settings
     )
-    return result, write_fit(result, folder, plots=plots)
+    found = None if intervals is None else find_intervals(result, intervals, report_step)
+    more = {} if found is None else found.table
+    files = {} if found is None else found.files
+    return result, write_fit(result, folder, plots=plots, more=more, files=files)
 
 
 _CHECKING = {"recording", "recordings", "output", "check", "nan", "plugin", "json"}

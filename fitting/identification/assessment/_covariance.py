@@ -30,12 +30,14 @@ class Uncertainty:
     """Covariance of the fitted vector, and the correlation of the residuals.
 
     `rho` is each run's residual correlation from one sample to the next; `effective` the number of
-    independent samples that carry as much information as all residuals.
+    independent samples that carry as much information as all residuals; `noise` what the residuals
+    were taken for.
     """
 
     covariance: np.ndarray
     rho: tuple[float, ...]
     effective: float
+    noise: NoiseModel
 
     @property
     def stderr(self) -> np.ndarray:
@@ -102,7 +104,7 @@ def estimate_uncertainty(
         known = np.where(np.isfinite(covariance), covariance, 0.0)
         covariance = share @ known @ share.T
         covariance[undetermined, undetermined] = np.inf
-    return Uncertainty(covariance, part.rho, part.effective)
+    return Uncertainty(covariance, part.rho, part.effective, part.noise)
 
 
 def correlated_covariance(
@@ -135,9 +137,8 @@ def correlated_covariance(
         effective += r.size * min(1.0, gamma[0] / total) if total > 0 else r.size
     covariance = root @ middle @ root.T
     covariance[undetermined, undetermined] = np.inf
-    return Uncertainty(
-        covariance, tuple(rho), min(effective, float(sum(r.size for r in residuals)))
-    )
+    most = float(sum(r.size for r in residuals))
+    return Uncertainty(covariance, tuple(rho), min(effective, most), noise)
 
 
 def _square_root(gram: Float[np.ndarray, "parameters parameters"]) -> np.ndarray:

@@ -1,5 +1,6 @@
 """The files of a fit."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,11 +24,22 @@ def save_figure(figure: Any, path: Path) -> Path:
     return path
 
 
-def write_fit(result: "FitResult", folder: Path, *, plots: bool) -> list[Path]:
-    """Write the loadable model, the pictures and, last, `model.json`; return their paths."""
+def write_fit(
+    result: "FitResult",
+    folder: Path,
+    *,
+    plots: bool,
+    more: Mapping[str, Any] | None = None,
+    files: Mapping[str, bytes] | None = None,
+) -> list[Path]:
+    """Write the loadable model, the pictures and, last, `model.json`; return their paths.
+
+    `more`: further keys of `model.json`. `files`: others that belong to the result, by name.
+    """
     recording = result.recording
     pictures = ("loops.png", "residuals.png", "starts.png") if plots else ()
-    earlier = begin_result(folder, TABLE, [MODEL, *pictures])
+    others = dict(files or {})
+    earlier = begin_result(folder, TABLE, [MODEL, *pictures, *others])
     write_model(
         folder / MODEL,
         result.ecdl,
@@ -57,6 +69,9 @@ def write_fit(result: "FitResult", folder: Path, *, plots: bool) -> list[Path]:
             save_figure(figure, folder / name)
             for name, figure in zip(pictures, figures, strict=True)
         ]
-    files = hash_files(written) | earlier
-    write_atomic(folder / TABLE, json_text(result.to_dict() | {"files": files}))
+    for name, content in others.items():
+        write_atomic(folder / name, content)
+        written.append(folder / name)
+    table = result.to_dict() | dict(more or {}) | {"files": hash_files(written) | earlier}
+    write_atomic(folder / TABLE, json_text(table))
     return [folder / TABLE, *written]

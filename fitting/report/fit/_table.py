@@ -1,6 +1,7 @@
 """Tables of a fit, by rich: the same ones on a terminal, as text and as HTML."""
 
 import io
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,8 +29,14 @@ def round_with_error(value: float, stderr: float) -> tuple[str, str]:
     return f"{value:.{digits}g}", f"{stderr:.2g}"
 
 
-def render_tables(result: "FitResult") -> Group:
-    """The verdict, the parameters, the runs, and the held-out data, for a rich console."""
+Ends = Mapping[str, tuple[float, float]]
+
+
+def render_tables(result: "FitResult", intervals: Ends | None = None) -> Group:
+    """The verdict, the parameters, the runs, and the held-out data, for a rich console.
+
+    `intervals`: both ends of the 95 % interval of each parameter, where they are to be shown.
+    """
     unit = result.recording.response_unit
     colour, word = ("green", "trusted") if result.verdict.trusted else ("red", "NOT to be trusted")
     head = Text(f"{type(result.ecdl.operator).__name__} with {result.ecdl.operator.count} plays: ")
@@ -48,7 +55,7 @@ def render_tables(result: "FitResult") -> Group:
         lines.append(Text(f"  - {note}"))
     return Group(
         *lines,
-        _tabulate_parameters(result),
+        _tabulate_parameters(result, intervals),
         _tabulate_runs(result),
         _tabulate_held_out(result),
         _tabulate_starts(result),
@@ -75,17 +82,26 @@ def _claim_lines(result: "FitResult") -> list[str]:
     ]
 
 
-def _tabulate_parameters(result: "FitResult") -> Table:
+def _tabulate_parameters(result: "FitResult", intervals: Ends | None) -> Table:
     table = Table(title="Parameters", title_justify="left")
-    for name in ("name", "value", "std. error", "unit", "remark"):
+    shown = () if intervals is None else ("95 % interval",)
+    for name in ("name", "value", "std. error", *shown, "unit", "remark"):
         table.add_column(name, justify="left" if name in ("name", "unit", "remark") else "right")
     for p in result.parameters:
         value, error = round_with_error(p.value, p.stderr)
         remark = "held" if p.held else "at a bound" if p.at_bound else ""
-        table.add_row(
-            p.name, value, "" if p.held else error, "" if p.unit == "1" else p.unit, remark
-        )
+        between = [] if intervals is None else [_format_ends(intervals.get(p.name), p.stderr)]
+        unit = "" if p.unit == "1" else p.unit
+        table.add_row(p.name, value, "" if p.held else error, *between, unit, remark)
     return table
+
+
+def _format_ends(ends: tuple[float, float] | None, stderr: float) -> str:
+    """Both ends with the digits that the standard error warrants; an open one is said."""
+    if ends is None:
+        return ""
+    low, high = (round_with_error(end, stderr)[0] if np.isfinite(end) else "open" for end in ends)
+    return f"{low} to {high}"
 
 
 def _tabulate_runs(result: "FitResult") -> Table:

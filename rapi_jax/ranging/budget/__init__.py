@@ -5,3 +5,4 @@ from ._conditions import Conditions as Conditions
 from ._conditions import Vibration as Vibration
 from ._measured import measured_budget as measured_budget
 from ._predicted import predicted_budget as predicted_budget
+from ._sensitivity import interpolation_spread as interpolation_spread

@@ -1,0 +1,90 @@
+"""`nonlinearity_band`: how far off a straight line a compensated scan may be."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from fitting.identification._result import FitResult
+from rapi_jax import Compensation, Drive, Linearity, ModelError, Run, linearity
+from rapi_jax.internal import float64
+
+from ._draws import ModelDraws
+from ._responses import Method, check_level, draws_of, interval, responses
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class NonlinearityBand:
+    """The rms nonlinearity of a scan, in the response's unit (GHz), up and down.
+
+    - `model`: of the fitted model, up and down. `up`, `down`: of each draw. `level`: of intervals.
+    - `method`: what was drawn from.
+    """
+
+    model: tuple[float, float]
+    up: Float[np.ndarray, " draws"]
+    down: Float[np.ndarray, " draws"]
+    level: float
+    method: str
+
+    @property
+    def up_interval(self) -> tuple[float, float]:
+        """The central interval of the up-scan's, GHz."""
+        return interval(self.up, self.level)
+
+    @property
+    def down_interval(self) -> tuple[float, float]:
+        """The central interval of the down-scan's, GHz."""
+        return interval(self.down, self.level)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As in `certificate.json`."""
+        ends = {"up": self.up_interval, "down": self.down_interval}
+        spread = {"up": self.up, "down": self.down}
+        return {
+            name: {"median": float(np.median(spread[name])), "low": low, "high": high}
+            for name, (low, high) in ends.items()
+        } | {"level": self.level, "method": self.method, "draws": int(self.up.size)}
+
+
+@float64
+def nonlinearity_band(
+    source: FitResult | ModelDraws,
+    scan: Compensation | Drive,
+    *,
+    method: Method = "laplace",
+    posterior: Any = None,
+    level: float = 0.95,
+    draws: int = 1000,
+    seed: int = 0,
+) -> NonlinearityBand:
+    """The rms nonlinearity under the drive of `scan`, made from the fitted model.
+
+    The device has the parameters of a draw, and the drive stays what it is: so the straight scan of
+    the model is bent by the difference of both. Only the uncertainty of parameters counts: what no
+    parameters of the model describe is the claim's, and noise of readings comes on top. The region
+    of interest is that of the fitted model's scan.
+
+    `source`, `method`, `posterior`, `draws`, `seed`: as for `prediction_band`. Raises `ModelError`
+    for a drive with fewer samples than a scan is judged by, and what that raises.
+    """
+    check_level(level)
+    drive = scan.drive if isinstance(scan, Compensation) else scan
+    models = draws_of(source, method, posterior, draws, seed)
+    found, predicted = responses(models, drive)
+    own = branches(drive, predicted)
+    rms = np.array([branches(drive, one, own.turning).rms_ghz for one in found])
+    return NonlinearityBand(own.rms_ghz, rms[:, 0], rms[:, 1], level, models.method)
+
+
+def branches(
+    drive: Drive, response: np.ndarray, turning: tuple[float, float] | None = None
+) -> Linearity:
+    """Both branches of a response; `ModelError` where it is no number."""
+    if not np.isfinite(response).all():
+        raise ModelError(
+            "a draw of the model has no response to this drive. Take draws that keep to the bounds "
+            "of the parameters."
+        )
+    return linearity(Run(drive, response), turning=turning)

@@ -1,0 +1,1 @@
+"""The posterior of a fit's parameters, sampled by NUTS."""

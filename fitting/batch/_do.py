@@ -8,10 +8,10 @@ import time
 from pathlib import Path
 
 from fitting._result_files import hash_files
+from fitting.batch.jobs._job import Job, Outcome, Work
 from rapi_jax import DataError
 from rapi_jax.io import OutputError
 
-from ._job import Job, Outcome, Work
 from ._record import JobRecord
 from ._thresholds import THRESHOLDS
 from ._tries import attempt

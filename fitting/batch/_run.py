@@ -8,15 +8,15 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
+from fitting.batch.executors._cluster import at_scheduler, local_cluster
+from fitting.batch.executors._executor import AbstractExecutor
+from fitting.batch.executors._in_process import InProcess
+from fitting.batch.jobs._job import BatchError, Job, Work
+from fitting.batch.jobs._key import with_key
 from rapi_jax.internal import cause
 from rapi_jax.io import OutputError, printable
 
-from ._cluster import at_scheduler, local_cluster
 from ._do import finished
-from ._executor import AbstractExecutor
-from ._in_process import InProcess
-from ._job import BatchError, Job, Work
-from ._key import with_key
 from ._record import JOB, JobRecord
 from ._thresholds import THRESHOLDS
 from ._tries import NOTES

@@ -11,7 +11,8 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-from ._job import Job
+from fitting.batch.jobs._job import Job
+
 from ._thresholds import THRESHOLDS
 
 NOTES = ".batch"

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import CycloptsError, Parameter, validators
 
 if TYPE_CHECKING:
-    from fitting.batch._job import Job
     from fitting.batch._record import JobRecord
+    from fitting.batch.jobs._job import Job
 
 Task = Literal["fit", "compensate", "diagnose", "range"]
 
@@ -58,9 +58,8 @@ def batch(
         Print one object with all records on standard output, and messages on standard error.
     """
     from fitting.batch._run import run_batch
-
-    from ._out import output_folder
-    from ._tasks import run_task
+    from fitting.commands.shared._out import output_folder
+    from fitting.commands.shared._tasks import run_task
 
     if workers and scheduler is not None:
         raise _usage("--workers starts a cluster and --scheduler uses another: give one of them.")
@@ -89,9 +88,8 @@ def _jobs_of(
     tokens: Sequence[str], do: Task | None, output: Path, retry: bool, watched: bool
 ) -> Callable[[], Iterable[list["Job"]]]:
     """What makes the jobs that the command line names; options and paths are checked before."""
-    from fitting.batch._find import find_recordings
-
-    from ._tasks import parse_options
+    from fitting.batch.jobs._find import find_recordings
+    from fitting.commands.shared._tasks import parse_options
 
     first = next((i for i, token in enumerate(tokens) if token.startswith("-")), len(tokens))
     given, options = list(tokens[:first]), tokens[first:]
@@ -105,7 +103,7 @@ def _jobs_of(
     task = do or "fit"
     made = _Maker(task, parse_options(task, options, Path()), output, retry)
     if watched:
-        from fitting.batch._watch import watch
+        from fitting.batch.jobs._watch import watch
 
         return lambda: (made.jobs(paths) for paths in watch(task, given))
     found = made.jobs(find_recordings(task, given))
@@ -116,14 +114,14 @@ class _Maker:
     """Makes jobs of paths; each has a name of its own."""
 
     def __init__(self, task: Task, options: dict[str, Any], output: Path, retry: bool) -> None:
-        from ._tasks import complete_options
+        from fitting.commands.shared._tasks import complete_options
 
         self._task, self._output, self._retry = task, output, retry
         self._options = complete_options(task, options)
         self._names: dict[str, str] = {}
 
     def jobs(self, paths: Sequence[str]) -> list["Job"]:
-        from fitting.batch._find import name_jobs
+        from fitting.batch.jobs._find import name_jobs
 
         new = [path for path in paths if path not in self._names]
         names = name_jobs(new, self._names.values())
@@ -131,7 +129,7 @@ class _Maker:
         return [self.job(path, self._names[path], self._options) for path in paths]
 
     def job(self, path: str, name: str, options: dict[str, Any]) -> "Job":
-        from fitting.batch._job import Job
+        from fitting.batch.jobs._job import Job
         from rapi_jax import DataError
         from rapi_jax.io import printable
 
@@ -148,10 +146,9 @@ def _listed_jobs(
     path: Path, do: Task | None, tokens: Sequence[str], output: Path, retry: bool
 ) -> list["Job"]:
     """The jobs of a TOML file. A job's own options count most, then those of the command line."""
-    from fitting.batch._find import name_jobs
-    from fitting.batch._jobs_file import option_tokens, read_jobs_file
-
-    from ._tasks import complete_options, parse_options
+    from fitting.batch.jobs._find import name_jobs
+    from fitting.batch.jobs._jobs_file import option_tokens, read_jobs_file
+    from fitting.commands.shared._tasks import complete_options, parse_options
 
     table = read_jobs_file(path)
     task = do or table.do or "fit"
@@ -229,7 +226,8 @@ def _progress() -> Iterator[_Progress]:
 
 
 def _conclude(records: Sequence["JobRecord"], output: Path, json: bool) -> int:
-    from ._out import console, print_json
+    from fitting.commands.shared._out import console, print_json
+
     from .run import DONE, PARTLY_FAILED
 
     counts = {

@@ -38,8 +38,7 @@ def commit(bank: Path, /, *, json: Json = False) -> int:
     """
     from fitting.blind.protocol._folder import BankFolder
     from fitting.blind.protocol._sealed import commit_to_secret
-
-    from ._out import console, print_json
+    from fitting.commands.shared._out import console, print_json
 
     value = commit_to_secret(BankFolder(bank))
     if json:
@@ -78,8 +77,7 @@ def make(
     """
     from fitting.blind.protocol._folder import BankFolder
     from fitting.blind.protocol._make import make_bank
-
-    from ._out import console, print_json
+    from fitting.commands.shared._out import console, print_json
 
     with _progress("making") as report:
         about = make_bank(BankFolder(bank), tier, count=count, seed=seed, progress=report)
@@ -120,8 +118,7 @@ def predict(
     """
     from fitting.blind.prediction._predictions import predict_bank
     from fitting.blind.protocol._folder import BankFolder
-
-    from ._out import console, print_json
+    from fitting.commands.shared._out import console, print_json
 
     with _progress("predicting") as report:
         done = predict_bank(
@@ -161,8 +158,7 @@ def score(
     """
     from fitting.blind.protocol._folder import BankFolder
     from fitting.blind.scoring._score_bank import FAILURES, SCORES, TABLE, score_bank
-
-    from ._out import console, print_json
+    from fitting.commands.shared._out import console, print_json
 
     with _progress("scoring") as report:
         scores = score_bank(BankFolder(bank), follow=follow, workers=workers, progress=report)
@@ -201,8 +197,7 @@ def calibrate(
     """
     from fitting.blind.protocol._folder import BankFolder, write_json
     from fitting.blind.scoring._calibrate import calibrate_to_bank
-
-    from ._out import console, print_json
+    from fitting.commands.shared._out import console, print_json
 
     with _progress("predicting") as report:
         found, losses = calibrate_to_bank(BankFolder(bank), workers=workers, progress=report)

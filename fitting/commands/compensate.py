@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from ._plugins import Plugins
+from fitting.commands.shared._plugins import Plugins
 
 Positive = Annotated[float, Parameter(validator=lambda _, value: _check_positive(value))]
 
@@ -75,7 +75,7 @@ def compensate(
     json
         Print `certificate.json` on standard output.
     """
-    from ._out import console, print_json, progress
+    from fitting.commands.shared._out import console, print_json, progress
 
     with progress("compensating", json) as report_step:
         made, report, drive_unit, written = compensate_into(
@@ -145,14 +145,13 @@ def compensate_into(
 
     import numpy as np
 
+    from fitting.commands.shared._model import check_trusted, load_model
+    from fitting.commands.shared._nonlinearity_band import scan_bands
+    from fitting.commands.shared._out import output_folder
+    from fitting.commands.shared._plugins import plugin_effects, plugin_operators
     from rapi_jax import Identified, ModelError, linear_scan
     from rapi_jax import compensate as compensated
     from rapi_jax.io import read_limits
-
-    from ._model import check_trusted, load_model
-    from ._nonlinearity_band import scan_bands
-    from ._out import output_folder
-    from ._plugins import plugin_effects, plugin_operators
 
     ecdl, about = load_model(model, plugin_effects(plugin), plugin_operators(plugin))
     check_trusted(about, allowed=untrusted)

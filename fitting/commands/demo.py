@@ -43,6 +43,7 @@ def demo(
     json
         Print one JSON object on standard output.
     """
+    from fitting.commands.shared._out import console, output_folder, print_json, progress
     from fitting.diagnosis import diagnose
     from fitting.identification._identify import identify
     from fitting.report import save_figure, write_fit
@@ -51,7 +52,6 @@ def demo(
     from rapi_jax.examples import paper_drives
     from rapi_jax.io import read_recording, write_drive, write_recording
 
-    from ._out import console, output_folder, print_json, progress
     from .run import DONE, UNTRUSTED
 
     folder = output_folder(output)

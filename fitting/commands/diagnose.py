@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from ._plugins import Plugins
+from fitting.commands.shared._plugins import Plugins
 
 
 def diagnose(
@@ -48,13 +48,12 @@ def diagnose(
     json
         Print `diagnosis.json` on standard output (a list with several recordings).
     """
-    from fitting.batch._find import name_jobs
+    from fitting.batch.jobs._find import name_jobs
+    from fitting.commands.shared._model import load_model
+    from fitting.commands.shared._out import console, output_folder, print_json, progress, read_json
+    from fitting.commands.shared._plugins import plugin_effects, plugin_operators
     from rapi_jax import effects
     from rapi_jax.io import read_limits, read_recording
-
-    from ._model import load_model
-    from ._out import console, output_folder, print_json, progress, read_json
-    from ._plugins import plugin_effects, plugin_operators
 
     several = [recording, *recordings]
     bounds = None if limits is None else read_limits(limits)

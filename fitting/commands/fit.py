@@ -7,8 +7,13 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import CycloptsError, Parameter, validators
 
-from ._intervals import Intervals, check_intervals, find_intervals, written_intervals
-from ._plugins import Plugins
+from fitting.commands.shared._intervals import (
+    Intervals,
+    check_intervals,
+    find_intervals,
+    written_intervals,
+)
+from fitting.commands.shared._plugins import Plugins
 
 Each = Literal["auto", "none", "lam", "lam,eta", "lam,eta,alpha"]
 
@@ -102,11 +107,11 @@ def fit(
     if output is None:
         raise CycloptsError(msg="--output is missing.", command_chain=("fit",))
     check_intervals(intervals, loss)
-    from fitting.batch._find import name_jobs
+    from fitting.batch.jobs._find import name_jobs
+    from fitting.commands.shared._out import console, output_folder, print_json, progress, read_json
+    from fitting.commands.shared._plugins import find_operator
     from rapi_jax.io import read_recording
 
-    from ._out import console, output_folder, print_json, progress, read_json
-    from ._plugins import find_operator
     from .run import DONE, UNTRUSTED, fail
 
     several = [recording, *recordings]
@@ -202,10 +207,10 @@ def _check_claim(
 ) -> int:
     """Hold a recording against the claim of a model, or the certificate of drives."""
     from fitting._json import json_text
+    from fitting.commands.shared._out import console, output_folder, print_json, progress
     from fitting.report import render_claim_check
     from rapi_jax.io import read_recording, write_atomic
 
-    from ._out import console, output_folder, print_json, progress
     from .run import DONE, UNTRUSTED
 
     data = read_recording(recording, nan=nan)
@@ -228,13 +233,12 @@ def _hold_against(result: Path, data: Any, plugin: Plugins) -> Any:
     """The check against `result`: a certificate or a folder with one, or a model."""
     from fitting import check_claim, check_scan
     from fitting.claim_check._certificate import CERTIFICATE, read_certificate
+    from fitting.commands.shared._model import load_model
+    from fitting.commands.shared._plugins import plugin_effects, plugin_operators
     from fitting.diagnosis._data_checks import check_units
     from fitting.identification.assessment._claim import Claim
     from fitting.report import MODEL
     from rapi_jax import Identified, ModelError
-
-    from ._model import load_model
-    from ._plugins import plugin_effects, plugin_operators
 
     listed = result / CERTIFICATE if result.is_dir() else result
     if listed.name == CERTIFICATE and listed.exists():

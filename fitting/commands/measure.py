@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter, validators
 
-from ._plugins import Plugins
+from fitting.commands.shared._plugins import Plugins
 
 if TYPE_CHECKING:
     from hardware import LabBench
@@ -55,6 +55,14 @@ def measure(
         Print one JSON object on standard output.
     """
     from fitting._result_files import check_belongs
+    from fitting.commands.shared._out import (
+        console,
+        output_folder,
+        print_json,
+        progress,
+        write_sent,
+    )
+    from fitting.commands.shared._plugins import load_plugins, plugin_classes
     from hardware import (
         AbstractDriver,
         check_against_bench,
@@ -66,9 +74,6 @@ def measure(
     from rapi_jax import repeated
     from rapi_jax.internal import located
     from rapi_jax.io import printable, read_drive, write_recording
-
-    from ._out import console, output_folder, print_json, progress, write_sent
-    from ._plugins import load_plugins, plugin_classes
 
     drivers = plugin_classes(load_plugins(plugin), AbstractDriver)
     file = read_bench(bench, drivers=drivers)

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from ._plugins import Plugins
+from fitting.commands.shared._plugins import Plugins
 
 
 def predict(
@@ -42,11 +42,10 @@ def predict(
     json
         Print the errors of each run as JSON on standard output.
     """
+    from fitting.commands.shared._model import load_model
+    from fitting.commands.shared._out import console, output_folder, print_json, progress
+    from fitting.commands.shared._plugins import plugin_effects, plugin_operators
     from rapi_jax.io import read_recording
-
-    from ._model import load_model
-    from ._out import console, output_folder, print_json, progress
-    from ._plugins import plugin_effects, plugin_operators
 
     ecdl, about = load_model(model, plugin_effects(plugin), plugin_operators(plugin))
     data = read_recording(recording, nan=nan)

@@ -47,9 +47,9 @@ def range_command(
     json
         Print `range.json` on standard output, and messages on standard error.
     """
+    from fitting.commands.shared._out import console, output_folder, print_json, read_json
     from rapi_jax.io import printable, read_fringe_records
 
-    from ._out import console, output_folder, print_json, read_json
     from .run import BAD_DATA, DONE, fail
 
     check_expected(expected)
@@ -155,10 +155,9 @@ def _live(records: Any, *, shown: bool) -> Any:
 
     from rich.live import Live
 
+    from fitting.commands.shared._out import console
     from fitting.report.ranging._terminal import LiveRows
     from rapi_jax.ranging.air import group_index
-
-    from ._out import console
 
     out = console(False)
     if not (shown and out.is_terminal):

@@ -94,11 +94,10 @@ def _report_error(error: Exception) -> int:
 
 def explain_error(error: Exception) -> tuple[int, str, str]:
     """The exit code for `error`, what kind of error it is, and what it says."""
-    from fitting.batch._job import BatchError
+    from fitting.batch.jobs._job import BatchError
+    from fitting.commands.shared._model import UntrustedModel
     from rapi_jax import DataError, ModelError
     from rapi_jax.io import OutputError
-
-    from ._model import UntrustedModel
 
     if isinstance(error, UntrustedModel):
         return UNTRUSTED, "not to be trusted", str(error)

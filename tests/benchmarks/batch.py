@@ -33,10 +33,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Literal
 
-from fitting.batch._find import find_recordings, name_jobs
-from fitting.batch._job import BatchError, Job, Outcome
 from fitting.batch._record import JOB, JobRecord
 from fitting.batch._run import run_batch
+from fitting.batch.jobs._find import find_recordings, name_jobs
+from fitting.batch.jobs._job import BatchError, Job, Outcome
 from rapi_jax.io import write_atomic
 
 Counts = collections.Counter[str]
@@ -57,7 +57,7 @@ def write_two(job: Job, folder: Path) -> Outcome:
 
 def fit_one(job: Job, folder: Path) -> Outcome:
     """A fit, as `rapi batch` does it."""
-    from fitting.commands._tasks import run_task
+    from fitting.commands.shared._tasks import run_task
 
     _log(job, "begun")
     return run_task(job, folder)
@@ -121,7 +121,7 @@ def world(count: int, fits: Path | None, folder: Path) -> World:
             path = folder / f"in{number}"
             jobs.append(Job(f"j{number}", str(path), path, "fit", {"log": str(log)}))
     else:
-        from fitting.commands._tasks import complete_options
+        from fitting.commands.shared._tasks import complete_options
 
         work = fit_one
         paths = find_recordings("fit", [str(fits)])[:count]

@@ -6,8 +6,8 @@ import pytest
 from edge_worlds import NOISE, drives, record
 
 from fitting.cli import app
-from fitting.commands._plugins import plugin_effects
 from fitting.commands.run import run
+from fitting.commands.shared._plugins import plugin_effects
 from rapi_jax import effects
 from rapi_jax.effects import AmplifierLowpass, Etalon
 from rapi_jax.io import write_recording

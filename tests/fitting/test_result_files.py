@@ -11,8 +11,8 @@ from benches import bench_file
 from fitting import fit
 from fitting._result_files import check_belongs
 from fitting.cli import app
-from fitting.commands._model import load_model
 from fitting.commands.run import run
+from fitting.commands.shared._model import load_model
 from fitting.report import write_fit
 from rapi_jax import DataError, Identified, ModelError
 from rapi_jax.examples import paper_device, paper_recording

@@ -5,7 +5,7 @@ import signal
 import time
 from pathlib import Path
 
-from fitting.batch._job import Job, Outcome
+from fitting.batch.jobs._job import Job, Outcome
 
 
 def jobs_in(folder: Path, names: str) -> list[Job]:

@@ -12,8 +12,8 @@ from pathlib import Path
 from fitting import Claim, FitResult, fit
 from fitting._result_files import UNFINISHED, check_belongs, hash_files
 from fitting.claim_check._certificate import read_certificate
-from fitting.commands._model import load_model
 from fitting.commands.compensate import _certificate_report, _write_drives
+from fitting.commands.shared._model import load_model
 from fitting.diagnosis._diagnosis import Diagnosis, Verdict
 from rapi_jax import DataError, Identified, ModelError, compensate, linear_scan
 from tests.support import diagnoses

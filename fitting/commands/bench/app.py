@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from cyclopts import App, CycloptsError, Parameter, validators
 
-from .._plugins import Plugins
+from fitting.commands.shared._plugins import Plugins
 
 Port = Annotated[int, Parameter(validator=validators.Number(gte=0, lte=65535))]
 Metres = Annotated[float, Parameter(validator=validators.Number(gte=0, lte=1000))]
@@ -32,10 +32,9 @@ def check(bench: Path, /, *, plugin: Plugins = (), json: Json = False) -> int:
     json
         Print one JSON object on standard output.
     """
+    from fitting.commands.shared._out import console, print_json
+    from fitting.commands.shared._plugins import load_plugins, plugin_classes
     from hardware import AbstractDriver, open_bench
-
-    from .._out import console, print_json
-    from .._plugins import load_plugins, plugin_classes
 
     drivers = plugin_classes(load_plugins(plugin), AbstractDriver)
     with open_bench(bench, drivers=drivers) as opened:
@@ -89,6 +88,7 @@ def serve(
     velocity
         Of the target from the start of the laboratory on, m/s.
     """
+    from fitting.commands.shared._out import console
     from hardware import HislipServer, TcpServer
     from hardware.simulated import (
         ConstantVelocity,
@@ -100,8 +100,6 @@ def serve(
         current_tuned_toml,
     )
     from rapi_jax.io import write_atomic
-
-    from .._out import console
 
     piezo = laser == "ecdl"
     if device == "unmodelled" and not piezo:
@@ -151,9 +149,8 @@ def bridge(
     port
         HiSLIP's is 4880.
     """
+    from fitting.commands.shared._out import console
     from hardware import Bridge, HislipServer, VendorDllLink
-
-    from .._out import console
 
     with (
         VendorDllLink(serial, library=library) as link,

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter, validators
 
-from .._plugins import Plugins
+from fitting.commands.shared._plugins import Plugins
 
 Count = Annotated[int, Parameter(validator=validators.Number(gte=1, lte=100_000))]
 
@@ -53,6 +53,14 @@ def bench_range(
         Print one JSON object on standard output.
     """
     from fitting._result_files import check_belongs
+    from fitting.commands.shared._out import (
+        console,
+        output_folder,
+        print_json,
+        progress,
+        write_sent,
+    )
+    from fitting.commands.shared._plugins import load_plugins, plugin_classes
     from hardware import (
         AbstractDriver,
         check_against_bench,
@@ -63,9 +71,6 @@ def bench_range(
     from hardware import dry_run as dry
     from rapi_jax.internal import located
     from rapi_jax.io import FringeWriter, OutputError, printable, read_drive
-
-    from .._out import console, output_folder, print_json, progress, write_sent
-    from .._plugins import load_plugins, plugin_classes
 
     drivers = plugin_classes(load_plugins(plugin), AbstractDriver)
     file = read_bench(bench, drivers=drivers)

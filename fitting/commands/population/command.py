@@ -62,10 +62,10 @@ def population(
     json
         Print `population.json` on standard output, and messages on standard error.
     """
+    from fitting.commands.shared._out import console, output_folder, print_json, progress, read_json
     from fitting.population import check_against, fit_population
     from fitting.report.population._files import write_population
 
-    from .._out import console, output_folder, print_json, progress, read_json
     from ..run import DONE, UNTRUSTED
 
     folders = _find_results([result, *results], check)
@@ -132,12 +132,11 @@ def _tables(path: Path) -> list[Path]:
 def _new_result(check: Path, folders: Sequence[Path], found: Any, output: Path, nan: Any) -> Any:
     """The result to hold against the population: as given, or of a recording that is fitted."""
     from fitting import fit
+    from fitting.commands.shared._model import UntrustedModel, load_model
+    from fitting.commands.shared._out import output_folder
     from fitting.population.estimates._record import read_record
     from fitting.report import TABLE, write_fit
     from rapi_jax.io import read_recording
-
-    from .._model import UntrustedModel, load_model
-    from .._out import output_folder
 
     if check.name == TABLE or (check / TABLE).is_file():
         new: Any = check

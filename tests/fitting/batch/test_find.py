@@ -4,11 +4,11 @@ import itertools
 
 import pytest
 
-from fitting.batch._find import find_recordings, name_jobs
-from fitting.batch._jobs_file import option_tokens, read_jobs_file
-from fitting.batch._key import content_sha256, job_key
 from fitting.batch._thresholds import THRESHOLDS
-from fitting.batch._watch import watch
+from fitting.batch.jobs._find import find_recordings, name_jobs
+from fitting.batch.jobs._jobs_file import option_tokens, read_jobs_file
+from fitting.batch.jobs._key import content_sha256, job_key
+from fitting.batch.jobs._watch import watch
 from rapi_jax import DataError
 
 SCHEMA = {"recording": "rapi.recording/1", "fringes": "rapi.fringes/1"}

@@ -13,9 +13,9 @@ import pytest
 from batch_jobs import copy, jobs_in
 from filelock import FileLock
 
-from fitting.batch._job import BatchError
 from fitting.batch._record import JobRecord
 from fitting.batch._run import run_batch
+from fitting.batch.jobs._job import BatchError
 from rapi_jax.io import OutputError
 
 ROOT = Path(__file__).resolve().parents[3]

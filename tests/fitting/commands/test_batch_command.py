@@ -8,8 +8,8 @@ from command_output import assert_one_line
 
 from fitting.batch._record import JobRecord
 from fitting.cli import app
-from fitting.commands._tasks import complete_options, parse_options
 from fitting.commands.run import run
+from fitting.commands.shared._tasks import complete_options, parse_options
 from rapi_jax.examples import paper_recording
 from rapi_jax.io import write_recording
 

@@ -14,7 +14,7 @@ from fitting import (
     profile_likelihood,
     sample_posterior,
 )
-from fitting.commands._intervals import find_intervals
+from fitting.commands.shared._intervals import find_intervals
 from fitting.uncertainty.bands._responses import draws_of
 from fitting.uncertainty.posterior._convergence import failures, import_arviz
 from rapi_jax import ModelError

@@ -2,8 +2,8 @@
 
 import abc
 
-from ._do import Ended
-from ._job import Job
+from fitting.batch._do import Ended
+from fitting.batch.jobs._job import Job
 
 
 class AbstractExecutor(abc.ABC):

@@ -1,8 +1,8 @@
 """A Dask worker as a process of this computer, started and ended by the batch.
 
-`python -m fitting.batch._local_worker`, with one line of JSON on its standard input. The process
-ends when that is closed: by its parent, or with it. Dask's own nanny is not used: where a worker
-ended in the moment in which it had registered, it started no other.
+`python -m fitting.batch.executors._local_worker`, with one line of JSON on its standard input. The
+process ends when that is closed: by its parent, or with it. Dask's own nanny is not used: where a
+worker ended in the moment in which it had registered, it started no other.
 """
 
 import asyncio
@@ -15,7 +15,7 @@ import sys
 import threading
 from typing import Any
 
-from ._worker import one_thread, prepare_process
+from fitting.batch.executors._worker import one_thread, prepare_process
 
 _TLS = (
     "tls_ca_file",

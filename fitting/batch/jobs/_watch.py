@@ -5,12 +5,11 @@ import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+from fitting.batch._thresholds import THRESHOLDS
+from fitting.batch.jobs._find import arrived
+from fitting.batch.jobs._key import MANIFEST, named_files
 from rapi_jax import DataError
 from rapi_jax.internal import read_text
-
-from ._find import arrived
-from ._key import MANIFEST, named_files
-from ._thresholds import THRESHOLDS
 
 State = tuple[tuple[str, int, int], ...]  # name, bytes, ns of each file
 

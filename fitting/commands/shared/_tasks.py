@@ -8,12 +8,11 @@ from typing import Any
 
 from cyclopts import App, CycloptsError
 
-from fitting.batch._job import Job, Outcome
-
-from .compensate import compensate
-from .diagnose import diagnose
-from .fit import fit
-from .range import range_command
+from fitting.batch.jobs._job import Job, Outcome
+from fitting.commands.compensate import compensate
+from fitting.commands.diagnose import diagnose
+from fitting.commands.fit import fit
+from fitting.commands.range import range_command
 
 _COMMANDS: Mapping[str, Callable[..., int]] = {
     "fit": fit, "compensate": compensate, "diagnose": diagnose, "range": range_command,
@@ -77,10 +76,9 @@ def _absolute(value: Any, folder: Path) -> Any:
 
 def run_task(job: Job, folder: Path) -> Outcome:
     """Compute a job into `folder`, as the single command does; an error is an outcome, too."""
+    from fitting.commands.run import explain_error, one_line
+    from fitting.commands.shared._model import UntrustedModel
     from rapi_jax.io import OutputError
-
-    from ._model import UntrustedModel
-    from .run import explain_error, one_line
 
     try:
         return _DO[job.task](job.path, folder, **job.options)
@@ -99,12 +97,11 @@ def run_task(job: Job, folder: Path) -> Outcome:
 def _fit(
     path: Path, folder: Path, *, operator: str, plugin: tuple[Path, ...], nan: Any, **options: Any
 ) -> Outcome:
+    from fitting.commands.fit import identify_into
+    from fitting.commands.run import DONE, UNTRUSTED
+    from fitting.commands.shared._out import output_folder
+    from fitting.commands.shared._plugins import find_operator
     from rapi_jax.io import read_recording
-
-    from ._out import output_folder
-    from ._plugins import find_operator
-    from .fit import identify_into
-    from .run import DONE, UNTRUSTED
 
     kind = find_operator(operator, plugin)
     data = read_recording(path, nan=nan)
@@ -120,7 +117,7 @@ def _fit(
 
 
 def _compensate(path: Path, folder: Path, **options: Any) -> Outcome:
-    from .compensate import compensate_into
+    from fitting.commands.compensate import compensate_into
 
     written = compensate_into(path, folder, **options)[-1]
     return Outcome("done", 0, written=written)
@@ -136,13 +133,12 @@ def _diagnose(
     scan: bool,
     nan: Any,
 ) -> Outcome:
+    from fitting.commands.diagnose import check_model_units, diagnose_into
+    from fitting.commands.shared._model import load_model
+    from fitting.commands.shared._out import output_folder
+    from fitting.commands.shared._plugins import plugin_effects, plugin_operators
     from rapi_jax import effects
     from rapi_jax.io import read_limits, read_recording
-
-    from ._model import load_model
-    from ._out import output_folder
-    from ._plugins import plugin_effects, plugin_operators
-    from .diagnose import check_model_units, diagnose_into
 
     bounds = None if limits is None else read_limits(limits)
     own = plugin_effects(plugin)
@@ -166,11 +162,10 @@ def _diagnose(
 def _range(
     path: Path, folder: Path, *, expected: tuple[float, float] | None, **options: Any
 ) -> Outcome:
+    from fitting.commands.range import check_expected, range_into, why_no_distance
+    from fitting.commands.run import BAD_DATA, DONE
+    from fitting.commands.shared._out import output_folder
     from rapi_jax.io import printable, read_fringe_records
-
-    from ._out import output_folder
-    from .range import check_expected, range_into, why_no_distance
-    from .run import BAD_DATA, DONE
 
     check_expected(expected)
     records = read_fringe_records(path)

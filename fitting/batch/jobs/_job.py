@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ._record import Status
+from fitting.batch._record import Status
 
 
 class BatchError(Exception):

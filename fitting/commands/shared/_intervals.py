@@ -81,7 +81,7 @@ def find_intervals(
 
 def written_intervals(path: Path) -> tuple[dict[str, tuple[float, float]], list[str]]:
     """Both ends by name as a `model.json` has them, and why there are none."""
-    from ._out import read_json
+    from fitting.commands.shared._out import read_json
 
     content = read_json(path)["intervals"]
     ends = {}

@@ -15,18 +15,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from fitting.batch._do import Ended, finished, give_up
+from fitting.batch._thresholds import THRESHOLDS
+from fitting.batch._tries import NOTES
+from fitting.batch.executors._executor import AbstractExecutor
+from fitting.batch.executors._local_worker import WorkerProcesses
+from fitting.batch.executors._remote import describe_worker, do_remotely
+from fitting.batch.executors._worker import preparation
+from fitting.batch.jobs._job import BatchError, Job, Work
+from fitting.batch.jobs._key import code_sha256
 from rapi_jax.internal import cause
 from rapi_jax.io import printable
-
-from ._do import Ended, finished, give_up
-from ._executor import AbstractExecutor
-from ._job import BatchError, Job, Work
-from ._key import code_sha256
-from ._local_worker import WorkerProcesses
-from ._remote import describe_worker, do_remotely
-from ._thresholds import THRESHOLDS
-from ._tries import NOTES
-from ._worker import preparation
 
 _LOCAL = {
     # A task is given up after so many workers that it ended; its own count of tries comes first.

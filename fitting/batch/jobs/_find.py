@@ -8,11 +8,10 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from fitting.batch.jobs._key import MANIFEST, MODEL
 from rapi_jax import DataError
 from rapi_jax.internal import read_text
 from rapi_jax.io import printable
-
-from ._key import MANIFEST, MODEL
 
 FRINGES, RECORDING = "rapi.fringes/", "rapi.recording/"
 _OTHER = {"fit": FRINGES, "diagnose": FRINGES, "range": RECORDING}  # schemas of another task's data

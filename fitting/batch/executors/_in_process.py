@@ -9,13 +9,12 @@ from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
+from fitting.batch._do import Ended, do_job, give_up
+from fitting.batch._thresholds import THRESHOLDS
+from fitting.batch._tries import earlier_attempt
+from fitting.batch.executors._executor import AbstractExecutor
+from fitting.batch.jobs._job import Job, Work
 from fitting.compile_cache import DIRECTORY, drop_damaged_entries
-
-from ._do import Ended, do_job, give_up
-from ._executor import AbstractExecutor
-from ._job import Job, Work
-from ._thresholds import THRESHOLDS
-from ._tries import earlier_attempt
 
 
 class InProcess(AbstractExecutor):

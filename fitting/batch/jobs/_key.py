@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from fitting._versions import package_versions
+from fitting.batch.jobs._job import Job
 from rapi_jax import DataError
 from rapi_jax.internal import inside, open_regular, read_text
-
-from ._job import Job
 
 MANIFEST, MODEL = "manifest.toml", "model.rapi"
 _PACKAGES = ("rapi_jax", "fitting")

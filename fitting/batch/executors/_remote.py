@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-from ._do import Ended, do_job
-from ._job import BatchError, Job, Work
-from ._key import code_sha256
+from fitting.batch._do import Ended, do_job
+from fitting.batch.jobs._job import BatchError, Job, Work
+from fitting.batch.jobs._key import code_sha256
 
 
 def do_remotely(job: Job, output: Path, work: Work, batch: str, code: str) -> Ended:

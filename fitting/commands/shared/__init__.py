@@ -1,0 +1,1 @@
+"""What commands share: models and plugins read, tasks done, output printed."""

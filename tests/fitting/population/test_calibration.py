@@ -58,7 +58,7 @@ def test_a_few_devices():
     check(*simulate("diagonal", 0.5, seed=41, replicates=12, count=20))
 
 
-@pytest.mark.slow
+@pytest.mark.calibration
 @pytest.mark.parametrize(
     ("kind", "own"), [("diagonal", 0.5), ("full", 0.1), ("factor", 0.3), ("full", 1.0)]
 )
@@ -66,7 +66,7 @@ def test_many_devices(kind, own):
     check(*simulate(kind, own, seed=42, replicates=500, count=40))
 
 
-@pytest.mark.slow
+@pytest.mark.calibration
 def test_without_any_scatter_changes_are_found_less_often():
     """At the bound of the variance p-values are too large, never too small."""
     p_values, changed, covered = simulate("none", 1.0, seed=43, replicates=300, count=40)

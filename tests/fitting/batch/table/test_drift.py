@@ -117,7 +117,7 @@ def test_false_drifts_are_as_rare_as_said_in_short():
     assert false <= most(60) and found >= 57
 
 
-@pytest.mark.slow
+@pytest.mark.calibration
 @pytest.mark.parametrize("kind", ["plain", "noisier", "long tails", "late"])
 @pytest.mark.parametrize(("n", "count"), [(6, 4), (10, 10), (30, 10), (100, 10)])
 def test_false_drifts_are_as_rare_as_said(n, count, kind):
@@ -125,7 +125,7 @@ def test_false_drifts_are_as_rare_as_said(n, count, kind):
     assert false <= most(400)
 
 
-@pytest.mark.slow
+@pytest.mark.calibration
 @pytest.mark.parametrize("kind", ["plain", "noisier"])
 def test_a_drift_of_three_deviations_is_found(kind):
     _, found = rates(60, 10, 100, kind, 3.0)

@@ -177,7 +177,7 @@ def test_false_alarms_are_as_rare_as_said_in_short():
     assert hits(60, 4, 20, 14) >= 18
 
 
-@pytest.mark.slow
+@pytest.mark.calibration
 @pytest.mark.parametrize("scatter", [1.0, 0.0], ids=["scatter", "errors-alone"])
 @pytest.mark.parametrize("uneven", [0.0, 0.7], ids=["even", "uneven"])
 @pytest.mark.parametrize(("n", "count"), [(10, 4), (12, 10), (30, 10), (100, 10)])
@@ -185,7 +185,7 @@ def test_false_alarms_are_as_rare_as_said(n, count, uneven, scatter):
     assert false_alarms(n, count, 400, 12, uneven=uneven, scatter=scatter) <= most(400)
 
 
-@pytest.mark.slow
+@pytest.mark.calibration
 @pytest.mark.parametrize(("n", "count"), [(60, 4), (100, 10), (200, 10)])
 def test_a_parameter_off_by_5_deviations_is_found(n, count):
     assert hits(n, count, 100, 13) >= 90

@@ -53,7 +53,7 @@ def test_intervals_are_written_and_shown(recording, tmp_path, capsys, method):
         assert table["files"]["posterior.nc"] == hashlib.sha256(path.read_bytes()).hexdigest()
         posterior = import_arviz().from_netcdf(str(path), engine="h5netcdf")
         assert posterior.posterior.sizes == {"chain": 4, "draw": 1000}
-        assert posterior.posterior.attrs["data_sha256"] == table["data_sha256"]
+        assert posterior.attrs["data_sha256"] == table["data_sha256"]
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ USAGE = {
     "no recording": (("fit",), ("RECORDING is missing", "rapi fit --help")),
     "no output": (("fit", "x"), ("--output is missing", "rapi fit --help")),
     "option without its value": (("fit", "x", "-o"), ("-o requires an argument",)),
-    "too many arguments": (("fit", "x", "y", "-o", "z"), ("too many arguments: y",)),
+    "too many arguments": (("predict", "x", "y", "w", "-o", "z"), ("too many arguments: w",)),
     "not a number": (("fit", "x", "-o", "y", "--plays", "ten"), ("--plays", "ten", "int")),
     "number out of range": (("fit", "x", "-o", "y", "--plays", "0"), ("--plays", ">= 1")),
     "far too many plays": (("fit", "x", "-o", "y", "--plays", "1000000"), ("--plays", "<= 200")),

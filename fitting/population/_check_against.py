@@ -5,13 +5,14 @@ from pathlib import Path
 import numpy as np
 from scipy import stats
 
+from fitting._multiple_tests import adjust_holm
 from fitting.identification._result import FitResult
 from rapi_jax import DataError, ModelError
 from rapi_jax.internal import float64
 
 from ._change import Change, ParameterChange, change_probabilities, credible_changes
 from ._population import Population
-from ._predictive_test import adjust_holm, predictive_test
+from ._predictive_test import predictive_test
 from ._thresholds import THRESHOLDS
 from .estimates._record import Record, read_record
 

@@ -5,7 +5,9 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
-from ._predictive_test import PredictiveTest, adjust_holm, predictive_test
+from fitting._multiple_tests import adjust_holm
+
+from ._predictive_test import PredictiveTest, predictive_test
 from ._thresholds import THRESHOLDS
 from .variances._mixed_model import MixedModel
 

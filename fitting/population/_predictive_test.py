@@ -70,13 +70,3 @@ def moments_of_f(a1: float, a2: float, size: int) -> tuple[float, float]:
         return 1.0 / mean, np.inf
     degrees = 4.0 + (size + 2.0) / (size * ratio - 1.0)
     return degrees / (mean * (degrees - 2.0)), degrees
-
-
-def adjust_holm(p_values: Float[np.ndarray, " tests"]) -> Float[np.ndarray, " tests"]:
-    """P-values for all tests together, by Holm (1979); not a number stays so."""
-    out = np.full(p_values.shape, np.nan)
-    known = np.flatnonzero(np.isfinite(p_values))
-    order = known[np.argsort(p_values[known], kind="stable")]
-    factors = np.arange(order.size, 0, -1)
-    out[order] = np.minimum(np.maximum.accumulate(factors * p_values[order]), 1.0)
-    return out

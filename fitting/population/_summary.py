@@ -6,8 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import stats
 
+from fitting._multiple_tests import adjust_holm
+
 from ._population import Effect, PopulationParameter, PopulationRecording
-from ._predictive_test import adjust_holm
 from .estimates._covariates import UNITS, Covariates
 from .estimates._estimates import Estimates
 from .variances._mixed_model import MixedModel

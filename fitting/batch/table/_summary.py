@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 from fitting._json import replace_nonfinite
+from fitting._multiple_tests import adjust_holm
 
 from ._read import Result
 from ._thresholds import THRESHOLDS
 from .statistics._drift import Drift, find_drift
 from .statistics._groups import Group, make_groups, session_time
-from .statistics._multiple_tests import holm
 from .statistics._outliers import Comparison, compare_recordings, robust_scale
 
 _PAGES = ("report.html", "model.json", "diagnosis.json", "certificate.json", "range.json")
@@ -65,8 +65,12 @@ def _analyse(results: Sequence[Result], groups: list[Group]) -> list[dict[str, A
         for group, (time, _) in zip(groups, times, strict=True)
     ]
     # One correction over all groups: the claims are of the page.
-    together = holm(np.concatenate([c.raw for c in compared if c is not None] or [np.empty(0)]))
-    drifting = holm(np.concatenate([t.raw for t in trends if t is not None] or [np.empty(0)]))
+    together = adjust_holm(
+        np.concatenate([c.raw for c in compared if c is not None] or [np.empty(0)])
+    )
+    drifting = adjust_holm(
+        np.concatenate([t.raw for t in trends if t is not None] or [np.empty(0)])
+    )
     parts, at, to = [], 0, 0
     for group, comparison, trend, (time, hours) in zip(
         groups, compared, trends, times, strict=True

@@ -5,9 +5,10 @@ import pytest
 from populations import covariance, draw, random_between, record
 from scipy import optimize, stats
 
+from fitting._multiple_tests import adjust_holm
 from fitting.population._fit_population import fit_records
 from fitting.population._outliers import leave_one_out
-from fitting.population._predictive_test import adjust_holm, moments_of_f
+from fitting.population._predictive_test import moments_of_f
 from fitting.population.variances._mixed_model import MixedModel
 from fitting.population.variances._smooth_drift import SmoothDrift, matern
 

@@ -14,9 +14,9 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
+from fitting._multiple_tests import adjust_holm
 from fitting.batch.table._thresholds import THRESHOLDS
 
-from ._multiple_tests import holm
 from ._outliers import robust_scale
 
 _BLOCK = 2**18  # numbers of permuted times held at once
@@ -82,7 +82,7 @@ def find_drift(
         middle=middle + spread * np.sum(weight * x, axis=0) / weight.sum(axis=0),
         mean_time=time.mean() + np.ptp(time) * centre,
         raw=raw,
-        p=holm(raw),
+        p=adjust_holm(raw),
     )
 
 

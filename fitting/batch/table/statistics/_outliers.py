@@ -17,9 +17,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy import special
 
+from fitting._multiple_tests import adjust_holm
 from fitting.batch.table._thresholds import THRESHOLDS
 
-from ._multiple_tests import holm
 from ._reference import Prediction, Reference
 
 MAD = 1.4826022185056018  # standard deviations of a normal distribution in its MAD
@@ -81,7 +81,7 @@ def compare_recordings(
             break
         member = new
         reference = Reference.of(x, c, member)
-    raw, p = p, holm(p)
+    raw, p = p, adjust_holm(p)
     given = np.full(x.shape, np.nan)
     if together:
         for i in np.flatnonzero((p < THRESHOLDS.significance) & (member == 0)):

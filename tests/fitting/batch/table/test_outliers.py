@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fitting.batch.table.statistics._multiple_tests import holm
+from fitting._multiple_tests import adjust_holm
 from fitting.batch.table.statistics._outliers import compare_recordings
 from fitting.batch.table.statistics._reference import Reference
 
@@ -34,8 +34,8 @@ def table(n: int, count: int, rng: np.random.Generator, *, uneven: float, scatte
 def test_holm_is_its_definition():
     p = np.array([0.04, 0.01, np.nan, 0.03, 0.2])
     # 4 x 0.01; 3 x 0.03; 2 x 0.04, but not below the one before; 0.2.
-    np.testing.assert_allclose(holm(p), [0.09, 0.04, np.nan, 0.09, 0.2])
-    assert holm(np.empty(0)).size == 0
+    np.testing.assert_allclose(adjust_holm(p), [0.09, 0.04, np.nan, 0.09, 0.2])
+    assert adjust_holm(np.empty(0)).size == 0
 
 
 def test_a_recording_is_predicted_by_the_others_alone():

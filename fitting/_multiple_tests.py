@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 
-def holm(p: Float[np.ndarray, " tests"]) -> Float[np.ndarray, " tests"]:
+def adjust_holm(p: Float[np.ndarray, " tests"]) -> Float[np.ndarray, " tests"]:
     """P-values by which the chance of any false rejection is held, whatever their dependence.
 
     Holm, S. (1979), *Scand. J. Statist.* 6:65-70. NaN is no test and stays NaN.

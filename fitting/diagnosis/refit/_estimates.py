@@ -5,10 +5,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from fitting.solver._identifiability import is_determined
-
 from ._effect_vector import effect_values, free_parameters, with_values
 from ._gauss_newton import Refit, State
+from ._profile_cost import ProfileCost, scaled_inverse
 from ._thresholds import THRESHOLDS
 
 
@@ -17,16 +16,18 @@ def standard_errors(refit: Refit, state: State) -> Float[np.ndarray, " parameter
 
     Errors are white here. What the base leaves above the noise counts as noise of that size.
     """
-    matrix, _, _ = refit.normal_equations(state)
-    inverse, unit = _scaled_inverse(matrix)
+    matrix, _, effects = refit.normal_equations(state)
+    inverse, unit = scaled_inverse(matrix)
     dispersion = max(1.0, state.synchronous / max(state.errors.synchronous.size, 1))
     variance = np.where(unit > 0, np.diag(inverse) * dispersion, np.inf)
     out = (
         np.sqrt(variance)[state.values.size :] / np.where(unit > 0, unit, 1.0)[state.values.size :]
     )
     smooth = [type(e).smooth for e in state.effects for _ in free_parameters(e)]
+    if not all(smooth):
+        profile = ProfileCost.of(refit, state, matrix, effects, np.array(smooth))
     for i in np.flatnonzero(~np.array(smooth, dtype=bool)):
-        width = _chi_square_half_width(refit, state, int(i), dispersion)
+        width = _chi_square_half_width(refit, state, profile, int(i), dispersion)
         out[i] = max(out[i] if np.isfinite(out[i]) else 0.0, width)
     return out
 
@@ -37,7 +38,7 @@ def effective_parameter_count(refit: Refit, state: State) -> float:
     A parameter that its prior holds counts in part.
     """
     matrix, _, _ = refit.normal_equations(state)
-    inverse, unit = _scaled_inverse(matrix)
+    inverse, unit = scaled_inverse(matrix)
     base = refit.base
     std = np.where(base.free & np.isfinite(base.prior_std), base.prior_std, np.inf)
     weight = np.append(std**-2.0, np.zeros(len(unit) - std.size))
@@ -45,33 +46,17 @@ def effective_parameter_count(refit: Refit, state: State) -> float:
     return float(np.clip(1.0 - share, 0.0, 1.0).sum())
 
 
-def _scaled_inverse(
-    matrix: Float[np.ndarray, "unknowns unknowns"],
-) -> tuple[Float[np.ndarray, "unknowns unknowns"], Float[np.ndarray, " unknowns"]]:
-    """Pseudo-inverse of a normal matrix scaled to a unit diagonal, and the lengths of its columns.
-
-    A length is 0 where the data do not depend on an unknown, or where its derivative overflows: of
-    a refit that ran away.
-    """
-    unit = np.sqrt(np.diag(matrix))
-    unit = np.where(np.isfinite(unit), unit, 0.0)
-    alive = unit > 0
-    length = np.where(alive, unit, 1.0)
-    known = alive[:, None] & alive[None, :] & np.isfinite(matrix)
-    scaled = np.where(known, matrix, 0.0) / length[:, None] / length[None, :]
-    scaled += np.diag(np.where(alive, 0.0, 1.0))
-    size, vectors = np.linalg.eigh(scaled)
-    kept = is_determined(size, THRESHOLDS.covariance_rcond)
-    return (vectors[:, kept] / size[kept]) @ vectors[:, kept].T, unit
-
-
-def _chi_square_half_width(refit: Refit, state: State, index: int, dispersion: float) -> float:
+def _chi_square_half_width(
+    refit: Refit, state: State, profile: ProfileCost, index: int, dispersion: float
+) -> float:
     """How far a parameter goes either way before chi-square rises by one; infinite if never.
 
     Of an effect that jumps, since between two samples the data say nothing and a slope means
-    nothing. The others are held, or one in the same unit goes along: what is known well of a hop
-    may be the edge on the way down, `threshold - width`, and not the one on the way up.
+    nothing. What is smooth follows, see `ProfileCost`. The other parameters of effects that jump
+    are held, or one in the same unit goes along: what is known well of a hop may be the edge on
+    the way down, `threshold - width`, and not the one on the way up.
     """
+    least = profile(state)
     now = effect_values(state.effects)
     units = [p.unit for e in state.effects for p in free_parameters(e)]
     smooth = [type(e).smooth for e in state.effects for _ in free_parameters(e)]
@@ -86,7 +71,7 @@ def _chi_square_half_width(refit: Refit, state: State, index: int, dispersion: f
             if (other < low).any() or (other > high).any():
                 return float(step)
             new = refit.evaluate(state.values, with_values(state.effects, other))
-            if not new.cost < state.cost + dispersion:
+            if not profile(new) < least + dispersion:
                 return float(step)
         return 0.0
 

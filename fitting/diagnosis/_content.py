@@ -11,8 +11,8 @@ from .how_far._cross_validation import CrossValidation
 from .how_far._explainable_fraction import explainable_fraction
 from .how_far._predicted_gain import predict_gain
 from .noise._periods import PeriodBlock
-from .refit._estimates import estimate_effects
 from .refit._whitened_model import WhitenedModel
+from .refit.estimates._estimates import estimate_effects
 from .where._description import describe_localisation
 from .where._gap import Gap, measure_gap, split_gap
 from .where._localisation import localise

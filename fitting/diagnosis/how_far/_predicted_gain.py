@@ -12,9 +12,9 @@ from scipy.stats import chi2
 
 from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.noise._spectrum import Spectrum
-from fitting.diagnosis.refit._estimates import effective_parameter_count
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.refit.estimates._estimates import effective_parameter_count
 from fitting.diagnosis.where._gap import Gap, measure_gap
 from rapi_jax import NotInvertible
 from rapi_jax.internal import refuse

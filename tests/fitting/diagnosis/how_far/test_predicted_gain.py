@@ -18,7 +18,7 @@ from worlds import (
 from fitting import diagnose
 from fitting.diagnosis.how_far._predicted_gain import nonlinearity_rms
 from fitting.diagnosis.noise._spectrum import Spectrum
-from fitting.diagnosis.refit._estimates import effective_parameter_count
+from fitting.diagnosis.refit.estimates._estimates import effective_parameter_count
 from rapi_jax import Recording
 from rapi_jax._precision import float64
 from rapi_jax.effects import Delay, Pickup

@@ -9,10 +9,10 @@ from edge_worlds import NOISE, drives, record
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._effect_vector import effect_values, with_values
-from fitting.diagnosis.refit._estimates import standard_errors
 from fitting.diagnosis.refit._gauss_newton import Refit
-from fitting.diagnosis.refit._profile_cost import ProfileCost
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.refit.estimates._estimates import standard_errors
+from fitting.diagnosis.refit.estimates._profile_cost import ProfileCost
 from rapi_jax.effects import Quantisation
 from rapi_jax.examples import paper_device
 

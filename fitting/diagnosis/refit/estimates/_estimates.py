@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ._effect_vector import effect_values, free_parameters, with_values
-from ._gauss_newton import Refit, State
+from fitting.diagnosis.refit._effect_vector import effect_values, free_parameters, with_values
+from fitting.diagnosis.refit._gauss_newton import Refit, State
+from fitting.diagnosis.refit._thresholds import THRESHOLDS
+
 from ._profile_cost import ProfileCost, scaled_inverse
-from ._thresholds import THRESHOLDS
 
 
 def standard_errors(refit: Refit, state: State) -> Float[np.ndarray, " parameters"]:

@@ -5,10 +5,9 @@ import dataclasses
 import numpy as np
 from jaxtyping import Bool, Float
 
+from fitting.diagnosis.refit._gauss_newton import Refit, State
+from fitting.diagnosis.refit._thresholds import THRESHOLDS
 from fitting.solver._identifiability import is_determined
-
-from ._gauss_newton import Refit, State
-from ._thresholds import THRESHOLDS
 
 
 def scaled_inverse(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.diagnosis.refit._profile_cost import scaled_inverse
+from fitting.diagnosis.refit.estimates._profile_cost import scaled_inverse
 
 JACOBIAN = np.random.default_rng(0).standard_normal((40, 3)) * [1.0, 1e-3, 50.0]
 

@@ -1,0 +1,1 @@
+"""Parameters of effects with standard errors, smooth ones and those that jump."""

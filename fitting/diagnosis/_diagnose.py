@@ -34,7 +34,8 @@ from .noise._residual_whiteness import measure_whiteness
 from .refit._whitened_model import WhitenedModel
 from .which._base import fit_base
 from .which._forward_selection import select_effects
-from .which._ranking import choose_refit, likely_candidates, match_candidates, needs_flexible_base
+from .which._model_refits import ModelRefits, needs_flexible_operator
+from .which._ranking import likely_candidates, match_candidates
 from .which.evidence._calibration import load_calibration
 from .which.evidence._evidence import Evidence
 from .which.evidence._probability import (
@@ -93,13 +94,13 @@ def diagnose(
 
     evidence = Evidence.of(attribution, noise_known=fitted.spectrum.measured)
     ranked = match_candidates(attribution, hypothesis_probabilities(evidence))
-    flexible = needs_flexible_base(ranked[0][0] or attribution.none)
+    flexible = needs_flexible_operator(ranked[0][0] or attribution.none)
+    models = ModelRefits(fitted.refit, attribution.none, flexible=flexible)
 
     report("held-out data")
-    none = choose_refit(attribution.none, fitted.refit, flexible=flexible)
+    none = models.of(attribution.none)
     likely = likely_candidates(attribution, ranked)
-    refits = [choose_refit(candidate, fitted.refit, flexible=flexible) for candidate in likely]
-    validated = cross_validate(whitened, none, refits, report)
+    validated = cross_validate(whitened, none, [models.of(c) for c in likely], report)
     held_out = {c.name: v for c, v in zip(likely, validated, strict=True) if v is not None}
 
     # What stays open on held-out data tells whether something is missing that is not listed.
@@ -118,9 +119,7 @@ def diagnose(
 
     gap = describe_gap(whitened, fitted, attribution.none)
     floor = gap["gap"]["noise_floor"]
-    shrinkage = describe_shrinkage(
-        whitened, fitted, attribution.none, top, held_out.get(name), floor=floor
-    )
+    shrinkage = describe_shrinkage(whitened, fitted, models, top, held_out.get(name), floor=floor)
 
     next_scan = None
     if scan:
@@ -132,7 +131,7 @@ def diagnose(
     )
     if left is not None:
         verdict = doubt_noise(verdict, left, recording.response_unit, shrinkage["closed_fraction"])
-    refit, state = choose_refit(top, fitted.refit, flexible=flexible)
+    refit, state = models.of(top)
     model = state.to_ecdl(whitened, refit.base)
     base = none[1].to_ecdl(whitened, none[0].base)
     faults = broken + shown_faults(recording, state.errors.raw, whitened, verdict.effects, broken)
@@ -151,7 +150,7 @@ def diagnose(
         "faults": [dataclasses.asdict(fault) for fault in faults],
     }
     notes = tuple(f"{fault.kind}: {fault.message}" for fault in faults)
-    notes += collect_notes(whitened, fitted, top, flexible=flexible)
+    notes += collect_notes(whitened, fitted, models.of(top)[0], flexible=flexible)
     seconds = time.perf_counter() - began
     drive = None if next_scan is None else next_scan.drive
     labels = {cls.name: effect_label(cls, recording.response_unit) for cls in classes}

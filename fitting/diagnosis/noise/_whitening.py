@@ -1,9 +1,12 @@
 """Whitening: errors divided by the noise spectrum, split into scan-synchronous and not, exactly."""
 
+import copy
+
 import numpy as np
 from jaxtyping import Bool, Complex, Float
 
 from ._lines import SpectralLines, to_lines
+from ._misfit_covariance import MisfitCovariance
 from ._periods import PeriodBlock
 from ._spectrum import Spectrum
 
@@ -12,6 +15,7 @@ class Whitener:
     """Errors of all runs as two vectors of unit variance: synchronous and non-synchronous.
 
     `own_origin`: each run has a zero of its own, so its mean says nothing. `use`: which runs count.
+    What a base that is not quite the device's leaves is whitened, too, `with_misfit`.
     """
 
     def __init__(
@@ -23,6 +27,7 @@ class Whitener:
         use: Bool[np.ndarray, " runs"] | None = None,
     ) -> None:
         self.blocks, self.spectrum = blocks, spectrum
+        self.misfit: MisfitCovariance | None = None
         self.lines = [SpectralLines.of(b) for b in blocks]
         self._scale = [
             np.sqrt(lines.multiplicity / spectrum.of_lines(lines)) for lines in self.lines
@@ -30,6 +35,12 @@ class Whitener:
         for k, scale in enumerate(self._scale):
             scale[0] *= not own_origin
             scale *= use is None or bool(use[k])
+
+    def with_misfit(self, misfit: MisfitCovariance) -> "Whitener":
+        """The same, where synchronous errors have this covariance beyond that of noise."""
+        out = copy.copy(self)
+        out.misfit = misfit
+        return out
 
     def whiten(
         self, values: list[Float[np.ndarray, "*more _ _"]]
@@ -44,7 +55,10 @@ class Whitener:
             synchronous.append(_to_real(line[..., on], lines.multiplicity[on]))
             if block.periods > 1:
                 nonsynchronous.append(_to_real(line[..., ~on], lines.multiplicity[~on]))
-        return np.concatenate(synchronous, axis=-1), np.concatenate(nonsynchronous, axis=-1)
+        return (
+            self._whiten_misfit(np.concatenate(synchronous, axis=-1)),
+            np.concatenate(nonsynchronous, axis=-1),
+        )
 
     def whiten_mean_period(
         self, periods: list[Float[np.ndarray, "*more 1 _"]]
@@ -57,7 +71,12 @@ class Whitener:
             line = to_lines(values) * np.sqrt(block.periods)
             on = lines.synchronous
             parts.append(_to_real(line * scale[on], lines.multiplicity[on]))
-        return np.concatenate(parts, axis=-1)
+        return self._whiten_misfit(np.concatenate(parts, axis=-1))
+
+    def _whiten_misfit(
+        self, synchronous: Float[np.ndarray, "*more synchronous"]
+    ) -> Float[np.ndarray, "*more synchronous"]:
+        return synchronous if self.misfit is None else self.misfit.whiten(synchronous)
 
 
 def _to_real(

@@ -128,6 +128,8 @@ class Refit:
 
     def jacobian_base(self, state: State) -> Float[np.ndarray, "synchronous values"]:
         """Derivative of the synchronous errors by each value of the base model; 0 where fixed."""
+        if not self.base.free.any():
+            return np.zeros((state.errors.synchronous.size, state.values.size))
         response, derivative = self.whitened.linearise_operator(
             self.base.operator, state.values, state.effects
         )

@@ -131,7 +131,8 @@ class WhitenedModel:
             combine_laws((), drives), drives.node_u, drives.u_min, drives.stretches
         )
 
-    def _operator_input(self, effects: Effects) -> OperatorInput:
+    def operator_input(self, effects: Effects) -> OperatorInput:
+        """What reaches the operator behind the effects that act before it."""
         if not any(acts_before_operator(effect) for effect in effects):
             return self._unchanged_input
         before = tuple(effect for effect in effects if acts_before_operator(effect))
@@ -159,7 +160,7 @@ class WhitenedModel:
 
         `values`: the operator's parameters, then the unknown initial states.
         """
-        start, given = self._padded_initial_state(operator, values), self._operator_input(effects)
+        start, given = self._padded_initial_state(operator, values), self.operator_input(effects)
         response = respond(operator, values, given, start)
         if _is_known(response):
             return response
@@ -169,7 +170,7 @@ class WhitenedModel:
         self, operator: AbstractOperator, values: Float[np.ndarray, " values"], effects: Effects
     ) -> tuple[Float[Array, "runs grid"], Float[Array, "values runs grid"]]:
         """The same, with its derivative by each value."""
-        start, given = self._padded_initial_state(operator, values), self._operator_input(effects)
+        start, given = self._padded_initial_state(operator, values), self.operator_input(effects)
         response, derivative = linearise_response(operator, values, given, start)
         if _is_known(response):
             return response, derivative

@@ -126,22 +126,6 @@ class WhichThresholds:
     second_start_cost: float = threshold(
         3.0, unit="of the first start's final chi-square", origin=f"{_TRIAL}; a start above is left"
     )
-    none_start_cost: float = threshold(
-        3.0,
-        unit="of chi-square without effects",
-        origin=f"{_TRIAL}; a start from the best leader's base above it is left",
-    )
-    none_steps: int = threshold(
-        12, unit="steps", origin=f"{_TRIAL}; at most, without effects from the best leader's base"
-    )
-    none_tolerance: float = threshold(
-        2e-3, unit="of the excess", origin=f"{_TRIAL}; two smaller falls in a row end that refit"
-    )
-
-    # Freedom of the flexible base.
-    initial_prior: float = threshold(
-        0.3, unit="of a play's band", origin=f"{_TRIAL}; one standard deviation of first outputs"
-    )
 
     # What is left, and what counts as gain.
     explained_synchronous: float = threshold(

@@ -1,0 +1,110 @@
+"""Responses of the plays that a density holds: about the operator's own, each a column.
+
+A weight enters the response linearly. What is not linear in a device unlike the operator
+(slopes, openings, growth with scan rate, decay of the weights, bent bounds) is covered by plays
+beside each threshold that differ from it in one or two of these.
+"""
+
+from collections.abc import Iterator
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from fitting.diagnosis.refit._compiled_stages import OperatorInput
+from rapi_jax import AbstractOperator
+
+from ._play_outputs import PlayShapes, play_outputs
+from ._thresholds import THRESHOLDS
+
+_LAM, _ETA, _GROWTH = THRESHOLDS.lam_step, THRESHOLDS.eta_step, THRESHOLDS.growth_step
+# Changes of slope, opening, growth and bend of each variant; all less the play as it is.
+VARIANTS: tuple[tuple[float, float, float, float], ...] = (
+    *((sign * _LAM, 0.0, 0.0, 0.0) for sign in (-1, 1)),
+    *((0.0, sign * _ETA, 0.0, 0.0) for sign in (-1, 1)),
+    *((0.0, 0.0, sign * _GROWTH, 0.0) for sign in (-1, 1)),
+    *((0.0, 0.0, 0.0, sign * THRESHOLDS.bow_step) for sign in (-1, 1)),
+    *((a * _LAM, 0.0, b * _GROWTH, 0.0) for a in (-1, 1) for b in (-1, 1)),
+    *((a * _LAM, b * _ETA, 0.0, 0.0) for a in (-1, 1) for b in (-1, 1)),
+)
+
+
+def density_columns(
+    operator: AbstractOperator, given: OperatorInput, known_start: np.ndarray
+) -> Iterator[Float[np.ndarray, "columns runs grid"]]:
+    """The columns, some at a time: plays of the operator's mean weight, and powers of the drive.
+
+    `known_start`: whether Eq. 13 holds for a run; else plays begin in the middle of their bands.
+    """
+    u = np.asarray(operator.centred(given.u))
+    u_min = np.asarray(operator.centred(given.u_min))
+    law = given.law
+    gain = np.asarray(law.gain)[:, None]
+    runs = _runs(operator, np.asarray(law.u_pp), np.asarray(law.freq))
+    widest = max(float(r.max()) for r, *_ in runs)
+    weight = _mean_weight(operator, float(law.u_pp[0]), float(law.freq[0]))
+    centre = (float(u.max()) + float(u.min())) / 2.0
+    half = max((float(u.max()) - float(u.min())) / 2.0, 1e-12)
+
+    def outputs(change: tuple[float, float, float, float]) -> tuple[np.ndarray, np.ndarray]:
+        lam, eta, growth, bow = change
+        rows, thresholds = [], []
+        for k, (r, rate_part, slope, opening) in enumerate(runs):
+            shapes = PlayShapes(
+                np.maximum(r + growth * rate_part, 0.0),
+                slope * (1.0 + lam),
+                opening * (1.0 + eta),
+                np.full(r.size, bow / half),
+                centre,
+            )
+            rows.append(play_outputs(u[k], shapes, float(u_min[k]) if known_start[k] else None))
+            thresholds.append(shapes.r)
+        return weight * gain * np.stack(rows, axis=1), np.stack(thresholds, axis=1) / widest
+
+    own, share = outputs((0.0, 0.0, 0.0, 0.0))
+    yield own
+    for decay in THRESHOLDS.decays:
+        yield own * np.exp(-decay * share)[:, :, None]
+    for change in VARIANTS:
+        yield outputs(change)[0] - own
+    for sign in (-1, 1):
+        steeper, share = outputs((sign * _LAM, 0.0, 0.0, 0.0))
+        yield (steeper - own) * np.exp(-0.5 * share)[:, :, None]
+    powers = [((u - centre) / half) ** k for k in range(2, THRESHOLDS.order + 1)]
+    yield weight * half * gain * np.stack(powers)
+
+
+def _runs(
+    operator: AbstractOperator, u_pp: np.ndarray, freq: np.ndarray
+) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+    """Of each run: thresholds, their part that grows with rate, slopes and openings.
+
+    On a grid over the operator's own thresholds and beyond; slopes and openings in between.
+    """
+    grid = THRESHOLDS.reach * (np.arange(THRESHOLDS.plays) + 0.7) / THRESHOLDS.plays
+    out = []
+    for swing, rate in zip(u_pp, freq, strict=True):
+        plays = operator.plays(jnp.asarray(swing), jnp.asarray(rate))
+        still = np.asarray(operator.plays(jnp.asarray(swing), jnp.asarray(0.0)).r)
+        order, top = np.argsort(still), max(float(still.max()), 1e-12)
+        place = still[order] / top
+
+        def between(values: np.ndarray, place=place, order=order) -> np.ndarray:
+            return np.interp(grid, place, np.asarray(values)[order])
+
+        rate_part = between(np.asarray(plays.r) - still)
+        out.append(
+            (
+                grid * top + rate_part,
+                rate_part,
+                between(np.asarray(plays.lam)),
+                between(np.asarray(plays.eta)),
+            )
+        )
+    return out
+
+
+def _mean_weight(operator: AbstractOperator, u_pp: float, freq: float) -> float:
+    """All of the plays' weight spread over the density's, in the response's unit a V."""
+    plays = operator.plays(jnp.asarray(u_pp), jnp.asarray(freq))
+    return max(float(np.abs(np.asarray(plays.p)).sum()) / THRESHOLDS.plays, 1e-12)

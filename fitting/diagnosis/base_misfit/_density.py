@@ -1,0 +1,105 @@
+r"""A Gaussian density of plays beside the identified operator, integrated out in closed form.
+
+Plays are linear in their weights. With normal weights of standard deviation $s$ about the
+operator's own, whitened errors have the covariance $I + s^2 BB'$, $B$ the responses of the plays;
+the operator's own values have a flat prior and are projected out. So a richer hysteresis needs no
+search, and what it may do counts as structured noise: see `MisfitCovariance`. The scale is chosen
+by evidence.
+"""
+
+import dataclasses
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from fitting.diagnosis.noise._misfit_covariance import MisfitCovariance
+from fitting.diagnosis.refit._gauss_newton import Refit, State
+
+from ._columns import density_columns
+from ._thresholds import THRESHOLDS
+
+_RANK = 1e-9  # of the longest direction: rounding
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class PlayDensity:
+    """The plays' responses beyond the tangent of the base, by principal directions.
+
+    - `tangent`: orthonormal, of the base's own values. `directions`: orthonormal, and at right
+      angles to it. `power`: variance along each at scale 1.
+    """
+
+    tangent: Float[np.ndarray, "lines values"]
+    directions: Float[np.ndarray, "lines rank"]
+    power: Float[np.ndarray, " rank"]
+
+    @classmethod
+    def of(cls, refit: Refit, state: State) -> "PlayDensity":
+        """About the operator and effects of `state`."""
+        whitened, base = refit.whitened, refit.base
+        operator = whitened.set_values(base.operator, state.values)
+        given = whitened.operator_input(state.effects)
+        runs = np.asarray(given.u).shape[0]
+        known = np.ones(runs, dtype=bool)
+        known[: whitened.unknown_start.size] = ~whitened.unknown_start
+        columns = [
+            whitened.jacobian_operator(
+                refit.whitener, state.effects, state.operator_response, jnp.asarray(part)
+            )
+            for part in density_columns(operator, given, known)
+        ]
+        plays = np.concatenate(columns, axis=1)
+        plays = plays[:, np.isfinite(plays).all(axis=0)]
+        tangent = span(refit.jacobian_base(state))
+        plays -= tangent @ (tangent.T @ plays)
+        power, turn = np.linalg.eigh(plays.T @ plays)
+        kept = power * max(THRESHOLDS.scale_range) ** 2 > THRESHOLDS.least_variance
+        kept &= power > _RANK * power.max(initial=0.0)
+        directions = (plays @ turn[:, kept]) / np.sqrt(power[kept])
+        return cls(tangent, directions, power[kept])
+
+    def covariance(self, scale: float) -> MisfitCovariance:
+        """With weights of standard deviation `scale`, in units of the operator's mean weight."""
+        variance = scale**2 * self.power
+        kept = variance > THRESHOLDS.least_variance
+        return MisfitCovariance(
+            np.concatenate([self.tangent, self.directions[:, kept]], axis=1),
+            np.concatenate([np.full(self.tangent.shape[1], np.inf), variance[kept]]),
+        )
+
+    def log_evidence(
+        self, errors: Float[np.ndarray, " lines"], columns: Float[np.ndarray, "lines parameters"]
+    ) -> Float[np.ndarray, " scales"]:
+        """Logarithm of the evidence at each of `SCALES`, the best along `columns`, less a constant.
+
+        With the prior of the scale, log-normal about the usual one.
+        """
+        both = np.column_stack([errors, columns])
+        both = both - self.tangent @ (self.tangent.T @ both)
+        along, gram = self.directions.T @ both, both.T @ both
+        out = np.empty(SCALES.size)
+        for k, scale in enumerate(SCALES):
+            variance = scale**2 * self.power
+            left = gram - along.T @ ((variance / (1.0 + variance))[:, None] * along)
+            normal, gradient = left[1:, 1:], left[1:, 0]
+            gained = gradient @ np.linalg.lstsq(normal, gradient, rcond=_RANK)[0]
+            out[k] = -0.5 * (left[0, 0] - gained + np.log1p(variance).sum())
+        off = np.log(SCALES / THRESHOLDS.usual_scale) / THRESHOLDS.scale_spread
+        return out - 0.5 * off**2
+
+    def usual_basis(self) -> Float[np.ndarray, "lines absorbed"]:
+        """Orthonormal directions that a density of the usual scale absorbs for the most part."""
+        absorbed = THRESHOLDS.usual_scale**2 * self.power > 1.0
+        return np.concatenate([self.tangent, self.directions[:, absorbed]], axis=1)
+
+
+SCALES = np.geomspace(*THRESHOLDS.scale_range, THRESHOLDS.scales)
+
+
+def span(columns: Float[np.ndarray, "lines _"]) -> Float[np.ndarray, "lines rank"]:
+    """Orthonormal directions that the columns span."""
+    length = np.linalg.norm(columns, axis=0)
+    alive = np.isfinite(length) & (length > 0)
+    left, size, _ = np.linalg.svd(columns[:, alive] / length[alive], full_matrices=False)
+    return left[:, size > _RANK * size.max(initial=0.0)]

@@ -51,6 +51,34 @@ def search_one_effect(
     return out
 
 
+def search_second_effect(
+    refits: tuple[Refit, Refit], start: Candidate, none: Candidate, guesses: InitialGuesses
+) -> list[Candidate]:
+    """Every effect of `guesses` beside the one of `start`, whose base is near enough to stay.
+
+    First looks are on the flexible base, where the operator is projected out and only effects move;
+    the best few are then refitted with the operator.
+    """
+    eta_fixed, free = refits
+    basis = orthonormal_basis(eta_fixed.jacobian_base(start.eta_fixed))
+    absorbed = start.flexible.density.usual_basis()
+    looks: list[_Refitted] = []
+    for grid in guesses.values():
+        screened = screen_effect(eta_fixed, start.eta_fixed, grid, basis, absorbed)
+        found = short_refit(start.flexible.marginal, start.on_flexible_base, screened)
+        if found is not None and start.cost - found.cost > THRESHOLDS.chance_fall:
+            looks.append((found, screened[0].unabsorbed_fraction))
+    out = []
+    for look, fraction in sorted(looks, key=_cost)[: THRESHOLDS.second_effects]:
+        beside = eta_fixed.evaluate(start.eta_fixed.values, look.effects)
+        state = full_refit(eta_fixed, beside, start.eta_fixed.cost)
+        on_base = free_eta(free, state)
+        flexible = refit_effects(start.flexible, on_base, start.cost)
+        effects = added_effects(flexible.effects, none.on_base.effects)
+        out.append(Candidate(effects, state, on_base, start.flexible, flexible, fraction))
+    return out
+
+
 def _refit_short(
     refit: Refit,
     start: Candidate,

@@ -9,7 +9,7 @@ from rapi_jax.effects import AbstractEffect
 
 from ._base import FittedBase
 from ._candidate import Candidate
-from ._effect_search import Progress, search_one_effect
+from ._effect_search import Progress, search_one_effect, search_second_effect
 from ._excess import excess, is_unexplained, nonsynchronous_excess, reduces_nonsynchronous
 from ._flexible_comparison import compare_on_flexible_base
 from ._screen import initial_guesses, search_ranges
@@ -103,7 +103,7 @@ def _refit_pairs(
     eta_fixed = refits[0]
     others = [c for c in classes if c.name != first.name]
     guesses = initial_guesses(eta_fixed, first.eta_fixed, others)
-    pairs = search_one_effect(refits, first, none, guesses, _silent)
+    pairs = search_second_effect(refits, first, none, guesses)
     cls = next(c for c in classes if c.name == first.name)
     for pair in sorted(pairs, key=lambda c: c.cost)[: THRESHOLDS.pair_swaps]:
         if not is_unexplained(pair.on_flexible_base):
@@ -113,9 +113,10 @@ def _refit_pairs(
         alone = eta_fixed.minimise(
             eta_fixed.evaluate(pair.eta_fixed.values, kept), THRESHOLDS.swap_steps
         )
-        start = dataclasses.replace(pair, eta_fixed=alone)
+        beside = pair.flexible.marginal.evaluate(alone.values, kept)
+        start = dataclasses.replace(pair, eta_fixed=alone, on_flexible_base=beside)
         again = initial_guesses(eta_fixed, alone, [cls])
-        swapped = search_one_effect(refits, start, none, again, _silent)
+        swapped = search_second_effect(refits, start, none, again)
         if swapped and swapped[0].cost < pair.cost:
             pairs[pairs.index(pair)] = swapped[0]
     return pairs
@@ -139,7 +140,3 @@ def _is_supported(pair: Candidate, singles: list[Candidate]) -> bool:
         base_gain > THRESHOLDS.pair_base_gain * gain and gain > share * left
     ) or reduces_nonsynchronous(pair.on_flexible_base, steadiest, share)
     return gain > THRESHOLDS.chance_fall and enough
-
-
-def _silent(line: str) -> None:
-    pass

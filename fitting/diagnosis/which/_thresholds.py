@@ -167,6 +167,11 @@ class WhichThresholds:
     pair_firsts: int = threshold(
         2, unit="effects", origin=f"{_TRIAL}; beside which a second is sought; more cost time"
     )
+    second_effects: int = threshold(
+        3,
+        unit="effects",
+        origin="set by trial; refitted with the operator beside a first one; more cost time",
+    )
     pair_swaps: int = threshold(
         2, unit="pairs", origin=f"{_TRIAL}; whose first effect is sought anew; more cost time"
     )

@@ -1,0 +1,124 @@
+"""The density of plays: against dense Gaussian algebra, and against devices that it must hold."""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from edge_worlds import NOISE, drives, record
+from scipy.stats import multivariate_normal
+
+from fitting.diagnosis.base_misfit._density import SCALES, PlayDensity
+from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
+from fitting.diagnosis.base_misfit._thresholds import THRESHOLDS
+from fitting.diagnosis.noise._misfit_covariance import MisfitCovariance
+from fitting.diagnosis.noise._spectrum import Spectrum
+from fitting.diagnosis.refit._base_model import BaseModel
+from fitting.diagnosis.refit._gauss_newton import Refit
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from rapi_jax import RAPI
+from rapi_jax.effects import Etalon
+from rapi_jax.examples import paper_device
+
+RNG = np.random.default_rng(3)
+LINES, RANK, FLAT = 30, 5, 3
+
+
+def orthonormal(columns):
+    return np.linalg.qr(RNG.standard_normal((LINES, columns)))[0]
+
+
+@pytest.fixture(scope="module")
+def small() -> PlayDensity:
+    every = orthonormal(RANK + FLAT)
+    return PlayDensity(every[:, :FLAT], every[:, FLAT:], np.geomspace(1e-2, 1e4, RANK))
+
+
+def test_whitened_errors_have_unit_covariance():
+    directions, variance = orthonormal(RANK), np.geomspace(0.1, 1e3, RANK)
+    covariance = np.eye(LINES) + (directions * variance) @ directions.T
+    root = MisfitCovariance(directions, variance).whiten(np.eye(LINES))
+    assert root @ covariance @ root.T == pytest.approx(np.eye(LINES), abs=1e-10)
+
+
+def test_what_has_no_prior_is_taken_out():
+    directions = orthonormal(2)
+    misfit = MisfitCovariance(directions, np.array([np.inf, 1.0]))
+    left = misfit.whiten(RNG.standard_normal((4, LINES)))
+    assert left @ directions[:, 0] == pytest.approx(np.zeros(4), abs=1e-12)
+    assert misfit.removed == 1
+
+
+def test_evidence_is_that_of_the_normal_law(small):
+    """Less a constant: beyond the tangent, with the prior of the scale."""
+    errors = RNG.standard_normal(LINES)
+    beyond = np.linalg.svd(small.tangent)[0][:, FLAT:]
+    found = small.log_evidence(errors, np.zeros((LINES, 0)))
+    want = []
+    for scale in SCALES:
+        covariance = (
+            np.eye(LINES) + (small.directions * scale**2 * small.power) @ small.directions.T
+        )
+        law = multivariate_normal(np.zeros(LINES - FLAT), beyond.T @ covariance @ beyond)
+        off = np.log(scale / THRESHOLDS.usual_scale) / THRESHOLDS.scale_spread
+        want.append(law.logpdf(beyond.T @ errors) - 0.5 * off**2)
+    assert np.diff(found) == pytest.approx(np.diff(want), abs=1e-8)
+
+
+def test_a_column_along_the_errors_explains_them(small):
+    errors = RNG.standard_normal(LINES)
+    alone = small.log_evidence(errors, np.zeros((LINES, 0)))
+    nothing = small.log_evidence(np.zeros(LINES), np.zeros((LINES, 0)))
+    assert small.log_evidence(errors, errors[:, None]) == pytest.approx(nothing, abs=1e-8)
+    assert (alone < nothing).all()
+
+
+# --- devices
+
+
+def base_of(recording, operator):
+    whitened = WhitenedModel.of(recording)
+    base = BaseModel.of(whitened, operator).with_fixed("b")
+    refit = Refit(whitened, whitened.make_whitener(Spectrum.of_white(NOISE**2)), base)
+    state = refit.minimise(refit.evaluate(base.prior_mean, ()), 30)
+    return state, FlexibleBase.about(refit, state)
+
+
+def other_plays() -> RAPI:
+    """The paper's device with slopes and weights that differ from play to play."""
+    operator, rank = paper_device().operator, np.linspace(-0.5, 0.5, 10)
+    weight = np.asarray(operator.a) * (1.0 + 1.2 * rank)
+    return eqx.tree_at(
+        lambda o: (o.lam, o.a), operator, (jnp.asarray(1.6 + 0.3 * rank), jnp.asarray(weight))
+    )
+
+
+SESSION = drives((10.0, 20.0, 40.0), amplitudes=(3.0, 2.0))
+
+
+def test_a_device_with_other_plays_leaves_noise_alone():
+    """Chi-square a line within four standard errors of 1, where the operator leaves many times."""
+    recording = record(SESSION, operator=other_plays())
+    state, flexible = base_of(recording, paper_device().operator)
+    left = flexible.marginal.evaluate(state.values, ())
+    lines = state.errors.synchronous.size
+    assert state.synchronous > 3.0 * lines
+    assert left.synchronous < (1.0 + 4.0 * np.sqrt(2.0 / lines)) * lines
+
+
+def test_an_etalon_is_not_absorbed():
+    """Half of its chi-square beyond the operator at the least stays on the flexible base."""
+    etalon = Etalon(amplitude=0.2, spacing=5.0, phase=0.4)
+    state, flexible = base_of(record(SESSION, etalon), paper_device().operator)
+    left = flexible.marginal.evaluate(state.values, ())
+    lines = state.errors.synchronous.size
+    assert left.synchronous - lines > 0.5 * (state.synchronous - lines)
+
+
+def test_values_of_the_base_are_integrated_out():
+    """Errors along the base's own values change nothing, and the values stay where they are."""
+    state, flexible = base_of(record(SESSION), paper_device().operator)
+    tangent = flexible.refit.jacobian_base(state)
+    moved = state.errors.synchronous + tangent @ (1e-3 * RNG.standard_normal(tangent.shape[1]))
+    whiten = flexible.density.covariance(flexible.scale).whiten
+    assert whiten(moved) == pytest.approx(whiten(state.errors.synchronous), abs=1e-6)
+    assert not flexible.marginal.base.free.any()

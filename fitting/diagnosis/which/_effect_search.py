@@ -15,7 +15,7 @@ from ._effect_refit import (
     short_refit,
 )
 from ._excess import is_competitive, reduces_nonsynchronous
-from ._flexible_comparison import refit_effects
+from ._flexible_comparison import place_effects
 from ._screen import InitialGuesses, orthonormal_basis, screen_effect
 from ._thresholds import THRESHOLDS
 
@@ -45,7 +45,7 @@ def search_one_effect(
     leaders += _hidden_leaders(eta_fixed, start, short, leaders)
     for state, fraction in leaders:
         on_base = free_eta(free, state)
-        flexible = refit_effects(start.flexible, on_base, start.cost)
+        flexible = place_effects(start.flexible, on_base)
         effects = added_effects(flexible.effects, own)
         out.append(Candidate(effects, state, on_base, start.flexible, flexible, fraction))
     return out
@@ -73,7 +73,7 @@ def search_second_effect(
         beside = eta_fixed.evaluate(start.eta_fixed.values, look.effects)
         state = full_refit(eta_fixed, beside, start.eta_fixed.cost)
         on_base = free_eta(free, state)
-        flexible = refit_effects(start.flexible, on_base, start.cost)
+        flexible = place_effects(start.flexible, on_base)
         effects = added_effects(flexible.effects, none.on_base.effects)
         out.append(Candidate(effects, state, on_base, start.flexible, flexible, fraction))
     return out
@@ -148,9 +148,7 @@ def _hidden_leaders(
     others = [
         pair for pair in _best_of_each(short) if hypothesis_name(pair[0].effects) not in known
     ]
-    falls = [
-        start.cost - refit_effects(start.flexible, state, start.cost).cost for state, _ in others
-    ]
+    falls = [start.cost - place_effects(start.flexible, state).cost for state, _ in others]
     least = max(THRESHOLDS.chance_fall, THRESHOLDS.leader_fall * max(falls, default=0.0))
     seen = sorted((k for k, fall in enumerate(falls) if fall > least), key=lambda k: -falls[k])
     return [

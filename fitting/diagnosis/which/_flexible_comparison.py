@@ -12,6 +12,7 @@ from rapi_jax.effects import AbstractEffect
 
 from ._candidate import Candidate, insert_effect
 from ._effect_refit import refit_and_search
+from ._thresholds import THRESHOLDS
 
 
 def refit_effects(base: FlexibleBase, on_base: State, cost_without: float) -> State:
@@ -23,6 +24,14 @@ def refit_effects(base: FlexibleBase, on_base: State, cost_without: float) -> St
     if not start.effects or not np.isfinite(start.cost):
         return start
     return refit_and_search(base.marginal, start, cost_without)
+
+
+def place_effects(base: FlexibleBase, on_base: State) -> State:
+    """The same without a search for the places of jumps."""
+    start = base.marginal.evaluate(on_base.values, on_base.effects)
+    if not start.effects or not np.isfinite(start.cost):
+        return start
+    return base.marginal.minimise(start, THRESHOLDS.flexible_steps, THRESHOLDS.flexible_tolerance)
 
 
 def compare_on_flexible_base(

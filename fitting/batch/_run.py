@@ -114,12 +114,13 @@ class _Leader:
         return len(self._waiting) - before
 
     def step(self) -> None:
-        """Hand out what is free, and take what ended. Raises `OutputError` where all would fail."""
+        """Hand out what is free, take what ended, and tabulate where that is due.
+
+        Raises `OutputError` where all that follows would fail.
+        """
         while self._waiting and self._executor.free > 0:
             self._executor.submit(with_key(self._waiting.popleft()))
-        if self.idle:
-            return
-        for ended in self._executor.wait(THRESHOLDS.poll_s):
+        for ended in [] if self.idle else self._executor.wait(THRESHOLDS.poll_s):
             self._order[ended.record.name] = ended.record
             self._changed = True
             self._report(ended.record, False)

@@ -22,6 +22,7 @@ def batch(
     scheduler: str | None = None,
     retry: Annotated[bool, Parameter(negative="")] = False,
     watch: Annotated[bool, Parameter(negative="")] = False,
+    parquet: Annotated[bool, Parameter(negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
     """Do the same with many recordings: fit, compensate, diagnose or range each of JOBS.
@@ -53,7 +54,9 @@ def batch(
     retry
         Do failed jobs again, too.
     watch
-        Take recordings as they arrive, until Ctrl-C.
+        Take recordings as they arrive, until Ctrl-C; table and page follow.
+    parquet
+        Write `results.parquet`, too, which needs the extra `parquet`.
     json
         Print one object with all records on standard output, and messages on standard error.
     """
@@ -63,6 +66,7 @@ def batch(
 
     if workers and scheduler is not None:
         raise _usage("--workers starts a cluster and --scheduler uses another: give one of them.")
+    tabulate = _tabulator(parquet, page=watch)
     source = _jobs_of(jobs, do, output, retry, watch)
     with contextlib.ExitStack() as stack:
         show = stack.enter_context(_progress())
@@ -72,7 +76,7 @@ def batch(
             run_task,
             workers=workers,
             scheduler=scheduler,
-            tabulate=_write_table,
+            tabulate=tabulate,
             report=show.ended,
             on_jobs=show.more,
         )
@@ -172,10 +176,23 @@ def _listed_jobs(
     ]
 
 
-def _write_table(records: Sequence["JobRecord"], folder: Path) -> None:
-    from fitting.batch.table import write_table
+def _tabulator(parquet: bool, *, page: bool) -> Callable[[Sequence["JobRecord"], Path], None]:
+    """What writes the table while the batch runs; `page`: and the page.
 
-    write_table(records, folder)
+    Raises `DataError` where Parquet is asked for and cannot be written.
+    """
+    from fitting.batch.table import write_table
+    from fitting.batch.table._parquet import import_pyarrow
+
+    if parquet:
+        import_pyarrow()
+
+    def tabulate(records: Sequence["JobRecord"], folder: Path) -> None:
+        write_table(records, folder, parquet=parquet)
+        if page:
+            _write_page(records, folder)
+
+    return tabulate
 
 
 def _write_page(records: Sequence["JobRecord"], folder: Path) -> None:

@@ -13,7 +13,7 @@ from rapi_jax.internal import float64, usable
 
 from ._problem import Problem, Solution
 from ._result import FitResult, UntrustedFit
-from ._starts import Start, search_starts
+from ._starts import Guesses, Start, search_starts
 from ._thresholds import THRESHOLDS
 from ._weights import run_weights
 from .assessment._claim import curvature, make_claim
@@ -72,7 +72,7 @@ def fit(
     weights: str | Sequence[float] = "hysteresis",
     loss: str = "squares",
     starts: int = 6,
-    guess: bool | Sequence[ECDL] = True,
+    guess: bool | Sequence[ECDL] | Guesses = True,
     history: bool = True,
     drift: bool | None = None,
     hold_out: bool | tuple[str, ...] = True,
@@ -94,7 +94,8 @@ def fit(
     - `loss`: of residuals. "squares", with outliers left out and listed; or, for data that cannot
       be cleaned, "huber" or "student" (heavier tails): every reading counts, by a weight.
     - `starts`: at most so many starts; two that agree on the best end are enough.
-    - `guess`: let first guesses from the data be among the starts; or models to use as such.
+    - `guess`: let first guesses from the data be among the starts; or models to use as such,
+      or guesses made before.
     - `history`: free the plays' initial values in runs that do not repeat.
     - `drift`: let the origin creep with the logarithm of session time, as piezos do. By default
       where some run holds six periods or more; the model itself keeps no drift.

@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Sequence
 from itertools import product
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -13,7 +14,7 @@ from rapi_jax.internal import float64, follow, scan_origin
 
 from ._fit import Posed, Progress, fit, solver_options
 from ._result import FitResult
-from ._starts import count_from, held_origin
+from ._starts import Guesses, count_from, held_origin
 from ._thresholds import THRESHOLDS
 from .data_checks._data_checks import check_usable
 
@@ -62,13 +63,21 @@ def _guess_from(
     plays: int,
     order: int,
     each: Sequence[str],
-) -> ECDL:
-    """A first model whose drive counts from `origin`; `None`: as the operator's guess has it."""
+) -> tuple[ECDL, Guesses]:
+    """A first model whose drive counts from `origin`, and the guesses of which it is the best.
+
+    `None`: as the operator's guess has it.
+    """
+    counted = recording if origin is None else count_from(recording, origin)
+    size: dict[str, Any] = {"plays": plays, "order": order, "each": each}
+    guesses = Guesses.of(operator, counted, **size)
+    if not guesses.operators:
+        operator.guess(counted, **size)  # raises: there is none
+    best = guesses.operators[0]
     if origin is None:
-        return ECDL(operator.guess(recording, plays=plays, order=order, each=each))
-    guess = operator.guess(count_from(recording, origin), plays=plays, order=order, each=each)
-    path = held_origin(guess).path  # type: ignore[union-attr]
-    return ECDL(eqx.tree_at(lambda o: follow(o, path), guess, jnp.asarray(origin)))
+        return ECDL(best), guesses
+    path = held_origin(best).path  # type: ignore[union-attr]
+    return ECDL(eqx.tree_at(lambda o: follow(o, path), best, jnp.asarray(origin))), guesses
 
 
 @float64
@@ -85,7 +94,7 @@ def _better_origin(
     if held is None or other == float(follow(operator, held.path)):
         return None
     size = operator.count, operator.coefficients.size
-    ecdl = _guess_from(other, type(operator), recording, *size, ())
+    ecdl, _ = _guess_from(other, type(operator), recording, *size, ())
     posed = Posed.of(ecdl, recording, None, weights, history=history, drift=drift)
     start = posed.problem.start(ecdl)
     end = posed.problem.solve(start, posed.weight, solver_options(max_steps))
@@ -130,9 +139,11 @@ def choose_order(
         def fit_from(
             origin: float | None, size: tuple[int, int, Sequence[str]] = (n1, n2, own)
         ) -> FitResult:
+            first, guesses = _guess_from(origin, operator, recording, *size)
             return fit(
-                _guess_from(origin, operator, recording, *size),
+                first,
                 recording,
+                guess=guesses,
                 weights=weights,
                 loss=loss,
                 starts=starts,

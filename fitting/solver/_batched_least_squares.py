@@ -83,7 +83,8 @@ def least_squares_many(
     """
     whole = tie_matrix(starts.shape[1], free, ties)
     tie = whole[:, whole.any(axis=0)].astype(float)
-    each = [_lane(bounds, i) for i in range(len(starts))]
+    each = [_lane(bounds, i).holding(free) for i in range(len(starts))]
+    bounds = jax.tree_util.tree_map(lambda *leaves: np.stack(leaves), *each)
     lanes = [_Lane(own.coordinates(start)) for own, start in zip(each, starts, strict=True)]
     problem = jax.device_put(eqx.filter((residual, bounds, args), eqx.is_array))
     problem = eqx.combine(problem, (residual, bounds, args))

@@ -10,7 +10,8 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
+from scipy.linalg import solve_triangular
 
 from ._thresholds import THRESHOLDS
 
@@ -68,7 +69,8 @@ class Bounds(eqx.Module):
 
     def bounded(self, values: np.ndarray) -> np.ndarray:
         """What `low` and `high` hold for: `values` with the couplings taken out."""
-        return np.linalg.solve(np.asarray(self.coupling), np.asarray(values, dtype=float))
+        coupling, values = np.asarray(self.coupling), np.asarray(values, dtype=float)
+        return solve_triangular(coupling, values, lower=True, unit_diagonal=True)
 
     def coordinates(self, values: np.ndarray) -> np.ndarray:
         """Unbounded coordinates of `values`; those outside the bounds are reflected inside."""
@@ -97,6 +99,19 @@ class Bounds(eqx.Module):
         low, high, scale = (np.asarray(b) for b in (self.low, self.high, self.scale))
         width = np.where(np.isfinite(low) & np.isfinite(high), high - low, scale)
         return (v - low < slack * width) | (high - v < slack * width)
+
+    def holding(self, free: Bool[np.ndarray, " parameters"]) -> "Bounds":
+        """The same where only the values marked `free` move.
+
+        The others lose their bounds and scales: a value on its bound has no coordinate, and would
+        be moved inside. They are their own coordinates, to the last bit.
+        """
+        return Bounds(
+            np.where(free, self.low, -np.inf),
+            np.where(free, self.high, np.inf),
+            np.where(free, self.scale, 1.0),
+            np.where(free[:, None], self.coupling, np.eye(free.size)),
+        )
 
     @classmethod
     def of(

@@ -69,7 +69,8 @@ def least_squares(
 
     - `residual`: a JAX function; pass data through `args`, so that the next fit reuses the compiled
       code. `start`: values to start from, shape `parameters`.
-    - `bounds`: see `Bounds`; none by default. `free`: which values may move; all by default.
+    - `bounds`: see `Bounds`; none by default. `free`: which values may move; all by default. The
+      others stay as they are, also on or beyond a bound.
     - `ties`: for each value, the number of its group; values of one group move together in the
       unbounded coordinate. By default each is its own group.
     - `options`: tolerances and the limit of steps.
@@ -77,7 +78,7 @@ def least_squares(
     tolerance, slope, max_steps = options.tolerance, options.slope, options.max_steps
     first = np.asarray(start, dtype=np.float64)
     free = np.ones(first.size, dtype=bool) if free is None else np.asarray(free)
-    bounds = Bounds.of(first) if bounds is None else bounds
+    bounds = (Bounds.of(first) if bounds is None else bounds).holding(free)
     tie = tie_matrix(first.size, free, ties)
     x = jnp.asarray(bounds.coordinates(first))
     begin = Point.at(residual, bounds, x, args)

@@ -60,7 +60,8 @@ def fit_one(job: Job, folder: Path) -> Outcome:
     from fitting.commands.shared._tasks import run_task
 
     _log(job, "begun")
-    return run_task(job, folder)
+    options = {name: value for name, value in job.options.items() if name != "log"}
+    return run_task(dataclasses.replace(job, options=options), folder)
 
 
 def _log(job: Job, what: str) -> None:
@@ -127,12 +128,14 @@ def world(count: int, fits: Path | None, folder: Path) -> World:
         paths = find_recordings("fit", [str(fits)])[:count]
         options = complete_options("fit", {"plots": False})
         jobs = [
-            Job(name, path, Path(path).resolve(), "fit", options | {"log": log})
+            Job(name, path, Path(path).resolve(), "fit", options | {"log": str(log)})
             for path, name in zip(paths, name_jobs(paths), strict=True)
         ]
     (folder / "whole").mkdir()
     log.touch()
-    run_batch([jobs], folder / "whole", work)
+    for record in run_batch([jobs], folder / "whole", work):
+        if record.status != "done":
+            raise SystemExit(f"{record.name}, undisturbed: {record.message}")
     return World(folder, jobs, work, contents(folder / "whole"))
 
 

@@ -75,10 +75,12 @@ def read_diagnosis(content: dict[str, Any]) -> Row:
     """Of `diagnosis.json`: the effect named, its parameters, and how far the gap closes.
 
     `rmse` is the gap of the model as it was, `rmse_held_out` that of the model with the effect on
-    data left out of the refit.
+    data left out of the refit; none where nothing was left out, or refitted.
     """
     verdict, gap = content.get("verdict") or {}, content.get("gap") or {}
     shrinkage, model = content.get("shrinkage") or {}, content.get("model") or {}
+    if not shrinkage.get("held_out"):
+        shrinkage = {}
     name = _text(verdict.get("name"))
     own = [h for h in content.get("hypotheses") or [] if h.get("name") == name]
     hypothesis = own[0] if own else {}

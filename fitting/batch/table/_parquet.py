@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from rapi_jax import DataError
 from rapi_jax.io import atomic_path, printable
@@ -9,19 +10,26 @@ from rapi_jax.io import atomic_path, printable
 from ._columns import Column
 
 
-def write_parquet(columns: Sequence[Column], path: Path) -> None:
-    """Write the columns as in `results.csv`, their units in the fields' metadata.
-
-    Raises `DataError` where pyarrow is missing, `OutputError` where the file cannot be written.
-    """
+def import_pyarrow() -> Any:
+    """The module. Raises `DataError` where it is missing."""
     try:
         import pyarrow
-        from pyarrow import parquet
     except ImportError as error:
         raise DataError(
             "Parquet needs pyarrow, which is not installed. Install it with the extra `parquet`: "
             "`uv sync --extra parquet`; `results.csv` and `results.nc` need nothing more."
         ) from error
+    return pyarrow
+
+
+def write_parquet(columns: Sequence[Column], path: Path) -> None:
+    """Write the columns as in `results.csv`, their units in the fields' metadata.
+
+    Raises `DataError` where pyarrow is missing, `OutputError` where the file cannot be written.
+    """
+    pyarrow = import_pyarrow()
+    from pyarrow import parquet
+
     fields, arrays = [], []
     for column in columns:
         values = [printable(v, 2000) if isinstance(v, str) else v for v in column.values]

@@ -7,6 +7,7 @@ import dataclasses
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from filelock import FileLock
 
 from fitting.batch._record import JobRecord
 from fitting.batch._run import run_batch
+from fitting.batch._thresholds import BatchThresholds
 from fitting.batch.jobs._job import BatchError
 from rapi_jax.io import OutputError
 
@@ -107,6 +109,30 @@ def test_an_interrupt_leaves_a_table_and_no_note(tmp_path, output):
         )  # fmt: skip
     assert tables[-1] == ["a"] and not list((output / ".batch").glob("*.json"))
     assert [r.tries for r in run(tmp_path, output, "ab")] == [1, 1]
+
+
+def test_a_table_follows_while_nothing_arrives(tmp_path, output, monkeypatch):
+    """What ended just after a writing of the table was in none until the next recording came."""
+    recorded(tmp_path, a="one", b="two")
+    monkeypatch.setattr("fitting.batch._run.THRESHOLDS", BatchThresholds(table_s=0.05))
+    tables = []
+
+    def arriving():
+        yield jobs_in(tmp_path, "a")
+        time.sleep(0.1)
+        yield jobs_in(tmp_path, "b")
+        for _ in range(2):
+            time.sleep(0.1)
+            yield []
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_batch(
+            arriving(), output, copy,
+            tabulate=lambda records, _: tables.append([r.name for r in records]),
+        )  # fmt: skip
+    whole = [table for table in tables if len(table) == 2]
+    assert len(whole) == 2  # one while nothing arrived, and not again until the interrupt
 
 
 def test_an_output_that_takes_no_more_stops_the_batch(tmp_path, output):

@@ -1,6 +1,7 @@
 """`rapi batch` and `rapi fit` of several recordings: folders, exit codes, options; real fits."""
 
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -103,6 +104,29 @@ def test_wrong_options_are_told_in_one_line(rapi, folder, tmp_path, arguments, w
     assert code == 2 and not out
     assert_one_line(err, "usage", word)
     assert not (tmp_path / "out").exists()
+
+
+def test_parquet_without_pyarrow_is_told_before_the_first_job(rapi, folder, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    code, _, err = rapi("batch", folder, "-o", tmp_path / "out", "--parquet")
+    assert code == 3
+    assert_one_line(err, "bad data", "--extra parquet")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_watched_folder_has_table_and_page_when_interrupted(rapi, folder, tmp_path, monkeypatch):
+    """Nothing else ends the batch; nothing that is done is asked for here."""
+    output = tmp_path / "out"
+    (tmp_path / "in").mkdir()
+
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("fitting.batch.jobs._watch.arrived", stop)
+    assert rapi("batch", tmp_path / "in", "-o", output, "--watch", "--parquet")[0] == 130
+    assert {path.name for path in output.iterdir() if path.is_file()} == {
+        "results.csv", "results.nc", "results.parquet", "report.html",
+    }  # fmt: skip
 
 
 def test_results_are_not_written_into_recordings(rapi, folder):

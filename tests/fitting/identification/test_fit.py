@@ -98,6 +98,22 @@ def test_wild_starts_reach_the_optimum(recorded, result, seed):
     assert got.verdict.trusted
 
 
+def test_first_guesses_are_made_once(recorded, result, monkeypatch):
+    """Half of the time of a fit went into making them again, for the same recording."""
+    made = []
+    guesses = RAPI.initial_guesses
+
+    def count(recording, **options):
+        made.append(recording)
+        return guesses(recording, **options)
+
+    monkeypatch.setattr(RAPI, "initial_guesses", count)
+    found = identify(recorded[0], hold_out=False)
+    assert len(made) == 1
+    assert [s.origin for s in found.starts] == [s.origin for s in result.starts]
+    assert [p.value for p in found.parameters] == [p.value for p in result.parameters]
+
+
 def test_one_start_alone_is_not_trusted(recorded):
     with pytest.raises(UntrustedFit, match="one start only") as caught:
         fit(ECDL(RAPI.guess(recorded[0])), recorded[0], starts=1, hold_out=False)
@@ -112,6 +128,24 @@ def test_fixed_parameters_stay(recorded):
         assert got[name].held and got[name].stderr == 0
         assert got[name].value == float(getattr(start.operator, name))
     assert not got["lam"].held and not got["d_1"].held
+
+
+def test_the_others_are_fitted_to_a_value_held_on_its_bound():
+    """Thresholds without growth: the bound of `zeta`. Nothing else is off, so nothing is left."""
+    still = dict.fromkeys(("zeta", "d_0"), 0.0)
+    values = {name: np.asarray(getattr(paper_device().operator, name)) for name in (*SHARED, "d")}
+    device = ECDL(RAPI(**{**values, **still}))
+    drives = paper_drives(samples=500)
+    recording = Recording.of(drives, [np.asarray(predict(device, drive)) for drive in drives])
+    start = ECDL(RAPI(**{**values, **still, "lam": 1.4, "a": 0.5}))
+    got = fit(
+        start, recording, free=lambda e: (e.operator.lam, e.operator.a, e.operator.d),
+        starts=1, guess=False, hold_out=False, throw=False,
+    )  # fmt: skip
+    assert got["zeta"].held and got["zeta"].value == 0.0
+    for name in ("lam", "a"):
+        assert got[name].value == pytest.approx(float(values[name]), rel=1e-6)
+    assert got.rmse < 1e-7  # GHz, of a span of 75
 
 
 def test_play_parameters_of_their_own_are_recovered():

@@ -52,6 +52,17 @@ def test_results_are_those_of_single_fits(lanes, lam):
         assert len(result.starts) == 2 and result.verdict.trusted
 
 
+def test_a_value_held_on_its_bound_is_held_there():
+    """Without growth of the thresholds, as in `test_fit.py`; the paper's device has some."""
+    options = {"free": lambda e: (e.operator.lam, e.operator.a, e.operator.d), "hold_out": False}
+    model, data = start(zeta=0.0), recordings(2)
+    for result, recording in zip(fit_many(model, data, lanes=1, **options), data, strict=True):
+        one = fit(model, recording, starts=1, guess=False, throw=False, **options)
+        assert result["zeta"].value == one["zeta"].value == 0.0
+        assert result["lam"].value == pytest.approx(one["lam"].value, abs=0.05 * one["lam"].stderr)
+        assert result.rmse == pytest.approx(one.rmse, rel=1e-6)
+
+
 def test_a_recording_that_needs_samples_is_fitted_beside_the_others():
     """A random walk turns at every sample: no intervals, so no lane of its own."""
     data = recordings(2)

@@ -232,6 +232,24 @@ def test_a_coupled_bound_moves_with_the_other_value():
     assert np.allclose(fit.values, [one.values[0], one.values[0] + 0.5], rtol=1e-6)
 
 
+@pytest.mark.parametrize("held", [0.0, -0.25, 1.0 / 3.0])
+def test_a_held_value_stays_to_the_bit_also_on_or_beyond_its_bound(held):
+    """A held value on its bound was moved inside by 1e-3, and the others were fitted to that."""
+    start, free = np.array([0.5, 1.0, held]), np.array([True, True, False])
+    coupling = np.array([[1.0, 0.0, 0.0], [0.3, 1.0, 0.0], [0.7, 0.1, 1.0]])
+    low = np.array([-np.inf, -np.inf, 0.0])
+    bounds = Bounds.of(start, low, coupling=coupling)
+
+    def curved(v, a):
+        return v[0] + v[1] * a[0] + v[2] * a[0] ** 2 - a[1]
+
+    fit = least_squares(curved, start, (T, Y), bounds=bounds, free=free)
+    one = least_squares(line, start[:2], (T, Y - held * T**2))
+    assert fit.values[2] == held and not fit.at_bound[2] and fit.stderr[2] == 0.0
+    assert fit.converged and np.allclose(fit.values[:2], one.values, rtol=1e-9)
+    assert fit.cost == pytest.approx(one.cost, rel=1e-9)
+
+
 HOST = """
 import jax, jax.numpy as jnp, numpy as np
 from fitting import least_squares

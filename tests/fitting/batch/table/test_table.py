@@ -139,6 +139,17 @@ def test_units_of_one_response_are_attributes(tmp_path):
         assert table["claim_high"].attrs["units"] == "GHz"
 
 
+def test_a_diagnosis_without_a_refit_has_no_held_out_figures(tmp_path):
+    """They were the residual of the fit itself, which is held out of nothing."""
+    shrinkage = {"before": 0.02, "after": 0.02, "held_out": [], "closed_fraction": None}
+    content = diagnoses.creep() | {"shrinkage": shrinkage}
+    write_table(
+        [made.write_job(tmp_path, "d", {"diagnosis.json": content}, task="diagnose")], tmp_path
+    )
+    row = read(tmp_path)[0]
+    assert row["rmse"] and row["rmse_held_out"] == row["gap_before"] == ""
+
+
 def test_parquet_is_the_same_table(mixed, tmp_path):
     paths = write_table(mixed, tmp_path, parquet=True)
     assert paths[-1].name == "results.parquet"

@@ -40,10 +40,10 @@ from .which.evidence._calibration import load_calibration
 from .which.evidence._evidence import Evidence
 from .which.evidence._probability import (
     credible_set,
-    doubt_effects,
     doubt_none,
     doubt_unpredictive,
     hypothesis_probabilities,
+    withhold_judgment,
 )
 
 Progress = Callable[[str], None]
@@ -110,19 +110,26 @@ def diagnose(
     left = None if fitted.spectrum.measured else measure_whiteness(none[1].errors.raw, blocks)
     if left is not None and left.doubts:
         probabilities = doubt_none(probabilities)
-    if broken:
-        probabilities = doubt_effects(probabilities)
     ranked = match_candidates(attribution, probabilities)
+    top = ranked[0][0] or attribution.none
+    refit, state = models.of(top)
+    named = tuple(effect.name for effect in top.effects)
+    faults = broken + shown_faults(recording, state.errors.raw, whitened, named, broken)
+    blamed = broken or [fault for fault in faults if fault.kind == NOTHING_EXPLAINED]
+    if blamed:
+        probabilities = withhold_judgment()
+        ranked = match_candidates(attribution, probabilities)
+        top = attribution.none
+        refit, state = models.of(top)
     credible = credible_set(probabilities)
     name, probability = probabilities[0]
-    top = ranked[0][0] or attribution.none
 
     gap = describe_gap(whitened, fitted, attribution.none)
     floor = gap["gap"]["noise_floor"]
     shrinkage = describe_shrinkage(whitened, fitted, models, top, held_out.get(name), floor=floor)
 
     next_scan = None
-    if scan:
+    if scan and not blamed:
         report("next scan")
         next_scan = propose_next_scan(whitened, fitted, ranked, credible, limits)
 
@@ -131,11 +138,8 @@ def diagnose(
     )
     if left is not None:
         verdict = doubt_noise(verdict, left, recording.response_unit, shrinkage["closed_fraction"])
-    refit, state = models.of(top)
     model = state.to_ecdl(whitened, refit.base)
     base = none[1].to_ecdl(whitened, none[0].base)
-    faults = broken + shown_faults(recording, state.errors.raw, whitened, verdict.effects, broken)
-    blamed = broken or [fault for fault in faults if fault.kind == NOTHING_EXPLAINED]
     if blamed:
         verdict = blame_data(verdict, blamed)
     content = {
@@ -150,7 +154,7 @@ def diagnose(
         "faults": [dataclasses.asdict(fault) for fault in faults],
     }
     notes = tuple(f"{fault.kind}: {fault.message}" for fault in faults)
-    notes += collect_notes(whitened, fitted, models.of(top)[0], flexible=flexible)
+    notes += collect_notes(whitened, fitted, refit, flexible=flexible)
     seconds = time.perf_counter() - began
     drive = None if next_scan is None else next_scan.drive
     labels = {cls.name: effect_label(cls, recording.response_unit) for cls in classes}

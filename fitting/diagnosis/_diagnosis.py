@@ -16,7 +16,9 @@ SCHEMA = "rapi.diagnosis/1"
 @dataclasses.dataclass(frozen=True, eq=False)
 class Verdict:
     """`name`: `none`, `unlisted`, or effects joined by +. `set`: the smallest set of hypotheses
-    with 95 % of the probability. `sentence`, `advice`: what it means, and what to do.
+    with 95 % of the probability. `sentence`, `advice`: what it means, and what to do. `judged`:
+    whether the data say anything of the device; where they do not, `none` and `unlisted` are as
+    probable.
     """
 
     name: str
@@ -26,6 +28,7 @@ class Verdict:
     reason: str
     sentence: str
     advice: str
+    judged: bool = True
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -62,7 +62,7 @@ def blame_data(verdict: Verdict, faults: list[Fault]) -> Verdict:
     sentence = f"The data come first, nothing is said of the device: {faults[0].message}"
     healthy = faults[0].kind == SINGLE_SWEEP
     advice = "Diagnose that recording." if healthy else "Mend the recording, and diagnose it again."
-    return dataclasses.replace(verdict, sentence=sentence, advice=advice)
+    return dataclasses.replace(verdict, sentence=sentence, advice=advice, judged=False)
 
 
 def doubt_noise(

@@ -8,6 +8,7 @@ from jaxtyping import Float
 from rapi_jax import Drive, Recording, Run
 from rapi_jax.internal import turning_samples
 
+from ._settling import Settling, creep_rms, fit_settling
 from ._thresholds import THRESHOLDS
 
 
@@ -90,16 +91,13 @@ def find_creep(run: Run) -> list[HoldCreep]:
     """The holds in which the response moves on, beyond its noise."""
     found = []
     for first, last in find_holds(run.drive):
-        inside = np.arange(first, last + 1)
-        inside = inside[run.valid[inside]]
-        if inside.size < 2 * THRESHOLDS.hold_samples:
+        few = THRESHOLDS.hold_samples // 2
+        since, y = _in_hold(run, first, last)
+        if y.size < 2 * THRESHOLDS.hold_samples - few:
             continue
-        few = THRESHOLDS.hold_samples // 2  # the first of them are the end of the motion
-        since = (run.drive.time[inside] - run.drive.time[first] + run.drive.step_s)[few:]
-        y = run.response[inside]
-        change = float(y[-few:].mean() - y[few : 2 * few].mean())
-        slope, left, error = _line(np.log10(since), y[few:])
-        _, straight, _ = _line(since, y[few:])
+        change = float(y[-few:].mean() - y[:few].mean())
+        slope, left, error = _line(np.log10(since), y)
+        _, straight, _ = _line(since, y)
         share = abs(change) / max(run.span, 1e-300)
         if abs(slope) > THRESHOLDS.hold_sigmas * error and share > THRESHOLDS.hold_creep:
             span = float(since[-1] - since[0])
@@ -107,6 +105,23 @@ def find_creep(run: Run) -> list[HoldCreep]:
                 HoldCreep(run.name, first, last, span, change, slope, share, left < straight)
             )
     return found
+
+
+def find_settling(run: Run, hold: HoldCreep) -> Settling | None:
+    """The lag or resonance that fits a hold far better than creep does; `None` where none does."""
+    since, y = _in_hold(run, hold.first, hold.last)
+    law = fit_settling(since, y)
+    return law if law.rms < THRESHOLDS.hold_settling * creep_rms(since, y) else None
+
+
+def _in_hold(
+    run: Run, first: int, last: int
+) -> tuple[Float[np.ndarray, " samples"], Float[np.ndarray, " samples"]]:
+    """Times since a hold began (s) and valid readings; the first are the end of the motion."""
+    inside = np.arange(first, last + 1)
+    inside = inside[run.valid[inside]][THRESHOLDS.hold_samples // 2 :]
+    since = run.drive.time[inside] - run.drive.time[first] + run.drive.step_s
+    return since, run.response[inside]
 
 
 def _line(
@@ -126,20 +141,30 @@ def _line(
 
 
 def describe_creep(recording: Recording) -> list[str]:
-    """The largest creep of all holds in a sentence, with what to do; none where there is none."""
-    found = [one for run in recording.runs for one in find_creep(run)]
+    """The largest motion in a hold in a sentence, with what to do; none where there is none."""
+    found = [(one, run) for run in recording.runs for one in find_creep(run)]
     if not found:
         return []
-    one, unit = max(found, key=lambda one: one.share), recording.response_unit
+    (one, run), unit = max(found, key=lambda pair: pair[0].share), recording.response_unit
+    more = f" ({len(found)} such holds)" if len(found) > 1 else ""
+    moves = (
+        f"while the drive rests in run {one.run!r} (samples {one.first}-{one.last}{more}) the "
+        f"response moves by {one.change:+.3g} {unit} in {one.seconds:.3g} s, "
+        f"{100 * one.share:.2g} % of its span, "
+    )
+    settling = find_settling(run, one)
+    if settling is not None:
+        return [
+            f"settling: {moves}{settling.describe()}: a lag or a resonance of the mount, the "
+            "amplifier or a servo, not creep. The operator has none: add it (`rapi diagnose`), or "
+            "drive more slowly."
+        ]
     law = (
         f"{one.per_decade:+.3g} {unit} a decade of time, as a piezo's creep does"
         if one.logarithmic
         else "nearer to a straight line than to a logarithm of time: creep, or a drift"
     )
-    more = f" ({len(found)} such holds)" if len(found) > 1 else ""
     return [
-        f"creep: while the drive rests in run {one.run!r} (samples {one.first}-{one.last}{more}) "
-        f"the response moves by {one.change:+.3g} {unit} in {one.seconds:.3g} s, "
-        f"{100 * one.share:.2g} % of its span, {law}. The operator has no creep: add it "
-        "(`rapi diagnose`), or record periods without holds."
+        f"creep: {moves}{law}. The operator has no creep: add it (`rapi diagnose`), or record "
+        "periods without holds."
     ]

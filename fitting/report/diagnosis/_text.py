@@ -137,6 +137,8 @@ def write_advice(diagnosis: dict, drive_unit: str, labels: Labels) -> str:
 
 def explain_no_scan(verdict: dict) -> str:
     """Why there is no scan to record next."""
+    if not verdict.get("judged", True):
+        return "The recording comes first: no scan is chosen from data that say nothing."
     if len(credible_names(verdict)) > 1:
         return "No scan within the limits would tell the effects of the 95 % set apart."
     return "No further scan is asked for: the 95 % set holds one hypothesis alone."

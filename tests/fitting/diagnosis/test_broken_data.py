@@ -1,6 +1,7 @@
 """A diagnosis names no effect on data whose runs do not belong together."""
 
 import pytest
+from diagnosis_contract import check
 
 from fitting import diagnose
 from fitting.diagnosis._data_checks import find_inconsistencies
@@ -50,3 +51,18 @@ def test_the_verdict_blames_the_data():
     assert content["faults"][0]["kind"] == "run does not belong"
     assert sum(h["probability"] for h in content["hypotheses"]) == pytest.approx(1.0)
     assert all(h["name"] in ("none", "unlisted") for h in content["hypotheses"])
+
+
+def test_probabilities_say_as_little_of_the_device_as_the_sentence():
+    """Neither that something is missing nor that nothing is; no scan is chosen from such data."""
+    columns = healthy(74)
+    WAYS["one run times 10"](columns)
+    content = check(diagnose(None, columns.recording()))
+    assert "nothing is said of the device" in content["verdict"]["sentence"]
+    assert not content["verdict"]["judged"]
+    assert {h["name"]: h["probability"] for h in content["hypotheses"]} == {
+        "unlisted": 0.5,
+        "none": 0.5,
+    }
+    assert content["verdict"]["set"] == ["unlisted", "none"]
+    assert content["next_scan"] is None

@@ -122,6 +122,7 @@ def test_readings_that_are_noise_name_no_effect():
     out = verdict(Recording.of(runs, [20.0 * rng.standard_normal(d.size) for d in runs]))
     assert out["verdict"]["effects"] == []
     assert [fault["kind"] for fault in out["faults"]] == ["nothing explained"]
+    assert not out["verdict"]["judged"] and out["verdict"]["probability"] == 0.5
     assert "wiring" in out["notes"][0]
 
 

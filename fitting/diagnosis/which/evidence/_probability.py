@@ -47,15 +47,12 @@ def doubt_unpredictive(ranked: Ranked, closed: Mapping[str, Mapping[str, float]]
     return sorted([*kept, rest], key=lambda pair: -pair[1])
 
 
-def doubt_effects(ranked: Ranked) -> Ranked:
-    """The same where data that do not belong together explain the gap: little is left for effects.
+def withhold_judgment() -> Ranked:
+    """The hypotheses where faults of the data leave nothing that tells them apart.
 
-    What the hypotheses keep is the share of the gap that need not be explained by the data.
+    No effect is considered. Whether anything is missing stays open: both answers are as probable.
     """
-    share = THRESHOLDS.doubt_share
-    kept = [(name, share * p) for name, p in ranked if name != UNLISTED]
-    rest = (UNLISTED, 1.0 - sum(p for _, p in kept))
-    return sorted([*kept, rest], key=lambda pair: -pair[1])
+    return [(UNLISTED, 0.5), ("none", 0.5)]
 
 
 def doubt_none(ranked: Ranked) -> Ranked:

@@ -3,6 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.signal import lsim
 
 from fitting.identification.data_checks._sweeps import (
     count_branches,
@@ -94,6 +95,36 @@ def test_creep_is_named_from_a_single_hold():
     (said,) = describe_creep(Recording((Run(drive, creeping + noise),)))
     assert said.startswith("creep: while the drive rests in run 'run00'")
     assert "rapi diagnose" in said and "GHz a decade" in said
+
+
+def second_order(hz: float, damping: float, drive: Drive) -> np.ndarray:
+    """The response of `x'' + 2 damping w x' + w^2 x = w^2 u`, w = 2 pi `hz`, to `drive`."""
+    w = 2.0 * np.pi * hz
+    return lsim(([w**2], [1.0, 2.0 * damping * w, w**2]), drive.value, drive.time)[1]
+
+
+@pytest.mark.parametrize(
+    ("hz", "damping", "law"),
+    [(0.6, 0.25, "ringing at 0.58"), (0.6, 0.5, "ringing at 0.52"), (1.0, 1.0, ""), (4.0, 3.0, "")],
+)
+def test_ringing_and_lags_in_a_hold_are_no_creep(hz, damping, law):
+    """A resonance swings at `hz sqrt(1 - damping^2)`."""
+    drive = Drive(TIME, np.interp(TIME, [0.5, 0.505, 1.5, 1.505], [0.0, 3.0, 3.0, 0.0]))
+    noise = 1e-3 * np.random.default_rng(1).standard_normal(SIZE)
+    run = Run(drive, second_order(hz, damping, drive) + noise)
+    (said,) = describe_creep(Recording((run,), response_unit="um"))
+    assert said.startswith("settling: while the drive rests in run 'run00'") and "not creep" in said
+    assert (law or "settling within a time constant of 0.") in said
+
+
+@pytest.mark.parametrize("ramp", [0.01, 0.5])
+@pytest.mark.parametrize("gain", [0.005, 0.05])
+def test_creep_that_began_while_the_drive_moved_is_no_settling(ramp, gain):
+    drive = Drive(TIME, np.interp(TIME, [0.0, ramp, ramp + 1.0, 2.0], [0.0, 3.0, 3.0, 0.0]))
+    device = ECDL(paper_device().operator, (Creep(gain=jnp.asarray(gain)),))
+    noise = 1e-3 * np.random.default_rng(2).standard_normal(SIZE)
+    (said,) = describe_creep(Recording((Run(drive, np.asarray(predict(device, drive)) + noise),)))
+    assert said.startswith("creep: while the drive rests in run 'run00'")
 
 
 def test_measured_recordings_do_not_rest(shared_data):

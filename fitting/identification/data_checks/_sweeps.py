@@ -8,7 +8,7 @@ from jaxtyping import Float
 from rapi_jax import Drive, Recording, Run
 from rapi_jax.internal import turning_samples
 
-from ._settling import Settling, creep_rms, fit_settling
+from .holds._settling import Settling, creep_rms, fit_settling
 from ._thresholds import THRESHOLDS
 
 

@@ -106,12 +106,13 @@ class Bounds(eqx.Module):
         The others lose their bounds and scales: a value on its bound has no coordinate, and would
         be moved inside. They are their own coordinates, to the last bit.
         """
-        return Bounds(
+        fields: Any = (
             np.where(free, self.low, -np.inf),
             np.where(free, self.high, np.inf),
             np.where(free, self.scale, 1.0),
             np.where(free[:, None], self.coupling, np.eye(free.size)),
         )
+        return Bounds(*fields)
 
     @classmethod
     def of(

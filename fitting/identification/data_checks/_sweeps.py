@@ -8,8 +8,8 @@ from jaxtyping import Float
 from rapi_jax import Drive, Recording, Run
 from rapi_jax.internal import turning_samples
 
-from .holds._settling import Settling, creep_rms, fit_settling
 from ._thresholds import THRESHOLDS
+from .holds._settling import Settling, creep_rms, fit_settling
 
 
 @dataclasses.dataclass(frozen=True)

@@ -170,8 +170,8 @@ def _check_held_out(
             reasons.append(f"does not generalise: {text}. {cure}")
         elif scheme.runs and scheme.inside and scheme.large:
             reasons.append(
-                f"not predicted: {text}, though other runs lie on both sides of it. Look at that "
-                "run, or record more between."
+                f"not predicted: {text}, though its rate and swing lie among those of the other "
+                "runs. Look at that run, or record more there."
             )
         elif scheme.large or scheme.rmse > THRESHOLDS.extrapolation * usual:
             notes.append(f"{text}: do not extrapolate there.")

@@ -13,6 +13,7 @@ from fitting.identification._starts import Start
 from fitting.identification._thresholds import THRESHOLDS
 from fitting.identification.data_checks._clock_jitter import describe_jitter
 from fitting.identification.data_checks._data_checks import Fault
+from fitting.identification.data_checks._drive_character import describe_repetition
 from fitting.identification.data_checks._sweeps import describe_creep, single_sweep
 from fitting.identification.robust._reweighting import Reweighting
 from rapi_jax.internal import Band
@@ -203,9 +204,10 @@ def _notes(
             "another."
         )
     if not any(run.drive.periods > 1 for run in recording.runs):
+        cure = describe_repetition(recording)
         notes.append(
-            "nothing repeats: noise is taken as what changes from sample to sample. Record three "
-            "periods or more of one drive to measure it."
+            "nothing repeats: noise is taken as what changes from sample to sample. "
+            + (cure or "Record three periods or more of one drive to measure it.")
         )
     names = problem.names
     bound = [

@@ -229,6 +229,9 @@ class DataCheckThresholds:
     longest_lag: float = threshold(
         0.8, unit="of the record", origin="convention; a fifth is left to compare"
     )
+    unstated_periods: float = threshold(
+        2.0, unit="periods", origin="the second is compared with the first; its end may be cut off"
+    )
     alike: float = threshold(
         0.98, unit="correlation", origin="below it the miss exceeds `shorter_period_miss`"
     )

@@ -176,6 +176,13 @@ def _check_held_out(
             )
         elif scheme.large or scheme.rmse > THRESHOLDS.extrapolation * usual:
             notes.append(f"{text}: do not extrapolate there.")
+    alone = [scheme for scheme in held_out if len(scheme.runs) == 1]
+    if len(alone) > 1 and all(s.large and s.exceeds(noise, span) for s in alone):
+        notes.append(
+            "no run is predicted from the others: the model holds at the rates and swings "
+            "recorded. That they are of one device is assumed, and so is what lies between them: "
+            "record a run between to test it."
+        )
     return reasons, notes
 
 

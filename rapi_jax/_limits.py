@@ -18,6 +18,7 @@ class DriveLimits:
     - `step_v`: largest step from one sample to the next, V; for a drive that repeats also the one
       that closes the period.
     - `max_frequency_hz`: highest scan rate, Hz.
+    - `unit`: of the drive, where it is not a voltage; in place of V throughout.
     """
 
     low_v: float
@@ -25,9 +26,10 @@ class DriveLimits:
     slew_v_per_s: float
     step_v: float = np.inf
     max_frequency_hz: float = np.inf
+    unit: str = "V"
 
     def __post_init__(self) -> None:
-        numbers = [getattr(self, field.name) for field in dataclasses.fields(self)]
+        numbers = [self.low_v, self.high_v, self.slew_v_per_s, self.step_v, self.max_frequency_hz]
         if any(np.isnan(x) for x in numbers) or not np.isfinite([self.low_v, self.high_v]).all():
             raise ValueError(
                 f"Limits must be numbers, `low_v` and `high_v` finite, but are {self}."
@@ -48,9 +50,10 @@ class DriveLimits:
             if outside.any():
                 worst = int(np.argmax(np.where(outside, np.abs(value - limit), -1.0)))
                 raise LimitError(
-                    f"{outside.sum()} sample(s) beyond `{name}` = {limit:g} V, the first at sample "
-                    f"{np.argmax(outside)}, the worst at sample {worst}: {value[worst]:.6g} V. "
-                    "Scan less, move the bias, or widen the limit if the device allows it."
+                    f"{outside.sum()} sample(s) beyond `{name}` = {limit:g} {self.unit}, the "
+                    f"first at sample {np.argmax(outside)}, the worst at sample {worst}: "
+                    f"{value[worst]:.6g} {self.unit}. Scan less, move the bias, or widen the limit "
+                    "if the device allows it."
                 )
         if drive.rate > self.max_frequency_hz * (1 + THRESHOLDS.limit_rounding):
             raise LimitError(
@@ -64,14 +67,16 @@ class DriveLimits:
             self._check_steps(np.array([closing]), drive.step_s, slack, "that closes the period")
 
     def _check_steps(self, step: np.ndarray, step_s: float, slack: float, where: str) -> None:
-        limits = ((self.step_v, "step_v", "V"), (self.slew_v_per_s * step_s, "slew_v_per_s", "V/s"))
-        for limit, name, unit in limits:
+        limits = (
+            (self.step_v, "step_v", self.unit, 1.0),
+            (self.slew_v_per_s * step_s, "slew_v_per_s", f"{self.unit}/s", step_s),
+        )
+        for limit, name, unit, per in limits:
             over = step > limit + slack
             if over.any():
                 i = int(np.argmax(step))
-                value = step[i] if unit == "V" else step[i] / step_s
                 raise LimitError(
-                    f"the step {where.format(i=i)} is {value:.6g} {unit}, but `{name}` is "
+                    f"the step {where.format(i=i)} is {step[i] / per:.6g} {unit}, but `{name}` is "
                     f"{getattr(self, name):g} {unit} ({over.sum()} such step(s)). Scan more slowly "
                     "or less, or smooth the corners more."
                 )

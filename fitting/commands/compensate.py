@@ -239,6 +239,7 @@ def _certificate_report(
     beyond = [note for one in made for note in identified.outside(one.drive)]
     notes += beyond
     used = dataclasses.asdict(identified.limits() if limits is None else limits)
+    del used["unit"]  # the report's own `drive_unit`
     report = {
         "schema": "rapi.compensation/1",
         "unit": about["response_unit"],

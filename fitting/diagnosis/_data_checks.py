@@ -109,7 +109,7 @@ def _hides_effects(fault: Fault, recording: Recording) -> bool:
     """
     if fault.kind == "unsettled start":
         return all(run.drive.periods < 2 for run in recording.runs)
-    return fault.kind in ("wrong period", "broadband drive")
+    return fault.kind in ("wrong period", "broadband drive", "response turns back")
 
 
 def _find_swapped_columns(recording: Recording) -> list[Fault]:

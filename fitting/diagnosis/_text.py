@@ -58,8 +58,9 @@ def verdict_sentence(
         return f"Something is missing that is none of the effects known ({sure})."
     what = describe_effects(effects, unit)
     closed = shrinkage.get("closed_fraction")
+    verb = "is" if probability > 0.5 else "may be"
     if closed is None:
-        return f"The gap is {what} ({sure})."
+        return f"The gap {verb} {what} ({sure})."
     if closed["value"] <= 0.0:
         return (
             f"The gap looks like {what} ({sure}), but with it the model predicts data held out no "
@@ -69,9 +70,8 @@ def verdict_sentence(
     value = _percent(closed["value"])
     range_ = "" if low == value == high else f" ({low} to {high})"
     return (
-        f"The gap is {what} ({sure}): with it the model closes {value}{range_} of the gap on data "
-        "held out, from "
-        f"{shrinkage['before']:.3g} to {shrinkage['after']:.3g} {unit} rms."
+        f"The gap {verb} {what} ({sure}): with it the model closes {value}{range_} of the gap on "
+        f"data held out, from {shrinkage['before']:.3g} to {shrinkage['after']:.3g} {unit} rms."
     )
 
 
@@ -97,8 +97,11 @@ def verdict_advice(
     `tied`: names in the credible set. `unsure`: whether it holds `unlisted` beside one named
     hypothesis. `unit`: of the response.
     """
-    if len(tied) > 1 and scan is not None:
-        return f"{' and '.join(tied)} cannot be told apart yet: play the next scan below."
+    if len(tied) > 1:
+        apart = f"{' and '.join(tied)} cannot be told apart"
+        if scan is not None:
+            return f"{apart} yet: play the next scan below."
+        return f"{apart} by these data: predict with the model, but build on none as the cause."
     if name == "none":
         return "Use the model as it is."
     if name == "unlisted":

@@ -4,6 +4,7 @@ import dataclasses
 from typing import Any
 
 from fitting.identification.data_checks._data_checks import Fault
+from fitting.identification.data_checks._drive_character import describe_repetition
 from fitting.identification.data_checks._sweeps import describe_creep
 from rapi_jax import Recording
 
@@ -124,7 +125,8 @@ def collect_notes(
     if not fitted.spectrum.measured:
         notes.append(
             "No run repeats, so noise is not measured but read off the fastest lines: the gap is a "
-            "lower edge, and probabilities are wide. Record three periods or more."
+            "lower edge, and probabilities are wide. "
+            + (describe_repetition(recording) or "Record three periods or more.")
         )
     if len(recording.rates) == 1:
         which = "One scan rate" if recording.rates[0] > 0 else "No scan rate"

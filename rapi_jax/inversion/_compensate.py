@@ -102,13 +102,15 @@ def compensate(
         if identified is None:
             raise ValueError("Give `limits`, or `identified` from which to take them.")
         limits = identified.limits()
+    elif identified is not None:
+        limits = dataclasses.replace(limits, unit=identified.drive_unit)
     if bias is None:
         middle = (limits.low_v + limits.high_v) / 2
         bias = middle if identified is None else identified.centre
     if not limits.low_v < bias < limits.high_v:
         raise LimitError(
-            f"the bias of {bias:g} V does not lie within the limits, {limits.low_v:g} to "
-            f"{limits.high_v:g} V."
+            f"the bias of {bias:g} {limits.unit} does not lie within the limits, {limits.low_v:g} "
+            f"to {limits.high_v:g} {limits.unit}."
         )
     if isinstance(ecdl.operator, InverseRAPI):
         value, certificate = _paper(ecdl, ecdl.operator, target, bias)

@@ -188,11 +188,12 @@ class Scan(NamedTuple):
         certificate = certify(operator, low, high, state.freq, u_pp=u_pp)
         certificate.require()
         if found.u_pp >= self.widest * (1 - 1e-12):
+            unit = self.limits.unit
             raise LimitError(
-                f"a scan of {self.target.span:g} about {self.bias:g} V at "
-                f"{self.target.excitation_hz:g} Hz needs more than {self.widest:.4g} V peak to "
-                f"peak, which is all that the limits {self.limits.low_v:.4g} to "
-                f"{self.limits.high_v:.4g} V leave there. Scan less, or move the bias."
+                f"a scan of {self.target.span:g} about {self.bias:g} {unit} at "
+                f"{self.target.excitation_hz:g} Hz needs more than {self.widest:.4g} {unit} peak "
+                f"to peak, which is all that the limits {self.limits.low_v:.4g} to "
+                f"{self.limits.high_v:.4g} {unit} leave there. Scan less, or move the bias."
             )
         rate, u_pp, u_min = (as_float64(x) for x in (state.freq, u_pp, low))
         answer = np.asarray(operator(jnp.asarray(found.drive), rate, u_pp=u_pp, u_min=u_min))

@@ -17,7 +17,7 @@ class Identified:
     """Drive range (V), steepest slope (V/s), scan rates (Hz) and amplitudes of a recording.
 
     `swings_joined`: whether what was recorded at one amplitude was seen to predict the others, so
-    that swings between them are inside, too.
+    that swings between them are inside, too. `drive_unit`: in place of V, where it is no voltage.
     """
 
     drive_min: float
@@ -26,6 +26,7 @@ class Identified:
     rates_hz: tuple[float, ...]
     amplitudes: tuple[float, ...]
     swings_joined: bool = True
+    drive_unit: str = "V"
 
     @classmethod
     def of(cls, recording: Recording, *, swings_joined: bool = True) -> "Identified":
@@ -38,6 +39,7 @@ class Identified:
             rates_hz=tuple(rate for rate in recording.rates if rate > 0),
             amplitudes=tuple(recording.amplitudes),
             swings_joined=swings_joined,
+            drive_unit=recording.drive_unit,
         )
 
     @classmethod
@@ -51,6 +53,7 @@ class Identified:
                 rates_hz=tuple(map(float, fields["rates_hz"])),
                 amplitudes=tuple(map(float, fields["amplitudes"])),
                 swings_joined=bool(fields.get("swings_joined", True)),
+                drive_unit=str(fields.get("drive_unit", "V")),
             )
         except (KeyError, TypeError, ValueError) as error:
             raise ModelError(
@@ -66,6 +69,7 @@ class Identified:
             "rates_hz": list(self.rates_hz),
             "amplitudes": list(self.amplitudes),
             "swings_joined": self.swings_joined,
+            "drive_unit": self.drive_unit,
         }
 
     @property
@@ -84,6 +88,7 @@ class Identified:
             self.drive_min - more,
             self.drive_max + more,
             THRESHOLDS.slope_margin * max(self.slew_max, 1e-12),
+            unit=self.drive_unit,
         )
 
     def _is_near(self, swing: float, recorded: float) -> bool:

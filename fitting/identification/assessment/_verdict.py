@@ -13,6 +13,7 @@ from fitting.identification._starts import Start
 from fitting.identification._thresholds import THRESHOLDS
 from fitting.identification.data_checks._clock_jitter import describe_jitter
 from fitting.identification.data_checks._data_checks import Fault
+from fitting.identification.data_checks._drive_character import describe_repetition
 from fitting.identification.data_checks._sweeps import describe_creep, single_sweep
 from fitting.identification.robust._reweighting import Reweighting
 from rapi_jax.internal import Band
@@ -170,11 +171,18 @@ def _check_held_out(
             reasons.append(f"does not generalise: {text}. {cure}")
         elif scheme.runs and scheme.inside and scheme.large:
             reasons.append(
-                f"not predicted: {text}, though other runs lie on both sides of it. Look at that "
-                "run, or record more between."
+                f"not predicted: {text}, though its rate and swing lie among those of the other "
+                "runs. Look at that run, or record more there."
             )
         elif scheme.large or scheme.rmse > THRESHOLDS.extrapolation * usual:
             notes.append(f"{text}: do not extrapolate there.")
+    alone = [scheme for scheme in held_out if len(scheme.runs) == 1]
+    if len(alone) > 1 and all(s.large and s.exceeds(noise, span) for s in alone):
+        notes.append(
+            "no run is predicted from the others: the model holds at the rates and swings "
+            "recorded. That they are of one device is assumed, and so is what lies between them: "
+            "record a run between to test it."
+        )
     return reasons, notes
 
 
@@ -203,9 +211,10 @@ def _notes(
             "another."
         )
     if not any(run.drive.periods > 1 for run in recording.runs):
+        cure = describe_repetition(recording)
         notes.append(
-            "nothing repeats: noise is taken as what changes from sample to sample. Record three "
-            "periods or more of one drive to measure it."
+            "nothing repeats: noise is taken as what changes from sample to sample. "
+            + (cure or "Record three periods or more of one drive to measure it.")
         )
     names = problem.names
     bound = [

@@ -9,6 +9,7 @@ from rapi_jax.internal import usable
 
 from ._drive_character import describe_drive, describe_rate, period_mismatch, rate_error
 from ._first_period import first_period_miss
+from ._reversals import find_reversals
 from ._step_detection import detect_steps
 from ._thresholds import THRESHOLDS
 
@@ -64,7 +65,7 @@ def find_faults(recording: Recording) -> list[Fault]:
         checks = (_check_motion, _check_levels, _check_clipping, _check_frozen)
         faults = [check(run) for check in checks]
         period = _check_period(run)
-        faults += [period, _check_start(run) if period is None else None]
+        faults += [period, _check_start(run) if period is None else None, _check_reversals(run)]
         found += [fault for fault in faults if fault is not None]
     return found or _find_switched(recording)
 
@@ -263,6 +264,23 @@ def _check_start(run: Run) -> Fault | None:
     )
     last = int(np.flatnonzero(run.drive.period == 0)[-1])
     return Fault("unsettled start", run.name, text, ((0, last),))
+
+
+def _check_reversals(run: Run) -> Fault | None:
+    """A response that turns back in mid-branch: folded, or that of a ferroelectric switching."""
+    places = find_reversals(run)
+    if not places:
+        return None
+    up = run.drive.up[places]
+    near = [f"{np.median(run.drive.value[places][way]):.3g}" for way in (up, ~up) if way.any()]
+    text = (
+        f"run {run.name!r}: the response turns back in mid-branch, near a drive of "
+        f"{' and '.join(near)} (samples {format_intervals([(i, i) for i in places])}), while the "
+        "drive goes on. The reading is rectified or folded (a magnitude, fringes without their "
+        "direction), or a piezo is driven through its coercive voltage (a butterfly loop). Correct "
+        "the reading, or keep the drive on one side of there."
+    )
+    return Fault("response turns back", run.name, text, tuple((i, i) for i in places))
 
 
 def _wrong_period(run: Run, why: str = "") -> Fault:

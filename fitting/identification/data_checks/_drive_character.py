@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from rapi_jax import Drive
+from rapi_jax import Drive, Recording
 from rapi_jax.internal import turning_samples
 
 from ._thresholds import THRESHOLDS
@@ -113,6 +113,23 @@ def _repetition(drive: Drive) -> float:
         if min(misses) < THRESHOLDS.shorter_period_miss:
             return float(near[int(np.argmin(misses))])
     return 0.0
+
+
+def describe_repetition(recording: Recording) -> str | None:
+    """What to say of a drive that repeats, though that was not said; `None` where none does."""
+    for run in recording.runs:
+        if run.drive.repeats or run.drive.u_pp == 0:
+            continue
+        period = _repetition(run.drive)
+        if not 0.0 < THRESHOLDS.unstated_periods * period <= run.drive.time[-1]:
+            continue
+        said = dataclasses.replace(run.drive, excitation_hz=1.0 / period)
+        rate = said.rate * (1.0 + rate_error(said))
+        return (
+            f"The drive of run {run.name!r} repeats, though, every {1.0 / rate:.4g} s: say "
+            f'`excitation_hz = {rate:.4g}` and its `waveform`, which is not "other".'
+        )
+    return None
 
 
 def _swings(drive: Drive) -> tuple[float, float]:

@@ -161,6 +161,19 @@ class DataCheckThresholds:
         3.0, unit="times what later periods miss by", origin="convention; a drift goes on"
     )
 
+    # Responses that turn back
+    reversal_swing: float = threshold(
+        0.3, unit="of the span", origin="convention; noise of a twentieth seldom swings so far"
+    )
+    reversal_inside: float = threshold(
+        0.1,
+        unit="of the drive's swing, from either end of a branch",
+        origin="convention; hysteresis and lags turn the response later than the drive",
+    )
+    reversal_share: float = threshold(
+        0.8, unit="of the branches", origin="convention; a disturbance does not recur in most"
+    )
+
     # Jitter of the clock
     jitter_share: float = threshold(
         0.5, unit="of the fast mean square", origin="convention; most of the noise"
@@ -215,6 +228,9 @@ class DataCheckThresholds:
     )
     longest_lag: float = threshold(
         0.8, unit="of the record", origin="convention; a fifth is left to compare"
+    )
+    unstated_periods: float = threshold(
+        2.0, unit="periods", origin="the second is compared with the first; its end may be cut off"
     )
     alike: float = threshold(
         0.98, unit="correlation", origin="below it the miss exceeds `shorter_period_miss`"

@@ -336,6 +336,20 @@ def test_a_slope_over_the_limit_is_refused_with_its_sample():
         compensate(paper_device(), target, limits=slow, bias=3.0)
 
 
+def test_refusals_are_in_the_unit_of_the_drive(identified):
+    """A drive may be the command of a servo in um; limits of a file are in the same unit."""
+    servo = dataclasses.replace(identified, drive_unit="um")
+    (target,) = linear_scan(10.0, span=60.0)
+    with pytest.raises(LimitError, match="bias of 9 um .* limits, .* um"):
+        compensate(paper_device(), target, identified=servo, bias=9.0)
+    slow = DriveLimits(0.0, 7.5, 30.0)
+    with pytest.raises(LimitError, match=r"\d um/s, but `slew_v_per_s` is 30 um/s"):
+        compensate(paper_device(), target, identified=servo, limits=slow)
+    (large,) = linear_scan(10.0, span=90.0)
+    with pytest.raises(LimitError, match=r"more than [\d.]+ um peak to peak"):
+        compensate(paper_device(), large, identified=servo)
+
+
 def test_targets_are_checked():
     time = np.arange(100) / 1000.0
     value = 1.0 - np.abs(1.0 - np.arange(100) / 50.0)

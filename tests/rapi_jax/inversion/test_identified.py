@@ -33,8 +33,14 @@ def test_files_keep_it():
     apart = Identified(0.0, 6.0, 500.0, (10.0, 40.0), (2.0, 5.0), swings_joined=False)
     assert Identified.from_dict(apart.to_dict()) == apart
     older = apart.to_dict()
-    del older["swings_joined"]
+    del older["swings_joined"], older["drive_unit"]
     assert Identified.from_dict(older) == SEEN
+
+
+def test_its_unit_is_that_of_the_limits_it_gives():
+    servo = Identified(0.0, 6.0, 500.0, (10.0, 40.0), (2.0, 5.0), drive_unit="um")
+    assert Identified.from_dict(servo.to_dict()).limits().unit == "um"
+    assert SEEN.limits().unit == "V"
 
 
 def test_rates_beyond_are_outside():

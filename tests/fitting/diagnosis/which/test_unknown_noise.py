@@ -76,6 +76,17 @@ def test_optical_causes_are_not_said_of_a_sensor(effect):
     assert Creep.label in verdict_sentence("creep", (Creep,), 0.9, shrinkage, "um")
 
 
+def test_an_effect_less_likely_than_not_is_no_finding():
+    """Of three periods of a piezo, delay 48 %, amplifier 29 %: nothing to build on."""
+    closed = {"value": 0.8, "low": 0.7, "high": 0.9}
+    for fraction in (None, closed):
+        shrinkage = {"closed_fraction": fraction, "before": 0.3, "after": 0.1}
+        assert "gap may be" in verdict_sentence("creep", (Creep,), 0.48, shrinkage, "um")
+        assert "gap is" in verdict_sentence("creep", (Creep,), 0.9, shrinkage, "um")
+    advice = verdict_advice("creep", (Creep,), ["creep", "drift"], None, unit="um")
+    assert "creep and drift cannot be told apart" in advice and Creep.remedy not in advice
+
+
 def test_what_repeats_is_not_said_where_nothing_does():
     entry = {"run": 0, "excitation_hz": 10.0, "amplitude": 1.0, "direction": "up"}
     entries = [

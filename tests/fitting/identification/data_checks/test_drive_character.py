@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from fitting.identification.data_checks._data_checks import find_faults
-from fitting.identification.data_checks._drive_character import characterise, rate_error
+from fitting.identification.data_checks._drive_character import (
+    characterise,
+    describe_repetition,
+    rate_error,
+)
 from rapi_jax import Drive, Recording
 
 RATE = 2000.0
@@ -131,3 +135,24 @@ def test_a_right_rate_is_not_called_wrong(waveform, noise, rate):
         assert abs(rate_error(Drive(TIME, value, rate, waveform))) < 1e-3
         assert faults(value, rate, waveform) == []
         assert faults(value, rate * 1.001, waveform) == []  # as rates are rounded
+
+
+@pytest.mark.parametrize("said", [None, 3.0])
+@pytest.mark.parametrize("hz", [1.0, 3.2, 7.03])
+def test_a_drive_that_repeats_unsaid_is_told_its_rate(hz, said):
+    """To 1e-4, though a period holds no whole number of samples; of a file's drive with noise."""
+    noise = 1e-3 * RNG.standard_normal(TIME.size)
+    drive = Drive(TIME, 3.0 + np.sin(2 * np.pi * hz * TIME + 0.4) + noise, said, "other")
+    text = describe_repetition(Recording.of([drive], [drive.value]))
+    assert text is not None and "run 'run00' repeats" in text
+    (rate,) = re.findall(r"excitation_hz = ([\d.]+)", text)
+    assert float(rate) == pytest.approx(hz, rel=2e-4)
+
+
+def test_a_drive_that_does_not_repeat_or_is_said_to_is_told_nothing():
+    decaying = Drive(TIME, np.exp(-TIME) * np.sin(2 * np.pi * TIME), 1.0, "other")
+    once = Drive(TIME, np.abs(TIME - 2.0))
+    resting = Drive(TIME, np.ones(TIME.size))
+    said = Drive(TIME, np.sin(2 * np.pi * TIME), 1.0, "sine")
+    for drive in (decaying, once, resting, said):
+        assert describe_repetition(Recording.of([drive], [TIME])) is None

@@ -20,8 +20,7 @@ from .where._residual_profiles import residual_profiles
 from .which._base import FittedBase
 from .which._candidate import Candidate
 from .which._forward_selection import Attribution
-from .which._model_refits import ModelRefits
-from .which._ranking import RankedCandidates
+from .which._ranking import RankedCandidates, choose_refit, needs_flexible_base
 
 
 def describe_gap(whitened: WhitenedModel, fitted: FittedBase, none: Candidate) -> dict[str, Any]:
@@ -55,7 +54,7 @@ def describe_gap(whitened: WhitenedModel, fitted: FittedBase, none: Candidate) -
 def describe_shrinkage(
     whitened: WhitenedModel,
     fitted: FittedBase,
-    models: ModelRefits,
+    none: Candidate,
     top: Candidate,
     held_out: CrossValidation | None,
     *,
@@ -66,13 +65,13 @@ def describe_shrinkage(
     `floor`: of noise, as `describe_gap` has it.
     """
     blocks, spectrum, own = whitened.blocks, fitted.spectrum, whitened.own_origin
-    none = models.none
     whole = _measure_base_gap(whitened, fitted, none)
     before, after = held_out.rms(own) if held_out else (whole.total, whole.total)
-    refitted = models.of(top)
-    left = refitted[1].errors.raw
+    left = top.on_flexible_base.errors.raw
     remainder = localise(left, blocks, spectrum, whitened.recording, own_origin=own)
-    _, without = models.of(none)
+    flexible = needs_flexible_base(top)
+    refitted = choose_refit(top, fitted.refit, flexible=flexible)
+    _, without = choose_refit(none, fitted.refit, flexible=flexible)
     gain = predict_gain(whitened, spectrum, without, refitted, held_out)
     errors = none.on_base.errors.raw
     return {
@@ -132,14 +131,13 @@ def describe_hypotheses(
             "probability": probability,
         }
         if candidate.effects:
+            flexible = needs_flexible_base(candidate)
+            refit, state = choose_refit(candidate, fitted.refit, flexible=flexible)
             validated = held_out.get(candidate.name)
             entry |= {
                 "survival": candidate.unabsorbed_fraction,
                 "parameters": estimate_effects(
-                    candidate.flexible.marginal,
-                    candidate.on_flexible_base,
-                    recording.response_unit,
-                    recording.drive_unit,
+                    refit, state, recording.response_unit, recording.drive_unit
                 ),
                 "closed_fraction": validated.closed if validated else None,
                 "delta_chi2": attribution.none.cost - candidate.cost,

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from fitting.identification._fit import Posed, default_free, solver_options
 from fitting.identification._parameter_vector import ParameterVector
 from fitting.identification.data_checks._data_checks import Fault, check_usable, find_faults
-from fitting.identification.data_checks._sweeps import single_sweep
+from fitting.identification.data_checks.holds._sweeps import single_sweep
 from rapi_jax import ECDL, AbstractOperator, DataError, ModelError, Recording
 from rapi_jax.effects import AbstractEffect
 

@@ -27,6 +27,7 @@ from ._data_checks import (
 from ._diagnosis import Diagnosis
 from ._text import effect_label
 from ._verdict import blame_data, collect_notes, doubt_noise, give_verdict
+from .base_misfit._remainder import is_beyond_hysteresis
 from .how_far._cross_validation import cross_validate
 from .next_scan._proposal import propose_next_scan
 from .noise._periods import decimate
@@ -34,13 +35,13 @@ from .noise._residual_whiteness import measure_whiteness
 from .refit._whitened_model import WhitenedModel
 from .which._base import fit_base
 from .which._forward_selection import select_effects
-from .which._model_refits import ModelRefits, needs_flexible_operator
-from .which._ranking import likely_candidates, match_candidates
+from .which._ranking import choose_refit, likely_candidates, match_candidates, needs_flexible_base
 from .which.evidence._calibration import load_calibration
 from .which.evidence._evidence import Evidence
 from .which.evidence._probability import (
     credible_set,
     doubt_none,
+    doubt_remainder,
     doubt_unpredictive,
     hypothesis_probabilities,
     withhold_judgment,
@@ -94,25 +95,28 @@ def diagnose(
 
     evidence = Evidence.of(attribution, noise_known=fitted.spectrum.measured)
     ranked = match_candidates(attribution, hypothesis_probabilities(evidence))
-    flexible = needs_flexible_operator(ranked[0][0] or attribution.none)
-    models = ModelRefits(fitted.refit, attribution.none, flexible=flexible)
+    flexible = needs_flexible_base(ranked[0][0] or attribution.none)
 
     report("held-out data")
-    none = models.of(attribution.none)
+    none = choose_refit(attribution.none, fitted.refit, flexible=flexible)
     likely = likely_candidates(attribution, ranked)
-    validated = cross_validate(whitened, none, [models.of(c) for c in likely], report)
+    refits = [choose_refit(candidate, fitted.refit, flexible=flexible) for candidate in likely]
+    validated = cross_validate(whitened, none, refits, report)
     held_out = {c.name: v for c, v in zip(likely, validated, strict=True) if v is not None}
 
     # What stays open on held-out data tells whether something is missing that is not listed.
     closed = {name: v.closed for name, v in held_out.items() if v.closed}
     values = {name: found["value"] for name, found in closed.items()}
     probabilities = doubt_unpredictive(hypothesis_probabilities(evidence, values), closed)
+    first = match_candidates(attribution, probabilities)[0][0]
+    if first is not None and first.effects and is_beyond_hysteresis(fitted.refit, first.on_base):
+        probabilities = doubt_remainder(probabilities)
     left = None if fitted.spectrum.measured else measure_whiteness(none[1].errors.raw, blocks)
     if left is not None and left.doubts:
         probabilities = doubt_none(probabilities)
     ranked = match_candidates(attribution, probabilities)
     top = ranked[0][0] or attribution.none
-    refit, state = models.of(top)
+    refit, state = choose_refit(top, fitted.refit, flexible=flexible)
     named = tuple(effect.name for effect in top.effects)
     faults = broken + shown_faults(recording, state.errors.raw, whitened, named, broken)
     blamed = broken or [fault for fault in faults if fault.kind == NOTHING_EXPLAINED]
@@ -120,13 +124,15 @@ def diagnose(
         probabilities = withhold_judgment()
         ranked = match_candidates(attribution, probabilities)
         top = attribution.none
-        refit, state = models.of(top)
+        refit, state = choose_refit(top, fitted.refit, flexible=flexible)
     credible = credible_set(probabilities)
     name, probability = probabilities[0]
 
     gap = describe_gap(whitened, fitted, attribution.none)
     floor = gap["gap"]["noise_floor"]
-    shrinkage = describe_shrinkage(whitened, fitted, models, top, held_out.get(name), floor=floor)
+    shrinkage = describe_shrinkage(
+        whitened, fitted, attribution.none, top, held_out.get(name), floor=floor
+    )
 
     next_scan = None
     if scan and not blamed:
@@ -154,7 +160,7 @@ def diagnose(
         "faults": [dataclasses.asdict(fault) for fault in faults],
     }
     notes = tuple(f"{fault.kind}: {fault.message}" for fault in faults)
-    notes += collect_notes(whitened, fitted, refit, flexible=flexible)
+    notes += collect_notes(whitened, fitted, top, flexible=flexible)
     seconds = time.perf_counter() - began
     drive = None if next_scan is None else next_scan.drive
     labels = {cls.name: effect_label(cls, recording.response_unit) for cls in classes}

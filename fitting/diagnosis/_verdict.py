@@ -5,7 +5,7 @@ from typing import Any
 
 from fitting.identification.data_checks._data_checks import Fault
 from fitting.identification.data_checks._drive_character import describe_repetition
-from fitting.identification.data_checks._sweeps import describe_creep
+from fitting.identification.data_checks.holds._sweeps import describe_creep
 from rapi_jax import Recording
 
 from ._data_checks import SINGLE_SWEEP
@@ -14,7 +14,6 @@ from ._text import verdict_advice, verdict_sentence
 from .next_scan._confirmation import needs_confirmation
 from .next_scan._next_scan import NextScan
 from .noise._residual_whiteness import ResidualWhiteness
-from .refit._gauss_newton import Refit
 from .refit._whitened_model import WhitenedModel
 from .which._base import FittedBase
 from .which._candidate import Candidate
@@ -117,7 +116,7 @@ def _reason(none: Candidate, top: Candidate, sentence: str) -> str:
 
 
 def collect_notes(
-    whitened: WhitenedModel, fitted: FittedBase, refit: Refit, *, flexible: bool
+    whitened: WhitenedModel, fitted: FittedBase, top: Candidate, *, flexible: bool
 ) -> tuple[str, ...]:
     """What the recording cannot tell, and whether the model holds the flexible base."""
     recording, notes = whitened.recording, []
@@ -142,6 +141,6 @@ def collect_notes(
     if flexible:
         notes.append(
             "The identified operator is not quite the device's: the model holds the richer one of "
-            f"{refit.base.operator.count} plays."
+            f"{top.flexible_refit.base.operator.count} plays."
         )
     return tuple(notes)

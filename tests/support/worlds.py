@@ -6,11 +6,11 @@ import numpy as np
 from examples_drive import EXAMPLES as ON_DRIVE
 from examples_optical import EXAMPLES as ON_RESPONSE
 
-from fitting.diagnosis.base_misfit._flexible_operator import flexible_operator as flexible_base
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.which._flexible_base import flexible_base
 from fitting.diagnosis.which._screen import orthonormal_basis
 from rapi_jax import ECDL, Drive, Recording, triangle
 from rapi_jax._ecdl import respond

@@ -88,11 +88,6 @@ class PlayDensity:
         off = np.log(SCALES / THRESHOLDS.usual_scale) / THRESHOLDS.scale_spread
         return out - 0.5 * off**2
 
-    def usual_basis(self) -> Float[np.ndarray, "lines absorbed"]:
-        """Orthonormal directions that a density of the usual scale absorbs for the most part."""
-        absorbed = THRESHOLDS.usual_scale**2 * self.power > 1.0
-        return np.concatenate([self.tangent, self.directions[:, absorbed]], axis=1)
-
 
 SCALES = np.geomspace(*THRESHOLDS.scale_range, THRESHOLDS.scales)
 

@@ -4,7 +4,6 @@ import dataclasses
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
 
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 
@@ -15,14 +14,12 @@ from ._density import SCALES, PlayDensity
 class FlexibleBase:
     """A density of plays about one state, and its scale.
 
-    - `refit`: of the identified operator, all of it free. `scale`: see `PlayDensity.covariance`.
-    - `log_evidence`: of the state it is about, at each of `SCALES`, less a constant.
+    `refit`: of the identified operator, all of it free. `scale`: see `PlayDensity.covariance`.
     """
 
     refit: Refit
     density: PlayDensity
     scale: float
-    log_evidence: Float[np.ndarray, " scales"]
 
     @classmethod
     def about(cls, refit: Refit, state: State) -> "FlexibleBase":
@@ -31,9 +28,8 @@ class FlexibleBase:
         smooth = dataclasses.replace(refit, freeze_jumps=True)  # a jump's place has no derivative
         columns = smooth.jacobian_effects(state)[: errors.synchronous.size]
         found = density.log_evidence(errors.synchronous, columns)
-        found = found - 0.5 * (state.nonsynchronous + errors.jump_timing_cost)
         found = np.where(np.isfinite(found), found, -np.inf)
-        return cls(refit, density, float(SCALES[int(np.argmax(found))]), found)
+        return cls(refit, density, float(SCALES[int(np.argmax(found))]))
 
     @cached_property
     def marginal(self) -> Refit:
@@ -44,7 +40,3 @@ class FlexibleBase:
         whitener = self.refit.whitener.with_misfit(self.density.covariance(self.scale))
         base = dataclasses.replace(self.refit.base, free=np.zeros_like(self.refit.base.free))
         return dataclasses.replace(self.refit, whitener=whitener, base=base)
-
-    def with_scale(self, scale: float) -> "FlexibleBase":
-        """The same with another scale."""
-        return dataclasses.replace(self, scale=scale)

@@ -47,11 +47,17 @@ class MisfitThresholds:
     least_variance: float = threshold(
         1e-2, unit="variance of noise", origin="below it a direction moves nothing"
     )
-    initial_prior: float = threshold(
-        0.3,
-        unit="of a play's band",
-        origin="set by trial; one standard deviation of first outputs of the flexible operator",
+    remainder: float = threshold(
+        1.25,
+        unit="chi-square a line",
+        origin="the right effect leaves 1.21 at most on 20 open devices (one of another form "
+        "1.46), the best wrong one 1.33 and more on 9 of 10; 1.1: right effects are doubted, 2: "
+        "half of the wrong ones pass",
     )
+    remainder_sigmas: float = threshold(
+        4.0, unit="standard deviations of chi-square a line", origin="chance, 1 in 30 000"
+    )
+    remainder_steps: int = threshold(20, unit="steps", origin="as the flexible base's; at most")
 
 
 THRESHOLDS = MisfitThresholds()

@@ -2,9 +2,8 @@
 
 import dataclasses
 
-from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
 from fitting.diagnosis.refit._effect_vector import Effects, free_parameters
-from fitting.diagnosis.refit._gauss_newton import State
+from fitting.diagnosis.refit._gauss_newton import Refit, State
 from rapi_jax.effects import ALL, AbstractEffect
 
 
@@ -14,15 +13,15 @@ class Candidate:
 
     - `effects`: those added to the base's own.
     - `eta_fixed`: the refit on the base with `eta` held; `on_base`: with all of the operator free.
-    - `flexible`: the flexible base about it. `on_flexible_base`: its refit there.
+    - `on_flexible_base`: the refit on the flexible base, which `flexible_refit` holds.
     - `unabsorbed_fraction`: see `Screened`; of the effect added last.
     """
 
     effects: Effects
     eta_fixed: State
     on_base: State
-    flexible: FlexibleBase
     on_flexible_base: State
+    flexible_refit: Refit
     unabsorbed_fraction: float
 
     @property

@@ -86,27 +86,6 @@ def refit_beside_jumps(
     return refit.minimise(state, steps, tolerance)
 
 
-def refit_and_search(refit: Refit, state: State, cost_without: float) -> State:
-    """A refit on a flexible base; where an effect jumps, with another search for its position.
-
-    On the base itself the position was fitted to what its misfit left. `cost_without`: chi-square
-    without the effect.
-    """
-    steps, tolerance = THRESHOLDS.flexible_steps, THRESHOLDS.flexible_tolerance
-    end = refit_beside_jumps(refit, state, steps, tolerance)
-    if all(type(effect).smooth for effect in end.effects):
-        return end
-    for _ in range(THRESHOLDS.jump_rounds):
-        if end.synchronous <= THRESHOLDS.flexible_misfit * end.errors.synchronous.size:
-            break
-        before = end
-        searched = search_jump_parameters(refit, end, cost_without)
-        end = refit_beside_jumps(refit, searched, steps, tolerance)
-        if before.cost - end.cost < THRESHOLDS.flexible_round_gain * before.cost:
-            break
-    return end
-
-
 def _refit_guesses(
     refit: Refit, state: State, screened: list[Screened], steps: int
 ) -> State | None:

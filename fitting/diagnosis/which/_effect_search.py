@@ -15,7 +15,7 @@ from ._effect_refit import (
     short_refit,
 )
 from ._excess import is_competitive, reduces_nonsynchronous
-from ._flexible_comparison import place_effects
+from ._flexible_refit import refit_on_flexible_base
 from ._screen import InitialGuesses, orthonormal_basis, screen_effect
 from ._thresholds import THRESHOLDS
 
@@ -40,55 +40,24 @@ def search_one_effect(
     full = _refit_in_full(eta_fixed, start.eta_fixed, short)
     own = none.on_base.effects
     out = []
-    leaders = _leaders(full, start.eta_fixed)
-    progress("the others on the flexible base")
-    leaders += _hidden_leaders(eta_fixed, start, short, leaders)
-    for state, fraction in leaders:
+    for state, fraction in _leaders(full, start.eta_fixed):
+        progress(f"{hypothesis_name(added_effects(state.effects, own))} on the flexible base")
         on_base = free_eta(free, state)
-        flexible = place_effects(start.flexible, on_base)
+        flexible_refit, flexible = refit_on_flexible_base(
+            free, on_base, (start.flexible_refit, start.on_flexible_base)
+        )
         effects = added_effects(flexible.effects, own)
-        out.append(Candidate(effects, state, on_base, start.flexible, flexible, fraction))
-    return out
-
-
-def search_second_effect(
-    refits: tuple[Refit, Refit], start: Candidate, none: Candidate, guesses: InitialGuesses
-) -> list[Candidate]:
-    """Every effect of `guesses` beside the one of `start`, whose base is near enough to stay.
-
-    First looks are on the flexible base, where the operator is projected out and only effects move;
-    the best few are then refitted with the operator.
-    """
-    eta_fixed, free = refits
-    basis = orthonormal_basis(eta_fixed.jacobian_base(start.eta_fixed))
-    absorbed = start.flexible.density.usual_basis()
-    looks: list[_Refitted] = []
-    for grid in guesses.values():
-        screened = screen_effect(eta_fixed, start.eta_fixed, grid, basis, absorbed)
-        found = short_refit(start.flexible.marginal, start.on_flexible_base, screened)
-        if found is not None and start.cost - found.cost > THRESHOLDS.chance_fall:
-            looks.append((found, screened[0].unabsorbed_fraction))
-    out = []
-    for look, fraction in sorted(looks, key=_cost)[: THRESHOLDS.second_effects]:
-        beside = eta_fixed.evaluate(start.eta_fixed.values, look.effects)
-        state = full_refit(eta_fixed, beside, start.eta_fixed.cost)
-        on_base = free_eta(free, state)
-        flexible = place_effects(start.flexible, on_base)
-        effects = added_effects(flexible.effects, none.on_base.effects)
-        out.append(Candidate(effects, state, on_base, start.flexible, flexible, fraction))
+        out.append(Candidate(effects, state, on_base, flexible, flexible_refit, fraction))
     return out
 
 
 def _refit_short(
-    refit: Refit,
-    start: Candidate,
-    guesses: InitialGuesses,
-    progress: Progress,
+    refit: Refit, start: Candidate, guesses: InitialGuesses, progress: Progress
 ) -> list[_Refitted]:
     """Short refits of each effect, at one rate also from no hysteresis; the best first."""
     state = start.eta_fixed
     basis = orthonormal_basis(refit.jacobian_base(state))
-    flexible_basis = start.flexible.density.usual_basis()
+    flexible_basis = orthonormal_basis(start.flexible_refit.jacobian_base(start.on_flexible_base))
     without = refit_without_hysteresis(refit, state) if _has_one_rate(refit) else None
     out: list[_Refitted] = []
     for name, grid in guesses.items():
@@ -135,26 +104,6 @@ def _leaders(full: list[_Refitted], without: State) -> list[_Refitted]:
         ) or reduces_nonsynchronous(state, without, THRESHOLDS.full_refit_fall):
             leaders.append((state, fraction))
     return leaders or full[:1]
-
-
-def _hidden_leaders(
-    refit: Refit,
-    start: Candidate,
-    short: list[_Refitted],
-    leaders: list[_Refitted],
-) -> list[_Refitted]:
-    """Effects that explain much on the flexible base alone: elsewhere base misfit hides them."""
-    known = {hypothesis_name(state.effects) for state, _ in leaders}
-    others = [
-        pair for pair in _best_of_each(short) if hypothesis_name(pair[0].effects) not in known
-    ]
-    falls = [start.cost - place_effects(start.flexible, state).cost for state, _ in others]
-    least = max(THRESHOLDS.chance_fall, THRESHOLDS.leader_fall * max(falls, default=0.0))
-    seen = sorted((k for k, fall in enumerate(falls) if fall > least), key=lambda k: -falls[k])
-    return [
-        (full_refit(refit, others[k][0], start.eta_fixed.cost), others[k][1])
-        for k in seen[: THRESHOLDS.leaders]
-    ]
 
 
 def _cost(refitted: _Refitted) -> float:

@@ -3,15 +3,16 @@
 import dataclasses
 from collections.abc import Sequence
 
-from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
+import numpy as np
+
 from fitting.diagnosis.refit._gauss_newton import Refit
 from rapi_jax.effects import AbstractEffect
 
 from ._base import FittedBase
 from ._candidate import Candidate
-from ._effect_search import Progress, search_one_effect, search_second_effect
+from ._effect_search import Progress, search_one_effect
 from ._excess import excess, is_unexplained, nonsynchronous_excess, reduces_nonsynchronous
-from ._flexible_comparison import compare_on_flexible_base
+from ._flexible_refit import refit_flexible_base
 from ._screen import initial_guesses, search_ranges
 from ._thresholds import THRESHOLDS
 
@@ -41,13 +42,12 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
     refit = dataclasses.replace(fitted.refit, search_ranges=ranges)
     refits = (dataclasses.replace(fitted.eta_fixed[0], search_ranges=ranges), refit)
     progress("flexible base")
-    base = FlexibleBase.about(refit, state)
-    bare = base.marginal.evaluate(state.values, state.effects)
-    none = Candidate((), fitted.eta_fixed[1], state, base, bare, 1.0)
+    flexible_refit, flexible = refit_flexible_base(refit, state)
+    none = Candidate((), fitted.eta_fixed[1], state, flexible, flexible_refit, 1.0)
     singles = search_one_effect(refits, none, none, guesses, progress)
     if not singles:
         return Attribution(none, ())
-    none, singles = compare_on_flexible_base(refit, none, singles)
+    none = _refit_none_from_best(none, singles)
     pairs: list[Candidate] = []
     if _needs_pairs(none, singles, noise_known=refit.whitener.spectrum.measured):
         for first in _firsts_of_pairs(none, singles):
@@ -56,12 +56,23 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
                 names = {p.name for p in pairs}
                 if pair.name not in names and _is_supported(pair, [first, *singles]):
                     pairs.append(pair)
-    if pairs:
-        none, every = compare_on_flexible_base(refit, none, [*singles, *pairs])
-        pairs = [c for c in every if len(c.effects) > 1]
-        singles = [c for c in every if len(c.effects) == 1]
-        pairs = [pair for pair in pairs if _is_supported(pair, singles)]
     return Attribution(none, tuple(sorted([*singles, *pairs], key=lambda c: c.cost)))
+
+
+def _refit_none_from_best(none: Candidate, singles: list[Candidate]) -> Candidate:
+    """`none`, from the best candidate's flexible base without its effect where that leaves less.
+
+    Else the effect would be credited with a better start.
+    """
+    best = min(singles, key=lambda c: c.cost)
+    refit = best.flexible_refit
+    start = refit.evaluate(best.on_flexible_base.values, none.on_base.effects)
+    if not np.isfinite(start.cost) or start.cost > THRESHOLDS.none_start_cost * none.cost:
+        return none
+    end = refit.minimise(start, THRESHOLDS.none_steps, THRESHOLDS.none_tolerance)
+    if end.cost < none.cost:
+        return dataclasses.replace(none, on_flexible_base=end, flexible_refit=refit)
+    return none
 
 
 def _needs_pairs(none: Candidate, singles: list[Candidate], *, noise_known: bool) -> bool:
@@ -91,10 +102,7 @@ def _firsts_of_pairs(none: Candidate, singles: list[Candidate]) -> list[Candidat
 
 
 def _refit_pairs(
-    refits: tuple[Refit, Refit],
-    first: Candidate,
-    none: Candidate,
-    classes: Classes,
+    refits: tuple[Refit, Refit], first: Candidate, none: Candidate, classes: Classes
 ) -> list[Candidate]:
     """Pairs with `first`, which is searched anew beside the other where the two leave too much.
 
@@ -103,7 +111,7 @@ def _refit_pairs(
     eta_fixed = refits[0]
     others = [c for c in classes if c.name != first.name]
     guesses = initial_guesses(eta_fixed, first.eta_fixed, others)
-    pairs = search_second_effect(refits, first, none, guesses)
+    pairs = search_one_effect(refits, first, none, guesses, _silent)
     cls = next(c for c in classes if c.name == first.name)
     for pair in sorted(pairs, key=lambda c: c.cost)[: THRESHOLDS.pair_swaps]:
         if not is_unexplained(pair.on_flexible_base):
@@ -113,10 +121,9 @@ def _refit_pairs(
         alone = eta_fixed.minimise(
             eta_fixed.evaluate(pair.eta_fixed.values, kept), THRESHOLDS.swap_steps
         )
-        beside = pair.flexible.marginal.evaluate(alone.values, kept)
-        start = dataclasses.replace(pair, eta_fixed=alone, on_flexible_base=beside)
+        start = dataclasses.replace(pair, eta_fixed=alone)
         again = initial_guesses(eta_fixed, alone, [cls])
-        swapped = search_second_effect(refits, start, none, again)
+        swapped = search_one_effect(refits, start, none, again, _silent)
         if swapped and swapped[0].cost < pair.cost:
             pairs[pairs.index(pair)] = swapped[0]
     return pairs
@@ -140,3 +147,7 @@ def _is_supported(pair: Candidate, singles: list[Candidate]) -> bool:
         base_gain > THRESHOLDS.pair_base_gain * gain and gain > share * left
     ) or reduces_nonsynchronous(pair.on_flexible_base, steadiest, share)
     return gain > THRESHOLDS.chance_fall and enough
+
+
+def _silent(line: str) -> None:
+    pass

@@ -1,6 +1,9 @@
-"""Candidates in the order of their probabilities."""
+"""Candidates in the order of their probabilities, and on which base each is judged."""
+
+from fitting.diagnosis.refit._gauss_newton import Refit, State
 
 from ._candidate import Candidate
+from ._excess import is_unexplained
 from ._forward_selection import Attribution
 from ._thresholds import THRESHOLDS
 from .evidence._probability import UNLISTED, Ranked
@@ -16,9 +19,26 @@ def match_candidates(attribution: Attribution, ranked: Ranked) -> RankedCandidat
 
 
 def likely_candidates(attribution: Attribution, ranked: RankedCandidates) -> list[Candidate]:
-    """The likeliest candidates with effects; where what is left has no name, the best of all."""
+    """The likeliest candidates with effects; the one that leaves least where none is likely."""
     least = THRESHOLDS.likely_probability
     likely = [c for c, p in ranked if c is not None and c.effects and p > least]
-    if not likely and attribution.candidates and ranked[0][0] is None:
+    if not likely and attribution.candidates:
         return [attribution.best]
     return likely[: THRESHOLDS.likely_candidates]
+
+
+def needs_flexible_base(candidate: Candidate) -> bool:
+    """Whether the identified operator, unlike the flexible base, leaves more than noise."""
+    base, flexible = (
+        state.synchronous - state.errors.synchronous.size
+        for state in (candidate.on_base, candidate.on_flexible_base)
+    )
+    more = base > THRESHOLDS.flexible_base_ratio * max(flexible, 0.0)
+    return is_unexplained(candidate.on_base) and more
+
+
+def choose_refit(candidate: Candidate, refit: Refit, *, flexible: bool) -> tuple[Refit, State]:
+    """A candidate's refit on the flexible base, or on the identified one."""
+    if flexible:
+        return candidate.flexible_refit, candidate.on_flexible_base
+    return refit, candidate.on_base

@@ -126,6 +126,22 @@ class WhichThresholds:
     second_start_cost: float = threshold(
         3.0, unit="of the first start's final chi-square", origin=f"{_TRIAL}; a start above is left"
     )
+    none_start_cost: float = threshold(
+        3.0,
+        unit="of chi-square without effects",
+        origin=f"{_TRIAL}; a start from the best leader's base above it is left",
+    )
+    none_steps: int = threshold(
+        12, unit="steps", origin=f"{_TRIAL}; at most, without effects from the best leader's base"
+    )
+    none_tolerance: float = threshold(
+        2e-3, unit="of the excess", origin=f"{_TRIAL}; two smaller falls in a row end that refit"
+    )
+
+    # Freedom of the flexible base.
+    initial_prior: float = threshold(
+        0.3, unit="of a play's band", origin=f"{_TRIAL}; one standard deviation of first outputs"
+    )
 
     # What is left, and what counts as gain.
     explained_synchronous: float = threshold(
@@ -167,11 +183,6 @@ class WhichThresholds:
     pair_firsts: int = threshold(
         2, unit="effects", origin=f"{_TRIAL}; beside which a second is sought; more cost time"
     )
-    second_effects: int = threshold(
-        3,
-        unit="effects",
-        origin="set by trial; refitted with the operator beside a first one; more cost time",
-    )
     pair_swaps: int = threshold(
         2, unit="pairs", origin=f"{_TRIAL}; whose first effect is sought anew; more cost time"
     )
@@ -209,6 +220,12 @@ class WhichThresholds:
         0.05,
         unit="of the hypotheses' probability",
         origin="what a change of runs leaves of the gap where it is named: at most a twentieth",
+    )
+    unlisted_share: float = threshold(
+        0.25,
+        unit="probability",
+        origin="open devices that leave more than a hysteresis could: unlisted 8 of 10, so a lower "
+        "edge; half: only devices with 1.46 and more keep it in the set; double: it is the answer",
     )
     least_closed: float = threshold(
         0.5,

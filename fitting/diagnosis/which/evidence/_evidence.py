@@ -52,9 +52,7 @@ class Evidence:
         """The evidence of an attribution."""
         errors = attribution.none.on_flexible_base.errors
         found = (attribution.none, *attribution.candidates)
-        misfit = attribution.none.flexible.marginal.whitener.misfit
-        removed = 0 if misfit is None else misfit.removed
-        size = (max(errors.synchronous.size - removed, 1), errors.nonsynchronous.size)
+        size = (errors.synchronous.size, errors.nonsynchronous.size)
         return cls(*size, noise_known, tuple(_hypothesis(c) for c in found))
 
     @classmethod

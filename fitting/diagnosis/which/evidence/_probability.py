@@ -55,6 +55,20 @@ def withhold_judgment() -> Ranked:
     return [(UNLISTED, 0.5), ("none", 0.5)]
 
 
+def doubt_remainder(ranked: Ranked) -> Ranked:
+    """The same where what the likeliest effects leave is beyond any hysteresis.
+
+    Something else is then missing, or the effect has another form: `unlisted` keeps a share at
+    least, and the others are scaled.
+    """
+    least, found = THRESHOLDS.unlisted_share, dict(ranked)
+    if found[UNLISTED] >= least:
+        return ranked
+    scale = (1.0 - least) / (1.0 - found[UNLISTED])
+    out = [(name, least if name == UNLISTED else scale * p) for name, p in ranked]
+    return sorted(out, key=lambda pair: -pair[1])
+
+
 def doubt_none(ranked: Ranked) -> Ranked:
     """The same where noise is not known and what is left does not look like it.
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
-from fitting.identification.data_checks._sweeps import (
+from fitting.identification.data_checks.holds._sweeps import (
     count_branches,
     describe_creep,
     find_creep,

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
+from fitting.identification.data_checks._thresholds import THRESHOLDS
 from rapi_jax import Drive, Recording, Run
 from rapi_jax.internal import turning_samples
 
-from ._thresholds import THRESHOLDS
-from .holds._settling import Settling, creep_rms, fit_settling
+from ._settling import Settling, creep_rms, fit_settling
 
 
 @dataclasses.dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""The flexible operator: a richer hysteresis than the one identified, as a model to be used."""
+"""The flexible base: a richer hysteresis than the one identified.
+
+What it can absorb is not credited to an effect.
+"""
 
 import dataclasses
 
@@ -11,9 +14,7 @@ from rapi_jax import parameters
 from ._thresholds import THRESHOLDS
 
 
-def flexible_operator(
-    whitened: WhitenedModel, base: BaseModel, values: np.ndarray
-) -> BaseModel | None:
+def flexible_base(whitened: WhitenedModel, base: BaseModel, values: np.ndarray) -> BaseModel | None:
     """The flexible form of the operator at `values`, with priors about where it begins.
 
     It begins as the same function of the drive. `None` for an operator that has no such form.

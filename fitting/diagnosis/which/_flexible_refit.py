@@ -1,0 +1,78 @@
+"""Refits on the flexible base, where only what no hysteresis could do counts for an effect."""
+
+import dataclasses
+
+import numpy as np
+
+from fitting.diagnosis.refit._gauss_newton import Refit, State
+
+from ._effect_refit import refit_beside_jumps
+from ._flexible_base import flexible_base
+from ._jump_search import search_jump_parameters
+from ._thresholds import THRESHOLDS
+
+
+def refit_flexible_base(refit: Refit, state: State) -> tuple[Refit, State]:
+    """The flexible base without any effect but the base's own."""
+    base = flexible_base(refit.whitened, refit.base, state.values) or refit.base
+    flexible = dataclasses.replace(refit, base=base)
+    values = base.prior_mean if base is not refit.base else state.values
+    start = flexible.evaluate(values, state.effects)
+    return flexible, flexible.minimise(
+        start, THRESHOLDS.flexible_steps, THRESHOLDS.flexible_tolerance
+    )
+
+
+def refit_on_flexible_base(
+    refit: Refit, on_base: State, without: tuple[Refit, State]
+) -> tuple[Refit, State]:
+    """The flexible base with the effects of `on_base`: from there, or from the one without them.
+
+    The better of the two starts is refitted; the other only where the first ends above it.
+    """
+    base = flexible_base(refit.whitened, refit.base, on_base.values) or refit.base
+    flexible = dataclasses.replace(refit, base=base)
+    values = base.prior_mean if base is not refit.base else on_base.values
+    other, before = without
+    starts = [
+        (flexible, flexible.evaluate(values, on_base.effects)),
+        (other, other.evaluate(before.values, on_base.effects)),
+    ]
+    starts = sorted((s for s in starts if np.isfinite(s[1].cost)), key=lambda s: s[1].cost)
+    first, state = starts[0]
+    end = _refit_and_search(first, state, before.cost)
+    # A base that was fitted to a jump costs much beside it at first, and may be the better start.
+    jumps = not all(type(effect).smooth for effect in on_base.effects)
+    promising = len(starts) > 1 and (
+        jumps or starts[1][1].cost < THRESHOLDS.second_start_cost * end.cost
+    )
+    if promising and _misfits(end):
+        second = _refit_and_search(*starts[1], before.cost)
+        if second.cost < end.cost:
+            return starts[1][0], second
+    return first, end
+
+
+def _refit_and_search(refit: Refit, state: State, cost_without: float) -> State:
+    """A refit on the flexible base; where an effect jumps, with another search for its position.
+
+    On the base itself the position was fitted to what its misfit left.
+    """
+    steps, tolerance = THRESHOLDS.flexible_steps, THRESHOLDS.flexible_tolerance
+    end = refit_beside_jumps(refit, state, steps, tolerance)
+    if all(type(effect).smooth for effect in end.effects):
+        return end
+    for _ in range(THRESHOLDS.jump_rounds):
+        if not _misfits(end):
+            break
+        before = end
+        searched = search_jump_parameters(refit, end, cost_without)
+        end = refit_beside_jumps(refit, searched, steps, tolerance)
+        if before.cost - end.cost < THRESHOLDS.flexible_round_gain * before.cost:
+            break
+    return end
+
+
+def _misfits(state: State) -> bool:
+    """Whether more of the synchronous part is left than noise and chance."""
+    return state.synchronous > THRESHOLDS.flexible_misfit * state.errors.synchronous.size

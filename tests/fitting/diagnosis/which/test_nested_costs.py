@@ -15,9 +15,7 @@ from rapi_jax.effects import ALL, Etalon
 
 SHORT = ("delay", "etalon", "mode_hop")
 ROUNDING = 1e-6  # of chi-square
-EVERY = [
-    pytest.param(cls.name, marks=() if cls.name in SHORT else pytest.mark.slow) for cls in ALL
-]
+EVERY = [pytest.param(cls.name, marks=() if cls.name in SHORT else pytest.mark.slow) for cls in ALL]
 
 
 @pytest.fixture(scope="module")

@@ -86,7 +86,8 @@ class _Leader:
         self._tabulate, self._report = tabulate, report
         self._order: dict[str, JobRecord | None] = {}  # by name
         self._waiting: deque[Job] = deque()
-        self._due, self._changed = time.monotonic() + THRESHOLDS.table_s, False
+        self._written, self._pause = time.monotonic(), THRESHOLDS.table_s
+        self._changed = False
 
     @property
     def records(self) -> list[JobRecord]:
@@ -126,19 +127,21 @@ class _Leader:
             self._report(ended.record, False)
             if ended.stop:
                 raise OutputError(ended.stop)
-        if self._changed and time.monotonic() > self._due:
+        # Where nothing else is to be done, a writing that takes long keeps nothing waiting.
+        pause = THRESHOLDS.table_s if self.idle else self._pause
+        if self._changed and time.monotonic() > self._written + pause:
             try:
                 self.write_table()
             except Exception:  # no job fails for it; that at the end says what is wrong
-                self._due = math.inf
+                self._written, self._pause = time.monotonic(), math.inf
 
     def write_table(self) -> None:
         """Tabulate the records there are."""
         began = time.monotonic()
         self._tabulate(self.records, self._output)
         now = time.monotonic()
-        later = max(THRESHOLDS.table_s, (now - began) / THRESHOLDS.table_share)
-        self._due, self._changed = now + later, False
+        self._pause = max(THRESHOLDS.table_s, (now - began) / THRESHOLDS.table_share)
+        self._written, self._changed = now, False
 
 
 @contextlib.contextmanager

@@ -12,6 +12,9 @@ no finished job may be begun again. Then the batch goes on, and is killed again,
 results must equal those of a batch that nobody ended, bit for bit but for seconds and times. The
 jobs write two files of 64 kB; with `--fits` they are fits of the recordings in that folder.
 
+Measured with fits of 4 x 400 samples, 12 jobs: 60 kills of the process, 15 of workers, 8 of the
+scheduler: nothing torn, none done twice, all equal at the end.
+
 A line a part; ends with 1 where once anything was torn, done twice, or different.
 """
 

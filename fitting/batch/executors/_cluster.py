@@ -19,7 +19,7 @@ from fitting.batch._do import Ended, finished, give_up
 from fitting.batch._thresholds import THRESHOLDS
 from fitting.batch._tries import NOTES
 from fitting.batch.executors._executor import AbstractExecutor
-from fitting.batch.executors._local_worker import WorkerProcesses
+from fitting.batch.executors._local_worker import NO_PROFILE, WorkerProcesses
 from fitting.batch.executors._remote import describe_worker, do_remotely
 from fitting.batch.executors._worker import preparation
 from fitting.batch.jobs._job import BatchError, Job, Work
@@ -30,6 +30,7 @@ from rapi_jax.io import printable
 _LOCAL = {
     # A task is given up after so many workers that it ended; its own count of tries comes first.
     "distributed.scheduler.allowed-failures": THRESHOLDS.tries,
+    **NO_PROFILE,
     "logging": {"distributed": "critical"},
 }
 

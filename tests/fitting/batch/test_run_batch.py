@@ -17,6 +17,7 @@ from filelock import FileLock
 from fitting.batch._record import JobRecord
 from fitting.batch._run import run_batch
 from fitting.batch._thresholds import BatchThresholds
+from fitting.batch.executors._cluster import local_cluster
 from fitting.batch.jobs._job import BatchError
 from rapi_jax.io import OutputError
 
@@ -117,6 +118,10 @@ def test_a_table_follows_while_nothing_arrives(tmp_path, output, monkeypatch):
     monkeypatch.setattr("fitting.batch._run.THRESHOLDS", BatchThresholds(table_s=0.05))
     tables = []
 
+    def write(records, _):
+        time.sleep(0.05)  # a share of the time that would keep the next one back for 2.5 s
+        tables.append([r.name for r in records])
+
     def arriving():
         yield jobs_in(tmp_path, "a")
         time.sleep(0.1)
@@ -127,10 +132,7 @@ def test_a_table_follows_while_nothing_arrives(tmp_path, output, monkeypatch):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_batch(
-            arriving(), output, copy,
-            tabulate=lambda records, _: tables.append([r.name for r in records]),
-        )  # fmt: skip
+        run_batch(arriving(), output, copy, tabulate=write)
     whole = [table for table in tables if len(table) == 2]
     assert len(whole) == 2  # one while nothing arrived, and not again until the interrupt
 
@@ -184,3 +186,18 @@ def test_a_job_that_ends_its_worker_is_tried_three_times_and_listed(tmp_path, ou
     assert "3 times" in records[1].message and "\n" not in records[1].message
     assert all(r.is_whole(output / r.name) for r in records)
     assert run(tmp_path, output, "abcdef") == records
+
+
+def has_profile(dask_worker) -> bool:
+    return "profile" in dask_worker.periodic_callbacks
+
+
+@pytest.mark.process
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning")
+def test_workers_keep_no_profile_of_themselves(output):
+    """It grew by 0.7 MB a second and worker."""
+    (output / ".batch").mkdir()
+    with local_cluster(1, output, copy, "batch") as cluster:
+        cluster.wait(0.0)  # starts the worker
+        cluster._client.wait_for_workers(1, timeout=120.0)
+        assert list(cluster._client.run(has_profile).values()) == [False]

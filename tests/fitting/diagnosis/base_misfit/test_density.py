@@ -1,5 +1,7 @@
 """The density of plays: against dense Gaussian algebra, and against devices that it must hold."""
 
+import dataclasses
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -9,6 +11,7 @@ from scipy.stats import multivariate_normal
 
 from fitting.diagnosis.base_misfit._density import SCALES, PlayDensity
 from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
+from fitting.diagnosis.base_misfit._remainder import is_beyond_hysteresis
 from fitting.diagnosis.base_misfit._thresholds import THRESHOLDS
 from fitting.diagnosis.noise._misfit_covariance import MisfitCovariance
 from fitting.diagnosis.noise._spectrum import Spectrum
@@ -92,6 +95,7 @@ def other_plays() -> RAPI:
     )
 
 
+ETALON = Etalon(amplitude=0.2, spacing=5.0, phase=0.4)
 SESSION = drives((10.0, 20.0, 40.0), amplitudes=(3.0, 2.0))
 
 
@@ -107,8 +111,7 @@ def test_a_device_with_other_plays_leaves_noise_alone():
 
 def test_an_etalon_is_not_absorbed():
     """Half of its chi-square beyond the operator at the least stays on the flexible base."""
-    etalon = Etalon(amplitude=0.2, spacing=5.0, phase=0.4)
-    state, flexible = base_of(record(SESSION, etalon), paper_device().operator)
+    state, flexible = base_of(record(SESSION, ETALON), paper_device().operator)
     left = flexible.marginal.evaluate(state.values, ())
     lines = state.errors.synchronous.size
     assert left.synchronous - lines > 0.5 * (state.synchronous - lines)
@@ -122,3 +125,16 @@ def test_values_of_the_base_are_integrated_out():
     whiten = flexible.density.covariance(flexible.scale).whiten
     assert whiten(moved) == pytest.approx(whiten(state.errors.synchronous), abs=1e-6)
     assert not flexible.marginal.base.free.any()
+
+
+def test_what_is_beyond_any_hysteresis_is_told():
+    """An etalon is, other plays are not; where noise is not known nothing is said."""
+    for effects, operator, beyond in (((ETALON,), None, True), ((), other_plays(), False)):
+        recording = record(SESSION, *effects, operator=operator)
+        state, flexible = base_of(recording, paper_device().operator)
+        assert is_beyond_hysteresis(flexible.refit, state) is beyond
+        unknown = Spectrum.of_white(NOISE**2, measured=False)
+        whitener = flexible.refit.whitened.make_whitener(unknown)
+        assert not is_beyond_hysteresis(
+            dataclasses.replace(flexible.refit, whitener=whitener), state
+        )

@@ -2,7 +2,12 @@
 
 import pytest
 
-from fitting.diagnosis.which.evidence._probability import doubt_unpredictive
+from fitting.diagnosis.which._thresholds import THRESHOLDS
+from fitting.diagnosis.which.evidence._probability import (
+    credible_set,
+    doubt_remainder,
+    doubt_unpredictive,
+)
 
 RANKED = [("creep", 0.9), ("delay", 0.06), ("unlisted", 0.03), ("none", 0.01)]
 
@@ -23,3 +28,15 @@ def test_an_effect_that_closes_it_or_may_do_so_stays(one):
     """Also where too little was held out to say."""
     assert dict(doubt_unpredictive(RANKED, {"creep": one})) == pytest.approx(dict(RANKED))
     assert dict(doubt_unpredictive(RANKED, {})) == pytest.approx(dict(RANKED))
+
+
+def test_what_no_hysteresis_leaves_keeps_unlisted_in_the_set():
+    """Probabilities sum to 1, the others keep their ratios; what is larger already stays."""
+    ranked = [("delay", 0.90), ("etalon", 0.06), ("unlisted", 0.04)]
+    found = dict(doubt_remainder(ranked))
+    assert sum(found.values()) == pytest.approx(1.0)
+    assert found["unlisted"] == pytest.approx(THRESHOLDS.unlisted_share)
+    assert found["delay"] / found["etalon"] == pytest.approx(15.0)
+    assert "unlisted" in credible_set(doubt_remainder(ranked))
+    sure = [("unlisted", 0.9), ("delay", 0.1)]
+    assert doubt_remainder(sure) == sure

@@ -15,6 +15,7 @@ from jaxtyping import Float
 
 from fitting.diagnosis.noise._misfit_covariance import MisfitCovariance
 from fitting.diagnosis.refit._gauss_newton import Refit, State
+from fitting.diagnosis.which._screen import orthonormal_basis
 
 from ._columns import density_columns
 from ._thresholds import THRESHOLDS
@@ -51,7 +52,7 @@ class PlayDensity:
         ]
         plays = np.concatenate(columns, axis=1)
         plays = plays[:, np.isfinite(plays).all(axis=0)]
-        tangent = span(refit.jacobian_base(state))
+        tangent = orthonormal_basis(refit.jacobian_base(state))
         plays -= tangent @ (tangent.T @ plays)
         power, turn = np.linalg.eigh(plays.T @ plays)
         kept = power * max(THRESHOLDS.scale_range) ** 2 > THRESHOLDS.least_variance
@@ -90,11 +91,3 @@ class PlayDensity:
 
 
 SCALES = np.geomspace(*THRESHOLDS.scale_range, THRESHOLDS.scales)
-
-
-def span(columns: Float[np.ndarray, "lines _"]) -> Float[np.ndarray, "lines rank"]:
-    """Orthonormal directions that the columns span."""
-    length = np.linalg.norm(columns, axis=0)
-    alive = np.isfinite(length) & (length > 0)
-    left, size, _ = np.linalg.svd(columns[:, alive] / length[alive], full_matrices=False)
-    return left[:, size > _RANK * size.max(initial=0.0)]

@@ -21,11 +21,6 @@ class MisfitCovariance:
     def _removed(self) -> Float[np.ndarray, " rank"]:
         return 1.0 - 1.0 / np.sqrt(1.0 + self.variance)
 
-    @property
-    def removed(self) -> int:
-        """How many directions are taken out altogether."""
-        return int(np.isinf(self.variance).sum())
-
     def whiten(self, errors: Float[np.ndarray, "*more lines"]) -> Float[np.ndarray, "*more lines"]:
         """The errors with unit covariance; without what has infinite variance."""
         along = errors @ self.directions

@@ -224,8 +224,8 @@ class WhichThresholds:
     unlisted_share: float = threshold(
         0.25,
         unit="probability",
-        origin="open devices that leave more than a hysteresis could: unlisted 8 of 10, so a lower "
-        "edge; half: only devices with 1.46 and more keep it in the set; double: it is the answer",
+        origin="of 10 simulated devices that leave more than a hysteresis could 7 were unlisted, "
+        "so a lower edge; half: the set is the same, double: it is the answer where two are tied",
     )
     least_closed: float = threshold(
         0.5,

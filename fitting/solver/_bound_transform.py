@@ -11,7 +11,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
-from scipy.linalg import solve_triangular
 
 from ._thresholds import THRESHOLDS
 
@@ -24,9 +23,9 @@ else:
 class Bounds(eqx.Module):
     r"""Bounds of a parameter vector, and the bijection that keeps a fit inside them.
 
-    `low` and `high` hold for `coupling^-1 @ values`: a coupling `values = coupling @ bounded` (unit
-    lower triangular) lets one parameter's bound move with another's. `scale` is a typical size of
-    each.
+    `low` and `high` hold for `coupling^-1 @ values`: a coupling `values = coupling @ bounded`
+    (invertible, not always triangular) lets one parameter's bound move with another's. `scale` is a
+    typical size of each.
 
     | bounds | bounded value at coordinate x |
     |---|---|
@@ -70,7 +69,11 @@ class Bounds(eqx.Module):
     def bounded(self, values: np.ndarray) -> np.ndarray:
         """What `low` and `high` hold for: `values` with the couplings taken out."""
         coupling, values = np.asarray(self.coupling), np.asarray(values, dtype=float)
-        return solve_triangular(coupling, values, lower=True, unit_diagonal=True)
+        coupled = (coupling != np.eye(values.size)).any(axis=1)
+        known = values[coupled] - coupling[np.ix_(coupled, ~coupled)] @ values[~coupled]
+        bounded = values.copy()  # those without a coupling stay as they are, to the last bit
+        bounded[coupled] = np.linalg.solve(coupling[np.ix_(coupled, coupled)], known)
+        return bounded
 
     def coordinates(self, values: np.ndarray) -> np.ndarray:
         """Unbounded coordinates of `values`; those outside the bounds are reflected inside."""

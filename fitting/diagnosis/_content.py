@@ -18,7 +18,7 @@ from .where._gap import Gap, measure_gap, split_gap
 from .where._localisation import localise
 from .where._residual_profiles import residual_profiles
 from .which._base import FittedBase
-from .which._candidate import Candidate
+from .which._candidate import Candidate, mechanism_name
 from .which._forward_selection import Attribution
 from .which._ranking import RankedCandidates, choose_refit, needs_flexible_base
 
@@ -120,14 +120,17 @@ def describe_hypotheses(
 ) -> list[dict[str, Any]]:
     """Each hypothesis, likeliest first, with its parameters and what it explains."""
     out: list[dict[str, Any]] = []
+    entry: dict[str, Any]
     recording = whitened.recording
     for candidate, probability in ranked:
         if candidate is None:
-            out.append({"effects": [], "name": "unlisted", "probability": probability})
+            entry = {"effects": [], "name": "unlisted", "mechanism": "unlisted"}
+            out.append(entry | {"probability": probability})
             continue
-        entry: dict[str, Any] = {
+        entry = {
             "effects": sorted(effect.name for effect in candidate.effects),
             "name": candidate.name,
+            "mechanism": mechanism_name(candidate.effects),
             "probability": probability,
         }
         if candidate.effects:

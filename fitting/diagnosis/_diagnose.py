@@ -28,6 +28,7 @@ from ._diagnosis import Diagnosis
 from ._text import effect_label
 from ._verdict import blame_data, collect_notes, doubt_noise, give_verdict
 from .base_misfit._remainder import is_beyond_hysteresis
+from .detectability._detectability import smallest_sizes
 from .how_far._cross_validation import cross_validate
 from .next_scan._proposal import propose_next_scan
 from .noise._periods import decimate
@@ -134,6 +135,9 @@ def diagnose(
         whitened, fitted, attribution.none, top, held_out.get(name), floor=floor
     )
 
+    report("smallest effects that would show")
+    sizes = [] if blamed else smallest_sizes(top, classes)
+
     next_scan = None
     if scan and not blamed:
         report("next scan")
@@ -153,6 +157,7 @@ def diagnose(
         **gap,
         "hypotheses": describe_hypotheses(whitened, fitted, attribution, ranked, held_out),
         "shrinkage": shrinkage,
+        "detectability": [size.to_dict() for size in sizes],
         "next_scan": None if next_scan is None else next_scan.to_dict(),
         "calibration": {"bank": load_calibration().provenance},
         "evidence": evidence.to_dict(),

@@ -15,13 +15,17 @@ SCHEMA = "rapi.diagnosis/1"
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Verdict:
-    """`name`: `none`, `unlisted`, or effects joined by +. `set`: the smallest set of hypotheses
-    with 95 % of the probability. `sentence`, `advice`: what it means, and what to do. `judged`:
-    whether the data say anything of the device; where they do not, `none` and `unlisted` are as
-    probable.
+    """The answer, and what to do.
+
+    - `name`: `none`, `unlisted`, or effects joined by +; `mechanism`: the same of their causes.
+    - `set`: the smallest set of hypotheses with 95 % of the probability.
+    - `sentence`, `advice`: what it means, and what to do.
+    - `judged`: whether the data say anything of the device; where they do not, `none` and
+      `unlisted` are as probable.
     """
 
     name: str
+    mechanism: str
     effects: tuple[str, ...]
     probability: float
     set: tuple[str, ...]

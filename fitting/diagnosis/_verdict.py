@@ -16,7 +16,7 @@ from .next_scan._next_scan import NextScan
 from .noise._residual_whiteness import ResidualWhiteness
 from .refit._whitened_model import WhitenedModel
 from .which._base import FittedBase
-from .which._candidate import Candidate
+from .which._candidate import Candidate, mechanism_name
 
 
 def give_verdict(
@@ -39,6 +39,7 @@ def give_verdict(
     scan = None if next_scan is None else next_scan.to_dict()
     return Verdict(
         name=name,
+        mechanism=mechanism_name(top.effects) if effects else name,
         effects=effects,
         probability=probability,
         set=tuple(credible),

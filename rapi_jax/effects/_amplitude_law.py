@@ -36,6 +36,7 @@ class AmplitudeLaw(AbstractLawEffect):
     centre: Float[Array, ""] = parameter(unit="{u}", default=0.0, held=True)  # C
 
     name: ClassVar[str] = "amplitude_law"
+    strength: ClassVar = ("gain", "threshold", "tilt")
     label: ClassVar[str] = "a dependence on amplitude or bias"
     remedy: ClassVar[str] = "Compensate with the corrected model, at amplitudes that it has seen."
 

@@ -35,22 +35,36 @@ class AbstractEffect(eqx.Module):
     - `remedy`: what a user can do about it, in a sentence.
     - `smooth`: false where the response jumps as a parameter changes, so that a fit needs a search
       without derivatives before Gauss-Newton steps.
+    - `mechanism`: the name of what causes it, by default its own; effects that are different
+      equations of one cause share it.
+    - `strength`: the parameters that say how strong it is, of which any one is enough; by default
+      the first.
     """
 
     name: eqx.AbstractClassVar[str]
     label: ClassVar[str]
     remedy: ClassVar[str] = "Compensate with the corrected model."
     smooth: ClassVar[bool] = True
+    mechanism: ClassVar[str]
+    strength: ClassVar[tuple[str, ...]] = ()
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         if "name" in vars(cls) and "label" not in vars(cls):
             cls.label = cls.name.replace("_", " ")
+        if "name" in vars(cls) and "mechanism" not in vars(cls):
+            cls.mechanism = cls.name
 
     @classmethod
     def at(cls: type[T], **values: Any) -> T:
         """The effect with these parameters, plain numbers or arrays, and the others' defaults."""
         return cls(**values)
+
+    @classmethod
+    def onset(cls: type[T], summary: ResidualSummary) -> T:
+        """The effect where it is about to change a recording: by default, at its defaults."""
+        del summary
+        return cls()
 
     @classmethod
     @abc.abstractmethod

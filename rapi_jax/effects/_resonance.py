@@ -34,6 +34,7 @@ class Resonance(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
     label: ClassVar[str] = "a mechanical resonance"
     remedy: ClassVar[str] = "Compensate with the corrected model; round the corners of the scan."
     session: ClassVar[bool] = False
+    strength: ClassVar = ("share",)
     hertz: Float[Array, ""] = parameter(unit="Hz", default=1000.0, bounds=(_LOW, _HIGH))
     damping: Float[Array, ""] = parameter(unit="1", default=0.05, bounds=(0.002, 0.95))  # z
     share: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(0.0, 1.5))

@@ -30,6 +30,12 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
     name: ClassVar[str] = "saturation"
     label: ClassVar[str] = "saturation of the drive"
     remedy: ClassVar[str] = "Scan less, or move the bias away from the amplifier's end."
+    strength: ClassVar = ("high", "low", "knee")
+
+    @classmethod
+    def onset(cls, summary: ResidualSummary) -> "Saturation":
+        """Ends at those of the drive."""
+        return cls.at(low=float(summary.drive.min()), high=float(summary.drive.max()))
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:

@@ -49,15 +49,15 @@ class SlewLimit(AbstractFollower, AbstractInvertible):
     smooth: ClassVar = False
 
     @classmethod
+    def onset(cls, summary: ResidualSummary) -> "SlewLimit":
+        """At the slope of the fastest run."""
+        fastest = _fastest(summary)
+        return cls.at(limit=fastest) if fastest > 0 else cls()
+
+    @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:
         """Limits just below, and well below, the slope of the fastest run."""
-        fastest = 0.0
-        for run in np.unique(summary.run):
-            inside = summary.run == run
-            step, rise = np.diff(summary.time[inside]), np.diff(summary.drive[inside])
-            good = step > 0
-            if good.any():
-                fastest = max(fastest, float(np.quantile(np.abs(rise[good] / step[good]), 0.75)))
+        fastest = _fastest(summary)
         return [cls.at(limit=share * fastest) for share in (0.97, 0.9, 0.8, 0.65) if fastest > 0]
 
     @float64
@@ -84,3 +84,15 @@ class SlewLimit(AbstractFollower, AbstractInvertible):
                 "or with longer corners."
             )
         return signal
+
+
+def _fastest(summary: ResidualSummary) -> float:
+    """The slope that most of the fastest run has, V/s."""
+    fastest = 0.0
+    for run in np.unique(summary.run):
+        inside = summary.run == run
+        step, rise = np.diff(summary.time[inside]), np.diff(summary.drive[inside])
+        good = step > 0
+        if good.any():
+            fastest = max(fastest, float(np.quantile(np.abs(rise[good] / step[good]), 0.75)))
+    return fastest

@@ -25,13 +25,22 @@ SCAN = {
     "bias": float,
     "separates": [str],
 }
+SIZE = {"effect": str, "parameter": str, "value": (float, None), "unit": str, "level": float}
 WHOLE = {
     "schema": str,
     "unit": str,
     "gap": GAP,
     "where": [WHERE],
-    "hypotheses": [{"effects": [str], "name": str, "probability": float}],
-    "verdict": {"name": str, "effects": [str], "set": [str], "reason": str},
+    "hypotheses": [{"effects": [str], "name": str, "mechanism": str, "probability": float}],
+    "verdict": {
+        "name": str,
+        "mechanism": str,
+        "effects": [str],
+        "set": [str],
+        "reason": str,
+        "judged": bool,
+    },
+    "detectability": [SIZE],
     "shrinkage": {
         "before": float,
         "after": float,
@@ -113,5 +122,9 @@ def check(diagnosis: Diagnosis) -> dict[str, Any]:
     assert shares == sorted(shares, reverse=True)
     assert {e["direction"] for e in out["where"]} <= {"up", "down"}
     assert {e["region"] for e in out["where"]} <= {"edge", "middle"}
+    sizes = [size["effect"] for size in out["detectability"]]
+    assert len(set(sizes)) == len(sizes) and not set(sizes) & set(verdict["effects"])
+    assert bool(sizes) <= verdict["judged"]
+    assert all(size["level"] == 0.95 for size in out["detectability"])
     assert out["data_sha256"] == diagnosis.recording.sha256()
     return out

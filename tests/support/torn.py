@@ -126,7 +126,14 @@ def _diagnosis(result: FitResult) -> Diagnosis:
     content = diagnoses.creep()
     said = content.pop("verdict")
     verdict = Verdict(
-        said["name"], tuple(said["effects"]), 0.9, tuple(said["set"]), said["reason"], "", ""
+        said["name"],
+        said["name"],
+        tuple(said["effects"]),
+        0.9,
+        tuple(said["set"]),
+        said["reason"],
+        "",
+        "",
     )
     content.setdefault("faults", [])
     return Diagnosis(result.recording, result.ecdl, result.ecdl, verdict, content, (), 1.0)

@@ -44,6 +44,12 @@ def free_parameters(effect: AbstractEffect) -> tuple[ScalarParameter, ...]:
     return _scalar_parameters(structure, tuple(np.shape(leaf) for leaf in leaves))
 
 
+def strength_names(effect: AbstractEffect) -> tuple[str, ...]:
+    """The free parameters that say how strong an effect is, the one to report first."""
+    names = [str(p.path[0]) for p in free_parameters(effect)]
+    return tuple(n for n in type(effect).strength if n in names) or tuple(names[:1])
+
+
 def effect_values(effects: Sequence[AbstractEffect]) -> Float[np.ndarray, " parameters"]:
     """The free parameters of all effects as one vector."""
     out = []

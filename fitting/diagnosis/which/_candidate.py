@@ -45,6 +45,11 @@ def hypothesis_name(effects: Effects) -> str:
     return "+".join(sorted(effect.name for effect in effects)) or "none"
 
 
+def mechanism_name(effects: Effects) -> str:
+    """The mechanisms of a set of effects, as `hypothesis_name` has their equations."""
+    return "+".join(sorted({type(effect).mechanism for effect in effects})) or "none"
+
+
 def insert_effect(effects: Effects, one: AbstractEffect) -> Effects:
     """`effects` and one more, in the order of `effects.ALL`; a class not listed there comes last.
 

@@ -8,8 +8,8 @@ from fitting.diagnosis.refit._gauss_newton import Refit, State
 
 from ._effect_refit import refit_beside_jumps
 from ._flexible_base import flexible_base
-from ._jump_search import search_jump_parameters
 from ._thresholds import THRESHOLDS
+from .jumps._jump_search import search_jump_parameters
 
 
 def refit_flexible_base(refit: Refit, state: State) -> tuple[Refit, State]:
@@ -40,20 +40,20 @@ def refit_on_flexible_base(
     ]
     starts = sorted((s for s in starts if np.isfinite(s[1].cost)), key=lambda s: s[1].cost)
     first, state = starts[0]
-    end = _refit_and_search(first, state, before.cost)
+    end = refit_and_search(first, state, before.cost)
     # A base that was fitted to a jump costs much beside it at first, and may be the better start.
     jumps = not all(type(effect).smooth for effect in on_base.effects)
     promising = len(starts) > 1 and (
         jumps or starts[1][1].cost < THRESHOLDS.second_start_cost * end.cost
     )
     if promising and _misfits(end):
-        second = _refit_and_search(*starts[1], before.cost)
+        second = refit_and_search(*starts[1], before.cost)
         if second.cost < end.cost:
             return starts[1][0], second
     return first, end
 
 
-def _refit_and_search(refit: Refit, state: State, cost_without: float) -> State:
+def refit_and_search(refit: Refit, state: State, cost_without: float) -> State:
     """A refit on the flexible base; where an effect jumps, with another search for its position.
 
     On the base itself the position was fitted to what its misfit left.

@@ -13,6 +13,7 @@ from ._candidate import Candidate
 from ._effect_search import Progress, search_one_effect
 from ._excess import excess, is_unexplained, nonsynchronous_excess, reduces_nonsynchronous
 from ._flexible_refit import refit_flexible_base
+from ._nested_costs import nest_costs
 from ._screen import initial_guesses, search_ranges
 from ._thresholds import THRESHOLDS
 
@@ -48,6 +49,7 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
     if not singles:
         return Attribution(none, ())
     none = _refit_none_from_best(none, singles)
+    singles = nest_costs(none, singles)
     pairs: list[Candidate] = []
     if _needs_pairs(none, singles, noise_known=refit.whitener.spectrum.measured):
         for first in _firsts_of_pairs(none, singles):
@@ -56,7 +58,8 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
                 names = {p.name for p in pairs}
                 if pair.name not in names and _is_supported(pair, [first, *singles]):
                     pairs.append(pair)
-    return Attribution(none, tuple(sorted([*singles, *pairs], key=lambda c: c.cost)))
+    every = nest_costs(none, [*singles, *pairs])
+    return Attribution(none, tuple(sorted(every, key=lambda c: c.cost)))
 
 
 def _refit_none_from_best(none: Candidate, singles: list[Candidate]) -> Candidate:

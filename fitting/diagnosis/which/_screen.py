@@ -117,6 +117,26 @@ def screen_effect(
     return sorted((one for one in screened if one is not None), key=lambda one: -one.score)
 
 
+def effect_signature(
+    refit: Refit, state: State, effect: AbstractEffect
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """What an effect beside the state changes of synchronous and of non-synchronous errors.
+
+    `None` where it changes nothing, or its response is not finite.
+    """
+    whitened, effects = refit.whitened, (*state.effects, effect)
+    nodes = (
+        whitened.operator_response(refit.base.operator, state.values, effects)
+        if acts_before_operator(effect)
+        else state.operator_response
+    )
+    errors = whitened.evaluate_errors(refit.whitener, effects, nodes)
+    s = errors.synchronous - state.errors.synchronous
+    t = errors.nonsynchronous - state.errors.nonsynchronous
+    whole = float(s @ s + t @ t)
+    return (s, t) if np.isfinite(whole) and whole > 0 else None
+
+
 def _screen(
     refit: Refit,
     state: State,
@@ -125,20 +145,12 @@ def _screen(
     flexible_basis: np.ndarray,
 ) -> Screened | None:
     """One guess; `None` where it changes nothing, or its response is not finite."""
-    whitened, effects = refit.whitened, (*state.effects, guess)
-    synchronous, nonsynchronous = state.errors.synchronous, state.errors.nonsynchronous
-    ahead = acts_before_operator(guess)
-    nodes = (
-        whitened.operator_response(refit.base.operator, state.values, effects)
-        if ahead
-        else state.operator_response
-    )
-    errors = whitened.evaluate_errors(refit.whitener, effects, nodes)
-    # The signature: what the guess changes of both parts.
-    s, t = errors.synchronous - synchronous, errors.nonsynchronous - nonsynchronous
-    whole = float(s @ s + t @ t)
-    if not np.isfinite(whole) or whole == 0:
+    signature = effect_signature(refit, state, guess)
+    if signature is None:
         return None
+    s, t = signature
+    whole = float(s @ s + t @ t)
+    synchronous, nonsynchronous = state.errors.synchronous, state.errors.nonsynchronous
     changed = synchronous + s
     along = basis.T @ changed
     cost = float(changed @ changed - along @ along + (nonsynchronous + t) @ (nonsynchronous + t))

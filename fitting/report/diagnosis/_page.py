@@ -14,6 +14,7 @@ import jinja2
 from fitting.report._pages import load_plotly, load_template, read_script, read_style
 
 from . import _text as words
+from ._detectability import tabulate_detectability
 from ._how_far import describe_next_scan, tabulate_shrinkage
 from ._numbers import Scale
 from ._summary import (
@@ -81,6 +82,7 @@ def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
         "grid": tabulate_residuals(where, scale, drive_unit),
         "lines": tabulate_spectral_lines(maps.get("lines"), scale),
         "which": tabulate_hypotheses(diagnosis, labels),
+        "seen": tabulate_detectability(diagnosis, labels),
         "far": tabulate_shrinkage(
             refit, scale, words.credible_names(diagnosis["verdict"])[0] not in words.SPECIAL
         ),

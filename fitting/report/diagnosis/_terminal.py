@@ -8,6 +8,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from ._detectability import describe_size
 from ._text import describe_linearity_gain
 
 
@@ -40,8 +41,17 @@ def render_lines(diagnosis: dict[str, Any]) -> Group:
     scan = diagnosis.get("next_scan")
     if scan is not None:
         rows.append(Text(f"next scan: {scan['reason']}"))
+    if shown := _describe_detectability(diagnosis):
+        rows.append(Text(shown))
     rows += [Text(f"  - {note}") for note in diagnosis.get("notes", [])]
     return Group(*rows)
+
+
+def _describe_detectability(diagnosis: dict[str, Any]) -> str:
+    """The smallest effects that would show, in a line; empty where none is known."""
+    found = [e for e in diagnosis.get("detectability") or [] if e.get("value") is not None]
+    sizes = [f"{e['effect']} ({describe_size(e)[0]})" for e in found]
+    return f"would have shown, at 95 %: {', '.join(sizes)}" if sizes else ""
 
 
 def _tabulate_hypotheses(diagnosis: dict[str, Any]) -> Table:

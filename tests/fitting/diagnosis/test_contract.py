@@ -37,6 +37,8 @@ def test_none(none):
     assert not out["gap"]["significant"]
     assert out["shrinkage"]["closed_fraction"] is None  # there was no gap to close
     assert out["faults"] == []
+    assert [size["effect"] for size in out["detectability"]] == [cls.name for cls in FEW]
+    assert all(size["value"] > 0.0 for size in out["detectability"])
 
 
 def test_one_effect(etalon, truth):
@@ -51,6 +53,8 @@ def test_one_effect(etalon, truth):
         assert p["unit"] == "GHz"
     assert found["closed_fraction"]["low"] > 0.95
     assert out["shrinkage"]["held_out"]
+    assert [size["effect"] for size in out["detectability"]] == ["amplifier_lowpass"]
+    assert out["verdict"]["mechanism"] == found["mechanism"] == "etalon"
 
 
 def test_none_of_those_known():

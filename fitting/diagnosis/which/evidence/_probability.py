@@ -147,6 +147,14 @@ def _unlisted_probability(
     none = evidence.hypotheses[0]
     before = evidence.excess(none)
     left = evidence.excess(top) / before if before > 0 else 0.0
+    # An excess within chance is nothing left, however small the gap was.
+    surely = sum(
+        max(x - n * (1.0 + chance_of), 0.0)
+        for x, n, chance_of in (
+            (top.synchronous, lines, chance),
+            (top.nonsynchronous, evidence.nonsynchronous_lines, nonsynchronous_chance),
+        )
+    )
     if not evidence.noise_known:  # all that is left may be noise: only a large share left tells
         if top.effects and closed is not None:  # an effect that predicts nothing new explains none
             left = max(left, float(np.clip(1.0 - closed, 0.0, 1.0)))
@@ -163,7 +171,7 @@ def _unlisted_probability(
     if not top.effects:
         return _logistic(calibration.none_slope * np.log10(over / calibration.none_level))
     least = THRESHOLDS.share_least
-    left = float(np.clip(left, least, 1.0))
+    left = float(np.clip(surely / before if before > 0 else 0.0, least, 1.0))
     still_open = left if closed is None else float(np.clip(1.0 - closed, least, 1.0))
     terms = (
         (calibration.named_excess, over, THRESHOLDS.reference_excess),

@@ -12,7 +12,7 @@ from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._jump_timing import match_jump_timing
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
-from fitting.diagnosis.which._jump_segmentation import refit_at_segmented_jumps
+from fitting.diagnosis.which.jumps._jump_segmentation import refit_at_segmented_jumps
 from rapi_jax.effects import Delay, ModeHop
 
 WHITE = Spectrum.of_white(NOISE**2)

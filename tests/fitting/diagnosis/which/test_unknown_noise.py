@@ -57,7 +57,7 @@ def test_the_sentence_does_not_close_less_than_nothing():
     ],
 )
 def test_verdicts_on_unknown_noise(name, effects, closed, slow, sentence, advice):
-    verdict = Verdict(name, effects, 0.9, (name,), "", "as it was", "as it was")
+    verdict = Verdict(name, name, effects, 0.9, (name,), "", "as it was", "as it was")
     left = ResidualWhiteness(0.1, 10.0, slow, 0.1, 0.0, 0.01)
     fraction = None if closed is None else {"value": closed, "low": 0.0, "high": 1.0}
     said = doubt_noise(verdict, left, "um", fraction)

@@ -9,8 +9,7 @@ from scipy.optimize import minimize
 
 from fitting.diagnosis.refit._effect_vector import effect_values, free_parameters, with_values
 from fitting.diagnosis.refit._gauss_newton import Refit, State
-
-from ._thresholds import THRESHOLDS
+from fitting.diagnosis.which._thresholds import THRESHOLDS
 
 _REFUSED = 1e300  # cost of a point that is out of bounds or not finite
 

@@ -1,0 +1,1 @@
+"""How large an effect must have been for this recording to show it."""

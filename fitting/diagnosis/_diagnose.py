@@ -26,21 +26,24 @@ from ._data_checks import (
 )
 from ._diagnosis import Diagnosis
 from ._text import effect_label
-from ._verdict import blame_data, collect_notes, doubt_noise, give_verdict
+from ._verdict import blame_data, collect_notes, doubt_noise, explain_random_jumps, give_verdict
 from .base_misfit._remainder import is_beyond_hysteresis
 from .detectability._detectability import smallest_sizes
 from .how_far._cross_validation import cross_validate
 from .next_scan._proposal import propose_next_scan
 from .noise._periods import decimate
 from .noise._residual_whiteness import measure_whiteness
+from .noise._telegraph import RandomJumps, find_random_jumps
 from .refit._whitened_model import WhitenedModel
-from .which._base import fit_base
+from .which._base import FittedBase, fit_base
+from .which._candidate import Candidate
 from .which._forward_selection import select_effects
 from .which._ranking import choose_refit, likely_candidates, match_candidates, needs_flexible_base
 from .which.evidence._calibration import load_calibration
 from .which.evidence._evidence import Evidence
 from .which.evidence._probability import (
     credible_set,
+    doubt_all,
     doubt_none,
     doubt_remainder,
     doubt_unpredictive,
@@ -112,6 +115,9 @@ def diagnose(
     first = match_candidates(attribution, probabilities)[0][0]
     if first is not None and first.effects and is_beyond_hysteresis(fitted.refit, first.on_base):
         probabilities = doubt_remainder(probabilities)
+    jumps = _random_jumps(fitted, first or attribution.none, flexible=flexible)
+    if jumps is not None:
+        probabilities = doubt_all(probabilities)
     left = None if fitted.spectrum.measured else measure_whiteness(none[1].errors.raw, blocks)
     if left is not None and left.doubts:
         probabilities = doubt_none(probabilities)
@@ -146,6 +152,8 @@ def diagnose(
     verdict = give_verdict(
         name, probability, credible, top, attribution.none, gap, shrinkage, next_scan, recording
     )
+    if jumps is not None:
+        verdict = explain_random_jumps(verdict, jumps, recording.response_unit)
     if left is not None:
         verdict = doubt_noise(verdict, left, recording.response_unit, shrinkage["closed_fraction"])
     model = state.to_ecdl(whitened, refit.base)
@@ -170,3 +178,16 @@ def diagnose(
     drive = None if next_scan is None else next_scan.drive
     labels = {cls.name: effect_label(cls, recording.response_unit) for cls in classes}
     return Diagnosis(recording, model, base, verdict, content, notes, seconds, drive, labels)
+
+
+def _random_jumps(fitted: FittedBase, top: Candidate, *, flexible: bool) -> RandomJumps | None:
+    """Jumps at random times in what `top` leaves; `None` where there are none for sure.
+
+    Where a mode hop is named its instants differ from period to period by themselves.
+    """
+    named = {effect.name for effect in top.effects}
+    if not fitted.spectrum.measured or "mode_hop" in named:
+        return None
+    refit, state = choose_refit(top, fitted.refit, flexible=flexible)
+    jumps = find_random_jumps(state.errors.raw, refit.whitened.blocks)
+    return jumps if jumps.sure else None

@@ -14,6 +14,7 @@ from ._text import verdict_advice, verdict_sentence
 from .next_scan._confirmation import needs_confirmation
 from .next_scan._next_scan import NextScan
 from .noise._residual_whiteness import ResidualWhiteness
+from .noise._telegraph import RandomJumps
 from .refit._whitened_model import WhitenedModel
 from .which._base import FittedBase
 from .which._candidate import Candidate, mechanism_name
@@ -64,6 +65,20 @@ def blame_data(verdict: Verdict, faults: list[Fault]) -> Verdict:
     healthy = faults[0].kind == SINGLE_SWEEP
     advice = "Diagnose that recording." if healthy else "Mend the recording, and diagnose it again."
     return dataclasses.replace(verdict, sentence=sentence, advice=advice, judged=False)
+
+
+def explain_random_jumps(verdict: Verdict, jumps: RandomJumps, unit: str) -> Verdict:
+    """The verdict where what does not repeat with the scan jumps at random times."""
+    size = f" by some {jumps.size:.2g} {unit}" if jumps.size > 0 else ""
+    sentence = (
+        f"The readings jump{size} at random times, as telegraph noise does: none of the effects "
+        "known, and no noise that averages out."
+    )
+    advice = (
+        "Look for what switches: mode competition, feedback, a loose contact, a digit of a "
+        "converter. Diagnose again once it is gone."
+    )
+    return dataclasses.replace(verdict, sentence=sentence, advice=advice)
 
 
 def doubt_noise(

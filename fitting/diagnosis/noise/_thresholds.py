@@ -69,6 +69,23 @@ class NoiseThresholds:
         unit="passes of a bin",
         origin="convention; with fewer a slow residual follows any drive",
     )
+    level_samples: int = threshold(
+        5, unit="samples", origin="the shortest level; two wrong readings move no median of five"
+    )
+    level_lengths: int = threshold(
+        4, unit="lengths", origin="a factor of two apart: the longest is a tenth of a period"
+    )
+    outlier_sigmas: float = threshold(
+        4.0,
+        unit="standard deviations",
+        origin="one normal reading in 16 000 lies farther from its neighbours, or a step from 0",
+    )
+    least_steps: int = threshold(10, unit="levels of a run", origin="with fewer no tail is seen")
+    jump_p_value: float = threshold(
+        1e-5,
+        unit="probability",
+        origin="one recording without jumps in 100 000; half and double change next to nothing",
+    )
 
 
 THRESHOLDS = NoiseThresholds()

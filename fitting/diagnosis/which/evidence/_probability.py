@@ -69,6 +69,13 @@ def doubt_remainder(ranked: Ranked) -> Ranked:
     return sorted(out, key=lambda pair: -pair[1])
 
 
+def doubt_all(ranked: Ranked) -> Ranked:
+    """The same where what is left is surely none of the effects, nor noise: jumps at random."""
+    kept = [(n, THRESHOLDS.doubt_share * p) for n, p in ranked if n != UNLISTED]
+    rest = (UNLISTED, 1.0 - sum(p for _, p in kept))
+    return sorted([*kept, rest], key=lambda pair: -pair[1])
+
+
 def doubt_none(ranked: Ranked) -> Ranked:
     """The same where noise is not known and what is left does not look like it.
 

@@ -1,0 +1,110 @@
+"""Jumps at random times in what does not repeat: telegraph noise.
+
+Its spectrum is that of slow Gaussian noise, so no test of the spectrum sees it. What tells the two
+apart is how the levels change: Gaussian noise of any colour changes by normal steps, jumps change
+seldom and by much.
+"""
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Float
+from scipy.ndimage import median_filter
+from scipy.stats import kurtosistest, norm
+
+from ._periods import PeriodBlock
+from ._thresholds import THRESHOLDS
+
+
+@dataclasses.dataclass(frozen=True)
+class RandomJumps:
+    """Whether levels change by steps with heavier tails than normal ones.
+
+    - `p_value`: of the largest excess kurtosis over all lengths, adjusted for their number.
+    - `size`: root mean square of the steps beyond four standard deviations, in the response's
+      unit; 0 where there is none.
+    """
+
+    p_value: float
+    size: float
+
+    @property
+    def sure(self) -> bool:
+        """Whether chance is no explanation."""
+        return self.p_value < THRESHOLDS.jump_p_value
+
+
+def find_random_jumps(
+    errors: list[Float[np.ndarray, "periods phases"]], blocks: list[PeriodBlock]
+) -> RandomJumps:
+    """Of model less data, less what repeats from period to period.
+
+    A step is the mean of some samples less that of as many before. The mean of the steps before and
+    after is taken off, so that what drifts or settles makes none; nor does a single wrong reading.
+    """
+    parts = [
+        (_without_outliers((error - error.mean(axis=0)).ravel()), block.periods)
+        for error, block in zip(errors, blocks, strict=True)
+        if block.periods > 1 and np.ptp(error) > 0
+    ]
+    lengths = [THRESHOLDS.level_samples * 2**k for k in range(THRESHOLDS.level_lengths)]
+    found = [_steps_of_all(parts, length) for length in lengths]
+    tests = [(_p_value(unit, length, free), size) for unit, size, length, free in found if unit]
+    if not tests:
+        return RandomJumps(1.0, 0.0)
+    p, size = min(tests)
+    return RandomJumps(min(p * len(tests), 1.0), size)
+
+
+def _without_outliers(row: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:
+    """Readings far from the median of their neighbours, put nearer."""
+    middle = median_filter(row, size=THRESHOLDS.level_samples, mode="nearest")
+    off = row - middle
+    far = THRESHOLDS.outlier_sigmas * _NORMAL * float(np.median(np.abs(off)))
+    return middle + np.clip(off, -far, far)
+
+
+def _steps_of_all(
+    parts: list[tuple[np.ndarray, int]], length: int
+) -> tuple[list[np.ndarray], float, int, float]:
+    """Steps of each run in standard deviations; their size if far; length; share of free ones."""
+    units, far, free, count = [], [], 0.0, 0
+    for row, periods in parts:
+        step = _steps(row, length)
+        if step.size < THRESHOLDS.least_steps * length or not np.ptp(step) > 0:
+            continue
+        spread = _NORMAL * float(np.median(np.abs(step)))
+        units.append((step - step.mean()) / step.std())
+        far.append(step[np.abs(step) > THRESHOLDS.outlier_sigmas * spread])
+        free += step.size * (1.0 - 1.0 / periods)  # their mean over periods is zero
+        count += step.size
+    most = np.concatenate([*far, np.zeros(0)])
+    size = float(np.sqrt(np.mean(most**2))) if most.size else 0.0
+    return units, size, length, free / max(count, 1)
+
+
+def _steps(row: Float[np.ndarray, " samples"], length: int) -> Float[np.ndarray, " steps"]:
+    """At each sample that has room for them."""
+    total = np.concatenate([[0.0], np.cumsum(row)])
+    mean = (total[length:] - total[:-length]) / length
+    step = mean[length:] - mean[:-length]
+    apart = 2 * length
+    if step.size <= 2 * apart:
+        return np.zeros(0)
+    return step[apart:-apart] - (step[: -2 * apart] + step[2 * apart :]) / 2.0
+
+
+def _p_value(units: list[np.ndarray], length: int, free: float) -> float:
+    """One-sided, of excess kurtosis; neighbours that go together count for fewer."""
+    every = max(length // THRESHOLDS.level_samples, 1)  # the rest is nearly the same again
+    thin = [unit[::every] for unit in units]
+    reach = range(1, 8 * THRESHOLDS.level_samples)
+    pairs = [sum(float(u[k:] @ u[:-k]) for u in thin if u.size > k) for k in reach]
+    power = sum(float(u @ u) for u in thin)
+    alike = 1.0 + 2.0 * sum((pair / power) ** 4 for pair in pairs)
+    # The same statistic of fewer independent steps is as much less sure.
+    statistic = float(kurtosistest(np.concatenate(thin)).statistic)
+    return float(norm.sf(statistic / np.sqrt(alike / free)))
+
+
+_NORMAL = 1.4826  # standard deviation over median absolute deviation of normal numbers

@@ -69,10 +69,10 @@ def blame_data(verdict: Verdict, faults: list[Fault]) -> Verdict:
 
 def explain_random_jumps(verdict: Verdict, jumps: RandomJumps, unit: str) -> Verdict:
     """The verdict where what does not repeat with the scan jumps at random times."""
-    size = f" by some {jumps.size:.2g} {unit}" if jumps.size > 0 else ""
+    size = f" of some {jumps.size:.2g} {unit}" if jumps.size > 0 else ""
     sentence = (
-        f"The readings jump{size} at random times, as telegraph noise does: none of the effects "
-        "known, and no noise that averages out."
+        f"What does not repeat with the scan moves by jumps{size}, as telegraph noise does: none of "
+        "the effects known, and no noise that averages out."
     )
     advice = (
         "Look for what switches: mode competition, feedback, a loose contact, a digit of a "

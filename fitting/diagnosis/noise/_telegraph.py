@@ -1,4 +1,4 @@
-"""Jumps at random times in what does not repeat: telegraph noise.
+"""Jumps in what does not repeat with the scan: telegraph noise.
 
 Its spectrum is that of slow Gaussian noise, so no test of the spectrum sees it. What tells the two
 apart is how the levels change: Gaussian noise of any colour changes by normal steps, jumps change
@@ -42,9 +42,11 @@ def find_random_jumps(
     A step is the mean of some samples less that of as many before. The mean of the steps before and
     after is taken off, so that what drifts or settles makes none; nor does a single wrong reading.
     """
+    # The first period of a run may differ by what it remembers, not by chance.
+    settled = [error[1:] if len(error) > 2 else error for error in errors]
     parts = [
-        (_without_outliers((error - error.mean(axis=0)).ravel()), block.periods)
-        for error, block in zip(errors, blocks, strict=True)
+        (_without_outliers((error - error.mean(axis=0)).ravel()), len(error))
+        for error, block in zip(settled, blocks, strict=True)
         if block.periods > 1 and np.ptp(error) > 0
     ]
     lengths = [THRESHOLDS.level_samples * 2**k for k in range(THRESHOLDS.level_lengths)]

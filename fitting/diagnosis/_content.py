@@ -10,6 +10,7 @@ from ._text import describe_effects
 from .how_far._cross_validation import CrossValidation
 from .how_far._explainable_fraction import explainable_fraction
 from .how_far._predicted_gain import predict_gain
+from .how_far._shares import effect_shares, run_shares
 from .noise._periods import PeriodBlock
 from .refit._whitened_model import WhitenedModel
 from .refit.estimates._estimates import estimate_effects
@@ -81,6 +82,11 @@ def describe_shrinkage(
         "closed_fraction": held_out.closed if held_out else None,
         "held_out": [p["part"] for p in held_out.parts] if held_out else [],
         "by_part": held_out.parts if held_out else [],
+        "by_run": run_shares(
+            whitened.recording, without.errors.raw, refitted[1].errors.raw, own_origin=own
+        )
+        if top.effects
+        else [],
         "foreseen": None if gain is None else gain.closed,
         "straighter": None if gain is None else gain.linearity_gain,
         "ceiling": explainable_fraction(errors, blocks, spectrum, own_origin=own),
@@ -122,6 +128,7 @@ def describe_hypotheses(
     out: list[dict[str, Any]] = []
     entry: dict[str, Any]
     recording = whitened.recording
+    cost = {c.name: c.cost for c in (attribution.none, *attribution.candidates)}
     for candidate, probability in ranked:
         if candidate is None:
             entry = {"effects": [], "name": "unlisted", "mechanism": "unlisted"}
@@ -143,6 +150,7 @@ def describe_hypotheses(
                     refit, state, recording.response_unit, recording.drive_unit
                 ),
                 "closed_fraction": validated.closed if validated else None,
+                "shares": effect_shares(entry["effects"], cost),
                 "delta_chi2": attribution.none.cost - candidate.cost,
                 "sentence": describe_effects(candidate.effects, recording.response_unit),
             }

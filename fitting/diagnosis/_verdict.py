@@ -71,8 +71,8 @@ def explain_random_jumps(verdict: Verdict, jumps: RandomJumps, unit: str) -> Ver
     """The verdict where what does not repeat with the scan jumps at random times."""
     size = f" of some {jumps.size:.2g} {unit}" if jumps.size > 0 else ""
     sentence = (
-        f"What does not repeat with the scan moves by jumps{size}, as telegraph noise does: none of "
-        "the effects known, and no noise that averages out."
+        f"What does not repeat with the scan moves by jumps{size}, as telegraph noise does: none "
+        "of the effects known, and no noise that averages out."
     )
     advice = (
         "Look for what switches: mode competition, feedback, a loose contact, a digit of a "

@@ -17,6 +17,7 @@ from . import _text as words
 from ._detectability import tabulate_detectability
 from ._how_far import describe_next_scan, tabulate_shrinkage
 from ._numbers import Scale
+from ._runs import tabulate_runs
 from ._summary import (
     describe_calibration,
     list_cautions,
@@ -86,6 +87,7 @@ def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
         "far": tabulate_shrinkage(
             refit, scale, words.credible_names(diagnosis["verdict"])[0] not in words.SPECIAL
         ),
+        "carried": tabulate_runs(refit, scale, drive_unit),
         "next_scan": describe_next_scan(diagnosis.get("next_scan"), drive_unit, labels),
         "no_scan": words.explain_no_scan(diagnosis["verdict"]),
         "reason": words.to_sentence(str(diagnosis["verdict"].get("reason") or "")),

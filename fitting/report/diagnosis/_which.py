@@ -53,6 +53,8 @@ def _describe_entry(h: dict, inside: set[str], labels: words.Labels) -> dict[str
         "change of χ²": format_number(h.get("delta_chi2"), sign=True),
         "gap closed": format_interval(h.get("closed_fraction")),
     }
+    shares = h.get("shares") or {}
+    numbers |= {f"share of {effect}": format_percent(part) for effect, part in shares.items()}
     parameters = h.get("parameters") or {}
     return {
         "name": name,

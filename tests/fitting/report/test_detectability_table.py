@@ -43,3 +43,19 @@ def test_page_and_terminal_show_it_where_it_is_known():
     page, text = render_page(found), render_text(found)
     assert "What this recording would have shown" in page and "spacing" in page
     assert "delay (tau 2.10" in text.replace("\xa0", " ") and "amplitude_law" not in text
+
+
+def test_runs_that_carry_the_verdict_are_listed_the_largest_first():
+    found = diagnoses.creep()
+    assert "carry the verdict" not in render_page(found)
+    run = {"excitation_hz": 10.0, "amplitude": 3.0, "before": 0.1, "after": 0.02, "share": 0.8}
+    other = {"excitation_hz": 40.0, "amplitude": 3.0, "before": 0.05, "after": 0.02, "share": 0.2}
+    found["shrinkage"]["by_run"] = [run, other]
+    page = render_page(found)
+    assert "Runs that carry the verdict: 10\xa0Hz, 3\xa0V most, 80\xa0%" in page
+
+
+def test_a_pair_shows_the_share_of_each():
+    found = diagnoses.creep()
+    found["hypotheses"][2]["shares"] = {"creep": 0.7, "drift": 0.3}
+    assert "share of drift" in render_page(found)

@@ -91,6 +91,16 @@ class Identified:
             unit=self.drive_unit,
         )
 
+    def recorded_limits(self) -> DriveLimits:
+        """Limits for a drive that stays within what was seen: its range, and its largest slope."""
+        rounding = 1.0 + 1e-9
+        return DriveLimits(
+            self.drive_min,
+            self.drive_max,
+            rounding * max(self.slew_max, 1e-12),
+            unit=self.drive_unit,
+        )
+
     def _is_near(self, swing: float, recorded: float) -> bool:
         """Whether a swing is a little below one that was recorded; what is above has limits."""
         most = 1.0 + THRESHOLDS.range_margin

@@ -55,8 +55,7 @@ def choose_next_scan(
 ) -> NextScan | None:
     """The scan that best separates `hypotheses`; `None` for fewer than two, or if none is allowed.
 
-    `limits`: by default the recording's own range, 5 % more swing and 3 times the slope. `samples`
-    a period and `periods` are by default those of the recording's middle run, so a faster scan is
+    `limits`: by default the recording's own range and largest slope. `samples` a period and `periods` are by default those of the recording's middle run, so a faster scan is
     sampled faster: give fewer `samples` where the reading cannot keep up. A minute passes before
     the scan, its zero is its own, and a scan that repeats has been on for a while.
     """
@@ -66,7 +65,7 @@ def choose_next_scan(
     usual = scan_length(whitened)
     samples, periods = samples or usual[0], periods or usual[1]
     recording = whitened.recording
-    limits = Identified.of(recording).limits() if limits is None else limits
+    limits = Identified.of(recording).recorded_limits() if limits is None else limits
     start = scan_start(recording)
     found = candidate_scans(recording, limits, samples=samples, periods=periods, start_s=start)
     rated = rate_scans(found, rivals, whitener, len(whitened.blocks))

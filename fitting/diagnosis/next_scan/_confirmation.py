@@ -27,7 +27,7 @@ def confirmation_scan(
     length and start.
     """
     recording = whitened.recording
-    limits = Identified.of(recording).limits() if limits is None else limits
+    limits = Identified.of(recording).recorded_limits() if limits is None else limits
     samples, periods = scan_length(whitened)
     start = scan_start(recording)
     found = make_inner_sine(recording, limits, samples=samples, periods=periods, start_s=start)

@@ -5,6 +5,7 @@ import numpy as np
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import FittedBase
 from fitting.diagnosis.which._ranking import RankedCandidates
+from fitting.diagnosis.which.evidence._probability import UNLISTED
 from rapi_jax import DriveLimits
 
 from ._choice import Hypothesis, NextScan, choose_next_scan
@@ -19,10 +20,13 @@ def propose_next_scan(
     credible: list[str],
     limits: DriveLimits | None,
 ) -> NextScan | None:
-    """The scan that separates the likeliest hypotheses; the best two where one is likely alone.
+    """The scan that separates the likeliest hypotheses.
 
-    Where one stands beside `unlisted` in the `credible` set, the scan that confirms it.
+    Where one stands beside `unlisted` in the `credible` set, the scan that confirms it; where one
+    stands alone, none.
     """
+    if len(credible) == 1 and credible[0] != UNLISTED:
+        return None
     if needs_confirmation(credible):
         return confirmation_scan(whitened, credible, limits)
     listed = [(c, p) for c, p in ranked if c is not None][: THRESHOLDS.rivals]

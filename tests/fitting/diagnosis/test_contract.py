@@ -55,6 +55,7 @@ def test_one_effect(etalon, truth):
     assert out["shrinkage"]["held_out"]
     assert [size["effect"] for size in out["detectability"]] == ["amplifier_lowpass"]
     assert out["verdict"]["mechanism"] == found["mechanism"] == "etalon"
+    assert out["verdict"]["set"] == ["etalon"] and out["next_scan"] is None
 
 
 def test_none_of_those_known():

@@ -308,7 +308,7 @@ def test_the_same_question_has_the_same_answer_and_goes_into_a_file():
     assert text == json.dumps(again.to_dict(), allow_nan=False)
     keys = {"waveform", "excitation_hz", "amplitude", "bias", "separates"}
     assert keys <= json.loads(text).keys()
-    Identified.of(world("lags")[0].recording).limits().check(found.drive)
+    Identified.of(world("lags")[0].recording).recorded_limits().check(found.drive)
 
 
 def test_nothing_to_separate_or_nowhere_to_go_is_no_scan():

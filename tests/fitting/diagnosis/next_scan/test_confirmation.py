@@ -39,7 +39,7 @@ def test_the_scan_lies_inside_what_was_recorded(whitened):
     assert 1.5 < low < high < 4.5
     assert found.drive.periods == 3 and found.drive.size == 3 * 200
     assert found.drive.start_s >= whitened.recording.drives[-1].session_time[-1] + 60.0
-    Identified.of(whitened.recording).limits().check(found.drive)
+    Identified.of(whitened.recording).recorded_limits().check(found.drive)
     assert "creep and etalon is all there is" in found.reason
     assert "nothing is missing" in confirmation_scan(whitened, ["none", "unlisted"]).reason
     written = json.loads(json.dumps(found.to_dict(), allow_nan=False))

@@ -136,6 +136,7 @@ class SizeSearch:
         low, high = ranges.get((guess.name, p.path), (-np.inf, np.inf))
         if value is not None:  # no smaller one is looked for
             value = float(np.clip(value, low, high))
+            value = abs(value) if ray.onset == 0 else value  # either sign shows alike
         return SmallestSize(guess.name, ray.name, value, p.unit.format(**self.units), others)
 
 

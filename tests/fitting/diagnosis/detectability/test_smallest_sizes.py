@@ -31,7 +31,7 @@ def test_every_effect_has_a_size_in_its_own_unit(two_amplitudes):
     assert (found["delay"].parameter, found["delay"].unit) == ("tau", "s")
     assert (found["etalon"].parameter, found["etalon"].unit) == ("amplitude", "GHz")
     assert found["etalon"].others["spacing"]["unit"] == "GHz"
-    assert all(size.value is not None for size in found.values())
+    assert all(size.value is not None and size.value > 0.0 for size in found.values())
     assert all(size.to_dict()["level"] == 0.95 for size in found.values())
 
 

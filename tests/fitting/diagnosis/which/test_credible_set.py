@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fitting.diagnosis.which.evidence._probability import credible_set
+from fitting.diagnosis.which.evidence._probability import credible_set, doubt_all
 
 
 @pytest.mark.parametrize(
@@ -24,3 +24,11 @@ def test_it_is_the_smallest_one(weights):
     held = [probability for _, probability in ranked[: len(found)]]
     assert sum(held) >= 0.95 - 1e-12
     assert sum(held[:-1]) < 0.95
+
+
+def test_a_doubt_about_all_leaves_a_twentieth_and_their_order():
+    ranked = [("creep", 0.7), ("none", 0.2), ("unlisted", 0.06), ("delay", 0.04)]
+    after = doubt_all(ranked)
+    assert [name for name, _ in after] == ["unlisted", "creep", "none", "delay"]
+    assert dict(after)["creep"] == pytest.approx(0.035)
+    assert sum(p for _, p in after) == pytest.approx(1.0)

@@ -55,9 +55,10 @@ def choose_next_scan(
 ) -> NextScan | None:
     """The scan that best separates `hypotheses`; `None` for fewer than two, or if none is allowed.
 
-    `limits`: by default the recording's own range and largest slope. `samples` a period and `periods` are by default those of the recording's middle run, so a faster scan is
-    sampled faster: give fewer `samples` where the reading cannot keep up. A minute passes before
-    the scan, its zero is its own, and a scan that repeats has been on for a while.
+    `limits`: by default the recording's own range and largest slope. `samples` a period and
+    `periods` are by default those of the recording's middle run, so a faster scan is sampled
+    faster: give fewer `samples` where the reading cannot keep up. A minute passes before the scan,
+    its zero is its own, and a scan that repeats has been on for a while.
     """
     rivals, chances = _rivals(whitened, whitener, base, hypotheses)
     if len(rivals) < 2:

@@ -8,7 +8,6 @@ from rapi_jax import ECDL
 
 from ._text import describe_effects
 from .how_far._cross_validation import CrossValidation
-from .how_far._explainable_fraction import explainable_fraction
 from .how_far._predicted_gain import predict_gain
 from .how_far._shares import effect_shares, run_shares
 from .noise._periods import PeriodBlock
@@ -74,7 +73,6 @@ def describe_shrinkage(
     refitted = choose_refit(top, fitted.refit, flexible=flexible)
     _, without = choose_refit(none, fitted.refit, flexible=flexible)
     gain = predict_gain(whitened, spectrum, without, refitted, held_out)
-    errors = none.on_base.errors.raw
     return {
         "before": before,
         "after": after,
@@ -89,7 +87,6 @@ def describe_shrinkage(
         else [],
         "foreseen": None if gain is None else gain.closed,
         "straighter": None if gain is None else gain.linearity_gain,
-        "ceiling": explainable_fraction(errors, blocks, spectrum, own_origin=own),
         "remainder": describe_localisation(remainder, repeats=_repeats(blocks)),
     }
 

@@ -9,7 +9,7 @@ _TRIAL = "set by trial"
 
 @dataclasses.dataclass(frozen=True)
 class HowFarThresholds:
-    """Numbers of cross-validation, bootstrap, predicted gain and explainable fraction."""
+    """Numbers of cross-validation, bootstrap and predicted gain."""
 
     # Cross-validation.
     refit_steps: int = threshold(
@@ -73,18 +73,6 @@ class HowFarThresholds:
     )
     full_swing: float = threshold(
         0.98, unit="of the widest swing", origin=f"{_TRIAL}; from it a run has the full swing"
-    )
-
-    # Explainable fraction.
-    phase_bins: int = threshold(64, unit="bins of a period", origin=_TRIAL)
-    least_runs: int = threshold(
-        5, unit="runs", origin="a plane over rate and amplitude has 3 values, and one run is out"
-    )
-    least_spread: float = threshold(
-        1e-9, unit="of the largest", origin="rounding: rates or amplitudes that differ by less"
-    )
-    plane_rcond: float = threshold(
-        1e-6, unit="of the largest singular value", origin=f"{_TRIAL}; rank of that plane"
     )
 
 

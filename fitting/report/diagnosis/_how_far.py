@@ -38,9 +38,6 @@ def tabulate_shrinkage(found: dict, scale: Scale, named: bool) -> dict[str, Any]
         "zero": -start / (1.0 - start),
         "low": format_percent(start),
         "held_out": words.join_items([str(name) for name in found.get("held_out") or []]),
-        "ceiling": ""
-        if finite_or_none(found.get("ceiling")) is None
-        else format_percent(found["ceiling"]),
         "remainder": words.to_sentence(str(found.get("remainder") or "")),
         "unit": scale.unit,
     }

@@ -12,6 +12,7 @@ from .how_far._predicted_gain import predict_gain
 from .how_far._shares import effect_shares, run_shares
 from .noise._periods import PeriodBlock
 from .refit._whitened_model import WhitenedModel
+from .refit.estimates._derived import derive_quantities
 from .refit.estimates._estimates import estimate_effects
 from .where._description import describe_localisation
 from .where._gap import Gap, measure_gap, split_gap
@@ -141,11 +142,11 @@ def describe_hypotheses(
             flexible = needs_flexible_base(candidate)
             refit, state = choose_refit(candidate, fitted.refit, flexible=flexible)
             validated = held_out.get(candidate.name)
+            found = estimate_effects(refit, state, recording.response_unit, recording.drive_unit)
             entry |= {
                 "survival": candidate.unabsorbed_fraction,
-                "parameters": estimate_effects(
-                    refit, state, recording.response_unit, recording.drive_unit
-                ),
+                "parameters": found,
+                "derived": derive_quantities(state.effects, found, recording),
                 "closed_fraction": validated.closed if validated else None,
                 "shares": effect_shares(entry["effects"], cost),
                 "delta_chi2": attribution.none.cost - candidate.cost,

@@ -20,6 +20,8 @@ from ._base import Modes as Modes
 from ._creep import Creep as Creep
 from ._current_coupling import CurrentCoupling as CurrentCoupling
 from ._delay import Delay as Delay
+from ._derived import Derived as Derived
+from ._derived import ScanRange as ScanRange
 from ._drift import Drift as Drift
 from ._etalon import Etalon as Etalon
 from ._gain_drift import GainDrift as GainDrift

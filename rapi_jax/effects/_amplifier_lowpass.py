@@ -3,6 +3,7 @@
 from typing import ClassVar
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from rapi_jax._parameter import parameter
@@ -16,6 +17,7 @@ from ._base import (
     Modes,
     Past,
 )
+from ._derived import Derived, ScanRange
 from ._first_order_lags import invert_linear, respond_from_rest
 from ._residual_summary import ResidualSummary
 
@@ -34,6 +36,10 @@ class AmplifierLowpass(AbstractDriveEffect, AbstractLagEffect, AbstractInvertibl
     label: ClassVar[str] = "a low-pass in the drive amplifier"
     remedy: ClassVar[str] = "Compensate with the corrected model, or use a faster amplifier."
     session: ClassVar = False
+
+    def derived(self, scan: ScanRange) -> tuple[Derived, ...]:
+        del scan
+        return (Derived("-3 dB bandwidth", "Hz", "tau", lambda tau: 1.0 / (2.0 * np.pi * tau)),)
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:

@@ -22,6 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float, Inexact, Int
 
+from ._derived import Derived, ScanRange
 from ._residual_summary import ResidualSummary
 
 T = TypeVar("T")
@@ -65,6 +66,11 @@ class AbstractEffect(eqx.Module):
         """The effect where it is about to change a recording: by default, at its defaults."""
         del summary
         return cls()
+
+    def derived(self, scan: ScanRange) -> tuple[Derived, ...]:
+        """Quantities of the field that follow from the parameters; by default none."""
+        del scan
+        return ()
 
     @classmethod
     @abc.abstractmethod

@@ -16,6 +16,7 @@ from ._base import (
     Modes,
     Past,
 )
+from ._derived import Derived, ScanRange
 from ._first_order_lags import invert_linear, respond_from_rest
 from ._residual_summary import ResidualSummary
 
@@ -84,6 +85,10 @@ class Creep(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
         self, t: Float[Array, " time"], signal: Float[Array, " time"]
     ) -> Float[Array, " time"]:
         return invert_linear(self.modes(), t, signal)
+
+    def derived(self, scan: ScanRange) -> tuple[Derived, ...]:
+        del scan
+        return (Derived("creep a decade of time", "%", "gain", lambda gain: 100.0 * gain),)
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Creep]":

@@ -11,6 +11,7 @@ from rapi_jax._precision import float64
 from rapi_jax.sampling._corners import corners
 
 from ._base import AbstractEffect, AbstractInvertible, AbstractLinearEffect, AbstractOpticalEffect
+from ._derived import Derived, ScanRange
 from ._residual_summary import ResidualSummary
 
 
@@ -33,6 +34,10 @@ class Delay(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
     remedy: ClassVar[str] = (
         "Set the latency of the reading (`response_lag_s`), or compensate with the model."
     )
+
+    def derived(self, scan: ScanRange) -> tuple[Derived, ...]:
+        phase = 360.0 * scan.fastest_hz
+        return (Derived("phase at the fastest scan", "deg", "tau", lambda tau: phase * tau),)
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:

@@ -13,6 +13,7 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractInvertible, AbstractOpticalEffect
+from ._derived import HALF_LIGHT_MM_GHZ, Derived, ScanRange
 from ._first_guess import find_peaks, residual_power
 from ._residual_summary import ResidualSummary
 from ._thresholds import THRESHOLDS
@@ -75,6 +76,11 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
             )
 
         return _invert_etalon(self, signal)
+
+    def derived(self, scan: ScanRange) -> tuple[Derived, ...]:
+        del scan
+        path = Derived("optical length", "mm", "spacing", lambda f: HALF_LIGHT_MM_GHZ / f, True)
+        return (path,)
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Etalon]":

@@ -10,6 +10,7 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractCouplingEffect
+from ._derived import Derived, ScanRange
 from ._first_guess import fit_amplitude
 from ._residual_summary import ResidualSummary
 
@@ -40,6 +41,10 @@ class GainDrift(AbstractCouplingEffect):
         about = response_at_centre(nu, u) + self.centre
         gain = -self.rate * self.tau * jnp.expm1(-(t - self.start) / self.tau)
         return nu + gain * (nu - about)
+
+    def derived(self, scan: ScanRange) -> tuple[Derived, ...]:
+        del scan
+        return (Derived("change of gain a minute", "%", "rate", lambda rate: 6000.0 * rate),)
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[GainDrift]":

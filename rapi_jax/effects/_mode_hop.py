@@ -11,6 +11,7 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractSwitch, Modes
+from ._derived import HALF_LIGHT_MM_GHZ, Derived, ScanRange
 from ._first_guess import detectable_amplitude
 from ._first_order_lags import respond_from_rest
 from ._residual_summary import ResidualSummary
@@ -72,6 +73,14 @@ class ModeHop(AbstractSwitch):
             width = max(threshold - _fit_threshold(nu[down], nu[on]), 0.0)
         return type(self).at(
             size=self.size, threshold=threshold, width=width, settle_s=self.settle_s
+        )
+
+    def derived(self, scan: ScanRange) -> tuple[Derived, ...]:
+        del scan
+        return (
+            Derived(
+                "cavity, if one mode", "mm", "size", lambda hop: HALF_LIGHT_MM_GHZ / abs(hop), True
+            ),
         )
 
     @classmethod

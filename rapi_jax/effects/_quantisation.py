@@ -10,6 +10,7 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractDriveEffect
+from ._derived import Derived, ScanRange
 from ._first_guess import find_peaks
 from ._residual_summary import ResidualSummary
 from ._thresholds import THRESHOLDS
@@ -29,6 +30,9 @@ class Quantisation(AbstractDriveEffect):
     label: ClassVar[str] = "quantisation of the drive"
     remedy: ClassVar[str] = "Use a source with more bits, or more of its range."
     smooth: ClassVar = False
+
+    def derived(self, scan: ScanRange) -> tuple[Derived, ...]:
+        return (Derived("resolution", "bit", "step", lambda step: np.log2(scan.drive / step)),)
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Quantisation]":

@@ -11,6 +11,7 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractInvertible, AbstractLagEffect, AbstractOpticalEffect, Modes, Past
+from ._derived import Derived, ScanRange
 from ._first_guess import find_peaks
 from ._first_order_lags import invert_linear, respond_from_rest
 from ._residual_summary import ResidualSummary
@@ -63,6 +64,10 @@ class Resonance(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
         self, t: Float[Array, " time"], signal: Float[Array, " time"]
     ) -> Float[Array, " time"]:
         return invert_linear(self.modes(), t, signal)
+
+    def derived(self, scan: ScanRange) -> tuple[Derived, ...]:
+        del scan
+        return (Derived("quality factor", "1", "damping", lambda damping: 1.0 / (2.0 * damping)),)
 
     @classmethod
     @float64

@@ -59,7 +59,7 @@ def _tabulate_hypotheses(diagnosis: dict[str, Any]) -> Table:
     for name in ("effect", "probability", "gap closed, held out", "parameters"):
         table.add_column(name, justify="right" if name == "probability" else "left")
     for h in diagnosis["hypotheses"][:6]:
-        found = h.get("parameters", {})
+        found = h.get("parameters", {}) | h.get("derived", {})
         values = ", ".join(
             f"{name} {_format_number(p['value'], 4)} ± {_format_number(p['stderr'], 2)}"
             + (f" {p['unit']}" if p["unit"] != "1" else "")

@@ -55,7 +55,7 @@ def _describe_entry(h: dict, inside: set[str], labels: words.Labels) -> dict[str
     }
     shares = h.get("shares") or {}
     numbers |= {f"share of {effect}": format_percent(part) for effect, part in shares.items()}
-    parameters = h.get("parameters") or {}
+    parameters = (h.get("parameters") or {}) | (h.get("derived") or {})
     return {
         "name": name,
         "title": words.capitalise(words.describe_hypothesis(name, labels)),

@@ -154,6 +154,8 @@ def describe_family(whitened: WhitenedModel, fitted: FittedBase) -> tuple[str, .
     unit = whitened.recording.drive_unit
     law = threshold_law(fitted.operator, max(d.u_pp for d in whitened.recording.drives), unit)
     command = f"rapi fit RECORDING --operator {fitted.family.operator.__name__}"
+    plays = fitted.operator.count
+    command += "" if plays == 10 else f" --plays {plays}"
     if fitted.given is not None:
         return (f"{law} describe these runs better than the model brought: {command}",)
     return (

@@ -27,8 +27,8 @@ class FamilyThresholds:
         unit="of the synchronous excess of the simpler family",
         origin="30 simulated devices with one large effect each. Of a device with RA-PI's "
         "thresholds fixed ones leave 0.7 (a slew limit that cuts every scan) or 1.1 to 350 (all "
-        "others); of one with fixed thresholds 0 to 0.27 beside ten effects, 0.54 to 1.2 beside the "
-        "other five, whose own excess is larger than that of the wrong law. Half: delays beside "
+        "others); of one with fixed thresholds 0 to 0.27 beside ten effects, 0.54 to 1.2 beside "
+        "five whose own excess is larger than that of the wrong law. Half: delays beside "
         "fixed thresholds are fitted by RA-PI; double: the slew limit passes for fixed thresholds",
     )
     amplitudes_of_mixed: int = threshold(

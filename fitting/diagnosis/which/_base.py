@@ -19,6 +19,7 @@ from fitting.identification._fit import default_free
 from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
 
+from ._flexible_refit import refit_flexible_base
 from ._thresholds import THRESHOLDS
 
 _UNIT_NOISE = Spectrum.of_white(1.0)
@@ -75,11 +76,20 @@ def fit_base(whitened: WhitenedModel, ecdl: ECDL | None) -> FittedBase:
     family = None
     if can_compare(first, recording):
 
-        def fit_family(kind: type[AbstractOperator]) -> tuple[Refit, State]:
-            return _fit_starts(whitened, _guesses_like(first, kind, recording), effects, spectrum)
+        def fit_family(
+            kind: type[AbstractOperator], plays: int = first.count
+        ) -> tuple[Refit, State]:
+            order = first.coefficients.size
+            starts = kind.initial_guesses(
+                recording, plays=plays, order=order, count=THRESHOLDS.guesses
+            )
+            return _fit_starts(whitened, list(starts), effects, spectrum)
 
         (refit, state), family = choose_family((refit, state), fit_family, recording)
-        if family.differs:  # less is left, by which noise may be read off
+        if family.differs:
+            sizes = [fit_family(family.operator, n) for n in THRESHOLDS.family_plays]
+            refit, state = min([(refit, state), *sizes], key=_flexible_cost)
+            # Less is left, by which noise may be read off.
             found = [whitened.set_values(refit.base.operator, state.values)]
             (refit, state), spectrum = _fit_with_noise(whitened, found, effects, spectrum)
     base = BaseModel.of(whitened, refit.base.operator, _free(whitened, refit.base.operator))
@@ -136,6 +146,11 @@ def _simplest(found: list[tuple[Refit, State]]) -> tuple[Refit, State]:
     return best if best[1].cost - noise < limit else simple
 
 
+def _flexible_cost(pair: tuple[Refit, State]) -> float:
+    """What the flexible base leaves that begins from a fit."""
+    return refit_flexible_base(*pair)[1].cost
+
+
 def _cost(pair: tuple[Refit, State]) -> float:
     return pair[1].cost
 
@@ -176,20 +191,6 @@ def _starts(recording: Recording, ecdl: ECDL | None) -> list[AbstractOperator]:
         count=THRESHOLDS.guesses_beside_given,
     )
     return [operator, *guesses]
-
-
-def _guesses_like(
-    operator: AbstractOperator, kind: type[AbstractOperator], recording: Recording
-) -> list[AbstractOperator]:
-    """Guesses of another class, of the size of `operator`."""
-    return list(
-        kind.initial_guesses(
-            recording,
-            plays=operator.count,
-            order=operator.coefficients.size,
-            count=THRESHOLDS.guesses,
-        )
-    )
 
 
 def _free(whitened: WhitenedModel, operator: AbstractOperator) -> np.ndarray:

@@ -38,7 +38,9 @@ from .io.drives._afg_waveform import AfgWaveform as AfgWaveform
 from .operators import PI as PI
 from .operators import RAPI as RAPI
 from .operators import AbstractOperator as AbstractOperator
+from .operators import FixedRAPI as FixedRAPI
 from .operators import GeneralRAPI as GeneralRAPI
 from .operators import InverseRAPI as InverseRAPI
+from .operators import MixedRAPI as MixedRAPI
 from .plays._play import memory as memory
 from .plays._play import play as play

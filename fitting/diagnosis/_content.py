@@ -7,6 +7,7 @@ import numpy as np
 from rapi_jax import ECDL
 
 from ._text import describe_effects
+from .family._law import threshold_law
 from .how_far._cross_validation import CrossValidation
 from .how_far._predicted_gain import predict_gain
 from .how_far._shares import effect_shares, run_shares
@@ -89,6 +90,17 @@ def describe_shrinkage(
         "foreseen": None if gain is None else gain.closed,
         "straighter": None if gain is None else gain.linearity_gain,
         "remainder": describe_localisation(remainder, repeats=_repeats(blocks)),
+    }
+
+
+def describe_base(whitened: WhitenedModel, fitted: FittedBase) -> dict[str, Any]:
+    """The law of the base's thresholds, its operator, and the evidence of all that were fitted."""
+    recording, operator = whitened.recording, fitted.operator
+    law = threshold_law(operator, max(d.u_pp for d in recording.drives), recording.drive_unit)
+    return {
+        "family": law,
+        "operator": type(operator).__name__,
+        "log_evidence": {} if fitted.family is None else fitted.family.log_evidence,
     }
 
 

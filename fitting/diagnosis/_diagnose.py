@@ -11,6 +11,7 @@ from rapi_jax.effects import AbstractEffect
 from rapi_jax.internal import float64
 
 from ._content import (
+    describe_base,
     describe_gap,
     describe_hypotheses,
     describe_model,
@@ -26,7 +27,14 @@ from ._data_checks import (
 )
 from ._diagnosis import Diagnosis
 from ._text import effect_label
-from ._verdict import blame_data, collect_notes, doubt_noise, explain_random_jumps, give_verdict
+from ._verdict import (
+    blame_data,
+    collect_notes,
+    describe_family,
+    doubt_noise,
+    explain_random_jumps,
+    give_verdict,
+)
 from .base_misfit._remainder import is_beyond_hysteresis
 from .detectability._detectability import smallest_sizes
 from .how_far._cross_validation import cross_validate
@@ -169,10 +177,12 @@ def diagnose(
         "next_scan": None if next_scan is None else next_scan.to_dict(),
         "calibration": {"bank": load_calibration().provenance},
         "evidence": evidence.to_dict(),
+        "base": describe_base(whitened, fitted),
         "model": describe_model(model),
         "faults": [dataclasses.asdict(fault) for fault in faults],
     }
     notes = tuple(f"{fault.kind}: {fault.message}" for fault in faults)
+    notes += describe_family(whitened, fitted)
     notes += collect_notes(whitened, fitted, top, flexible=flexible)
     seconds = time.perf_counter() - began
     drive = None if next_scan is None else next_scan.drive

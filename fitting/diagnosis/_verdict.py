@@ -11,6 +11,7 @@ from rapi_jax import Recording
 from ._data_checks import SINGLE_SWEEP
 from ._diagnosis import Verdict
 from ._text import verdict_advice, verdict_sentence
+from .family._law import threshold_law
 from .next_scan._confirmation import needs_confirmation
 from .next_scan._next_scan import NextScan
 from .noise._residual_whiteness import ResidualWhiteness
@@ -160,3 +161,20 @@ def collect_notes(
             f"{top.flexible_refit.base.operator.count} plays."
         )
     return tuple(notes)
+
+
+def describe_family(whitened: WhitenedModel, fitted: FittedBase) -> tuple[str, ...]:
+    """A note where the thresholds follow another law than the paper's, with what to do."""
+    if fitted.family is None or not fitted.family.differs:
+        return ()
+    unit = whitened.recording.drive_unit
+    law = threshold_law(fitted.operator, max(d.u_pp for d in whitened.recording.drives), unit)
+    command = f"rapi fit RECORDING --operator {fitted.family.operator.__name__}"
+    plays = fitted.operator.count
+    command += "" if plays == 10 else f" --plays {plays}"
+    if fitted.given is not None:
+        return (f"{law} describe these runs better than the model brought: {command}",)
+    return (
+        f"{law} describe these runs, and not thresholds that grow with the swing as RA-PI has "
+        f"them: {command}",
+    )

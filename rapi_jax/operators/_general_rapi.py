@@ -12,9 +12,9 @@ from rapi_jax._precision import as_float64, float64
 from rapi_jax._recording import Recording
 from rapi_jax.plays._plays import Plays
 
+from ._abstract_rapi import held_thresholds, one_kind_of_scan
 from ._base import AbstractOperator, Fields, check_shapes, per_play
 from ._guess import guess_shapes, middle_drive
-from ._held import held_thresholds, one_kind_of_scan
 from ._origin import drive_origin
 
 
@@ -28,9 +28,11 @@ class GeneralRAPI(AbstractOperator):
     | `zeta` | growth of the thresholds with scan rate, $\zeta_i = \zeta_0 + \zeta_1 (i/N_1 - 1/2)$ | V/Hz |
     | `b` | decay of the weights, $p_i = a_i \exp(-b_1 r_i - b_2 r_i^2)$ | 1/V, 1/V^2 |
     | `bow` | bend of all falling bounds: $\lambda_i u + \eta_i r_i + c (u - u_0)^2$ | 1/V |
+    | `rho` | what thresholds have besides, fixed in the drive's unit: $(\alpha_i u_{pp}/2 + \rho_i)\,i/N_1$; shared or one a play; held in fits | V |
     | `u_0` | the drive, from the origin, about which they bend; held in fits, since `lam` and `eta` follow it | V |
 
-    With `bow` and the second entries of `zeta` and `b` at 0 it is `RAPI` (see `of`). It inverts
+    With `bow` and the second entries of `zeta` and `b` at 0 it is `MixedRAPI`, without `rho` `RAPI`
+    (see `of`). It inverts
     where all falling bounds rise, $\lambda_i + 2 c (u - u_0) > 0$, and the rest outweighs what
     plays of negative weight take away: see `certify`. Nonlinear bounds make
     the generalised Prandtl-Ishlinskii operator (Al Janaideh, Rakheja and Su, 2009); the other two
@@ -49,6 +51,7 @@ class GeneralRAPI(AbstractOperator):
     d: Float[Array, " order"] = parameter(unit="{x}/{u}^k", linear=True)
     d_0: Float[Array, ""] = parameter(unit="{x}", linear=True)
     origin: Float[Array, ""] = parameter(unit="{u}", default=0.0, held=True)
+    rho: Float[Array, "*plays"] = parameter(unit="{u}", default=0.0, positive=True, held=True)
     count: int = eqx.field(static=True, kw_only=True)
     fields: ClassVar = Fields("d", "d_0", "origin")
     weight: ClassVar = "a"
@@ -68,19 +71,20 @@ class GeneralRAPI(AbstractOperator):
         bow: Any = 0.0,
         u_0: Any = 0.0,
         origin: Any = 0.0,
+        rho: Any = 0.0,
         plays: int = 10,
     ):
-        """`plays` is N1, the size of `d` N2. `alpha`, `lam`, `eta`, `a`: one number or `plays`.
+        """`plays` is N1, the size of `d` N2.
 
-        `zeta` and `b`: two numbers.
+        `alpha`, `rho`, `lam`, `eta`, `a`: one number or `plays`. `zeta` and `b`: two numbers.
         """
         self.alpha, self.zeta, self.lam, self.eta = alpha, zeta, lam, eta
         self.a, self.b, self.bow, self.u_0 = a, b, bow, u_0
         self.d, self.d_0, self.count = d, d_0, plays
-        self.origin = origin
+        self.origin, self.rho = origin, rho
 
     def __check_init__(self):
-        check_shapes(self, ("alpha", "lam", "eta", "a"), ("bow", "u_0", "d_0", "origin"))
+        check_shapes(self, ("alpha", "rho", "lam", "eta", "a"), ("bow", "u_0", "d_0", "origin"))
         for name in ("zeta", "b"):
             if jnp.shape(getattr(self, name)) != (2,):
                 raise ValueError(
@@ -90,12 +94,13 @@ class GeneralRAPI(AbstractOperator):
 
     @classmethod
     def of(cls, operator: AbstractOperator, *, u_0: Any = 0.0) -> "GeneralRAPI":
-        """The same function of the drive as `operator`, a `RAPI`, free to bend about `u_0`.
+        """The same function of the drive as `operator`, free to bend about `u_0`.
 
-        `u_0` counts from the operator's origin.
+        `operator`: a `RAPI`, `FixedRAPI` or `MixedRAPI`; `u_0` counts from its origin.
         """
-        names = ("alpha", "zeta", "lam", "eta", "a", "b", "d", "d_0", "origin")
+        names = ("zeta", "lam", "eta", "a", "b", "d", "d_0", "origin")
         same = {name: getattr(operator, name) for name in names}
+        same |= {name: getattr(operator, name, 0.0) for name in ("alpha", "rho")}
         return cls._from_rapi(u_0=u_0, plays=operator.count, **same)
 
     @classmethod
@@ -122,8 +127,9 @@ class GeneralRAPI(AbstractOperator):
         return guess_shapes(middle, recording, plays=plays, order=order, each=each, count=count)
 
     def held(self, recording: Recording) -> set[str]:
-        held = held_thresholds(self, recording) | {"u_0"}
-        if one_kind_of_scan(recording):
+        alike = one_kind_of_scan(recording)
+        held = held_thresholds(self, recording, scale="alpha", alike=alike) | {"u_0"}
+        if alike:
             each = jnp.ndim(self.alpha) > 0 or jnp.ndim(self.eta) > 0
             if "zeta" not in held:
                 held.add("zeta" if each else "alpha")
@@ -134,7 +140,8 @@ class GeneralRAPI(AbstractOperator):
     def plays(self, u_pp: Float[Array, ""], freq: Float[Array, ""]) -> Plays:
         rank = jnp.arange(1.0, self.count + 1.0) / self.count
         growth = self.zeta[0] + self.zeta[1] * (rank - 0.5)
-        r = per_play(self.alpha, self.count) * rank * u_pp / 2.0 + growth * freq  # Eq. (11)
+        alpha, rho = per_play(self.alpha, self.count), per_play(self.rho, self.count)
+        r = alpha * rank * u_pp / 2.0 + rho * rank + growth * freq  # Eq. (11)
         p = per_play(self.a, self.count) * jnp.exp(-self.b[0] * r - self.b[1] * r**2)
         shape = (per_play(self.lam, self.count), per_play(self.eta, self.count))
         return Plays(r, *shape, p, self.bow, self.u_0)

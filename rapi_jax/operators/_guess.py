@@ -172,6 +172,12 @@ def _draw_logarithmic(rng: np.random.Generator, limits: tuple[float, float]) -> 
     return float(np.exp(rng.uniform(np.log(limits[0]), np.log(limits[1]))))
 
 
+def _scaled(fields: dict[str, float], trial: int) -> dict[str, float]:
+    """Thresholds that grow with the swing, as they are drawn."""
+    del trial
+    return fields
+
+
 def guess_shapes(
     build: Callable[..., Operator],
     recording: Recording,
@@ -180,18 +186,24 @@ def guess_shapes(
     order: int,
     each: Sequence[str],
     count: int,
+    law: Callable[[dict[str, float], int], dict[str, float]] = _scaled,
 ) -> list[Operator]:
     """The `count` best of the RA-PI family: shapes drawn, scale and polynomial solved for.
 
-    `build` makes one from the parameters of `RAPI`; `each` names those with a value for each play.
+    `build` makes one from the parameters of `RAPI`, or from those that `law` makes of them (drawn
+    fields and number of the trial in, fields out); `each` names those with a value for each play.
     Call with 64-bit types on.
     """
-    unknown = set(each) - {"alpha", "lam", "eta"}
+    drawn = [law(draw(recording, i), i) for i in range(THRESHOLDS.guess_trials)]
+    allowed = [name for name in ("alpha", "rho", "lam", "eta") if name in drawn[0]]
+    unknown = set(each) - set(allowed)
     if unknown:
-        raise ValueError(f"Argument `each` may name alpha, lam and eta, but names {unknown}.")
+        *first, last = allowed
+        raise ValueError(
+            f"Argument `each` may name {', '.join(first)} and {last}, but names {unknown}."
+        )
 
     family = _Family(build, plays, order, frozenset(each))
-    drawn = [draw(recording, i) for i in range(THRESHOLDS.guess_trials)]
     columns = {name: as_float64([fields[name] for fields in drawn]) for name in drawn[0]}
     respond = partial(_drawn_responses, family, columns)
     found = evaluate_guesses(recording, respond, drawn, order, count)
@@ -201,3 +213,8 @@ def guess_shapes(
 def middle_drive(recording: Recording) -> float:
     """The mean over runs of the middle of the drive's range."""
     return float(np.mean([(d.value.max() + d.value.min()) / 2.0 for d in recording.drives]))
+
+
+def largest_half_swing(recording: Recording) -> float:
+    """Half the largest peak-to-peak drive, in the drive's unit."""
+    return max(max(d.u_pp for d in recording.drives), 1e-12) / 2.0

@@ -10,16 +10,15 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import as_float64, float64
 from rapi_jax._recording import Recording
-from rapi_jax.plays._plays import Plays
 
-from ._base import AbstractOperator, Fields, FlexibleForm, check_shapes, per_play
+from ._abstract_rapi import AbstractRAPI, held_thresholds, one_kind_of_scan
+from ._base import FlexibleForm, per_play
 from ._flexible_rapi import flexible_form
 from ._guess import guess_shapes
-from ._held import held_thresholds
 from ._origin import drive_origin
 
 
-class RAPI(AbstractOperator):
+class RAPI(AbstractRAPI):
     r"""The RA-PI operator: $\sum_i p_i\,\Gamma_{r_i,\lambda_i,\eta_i}[u] + d_0 + \sum_k d_k u^k$.
 
     | field | meaning | unit | equation |
@@ -52,10 +51,7 @@ class RAPI(AbstractOperator):
     d_0: Float[Array, ""] = parameter(unit="{x}", linear=True)
     origin: Float[Array, ""] = parameter(unit="{u}", default=0.0, held=True)
     count: int = eqx.field(static=True, kw_only=True)
-    fields: ClassVar = Fields("d", "d_0", "origin")
     tied_first: ClassVar = ("alpha", "lam", "eta")
-    weight: ClassVar = "a"
-    amplitude: ClassVar = "a"
 
     def __init__(
         self,
@@ -77,9 +73,6 @@ class RAPI(AbstractOperator):
         self.origin = origin
         self.count = plays
 
-    def __check_init__(self):
-        check_shapes(self, ("alpha", "lam", "eta", "a"), ("zeta", "b", "d_0", "origin"))
-
     @classmethod
     @float64
     def initial_guesses(
@@ -99,21 +92,16 @@ class RAPI(AbstractOperator):
         return guess_shapes(build, recording, plays=plays, order=order, each=each, count=count)
 
     def held(self, recording: Recording) -> set[str]:
-        return held_thresholds(self, recording)
+        alike = one_kind_of_scan(recording)
+        return held_thresholds(self, recording, scale="alpha", alike=alike)
 
     def flexible(self, recording: Recording) -> FlexibleForm:
         return flexible_form(self, recording)
 
     @float64
     def thresholds(self, u_pp: Float[Array, ""], freq: Float[Array, ""]) -> Float[Array, " plays"]:
-        """The thresholds of a run, in the drive's unit."""
-        rank = jnp.arange(1.0, self.count + 1.0) / self.count
-        return per_play(self.alpha, self.count) * rank * u_pp / 2.0 + self.zeta * freq  # Eq. (11)
-
-    def plays(self, u_pp: Float[Array, ""], freq: Float[Array, ""]) -> Plays:
-        r = self.thresholds(u_pp, freq)
-        p = per_play(self.a, self.count) * jnp.exp(-self.b * r)  # below Eq. (14)
-        return Plays(r, per_play(self.lam, self.count), per_play(self.eta, self.count), p)
+        alpha = per_play(self.alpha, self.count)
+        return alpha * self.rank * u_pp / 2.0 + self.zeta * freq  # Eq. (11)
 
     def couplings(self, u_pp: list[float], freq: list[float]) -> dict[tuple[str, str], float]:
         # The smallest threshold, alpha u_pp / (2 N1) + zeta f, is positive for all runs together if

@@ -49,6 +49,7 @@ WHOLE = {
         "held_out": [str],
     },
     "next_scan": (SCAN, None),
+    "base": {"family": str, "operator": str, "log_evidence": dict},
     "seconds": float,
     "versions": dict,
     "data_sha256": str,

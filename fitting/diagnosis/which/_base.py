@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 
 from fitting.diagnosis._data_checks import check_enough
+from fitting.diagnosis.family._choice import FamilyChoice, can_compare, choose_family
 from fitting.diagnosis.noise._detrend import detrend
 from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.noise._spectrum import Spectrum, measure_spectrum
@@ -18,6 +19,7 @@ from fitting.identification._fit import default_free
 from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
 
+from ._flexible_refit import refit_flexible_base
 from ._thresholds import THRESHOLDS
 
 _UNIT_NOISE = Spectrum.of_white(1.0)
@@ -33,6 +35,8 @@ class FittedBase:
       effect would return only slowly.
     - `given`: the errors of the model as it was brought ("periods phases" by run); `None` where the
       base was identified here.
+    - `family`: the law of the thresholds, and what others were tried; `None` where none was, since
+      the recording has one amplitude or the model brought is of another kind.
     """
 
     refit: Refit
@@ -40,6 +44,12 @@ class FittedBase:
     eta_fixed: tuple[Refit, State]
     spectrum: Spectrum
     given: list[np.ndarray] | None
+    family: FamilyChoice | None = None
+
+    @property
+    def operator(self) -> AbstractOperator:
+        """The operator as fitted, with all parameters free."""
+        return self.refit.whitened.set_values(self.refit.base.operator, self.state.values)
 
     @property
     def whitener(self) -> Whitener:
@@ -50,7 +60,8 @@ class FittedBase:
 def fit_base(whitened: WhitenedModel, ecdl: ECDL | None) -> FittedBase:
     """The base fitted to the recording, from the model brought and from guesses of its kind.
 
-    Raises `DataError` where the readings are too few for its parameters.
+    For a `RAPI` with several amplitudes the law of the thresholds is chosen, too. Raises
+    `DataError` where the readings are too few for its parameters.
     """
     recording = whitened.recording
     effects: Effects = () if ecdl is None else ecdl.effects
@@ -61,27 +72,64 @@ def fit_base(whitened: WhitenedModel, ecdl: ECDL | None) -> FittedBase:
     nodes = whitened.operator_response(first, values, effects)
     raw = whitened.evaluate_errors(whitened.make_whitener(_UNIT_NOISE), effects, nodes).raw
     spectrum = _background_spectrum(raw, whitened.blocks)
-    while True:
-        found: list[tuple[Refit, State]] = []
-        for operator in starts:
-            base = BaseModel.of(whitened, operator, _free(whitened, operator))
-            refit = Refit(whitened, whitened.make_whitener(spectrum), base.with_fixed("eta"))
-            found.append(
-                (
-                    refit,
-                    refit.minimise(refit.evaluate(base.prior_mean, effects), THRESHOLDS.base_steps),
-                )
+    (refit, state), spectrum = _fit_with_noise(whitened, starts, effects, spectrum)
+    family = None
+    if can_compare(first, recording):
+
+        def fit_family(
+            kind: type[AbstractOperator], plays: int = first.count
+        ) -> tuple[Refit, State]:
+            order = first.coefficients.size
+            starts = kind.initial_guesses(
+                recording, plays=plays, order=order, count=THRESHOLDS.guesses
             )
-        refit, state = _simplest(found)
-        better = _background_spectrum(state.errors.raw, whitened.blocks)
-        if spectrum.measured or better.white > THRESHOLDS.noise_update * spectrum.white:
-            break
-        spectrum = better  # without repeats the noise is read off what the fit leaves
-        starts = [whitened.set_values(refit.base.operator, state.values)]
+            return _fit_starts(whitened, list(starts), effects, spectrum)
+
+        (refit, state), family = choose_family((refit, state), fit_family, recording)
+        if family.differs:
+            counts = THRESHOLDS.more_plays, THRESHOLDS.many_plays
+            sizes = [fit_family(family.operator, plays) for plays in counts]
+            refit, state = min([(refit, state), *sizes], key=_flexible_cost)
+            # Less is left, by which noise may be read off.
+            found = [whitened.set_values(refit.base.operator, state.values)]
+            (refit, state), spectrum = _fit_with_noise(whitened, found, effects, spectrum)
     base = BaseModel.of(whitened, refit.base.operator, _free(whitened, refit.base.operator))
     free = dataclasses.replace(refit, base=base)
     end = free.minimise(state, THRESHOLDS.base_steps)
-    return FittedBase(free, end, (refit, state), spectrum, None if ecdl is None else raw)
+    given = None if ecdl is None else raw
+    return FittedBase(free, end, (refit, state), spectrum, given, family)
+
+
+def _fit_with_noise(
+    whitened: WhitenedModel,
+    starts: list[AbstractOperator],
+    effects: Effects,
+    spectrum: Spectrum,
+) -> tuple[tuple[Refit, State], Spectrum]:
+    """The best fit from `starts`, and the noise; without repeats it is read off what is left."""
+    while True:
+        refit, state = _fit_starts(whitened, starts, effects, spectrum)
+        better = _background_spectrum(state.errors.raw, whitened.blocks)
+        if spectrum.measured or better.white > THRESHOLDS.noise_update * spectrum.white:
+            return (refit, state), spectrum
+        spectrum = better
+        starts = [whitened.set_values(refit.base.operator, state.values)]
+
+
+def _fit_starts(
+    whitened: WhitenedModel,
+    starts: list[AbstractOperator],
+    effects: Effects,
+    spectrum: Spectrum,
+) -> tuple[Refit, State]:
+    """The best fit from `starts`, with `eta` held."""
+    found: list[tuple[Refit, State]] = []
+    for operator in starts:
+        base = BaseModel.of(whitened, operator, _free(whitened, operator))
+        refit = Refit(whitened, whitened.make_whitener(spectrum), base.with_fixed("eta"))
+        start = refit.evaluate(base.prior_mean, effects)
+        found.append((refit, refit.minimise(start, THRESHOLDS.base_steps)))
+    return _simplest(found)
 
 
 def _simplest(found: list[tuple[Refit, State]]) -> tuple[Refit, State]:
@@ -97,6 +145,11 @@ def _simplest(found: list[tuple[Refit, State]]) -> tuple[Refit, State]:
     noise = simple[1].errors.synchronous.size + simple[1].errors.nonsynchronous.size
     limit = THRESHOLDS.individual_plays_excess * (simple[1].cost - noise)
     return best if best[1].cost - noise < limit else simple
+
+
+def _flexible_cost(pair: tuple[Refit, State]) -> float:
+    """What the flexible base leaves that begins from a fit."""
+    return refit_flexible_base(*pair)[1].cost
 
 
 def _cost(pair: tuple[Refit, State]) -> float:

@@ -32,6 +32,19 @@ class WhichThresholds:
         unit="of the noise spectrum before",
         origin=f"{_TRIAL}; where noise is unknown: a smaller fall ends its re-estimation",
     )
+    more_plays: int = threshold(
+        16,
+        unit="plays",
+        origin="tried besides the 10 where thresholds do not grow with the swing: a play bends all "
+        "scans at one drive then. 7 simulated devices of 10 to 40 such plays: the flexible base "
+        "leaves 1.03 to 12 of chi-square a line from 10 plays, 1.02 to 1.27 from the best of 10, "
+        "16 and 24; without 16 (halved it is as 10, doubled as 24) up to 2.0",
+    )
+    many_plays: int = threshold(
+        24,
+        unit="plays",
+        origin="the same, up to 1.24 without it; halved it is as 10, and 32 is as good",
+    )
 
     # Screening of initial guesses by score statistics.
     search_margin: float = threshold(

@@ -231,7 +231,7 @@ def test_a_general_rapi_of_a_file_without_rho_has_nothing_fixed(tmp_path):
 
 
 @pytest.mark.parametrize("name", OWN)
-@pytest.mark.parametrize("span", [20.0, 50.0])
+@pytest.mark.parametrize("span", [pytest.param(20.0, marks=pytest.mark.slow), 50.0])
 def test_the_exact_inverse_is_exact(name, span):
     operator, freq = OWN[name], 20.0
     assert certify(operator, 0.0, 7.0, freq).invertible

@@ -87,7 +87,8 @@ def fit_base(whitened: WhitenedModel, ecdl: ECDL | None) -> FittedBase:
 
         (refit, state), family = choose_family((refit, state), fit_family, recording)
         if family.differs:
-            sizes = [fit_family(family.operator, n) for n in THRESHOLDS.family_plays]
+            counts = THRESHOLDS.more_plays, THRESHOLDS.many_plays
+            sizes = [fit_family(family.operator, plays) for plays in counts]
             refit, state = min([(refit, state), *sizes], key=_flexible_cost)
             # Less is left, by which noise may be read off.
             found = [whitened.set_values(refit.base.operator, state.values)]

@@ -32,13 +32,18 @@ class WhichThresholds:
         unit="of the noise spectrum before",
         origin=f"{_TRIAL}; where noise is unknown: a smaller fall ends its re-estimation",
     )
-    family_plays: tuple[int, ...] = threshold(
-        (16, 24),
+    more_plays: int = threshold(
+        16,
         unit="plays",
-        origin="tried besides the 10 where thresholds do not grow with the swing: then a play bends "
-        "all scans at one drive. 7 simulated devices of 10 to 40 such plays: the "
-        "flexible base leaves 1.03 to 12 of chi-square a line from 10 plays, 1.02 to 1.27 from the "
-        "best of three; halved it is as with 10 alone, doubled (32) as with 24",
+        origin="tried besides the 10 where thresholds do not grow with the swing: a play bends all "
+        "scans at one drive then. 7 simulated devices of 10 to 40 such plays: the flexible base "
+        "leaves 1.03 to 12 of chi-square a line from 10 plays, 1.02 to 1.27 from the best of 10, "
+        "16 and 24; without 16 (halved it is as 10, doubled as 24) up to 2.0",
+    )
+    many_plays: int = threshold(
+        24,
+        unit="plays",
+        origin="the same, up to 1.24 without it; halved it is as 10, and 32 is as good",
     )
 
     # Screening of initial guesses by score statistics.

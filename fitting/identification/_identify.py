@@ -1,5 +1,6 @@
 """`identify`: a model from a recording alone, in one call."""
 
+import dataclasses
 from collections.abc import Sequence
 
 from rapi_jax import RAPI, AbstractOperator, Recording
@@ -7,6 +8,7 @@ from rapi_jax import RAPI, AbstractOperator, Recording
 from ._fit import Progress
 from ._model_order import ORDERS, PLAYS, choose_order
 from ._result import FitResult, UntrustedFit
+from .assessment._threshold_law import suggest_law
 from .data_checks._data_checks import check_usable
 from .data_checks._thinning import thin
 
@@ -33,7 +35,8 @@ def identify(
 
     Steps: check the data; for each structure of model a first guess and a `fit` (starts,
     refinement, standard errors, cross-validation, faults, verdict); choose the structure on
-    held-out data.
+    held-out data; where it leaves more than noise, note an operator whose thresholds follow the
+    amplitudes clearly better.
 
     **Arguments:**
 
@@ -67,6 +70,10 @@ def identify(
         progress=progress,
     )
     result = choices[0].result.noting(note, given)
+    law = suggest_law(result, weights, history=history, drift=drift, max_steps=max_steps)
+    if law is not None:
+        verdict = dataclasses.replace(result.verdict, notes=(*result.verdict.notes, law))
+        result = dataclasses.replace(result, verdict=verdict)
     if throw and not result.verdict.trusted:
         raise UntrustedFit(result)
     return result

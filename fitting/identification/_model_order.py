@@ -56,7 +56,7 @@ def _is_contained(choice: Choice, plays: int, order: int, each: Sequence[str]) -
 
 
 @float64
-def _guess_from(
+def guess_from(
     origin: float | None,
     operator: type[AbstractOperator],
     recording: Recording,
@@ -94,7 +94,7 @@ def _better_origin(
     if held is None or other == float(follow(operator, held.path)):
         return None
     size = operator.count, operator.coefficients.size
-    ecdl, _ = _guess_from(other, type(operator), recording, *size, ())
+    ecdl, _ = guess_from(other, type(operator), recording, *size, ())
     posed = Posed.of(ecdl, recording, None, weights, history=history, drift=drift)
     start = posed.problem.start(ecdl)
     end = posed.problem.solve(start, posed.weight, solver_options(max_steps))
@@ -139,7 +139,7 @@ def choose_order(
         def fit_from(
             origin: float | None, size: tuple[int, int, Sequence[str]] = (n1, n2, own)
         ) -> FitResult:
-            first, guesses = _guess_from(origin, operator, recording, *size)
+            first, guesses = guess_from(origin, operator, recording, *size)
             return fit(
                 first,
                 recording,

@@ -190,6 +190,15 @@ class IdentificationThresholds:
         origin="set by trial; above it residuals count as white and no larger model is tried",
     )
 
+    # Another law of the thresholds
+    law_share_left: float = threshold(
+        0.5,
+        unit="of the mean square that is not noise",
+        origin="as in a diagnosis (`family.share_left`): of a device with one law another one "
+        "leaves 0.7 of it or more; where it is the right one, 0.3 or less. Half or double: a note "
+        "less or more where a large effect is beside it; nothing but the note follows",
+    )
+
     # Verdict
     poor_gap: float = threshold(
         0.125,

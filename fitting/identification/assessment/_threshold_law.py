@@ -1,0 +1,87 @@
+"""Whether another law of the thresholds would fit a recording clearly better: a note, no more."""
+
+import numpy as np
+
+from fitting.identification._fit import Posed, solver_options
+from fitting.identification._model_order import guess_from
+from fitting.identification._result import FitResult
+from fitting.identification._starts import held_origin
+from fitting.identification._thresholds import THRESHOLDS
+from rapi_jax import RAPI, AbstractOperator, FixedRAPI, MixedRAPI
+from rapi_jax.internal import float64, follow
+
+from ._estimates import cut_to_runs
+from ._noise import measure_run_noise
+
+_LAWS: dict[type[AbstractOperator], str] = {
+    RAPI: "thresholds that grow with the swing",
+    FixedRAPI: "thresholds fixed in {unit}",
+    MixedRAPI: "thresholds that grow slower than the swing",
+}
+
+
+@float64
+def suggest_law(
+    result: FitResult,
+    weights: str | list[float],
+    *,
+    history: bool,
+    drift: bool | None,
+    max_steps: int,
+) -> str | None:
+    """The note that an operator with another law leaves clearly less, with the command for it.
+
+    One fit from a guess for each of the others, only where `result` leaves more than noise, and the
+    amplitudes could tell. `None`: there is nothing to note.
+    """
+    recording, operator = result.recording, result.ecdl.operator
+    amplitudes = len(recording.amplitudes)
+    if type(operator) not in _LAWS or result.ecdl.effects or amplitudes < 2:
+        return None
+    errors = [p - run.response for p, run in zip(result.predicted, recording.runs, strict=True)]
+    noise = _noise(result, errors)
+    rmse = _rms(result, errors)
+    if not rmse > THRESHOLDS.with_gap * noise:
+        return None
+    origin = held_origin(operator)
+    zero = None if origin is None else float(follow(operator, origin.path))
+    found: dict[type[AbstractOperator], float] = {}
+    for kind in _LAWS:
+        if kind is type(operator) or (kind is MixedRAPI and amplitudes < _TELL_MIXED):
+            continue
+        ecdl, _ = guess_from(zero, kind, recording, operator.count, operator.coefficients.size, ())
+        posed = Posed.of(ecdl, recording, None, weights, history=history, drift=drift)
+        start = posed.problem.start(ecdl)
+        end = posed.problem.solve(start, posed.weight, solver_options(max_steps))
+        left = _rms(result, cut_to_runs(posed.problem, end.error))
+        excess = max(left**2 - noise**2, 0.0)
+        if excess < THRESHOLDS.law_share_left * (rmse**2 - noise**2):
+            found[kind] = left
+    if not found:
+        return None
+    best = min(found, key=lambda kind: found[kind])
+    law = _LAWS[best].format(unit=recording.drive_unit)
+    unit = recording.response_unit
+    return (
+        f"{law} describe these runs better, {found[best]:.3g} {unit} rms from a first guess and "
+        f"not {rmse:.3g}: rapi fit RECORDING --operator {best.__name__}"
+    )
+
+
+_TELL_MIXED = 3  # amplitudes: with two, a power of the swing and a sum are the same
+
+
+def _noise(result: FitResult, errors: list[np.ndarray]) -> float:
+    """The rms of what does not repeat under the errors of all runs."""
+    found, count = [], []
+    for run, error, used in zip(result.recording.runs, errors, result.used, strict=True):
+        index = np.flatnonzero(used)
+        found.append(measure_run_noise(run, index, error[index])[0])
+        count.append(index.size)
+    return float(np.sqrt(np.average(np.square(found), weights=np.maximum(count, 1))))
+
+
+def _rms(result: FitResult, errors: list[np.ndarray]) -> float:
+    """The rms of errors over the samples that `result` was fitted to."""
+    used = [error[use] for error, use in zip(errors, result.used, strict=True)]
+    return float(np.sqrt(np.mean(np.concatenate(used) ** 2)))

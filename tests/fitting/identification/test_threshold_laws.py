@@ -1,0 +1,82 @@
+"""FixedRAPI and MixedRAPI as models to identify, and the note where another law fits better."""
+
+import json
+
+import pytest
+from threshold_devices import record, session
+
+from fitting import identify
+from fitting.cli import app
+from fitting.commands.run import run
+from rapi_jax import RAPI, FixedRAPI, MixedRAPI
+from rapi_jax.examples import paper_device
+from rapi_jax.io import read_drive, read_model, write_recording
+
+SHAPE = dict(zeta=2e-3, lam=1.2, eta=1.1, a=0.7, b=0.2, d=(15.0, -0.4, 0.02), plays=10)
+FIXED = FixedRAPI(rho=0.9, **SHAPE)
+MIXED = MixedRAPI(alpha=0.15, rho=0.5, **SHAPE)
+PAPER = paper_device().operator
+TWO = session(rates=(10.0, 40.0))
+THREE = session(rates=(10.0, 40.0), amplitudes=(1.5, 3.0, 4.5))
+
+
+@pytest.mark.parametrize("device, drives", [(FIXED, TWO), (MIXED, THREE)])
+def test_thresholds_are_recovered_from_noisy_runs(device, drives):
+    got = identify(record(device, drives=drives), operator=type(device), each=(), throw=False)
+    assert got.verdict.trusted and got.rmse == pytest.approx(0.02, rel=0.05)
+    assert not any("describe these runs better" in note for note in got.verdict.notes)
+    for name in ("alpha", "rho", "zeta", "lam"):
+        if hasattr(device, name):
+            true, found = float(getattr(device, name)), got[name]
+            assert abs(found.value - true) < 4.0 * found.stderr, name
+            assert found.stderr < 0.05 * true, name
+
+
+def noted(device, drives, operator):
+    got = identify(
+        record(device, drives=drives), operator=operator, each=(), hold_out=False, throw=False
+    )
+    assert type(got.ecdl.operator) is operator  # nothing is switched
+    return [note for note in got.verdict.notes if "describe these runs better" in note]
+
+
+@pytest.mark.parametrize(
+    "device, drives, operator, law, better",
+    [
+        (FIXED, TWO, RAPI, "thresholds fixed in V", "FixedRAPI"),
+        pytest.param(
+            *(MIXED, THREE, RAPI, "thresholds that grow slower than the swing", "MixedRAPI"),
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            *(PAPER, TWO, FixedRAPI, "thresholds that grow with the swing", "RAPI"),
+            marks=pytest.mark.slow,
+        ),
+    ],
+)
+def test_a_law_that_fits_better_is_noted(device, drives, operator, law, better):
+    (note,) = noted(device, drives, operator)
+    assert note.startswith(law) and note.endswith(f"rapi fit RECORDING --operator {better}")
+
+
+@pytest.mark.slow
+def test_nothing_is_noted_of_one_amplitude_or_of_noise():
+    assert noted(FIXED, session(rates=(10.0, 40.0), amplitudes=(4.0,)), RAPI) == []
+    assert noted(PAPER, TWO, RAPI) == []
+
+
+def test_the_command_line_fits_and_compensates_it(tmp_path, capsys):
+    write_recording(record(FIXED, drives=TWO), data := tmp_path / "data.nc")
+    model = tmp_path / "model"
+    options = ("--operator", "FixedRAPI", "--each", "none", "--no-plots")
+    assert run(app, ["fit", str(data), "-o", str(model), *options]) == 0
+    table = json.loads((model / "model.json").read_text())
+    assert table["operator"] == "FixedRAPI"
+    assert type(read_model(model / "model.rapi")[0].operator) is FixedRAPI
+    scan = ("--span", "30", "--frequency", "10", "--no-plots")
+    out = tmp_path / "drives"
+    capsys.readouterr()
+    assert run(app, ["compensate", str(model), *scan, "--json", "-o", str(out)]) == 0
+    (entry,) = json.loads(capsys.readouterr().out)["drives"]
+    assert entry["certificate"]["invertible"] and entry["inverse"] == "exact"
+    assert read_drive(out / "drive_10Hz.csv").size > 100

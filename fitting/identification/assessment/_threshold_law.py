@@ -1,5 +1,7 @@
 """Whether another law of the thresholds would fit a recording clearly better: a note, no more."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fitting.identification._fit import Posed, solver_options
@@ -19,11 +21,13 @@ _LAWS: dict[type[AbstractOperator], str] = {
     MixedRAPI: "thresholds that grow slower than the swing",
 }
 
+_TELL_MIXED = 3  # amplitudes: with two, a power of the swing and a sum are the same
+
 
 @float64
 def suggest_law(
     result: FitResult,
-    weights: str | list[float],
+    weights: str | Sequence[float],
     *,
     history: bool,
     drift: bool | None,
@@ -66,9 +70,6 @@ def suggest_law(
         f"{law} describe these runs better, {found[best]:.3g} {unit} rms from a first guess and "
         f"not {rmse:.3g}: rapi fit RECORDING --operator {best.__name__}"
     )
-
-
-_TELL_MIXED = 3  # amplitudes: with two, a power of the swing and a sum are the same
 
 
 def _noise(result: FitResult, errors: list[np.ndarray]) -> float:

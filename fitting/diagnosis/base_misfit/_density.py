@@ -9,12 +9,12 @@ by evidence.
 
 import dataclasses
 
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
 from fitting.diagnosis.noise._misfit_covariance import MisfitCovariance
 from fitting.diagnosis.refit._gauss_newton import Refit, State
+from fitting.diagnosis.refit._operator_jacobian import Linearised
 from fitting.diagnosis.which._screen import orthonormal_basis
 
 from ._columns import density_columns
@@ -44,11 +44,13 @@ class PlayDensity:
         runs = np.asarray(given.u).shape[0]
         known = np.ones(runs, dtype=bool)
         known[: whitened.unknown_start.size] = ~whitened.unknown_start
-        columns = [
-            whitened.jacobian_operator(
-                refit.whitener, state.effects, state.operator_response, jnp.asarray(part)
-            )
+        response = whitened.at_first_period(state.effects, state.operator_response)
+        parts = (
+            Linearised(response, whitened.at_first_period(state.effects, part))
             for part in density_columns(operator, given, known)
+        )
+        columns = [
+            whitened.jacobian_operator(refit.whitener, state.effects, part) for part in parts
         ]
         plays = np.concatenate(columns, axis=1)
         plays = plays[:, np.isfinite(plays).all(axis=0)]

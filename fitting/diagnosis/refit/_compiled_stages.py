@@ -90,18 +90,26 @@ def linearise_response(
 
     In `values` stand the states of the runs that have one in `initial_state`, run after run.
     """
-    vector = ParameterVector.of(operator)
 
     def response(values: Array) -> Array:
-        start = initial_state
-        if start is not None:
-            given_states = values[vector.size :].reshape(-1, start.shape[1])
-            row = jnp.cumsum(~jnp.isnan(start[:, 0])) - 1
-            start = jnp.where(jnp.isnan(start), start, given_states[jnp.maximum(row, 0)])
+        start = initial_states(operator, values, initial_state)
         return given.response(set_values(operator, values), start)
 
     value, push = jax.linearize(response, values)
     return value, jax.vmap(push)(jnp.eye(values.size))
+
+
+def initial_states(
+    operator: AbstractOperator,
+    values: Float[Array, " values"],
+    initial_state: Float[Array, "runs plays"] | None,
+) -> Float[Array, "runs plays"] | None:
+    """Those that stand in `values` behind the parameters, for runs that have one."""
+    if initial_state is None:
+        return None
+    given = values[ParameterVector.of(operator).size :].reshape(-1, initial_state.shape[1])
+    row = jnp.cumsum(~jnp.isnan(initial_state[:, 0])) - 1
+    return jnp.where(jnp.isnan(initial_state), initial_state, given[jnp.maximum(row, 0)])
 
 
 @jax.jit
@@ -110,14 +118,6 @@ def gather_samples(
 ) -> Float[Array, "runs time"]:
     """The response on the sampling grid, read at the samples of each run."""
     return jnp.take_along_axis(response, sample_index, axis=1)
-
-
-@jax.jit
-def gather_columns(
-    columns: Float[Array, "values runs grid"], sample_index: Int[Array, "runs time"]
-) -> Float[Array, "values runs time"]:
-    """The same of several responses."""
-    return jax.vmap(gather_samples, in_axes=(0, None))(columns, sample_index)
 
 
 @jax.jit

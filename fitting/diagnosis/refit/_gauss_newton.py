@@ -130,12 +130,8 @@ class Refit:
         """Derivative of the synchronous errors by each value of the base model; 0 where fixed."""
         if not self.base.free.any():
             return np.zeros((state.errors.synchronous.size, state.values.size))
-        response, derivative = self.whitened.linearise_operator(
-            self.base.operator, state.values, state.effects
-        )
-        columns = self.whitened.jacobian_operator(
-            self.whitener, state.effects, response, derivative
-        )
+        operator = self.whitened.linearise_operator(self.base.operator, state.values, state.effects)
+        columns = self.whitened.jacobian_operator(self.whitener, state.effects, operator)
         return columns * self.base.free[None, :]
 
     def normal_equations(

@@ -28,7 +28,6 @@ from ._compiled_stages import (
     apply_drive_effect,
     apply_optical_effect,
     combine_laws,
-    gather_columns,
     gather_samples,
     linearise_optical_effect,
     linearise_response,
@@ -38,6 +37,7 @@ from ._compiled_stages import (
 from ._effect_vector import Effects
 from ._jump_timing import match_jump_timing
 from ._linear_effects import apply_transfer_functions, is_linear
+from ._operator_jacobian import Linearised, linearise_in_closed_form
 from ._recent import Recent
 from ._sampling_grids import FirstPeriod, SamplingGrids
 from ._thresholds import THRESHOLDS
@@ -168,13 +168,18 @@ class WhitenedModel:
 
     def linearise_operator(
         self, operator: AbstractOperator, values: Float[np.ndarray, " values"], effects: Effects
-    ) -> tuple[Float[Array, "runs grid"], Float[Array, "values runs grid"]]:
-        """The same, with its derivative by each value."""
+    ) -> Linearised:
+        """The same at the samples of the first period, with its derivative by each value."""
         start, given = self._padded_initial_state(operator, values), self.operator_input(effects)
+        place = np.asarray(self._first_period_drives(effects).place)
+        found = linearise_in_closed_form(operator, values, given, start, place)
+        if found is not None:
+            return found
+        given = given._replace(stretches=None)
         response, derivative = linearise_response(operator, values, given, start)
-        if _is_known(response):
-            return response, derivative
-        return linearise_response(operator, values, given._replace(stretches=None), start)
+        return Linearised(
+            self.at_first_period(effects, response), self.at_first_period(effects, derivative)
+        )
 
     def response_rows(
         self, effects: Effects, operator_response: Float[Array, "runs grid"]
@@ -245,22 +250,26 @@ class WhitenedModel:
     def _first_period_of_period(self) -> DriveBatch:
         return self._first_period.select(self.grids.period)
 
-    def jacobian_operator(
-        self,
-        whitener: Whitener,
-        effects: Effects,
-        operator_response: Float[Array, "runs grid"],
-        derivative: Float[Array, "values runs grid"],
-    ) -> Float[np.ndarray, "synchronous values"]:
-        """Derivative of the synchronous errors by the operator's values.
-
-        `operator_response`, `derivative`: as `linearise_operator` has them. Linear effects multiply
-        by their transfer functions, as if they came last.
-        """
+    def _first_period_drives(self, effects: Effects) -> DriveBatch:
         session = self._drives(effects) is self.grids.session
-        drives = self._first_period_of_session if session else self._first_period_of_period
-        nu = gather_samples(operator_response, drives.place)
-        columns = gather_columns(derivative, drives.place)
+        return self._first_period_of_session if session else self._first_period_of_period
+
+    def at_first_period(
+        self, effects: Effects, response: Float[Array | np.ndarray, "*more runs grid"]
+    ) -> Float[np.ndarray, "*more runs time"]:
+        """Responses on the sampling grid, read at the samples of each run's first period."""
+        values, place = np.asarray(response), np.asarray(self._first_period_drives(effects).place)
+        return np.take_along_axis(values, place[(None,) * (values.ndim - 2)], axis=-1)
+
+    def jacobian_operator(
+        self, whitener: Whitener, effects: Effects, operator: Linearised
+    ) -> Float[np.ndarray, "synchronous values"]:
+        """Derivative of the synchronous errors by each value, from that of the operator's response.
+
+        Linear effects multiply by their transfer functions, as if they came last.
+        """
+        drives = self._first_period_drives(effects)
+        nu, columns = operator
         for effect in effects:
             if not acts_before_operator(effect) and not is_linear(effect):
                 nu, columns = linearise_optical_effect(effect, drives, nu, columns)

@@ -57,10 +57,7 @@ def fit_base(whitened: WhitenedModel, ecdl: ECDL | None) -> FittedBase:
     starts = _starts(recording, ecdl)
     first = starts[0]
     check_enough(whitened, first)
-    values = BaseModel.of(whitened, first).prior_mean
-    nodes = whitened.operator_response(first, values, effects)
-    raw = whitened.evaluate_errors(whitened.make_whitener(_UNIT_NOISE), effects, nodes).raw
-    spectrum = _background_spectrum(raw, whitened.blocks)
+    raw, spectrum = measure_model_errors(whitened, ECDL(first, effects))
     while True:
         found: list[tuple[Refit, State]] = []
         for operator in starts:
@@ -82,6 +79,17 @@ def fit_base(whitened: WhitenedModel, ecdl: ECDL | None) -> FittedBase:
     free = dataclasses.replace(refit, base=base)
     end = free.minimise(state, THRESHOLDS.base_steps)
     return FittedBase(free, end, (refit, state), spectrum, None if ecdl is None else raw)
+
+
+def measure_model_errors(
+    whitened: WhitenedModel, ecdl: ECDL
+) -> tuple[list[np.ndarray], Spectrum]:
+    """Errors of a model as it is ("periods phases" by run), and the spectrum of the noise in them."""
+    values = BaseModel.of(whitened, ecdl.operator).prior_mean
+    nodes = whitened.operator_response(ecdl.operator, values, ecdl.effects)
+    unit = whitened.make_whitener(_UNIT_NOISE)
+    raw = whitened.evaluate_errors(unit, ecdl.effects, nodes).raw
+    return raw, _background_spectrum(raw, whitened.blocks)
 
 
 def _simplest(found: list[tuple[Refit, State]]) -> tuple[Refit, State]:

@@ -110,9 +110,13 @@ def diagnose(
 def _check_options(count: int, compare: bool, effects: bool) -> None:
     """Refuse options that do not go together, before anything is read."""
     if compare and count != 2:
-        raise CycloptsError(msg=f"--compare takes two recordings, BEFORE and AFTER, not {count}.")
+        raise _usage(f"--compare takes two recordings, BEFORE and AFTER, not {count}.")
     if effects and not compare:
-        raise CycloptsError(msg="--effects goes with --compare: without it effects are looked for.")
+        raise _usage("--effects goes with --compare: without that effects are always looked for.")
+
+
+def _usage(message: str) -> CycloptsError:
+    return CycloptsError(msg=message, command_chain=("diagnose",))
 
 
 def _compare_into(

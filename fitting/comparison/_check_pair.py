@@ -20,7 +20,9 @@ def check_pair(ecdl: Any, before: Any, after: Any) -> None:
                 "read by `rapi_jax.io.read_recording`."
             )
     if ecdl is not None and not isinstance(ecdl, ECDL):
-        raise ValueError(f"Argument `ecdl` must be an ECDL or None, but is a {type(ecdl).__name__}.")
+        raise ValueError(
+            f"Argument `ecdl` must be an ECDL or None, but is a {type(ecdl).__name__}."
+        )
     for key, what in (("response_unit", "response"), ("drive_unit", "drive")):
         units = getattr(before, key), getattr(after, key)
         if units[0] != units[1]:

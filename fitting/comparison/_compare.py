@@ -20,6 +20,7 @@ from ._comparison import Comparison, Interval, ParameterDifference
 from ._difference_test import DifferenceTest, compare_estimates
 from ._effects import named_effects
 from ._estimates import PairEstimates, estimate_pair
+from ._joint_fit import JointFit, fit_jointly
 from ._response_change import gap_change, response_change
 from ._thresholds import THRESHOLDS
 from ._words import describe_parameter
@@ -40,9 +41,9 @@ def compare(
 ) -> Comparison:
     """What changed between `before` and `after`: which parameters, by how much, how sure that is.
 
-    One model is fitted to each recording alone, with the same parameters free, from one start; the
-    fit to both together is their combination by the measured covariances, which are corrected for
-    correlated residuals. All p-values and intervals are by F and t.
+    One model is fitted to each recording alone, with the same parameters free, from one start, and
+    to both together. What one model costs more than two is measured by the covariances of the
+    estimates, which are corrected for correlated residuals; p-values and intervals are by F and t.
 
     **Arguments:**
 
@@ -72,6 +73,8 @@ def compare(
     names = list(estimates.names)
     z = found.change / found.change_stderr
     probabilities = change_probabilities(names, z, found.statistic, found.degrees[1])
+    report("both together")
+    joint = fit_jointly(estimates, found.stderr)
     report("change of the response")
     reference = "the model brought" if given is not None else "the fit of the first recording"
     model = estimates.results[0].ecdl if given is None else given
@@ -90,12 +93,12 @@ def compare(
         response=response_change(estimates, found),
         gap=gap_change(reference, model, pair),
         effects=presence,
-        recordings=(_describe(estimates.results[0]), _describe(estimates.results[1])),
+        recordings=(_describe(estimates, joint, 0), _describe(estimates, joint, 1)),
         model={
             "operator": type(ecdl.operator).__name__,
             "effects": [type(effect).__name__ for effect in ecdl.effects],
             "plays": ecdl.operator.count,
-            "joint": dict(zip(names, found.joint.tolist(), strict=True)),
+            "joint": dict(zip(names, joint.values.tolist(), strict=True)),
         },
         trusted=all(result.verdict.trusted for result in estimates.results),
         notes=tuple(notes),
@@ -143,7 +146,8 @@ def _doubts(results: tuple[FitResult, FitResult]) -> list[str]:
     ]
 
 
-def _describe(result: FitResult) -> dict[str, Any]:
+def _describe(pair: PairEstimates, joint: JointFit, which: int) -> dict[str, Any]:
+    result = pair.results[which]
     recording = result.recording
     when = recording.recorded_at
     return {
@@ -152,7 +156,8 @@ def _describe(result: FitResult) -> dict[str, Any]:
         "samples": sum(drive.size for drive in recording.drives),
         "rates_hz": recording.rates,
         "amplitudes": recording.amplitudes,
-        "rmse": result.rmse,
+        "rmse": joint.rmse_alone[which],
+        "rmse_joint": joint.rmse[which],
         "trusted": result.verdict.trusted,
         "recorded_at": None if when is None else when.isoformat().replace("+00:00", "Z"),
         "temperature_c": recording.temperature_c,

@@ -117,7 +117,8 @@ class Comparison:
     - `probabilities`: of "none", each parameter alone, and "several"; they sum to 1. `set`: given a
       change, the most probable ones that hold 95 % together.
     - `response`: rms of the change of the response over both recordings' drives, in `unit`.
-    - `gap`: of one model in both, where periods show the noise; `effects`: named by a diagnosis, where that was asked for.
+    - `gap`: of one model in both, where periods show the noise. `effects`: named by a diagnosis,
+      where that was asked for.
     - `recordings`: what is known of each, before and after. `trusted`: whether both fits are.
     """
 

@@ -23,7 +23,6 @@ class DifferenceTest:
     - `stderr`, `p`, `p_holm`: of each difference; `change`, `change_stderr`, `p_given`,
       `p_given_holm`: of each, if all others are the same in both.
     - `p_change`: the smaller of that of all together and of each given the others, for both.
-    - `joint`: the one model for both, in the coordinates of the estimates.
     """
 
     difference: Float[np.ndarray, " parameters"]
@@ -34,7 +33,6 @@ class DifferenceTest:
     change_stderr: Float[np.ndarray, " parameters"]
     p_given: Float[np.ndarray, " parameters"]
     p_given_holm: Float[np.ndarray, " parameters"]
-    joint: Float[np.ndarray, " parameters"]
     statistic: float
     degrees: tuple[float, float]
     p_value: float
@@ -70,7 +68,6 @@ def compare_estimates(
         change_stderr=change_stderr,
         p_given=p_given,
         p_given_holm=p_given_holm,
-        joint=values[0] + covariances[0] @ inverse @ difference,
         statistic=statistic,
         degrees=(float(size), float(degrees)),
         p_value=p_value,

@@ -8,10 +8,10 @@ import numpy as np
 
 from fitting.identification._fit import default_free
 from fitting.identification._fit_many import fit_many
-from fitting.identification._parameter_vector import ParameterVector
+from fitting.identification._parameter_vector import ParameterVector, as_device
 from fitting.identification._result import FitResult
 from fitting.population.estimates._record import Record, read_record
-from rapi_jax import ECDL, ModelError, Parameter, Recording, parameters
+from rapi_jax import ECDL, ModelError, Parameter, Recording
 from rapi_jax.internal import follow
 
 from ._thresholds import THRESHOLDS
@@ -130,7 +130,7 @@ def _put(ecdl: ECDL, paths: list[Any], values: list[float]) -> ECDL:
     for path, value in zip(paths, values, strict=True):
         at = next(s for p, s in zip(vector.parts, vector.slices, strict=True) if p.path == path)
         flat[at] = value
-    return vector.put(ecdl, flat)
+    return vector.put(ecdl, as_device(flat))
 
 
 def _known_in_one(

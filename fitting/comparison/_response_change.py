@@ -6,14 +6,12 @@ from fitting.diagnosis.noise._periods import decimate
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.where._gap import Gap, measure_gap
 from fitting.diagnosis.which._base import measure_model_errors
-from fitting.identification._fit import Posed, default_free
-from fitting.identification._problem import Problem
 from rapi_jax import ECDL, Recording
 
 from ._comparison import GapChange, Interval
 from ._difference_test import DifferenceTest
 from ._estimates import PairEstimates
-from ._thresholds import THRESHOLDS
+from ._joint_fit import shared_errors
 
 _HALF = 1.959963984540054  # of a normal distribution, at the interval's level of 95 %
 
@@ -25,44 +23,26 @@ def response_change(pair: PairEstimates, found: DifferenceTest) -> Interval:
     \rangle$ about $\mathrm{tr}(AV)$, $A = J'J/n$; that is taken off, and the interval is by the
     variance of a quadratic form.
     """
-    differences, slopes = [], []
-    for result in pair.results:
-        problem = _pose(pair.model, result.recording)
-        start = problem.start(pair.model)
-        at = pair.places
-
-        def respond(
-            values: np.ndarray, problem: Problem = problem, start: np.ndarray = start
-        ) -> np.ndarray:
-            vector = start.copy()
-            vector[at] = values
-            return _centred(problem, problem.error(vector))
-
-        before, after = pair.values
-        differences.append(respond(after) - respond(before))
-        steps = np.diag(THRESHOLDS.slope_step * found.stderr)
-        columns = [
-            (respond(found.joint + h) - respond(found.joint - h)) / (2.0 * h.max()) for h in steps
-        ]
-        slopes.append(np.stack(columns, axis=1))
-    difference, slope = np.concatenate(differences), np.concatenate(slopes)
-    count = difference.size
-    variance = sum(pair.covariances)
-    quadratic = slope.T @ slope / count
-    spread = quadratic @ variance
-    bias = float(np.trace(spread))
-    square = float(difference @ difference) / count - bias
+    before, after = pair.values
+    middle = 0.5 * (before + after)
+    errors = shared_errors(pair)
+    difference = np.concatenate([e(after) - e(before) for e in errors])
+    slopes = np.concatenate([e.slopes(middle, found.stderr) for e in errors])
+    quadratic = slopes.T @ slopes / difference.size
+    spread = quadratic @ (pair.covariances[0] + pair.covariances[1])
+    square = float(np.mean(difference**2)) - float(np.trace(spread))
     delta = found.difference
     error2 = 2.0 * float(np.trace(spread @ spread))
-    error2 += 4.0 * max(float(delta @ quadratic @ variance @ quadratic @ delta), 0.0)
-    return _root_interval(square, np.sqrt(error2))
+    error2 += 4.0 * max(float(delta @ spread @ quadratic @ delta), 0.0)
+    return _root_interval(square, float(np.sqrt(error2)))
 
 
 def gap_change(reference: str, ecdl: ECDL, pair: tuple[Recording, Recording]) -> GapChange | None:
     """The gap that `ecdl` leaves in each recording above the noise.
 
-    `None` where nothing repeats in one, since noise cannot then be told from error. The model's constant is no error. The interval of the change is by that of the two mean squares (MOVER,
-    Zou and Donner 2008).
+    `None` where nothing repeats in one, since noise cannot then be told from error. The model's
+    constant is no error. The interval of the change is by those of the two (MOVER, Zou and Donner
+    2008).
     """
     gaps = [_measure(ecdl, recording) for recording in pair]
     floors = gaps[0].noise_floor, gaps[1].noise_floor
@@ -83,21 +63,6 @@ def _measure(ecdl: ECDL, recording: Recording) -> Gap:
         mean = float(np.concatenate(used).mean())
         errors = [error - mean for error in errors]
     return measure_gap(errors, whitened.blocks, spectrum, own_origin=whitened.own_origin)
-
-
-def _pose(ecdl: ECDL, recording: Recording) -> Problem:
-    free = default_free(ecdl, recording)
-    return Posed.of(ecdl, recording, free, "uniform", history=True, drift=None).problem
-
-
-def _centred(problem: Problem, error: np.ndarray) -> np.ndarray:
-    """Samples in use, less the mean of the session, or of each run that has its own origin."""
-    use = problem.data.use
-    rows = [error[k, use[k]] for k in range(len(use))]
-    if problem.own_origin:
-        return np.concatenate([row - row.mean() for row in rows])
-    whole = np.concatenate(rows)
-    return whole - whole.mean()
 
 
 def _root_interval(square: float, error: float) -> Interval:

@@ -29,6 +29,12 @@ class ComparisonThresholds:
         origin="central differences: small beside the curvature of the response, large beside "
         "rounding; a tenth moves no printed digit",
     )
+    joint_steps: int = threshold(
+        20, unit="steps", origin="of Gauss-Newton from the mean of two fits; four in trials"
+    )
+    joint_gain: float = threshold(
+        1e-3, unit="of chi-square", origin="far below 1, which is one standard error"
+    )
     known_relative: float = threshold(
         3.0,
         unit="standard errors",

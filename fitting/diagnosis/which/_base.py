@@ -81,10 +81,8 @@ def fit_base(whitened: WhitenedModel, ecdl: ECDL | None) -> FittedBase:
     return FittedBase(free, end, (refit, state), spectrum, None if ecdl is None else raw)
 
 
-def measure_model_errors(
-    whitened: WhitenedModel, ecdl: ECDL
-) -> tuple[list[np.ndarray], Spectrum]:
-    """Errors of a model as it is ("periods phases" by run), and the spectrum of the noise in them."""
+def measure_model_errors(whitened: WhitenedModel, ecdl: ECDL) -> tuple[list[np.ndarray], Spectrum]:
+    """Errors of a model as it is ("periods phases" by run), and the noise spectrum in them."""
     values = BaseModel.of(whitened, ecdl.operator).prior_mean
     nodes = whitened.operator_response(ecdl.operator, values, ecdl.effects)
     unit = whitened.make_whitener(_UNIT_NOISE)

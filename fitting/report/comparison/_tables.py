@@ -26,9 +26,7 @@ def format_p(p: Any) -> str:
 
 def format_range(interval: dict[str, Any], unit: str) -> str:
     """`+0.05 (+0.04 to +0.06) GHz`."""
-    value, low, high = (
-        format_number(interval[key], sign=True) for key in ("value", "low", "high")
-    )
+    value, low, high = (format_number(interval[key], sign=True) for key in ("value", "low", "high"))
     end = "" if unit in ("", "1") else f"{SPACE}{unit_text(unit)}"
     return f"{value} ({low} to {high}){end}"
 
@@ -123,6 +121,10 @@ def list_facts(content: dict[str, Any]) -> list[tuple[str, str]]:
         facts.append(("Gap before", f"{format_size(gap['before'], unit)} rms"))
         facts.append(("Gap after", f"{format_size(gap['after'], unit)} rms"))
         facts.append(("Gap's change", format_range(gap["change"], unit)))
+    for key, one in content["recordings"].items():
+        both = format_quantity(one["rmse_joint"], unit)
+        text = f"{format_number(one['rmse'])} by its own model, {both} by one for both"
+        facts.append((f"Rms {key}", text))
     facts.append(("Nothing changed", f"probability {format_percent(none)}"))
     facts.append(("Several did", f"probability {format_percent(several)}"))
     return facts

@@ -20,7 +20,7 @@ from ._comparison import Comparison, Interval, ParameterDifference
 from ._difference_test import DifferenceTest, compare_estimates
 from ._effects import named_effects
 from ._estimates import PairEstimates, estimate_pair
-from ._joint_fit import JointFit, fit_jointly
+from ._joint_fit import Two, fit_jointly, linearise, rms, shared_errors
 from ._response_change import gap_change, response_change
 from ._thresholds import THRESHOLDS
 from ._words import describe_parameter
@@ -69,12 +69,26 @@ def compare(
     if effects:
         ecdl, presence = named_effects(ecdl, given, pair, candidates, report)
     estimates = estimate_pair(ecdl, pair, without, report)
-    found = compare_estimates(estimates.values, estimates.covariances, estimates.degrees)
-    names = list(estimates.names)
-    z = found.change / found.change_stderr
-    probabilities = change_probabilities(names, z, found.statistic, found.degrees[1])
     report("both together")
-    joint = fit_jointly(estimates, found.stderr)
+    names, alone = list(estimates.names), estimates.values
+    errors = shared_errors(estimates)
+    steps = np.sqrt(sum(np.diag(covariance) for covariance in estimates.covariances))
+    joint = fit_jointly(errors, alone, steps)
+    about = joint.before, joint.after
+    values, covariances = linearise(errors, alone, about, steps)
+    test = compare_estimates(values, covariances, estimates.degrees)
+    z = test.change / test.change_stderr
+    probabilities = change_probabilities(names, z, test.statistic, test.degrees[1])
+    likely = credible_changes(probabilities)
+    changed = test.p_change < THRESHOLDS.change_level
+    found = test
+    if changed:  # estimates are of the model that has the change, to first order about it
+        about = alone
+        if likely[0] in names:
+            moved = fit_jointly(errors, alone, steps, names.index(likely[0]))
+            about = moved.before, moved.after
+        values, covariances = linearise(errors, alone, about, steps)
+        found = compare_estimates(values, covariances, estimates.degrees)
     report("change of the response")
     reference = "the model brought" if given is not None else "the fit of the first recording"
     model = estimates.results[0].ecdl if given is None else given
@@ -82,23 +96,26 @@ def compare(
     return Comparison(
         unit=before.response_unit,
         drive_unit=before.drive_unit,
-        changed=found.p_change < THRESHOLDS.change_level,
-        p_change=found.p_change,
-        p_value=found.p_value,
-        statistic=found.statistic,
-        degrees=found.degrees,
-        parameters=tuple(_differences(estimates, found, probabilities)),
+        changed=changed,
+        p_change=test.p_change,
+        p_value=test.p_value,
+        statistic=test.statistic,
+        degrees=test.degrees,
+        parameters=tuple(_differences(estimates, values, covariances, found, test, probabilities)),
         probabilities=probabilities,
-        set=credible_changes(probabilities),
-        response=response_change(estimates, found),
+        set=likely,
+        response=response_change(errors, alone, found.difference, sum(covariances)),
         gap=gap_change(reference, model, pair),
         effects=presence,
-        recordings=(_describe(estimates, joint, 0), _describe(estimates, joint, 1)),
+        recordings=tuple(
+            _describe(result, rms(e(own)), joint.rmse[k])
+            for k, (result, e, own) in enumerate(zip(estimates.results, errors, alone, strict=True))
+        ),
         model={
             "operator": type(ecdl.operator).__name__,
             "effects": [type(effect).__name__ for effect in ecdl.effects],
             "plays": ecdl.operator.count,
-            "joint": dict(zip(names, joint.values.tolist(), strict=True)),
+            "joint": dict(zip(names, joint.before.tolist(), strict=True)),
         },
         trusted=all(result.verdict.trusted for result in estimates.results),
         notes=tuple(notes),
@@ -107,10 +124,16 @@ def compare(
 
 
 def _differences(
-    pair: PairEstimates, found: DifferenceTest, probabilities: dict[str, float]
+    pair: PairEstimates,
+    values: Two,
+    covariances: Two,
+    found: DifferenceTest,
+    test: DifferenceTest,
+    probabilities: dict[str, float],
 ) -> list[ParameterDifference]:
+    """Estimates as `found`; p-values given the others by `test`, which is about the joint fit."""
     half = float(stats.t.ppf(0.5 + 0.5 * THRESHOLDS.interval_level, found.degrees[1]))
-    errors = [np.sqrt(np.diag(covariance)) for covariance in pair.covariances]
+    errors = [np.sqrt(np.diag(covariance)) for covariance in covariances]
 
     def interval(value: float, error: float) -> Interval:
         return Interval(float(value), float(value - half * error), float(value + half * error))
@@ -120,9 +143,9 @@ def _differences(
             name=name,
             words=describe_parameter(name),
             unit=pair.units[j],
-            before=float(pair.values[0][j]),
+            before=float(values[0][j]),
             before_stderr=float(errors[0][j]),
-            after=float(pair.values[1][j]),
+            after=float(values[1][j]),
             after_stderr=float(errors[1][j]),
             difference=interval(found.difference[j], found.stderr[j]),
             difference_stderr=float(found.stderr[j]),
@@ -130,8 +153,8 @@ def _differences(
             p_holm=float(found.p_holm[j]),
             change=interval(found.change[j], found.change_stderr[j]),
             change_stderr=float(found.change_stderr[j]),
-            p_given_others=float(found.p_given[j]),
-            p_given_others_holm=float(found.p_given_holm[j]),
+            p_given_others=float(test.p_given[j]),
+            p_given_others_holm=float(test.p_given_holm[j]),
             probability=probabilities[name],
         )
         for j, name in enumerate(pair.names)
@@ -146,8 +169,7 @@ def _doubts(results: tuple[FitResult, FitResult]) -> list[str]:
     ]
 
 
-def _describe(pair: PairEstimates, joint: JointFit, which: int) -> dict[str, Any]:
-    result = pair.results[which]
+def _describe(result: FitResult, rmse: float, rmse_joint: float) -> dict[str, Any]:
     recording = result.recording
     when = recording.recorded_at
     return {
@@ -156,8 +178,8 @@ def _describe(pair: PairEstimates, joint: JointFit, which: int) -> dict[str, Any
         "samples": sum(drive.size for drive in recording.drives),
         "rates_hz": recording.rates,
         "amplitudes": recording.amplitudes,
-        "rmse": joint.rmse_alone[which],
-        "rmse_joint": joint.rmse[which],
+        "rmse": rmse,
+        "rmse_joint": rmse_joint,
         "trusted": result.verdict.trusted,
         "recorded_at": None if when is None else when.isoformat().replace("+00:00", "Z"),
         "temperature_c": recording.temperature_c,

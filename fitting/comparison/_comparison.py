@@ -135,7 +135,7 @@ class Comparison:
     response: Interval
     gap: GapChange | None
     effects: tuple[EffectPresence, ...] | None
-    recordings: tuple[dict[str, Any], dict[str, Any]]
+    recordings: tuple[dict[str, Any], ...]
     model: dict[str, Any]
     trusted: bool
     notes: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""One model for both recordings, and the errors of models of either."""
+"""One model for both recordings, and how each departs from it, to first order."""
 
 import dataclasses
 
@@ -7,17 +7,22 @@ from jaxtyping import Float
 
 from fitting.identification._fit import Posed, default_free
 from fitting.identification._problem import Problem
+from fitting.identification.assessment._covariance import correlated_covariance, whole_periods
 from rapi_jax import ECDL, Recording
 
 from ._estimates import PairEstimates
 from ._thresholds import THRESHOLDS
+
+Vector = Float[np.ndarray, " parameters"]
+Two = tuple[np.ndarray, np.ndarray]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class SharedErrors:
     """Errors of one recording as a function of the parameters compared.
 
-    All else is as the recording's own fit ended; origin and drift of the session are projected out.
+    All else is as the recording's own fit ended; origin and drift of the session (`nuisance`, an
+    orthonormal basis) are projected out.
     """
 
     problem: Problem
@@ -39,49 +44,84 @@ class SharedErrors:
             columns = np.concatenate([columns, problem.drift[use][:, None]], axis=1)
         return cls(problem, problem.start(ecdl), places, np.linalg.qr(columns)[0])
 
-    def __call__(self, values: Float[np.ndarray, " parameters"]) -> Float[np.ndarray, " samples"]:
+    def __call__(self, values: Vector) -> Float[np.ndarray, " samples"]:
         vector = self.start.copy()
         vector[self.places] = values
         error = self.problem.error(vector)[self.problem.data.use]
         return error - self.nuisance @ (self.nuisance.T @ error)
 
-    def slopes(
-        self, values: Float[np.ndarray, " parameters"], steps: Float[np.ndarray, " parameters"]
-    ) -> Float[np.ndarray, "samples parameters"]:
+    def slopes(self, values: Vector, steps: Vector) -> Float[np.ndarray, "samples parameters"]:
         """Derivatives by the parameters, by central differences."""
         moves = np.diag(THRESHOLDS.slope_step * steps)
         columns = [(self(values + h) - self(values - h)) / (2.0 * h.sum()) for h in moves]
         return np.stack(columns, axis=1)
 
+    def covariance(
+        self, residual: Float[np.ndarray, " samples"], slopes: Float[np.ndarray, "samples _"]
+    ) -> Float[np.ndarray, "parameters parameters"]:
+        """That of the parameters, for noise as in `residual`: as in a fit, see `_covariance`."""
+        use = self.problem.data.use
+        ends = np.cumsum(use.sum(axis=1))[:-1]
+        columns = np.concatenate([slopes, self.nuisance], axis=1)
+        found = correlated_covariance(
+            np.split(residual, ends),
+            np.split(columns, ends),
+            [1.0] * len(use),
+            [drive.step_s for drive in self.problem.recording.drives],
+            [whole_periods(self.problem, row) for row in range(len(use))],
+        )
+        return found.covariance[: slopes.shape[1], : slopes.shape[1]]
+
+
+def shared_errors(pair: PairEstimates) -> tuple[SharedErrors, SharedErrors]:
+    """The errors in each recording, all that is not compared as in its own fit."""
+    one, two = (SharedErrors.of(r.ecdl, r.recording, pair.places) for r in pair.results)
+    return one, two
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class JointFit:
-    """The parameters of one model for both, and rms errors of it and of the own model of each."""
+    """The parameters of one model for both, where `moved` is given but for that one.
 
-    values: Float[np.ndarray, " parameters"]
-    rmse: tuple[float, float]
-    rmse_alone: tuple[float, float]
-
-
-def fit_jointly(pair: PairEstimates, stderr: Float[np.ndarray, " parameters"]) -> JointFit:
-    """One model for both recordings, by Gauss-Newton from the mean of the two.
-
-    `stderr`: of the difference of each parameter. Each recording counts by its own noise.
+    `before`, `after`: the parameters, the same but for one. `rmse`: of the errors in each.
     """
-    errors = shared_errors(pair)
-    alone = tuple(_rms(e(v)) for e, v in zip(errors, pair.values, strict=True))
-    weights = [1.0 / max(rms, 1e-300) for rms in alone]
-    values = 0.5 * (pair.values[0] + pair.values[1])
+
+    before: Vector
+    after: Vector
+    rmse: tuple[float, float]
+
+
+def fit_jointly(
+    errors: tuple[SharedErrors, SharedErrors],
+    alone: Two,
+    steps: Vector,
+    moved: int | None = None,
+) -> JointFit:
+    """The best model for both recordings, by Gauss-Newton from the mean of the two `alone`.
+
+    `moved`: the place of a parameter that may differ. Each recording counts by the noise that its
+    own fit left.
+    """
+    weights = [1.0 / max(rms(e(v)), 1e-300) for e, v in zip(errors, alone, strict=True)]
+    size, extra = alone[0].size, 0 if moved is None else 1
+    split = np.zeros((2, size, size + extra))  # parameters of each, from the unknowns
+    split[:, :, :size] = np.eye(size)
+    start = 0.5 * (alone[0] + alone[1])
+    scale = steps
+    if moved is not None:
+        split[1, moved, size] = 1.0
+        start = np.append(start, 0.0)
+        scale = np.append(steps, steps[moved])
 
     def stacked(at: np.ndarray) -> np.ndarray:
-        return np.concatenate([w * e(at) for w, e in zip(weights, errors, strict=True)])
+        parts = zip(weights, errors, split, strict=True)
+        return np.concatenate([w * e(s @ at) for w, e, s in parts])
 
-    here = stacked(values)
+    values, here = start, stacked(start)
     for _ in range(THRESHOLDS.joint_steps):
-        slopes = np.concatenate(
-            [w * e.slopes(values, stderr) for w, e in zip(weights, errors, strict=True)]
-        )
-        step = -stderr * np.linalg.lstsq(slopes * stderr, here, rcond=None)[0]
+        parts = zip(weights, errors, split, strict=True)
+        slopes = np.concatenate([w * e.slopes(s @ values, steps) @ s for w, e, s in parts])
+        step = -scale * np.linalg.lstsq(slopes * scale, here, rcond=None)[0]
         for share in (1.0, 0.5, 0.25, 0.125):
             there = stacked(values + share * step)
             if there @ there < here @ here:
@@ -92,14 +132,29 @@ def fit_jointly(pair: PairEstimates, stderr: Float[np.ndarray, " parameters"]) -
         values, here = values + share * step, there
         if gained < THRESHOLDS.joint_gain:
             break
-    joint = tuple(_rms(e(values)) for e in errors)
-    return JointFit(values, (joint[0], joint[1]), (alone[0], alone[1]))
+    before, after = split @ values
+    left = [rms(e(v)) for e, v in zip(errors, (before, after), strict=True)]
+    return JointFit(before, after, (left[0], left[1]))
 
 
-def shared_errors(pair: PairEstimates) -> list[SharedErrors]:
-    """The errors in each recording, all that is not compared as in its own fit."""
-    return [SharedErrors.of(r.ecdl, r.recording, pair.places) for r in pair.results]
+def linearise(
+    errors: tuple[SharedErrors, SharedErrors], alone: Two, at: Two, steps: Vector
+) -> tuple[Two, Two]:
+    """Estimates from each recording to first order about `at`, and their covariances.
+
+    About the joint fit these are efficient and, where nothing changed, as good as the first order
+    is: a valley of a single recording's chi-square may be long and curved, where its own fit ends
+    far away and with a covariance of that place. The noise is that of the fits `alone`.
+    """
+    values, covariances = [], []
+    for e, own, point in zip(errors, alone, at, strict=True):
+        slopes = e.slopes(point, steps)
+        move = -steps * np.linalg.lstsq(slopes * steps, e(point), rcond=None)[0]
+        values.append(point + move)
+        covariances.append(e.covariance(e(own), slopes))
+    return (values[0], values[1]), (covariances[0], covariances[1])
 
 
-def _rms(error: np.ndarray) -> float:
+def rms(error: Float[np.ndarray, " samples"]) -> float:
+    """Root mean square."""
     return float(np.sqrt(np.mean(error**2)))

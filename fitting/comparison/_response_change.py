@@ -1,6 +1,7 @@
 """How much the response itself changed, and the gap that one model leaves before and after."""
 
 import numpy as np
+from jaxtyping import Float
 
 from fitting.diagnosis.noise._periods import decimate
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
@@ -9,31 +10,33 @@ from fitting.diagnosis.which._base import measure_model_errors
 from rapi_jax import ECDL, Recording
 
 from ._comparison import GapChange, Interval
-from ._difference_test import DifferenceTest
-from ._estimates import PairEstimates
-from ._joint_fit import shared_errors
+from ._joint_fit import SharedErrors, Two
 
 _HALF = 1.959963984540054  # of a normal distribution, at the interval's level of 95 %
 
 
-def response_change(pair: PairEstimates, found: DifferenceTest) -> Interval:
+def response_change(
+    errors: tuple[SharedErrors, SharedErrors],
+    alone: Two,
+    difference: Float[np.ndarray, " parameters"],
+    variance: Float[np.ndarray, "parameters parameters"],
+) -> Interval:
     r"""The rms of how much the response changed over the drives of both, its mean left out.
 
-    With $D$ the difference of the two models and $J$ its slopes, noise alone makes $\langle D^2
-    \rangle$ about $\mathrm{tr}(AV)$, $A = J'J/n$; that is taken off, and the interval is by the
-    variance of a quadratic form.
+    With $D$ the difference of the two models `alone` and $J$ its slopes, noise alone makes $\langle
+    D^2 \rangle$ about $\mathrm{tr}(AV)$, $A = J'J/n$; that is taken off, and the interval is by the
+    variance of a quadratic form. `difference`, `variance` ($V$): of the parameters.
     """
-    before, after = pair.values
+    before, after = alone
+    steps = np.sqrt(np.diag(variance))
     middle = 0.5 * (before + after)
-    errors = shared_errors(pair)
-    difference = np.concatenate([e(after) - e(before) for e in errors])
-    slopes = np.concatenate([e.slopes(middle, found.stderr) for e in errors])
-    quadratic = slopes.T @ slopes / difference.size
-    spread = quadratic @ (pair.covariances[0] + pair.covariances[1])
-    square = float(np.mean(difference**2)) - float(np.trace(spread))
-    delta = found.difference
+    change = np.concatenate([e(after) - e(before) for e in errors])
+    slopes = np.concatenate([e.slopes(middle, steps) for e in errors])
+    quadratic = slopes.T @ slopes / change.size
+    spread = quadratic @ variance
+    square = float(np.mean(change**2)) - float(np.trace(spread))
     error2 = 2.0 * float(np.trace(spread @ spread))
-    error2 += 4.0 * max(float(delta @ spread @ quadratic @ delta), 0.0)
+    error2 += 4.0 * max(float(difference @ spread @ quadratic @ difference), 0.0)
     return _root_interval(square, float(np.sqrt(error2)))
 
 

@@ -22,6 +22,7 @@ from ._effects import named_effects
 from ._estimates import PairEstimates, estimate_pair
 from ._joint_fit import Two, fit_jointly, linearise, rms, shared_errors
 from ._response_change import gap_change, response_change
+from ._single_changes import contrast_changes, single_changes
 from ._thresholds import THRESHOLDS
 from ._words import describe_parameter
 
@@ -74,19 +75,20 @@ def compare(
     errors = shared_errors(estimates)
     steps = np.sqrt(sum(np.diag(covariance) for covariance in estimates.covariances))
     joint = fit_jointly(errors, alone, steps)
-    about = joint.before, joint.after
-    values, covariances = linearise(errors, alone, about, steps)
+    values, covariances = linearise(errors, alone, (joint.before, joint.after), steps)
     test = compare_estimates(values, covariances, estimates.degrees)
-    z = test.change / test.change_stderr
-    probabilities = change_probabilities(names, z, test.statistic, test.degrees[1])
-    likely = credible_changes(probabilities)
     changed = test.p_change < THRESHOLDS.change_level
-    found = test
-    if changed:  # estimates are of the model that has the change, to first order about it
+    z, statistic, found = test.change / test.change_stderr, test.statistic, test
+    if changed:
+        report("which parameter changed")
+        singles = single_changes(errors, alone, joint, steps, estimates.degrees)
+        z, statistic = contrast_changes(singles)
+    probabilities = change_probabilities(names, z, statistic, test.degrees[1])
+    likely = credible_changes(probabilities)
+    if changed:  # estimates are to first order about a model that has the change
         about = alone
         if likely[0] in names:
-            moved = fit_jointly(errors, alone, steps, names.index(likely[0]))
-            about = moved.before, moved.after
+            about = singles[names.index(likely[0])].about
         values, covariances = linearise(errors, alone, about, steps)
         found = compare_estimates(values, covariances, estimates.degrees)
     report("change of the response")

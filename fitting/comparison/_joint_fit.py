@@ -96,28 +96,29 @@ def fit_jointly(
     alone: Two,
     steps: Vector,
     moved: int | None = None,
+    start: Vector | None = None,
 ) -> JointFit:
     """The best model for both recordings, by Gauss-Newton from the mean of the two `alone`.
 
-    `moved`: the place of a parameter that may differ. Each recording counts by the noise that its
-    own fit left.
+    `moved`: the place of a parameter that may differ. `start`: values to begin from instead. Each
+    recording counts by the noise that its own fit left.
     """
     weights = [1.0 / max(rms(e(v)), 1e-300) for e, v in zip(errors, alone, strict=True)]
     size, extra = alone[0].size, 0 if moved is None else 1
     split = np.zeros((2, size, size + extra))  # parameters of each, from the unknowns
     split[:, :, :size] = np.eye(size)
-    start = 0.5 * (alone[0] + alone[1])
+    begin = 0.5 * (alone[0] + alone[1]) if start is None else start
     scale = steps
     if moved is not None:
         split[1, moved, size] = 1.0
-        start = np.append(start, 0.0)
+        begin = np.append(begin, 0.0)
         scale = np.append(steps, steps[moved])
 
     def stacked(at: np.ndarray) -> np.ndarray:
         parts = zip(weights, errors, split, strict=True)
         return np.concatenate([w * e(s @ at) for w, e, s in parts])
 
-    values, here = start, stacked(start)
+    values, here = begin, stacked(begin)
     for _ in range(THRESHOLDS.joint_steps):
         parts = zip(weights, errors, split, strict=True)
         slopes = np.concatenate([w * e.slopes(s @ values, steps) @ s for w, e, s in parts])

@@ -195,7 +195,6 @@ def creep() -> dict[str, Any]:
                 {"part": part, "before": before, "after": after, "closed_fraction": closed_part}
                 for part, before, after, closed_part in parts
             ],
-            "ceiling": 0.968,
             "remainder": "scan-locked, at the edges of the fastest scan, 3 MHz",
         },
         "next_scan": None,
@@ -253,7 +252,7 @@ def unlisted() -> dict[str, Any]:
     """A gap that nothing on the list explains."""
     found = bare("unlisted", {"none": 0.0, "resonance": 0.04, "unlisted": 0.96})
     found["gap"] = {"total": 0.4, "noise_floor": 0.02, "parametric": 0.05, "structural": 0.39}
-    found["shrinkage"] |= {"before": 0.4, "after": 0.31, "floor": 0.02, "ceiling": None}
+    found["shrinkage"] |= {"before": 0.4, "after": 0.31, "floor": 0.02}
     found["shrinkage"]["closed_fraction"] = fraction(0.41, -0.2, 0.6)
     found["shrinkage"]["remainder"] = "a ringing at 310 Hz after each turning point"
     return found
@@ -312,7 +311,7 @@ def one_period() -> dict[str, Any]:
     found = creep()
     found["gap"] = {"total": 0.0247, "noise_floor": None, "parametric": 0.006, "structural": None}
     found["gap"] |= {"locked": None, "not_locked": None, "significant": False}
-    found["shrinkage"] |= {"floor": None, "closed_fraction": None, "by_part": [], "ceiling": None}
+    found["shrinkage"] |= {"floor": None, "closed_fraction": None, "by_part": []}
     found["model"]["trusted"] = False
     for row in found["maps"]["phase"]["rows"]:
         row["stderr"] = [None] * 64

@@ -101,6 +101,12 @@ def check(diagnosis: Diagnosis) -> dict[str, Any]:
             fits(h, NAMED, h["name"])
             for name, p in h["parameters"].items():
                 fits(p, {"value": float, "stderr": (float, None), "unit": str}, name)
+            for d in h["derived"]:
+                fits(
+                    d,
+                    {"name": str, "value": float, "stderr": (float, None), "unit": str},
+                    "derived",
+                )
             assert 0.0 <= h["survival"] <= 1.0 + 1e-9
             closed(h["closed_fraction"])
     assert verdict["name"] == names[0] and verdict["effects"] == hypotheses[0]["effects"]

@@ -167,7 +167,7 @@ def test_how_often_a_change_is_said_where_there_is_none(name):
     if first is session:  # of one rate alone some differences are not seen: p is then larger
         assert stats.kstest([one.p_value for one in found], "uniform").pvalue > 1e-3
     held = [p.difference.low <= 0.0 <= p.difference.high for one in found for p in one.parameters]
-    assert 0.92 <= np.mean(held) <= (0.98 if first is session else 1.0)
+    assert np.mean(held) >= 0.92
 
 
 @pytest.mark.slow

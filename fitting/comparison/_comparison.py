@@ -119,8 +119,8 @@ class Comparison:
       change, the most probable ones that hold 95 % together.
     - `response`: rms of the change of the response over both recordings' drives, in `unit`.
     - `gap`: of one model in both, where periods show the noise; `misfit`: that of the own fit of
-      each, which changes where an effect comes up that the model lacks. `effects`: named by a diagnosis,
-      where that was asked for.
+      each, which changes where an effect comes up that the model lacks. `effects`: named by a
+      diagnosis, where that was asked for.
     - `recordings`: what is known of each, before and after. `trusted`: whether both fits are.
     """
 

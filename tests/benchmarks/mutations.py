@@ -57,8 +57,8 @@ MUTATIONS = (
     Mutation(
         "Eq. 11: a threshold that falls with the rate",
         "rapi_jax/operators/_rapi.py",
-        "* rank * u_pp / 2.0 + self.zeta * freq  # Eq. (11)",
-        "* rank * u_pp / 2.0 - self.zeta * freq  # Eq. (11)",
+        "* self.rank * u_pp / 2.0 + self.zeta * freq  # Eq. (11)",
+        "* self.rank * u_pp / 2.0 - self.zeta * freq  # Eq. (11)",
         "tests/rapi_jax/operators",
     ),
     Mutation(

@@ -191,7 +191,7 @@ def diagnose(
 
 
 def _random_jumps(fitted: FittedBase, top: Candidate, *, flexible: bool) -> RandomJumps | None:
-    """Jumps at random times in what `top` leaves; `None` where there are none for sure.
+    """Jumps in what `top` leaves and does not repeat; `None` where there are none for sure.
 
     Where a mode hop is named its instants differ from period to period by themselves.
     """

@@ -69,7 +69,7 @@ def blame_data(verdict: Verdict, faults: list[Fault]) -> Verdict:
 
 
 def explain_random_jumps(verdict: Verdict, jumps: RandomJumps, unit: str) -> Verdict:
-    """The verdict where what does not repeat with the scan jumps at random times."""
+    """The verdict where what does not repeat with the scan moves by jumps."""
     size = f" of some {jumps.size:.2g} {unit}" if jumps.size > 0 else ""
     sentence = (
         f"What does not repeat with the scan moves by jumps{size}, as telegraph noise does: none "

@@ -14,24 +14,21 @@ class DetectabilityThresholds:
         0.75,
         unit="of the noncentrality",
         origin="what searches find of it: without this, of 26 simulated devices with an effect of "
-        "the smallest size 21 were seen, and 3 missed by less; half: sizes grow by 1.4",
+        "the smallest size 21 were seen; half: sizes grow by 1.4, where they are linear",
     )
     guesses: int = threshold(
         8,
         unit="guesses of an effect",
-        origin="looked at, evenly over all; the median of their sizes moves by under a tenth of "
-        "itself with twice as many",
+        origin="set by trial; at least, evenly over all: the median of their sizes is said",
     )
-    rounds: int = threshold(
-        6, unit="rounds", origin="of the search; from a factor of 1000 off four are enough"
-    )
+    rounds: int = threshold(6, unit="rounds", origin="set by trial; of the search, at most")
     accuracy: float = threshold(
         0.02, unit="of the size", origin="a fiftieth is less than the spread of noise"
     )
     slopes: tuple[float, float] = threshold(
         (0.5, 12.0),
         unit="decades of chi-square a decade of size",
-        origin="2 for what is linear, 4 to 6 for a drive that is cut; beyond lies rounding",
+        origin="set by trial; 2 is what is linear, and steps of the search stay within these",
     )
 
 

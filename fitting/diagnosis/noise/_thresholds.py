@@ -84,7 +84,8 @@ class NoiseThresholds:
     jump_p_value: float = threshold(
         1e-5,
         unit="probability",
-        origin="one recording without jumps in 100 000; half and double change next to nothing",
+        origin="one recording without jumps in 100 000. 53 simulated nulls have 0.33 at least, 5 "
+        "devices with jumps of 4 to 18 times the noise 1e-19 at most: half and double change none",
     )
 
 

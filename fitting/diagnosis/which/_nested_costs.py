@@ -17,7 +17,7 @@ from fitting.diagnosis.refit._effect_vector import (
 )
 from rapi_jax.effects import AbstractEffect, ResidualSummary
 
-from ._candidate import Candidate, hypothesis_name, insert_effect
+from ._candidate import Candidate, insert_effect
 from ._flexible_refit import refit_and_search
 from ._screen import summarise_residual
 
@@ -67,4 +67,4 @@ def without_strength(effect: AbstractEffect, summary: ResidualSummary) -> Abstra
 
 
 def _names(candidate: Candidate) -> set[str]:
-    return set(hypothesis_name(candidate.effects).split("+")) - {"none"}
+    return {effect.name for effect in candidate.effects}

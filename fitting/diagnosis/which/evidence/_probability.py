@@ -70,7 +70,7 @@ def doubt_remainder(ranked: Ranked) -> Ranked:
 
 
 def doubt_all(ranked: Ranked) -> Ranked:
-    """The same where what is left is surely none of the effects, nor noise: jumps at random."""
+    """The same where what is left is surely none of the effects, nor noise: jumps."""
     kept = [(n, THRESHOLDS.doubt_share * p) for n, p in ranked if n != UNLISTED]
     rest = (UNLISTED, 1.0 - sum(p for _, p in kept))
     return sorted([*kept, rest], key=lambda pair: -pair[1])

@@ -30,8 +30,8 @@ def effect_shares(names: Sequence[str], cost: dict[str, float]) -> dict[str, flo
 
 def run_shares(
     recording: Recording,
-    without: list[Float[np.ndarray, "periods phases"]],
-    named: list[Float[np.ndarray, "periods phases"]],
+    without: list[Float[np.ndarray, "_ _"]],
+    named: list[Float[np.ndarray, "_ _"]],
     *,
     own_origin: bool,
 ) -> list[dict[str, Any]]:

@@ -35,7 +35,7 @@ class RandomJumps:
 
 
 def find_random_jumps(
-    errors: list[Float[np.ndarray, "periods phases"]], blocks: list[PeriodBlock]
+    errors: list[Float[np.ndarray, "_ _"]], blocks: list[PeriodBlock]
 ) -> RandomJumps:
     """Of model less data, less what repeats from period to period.
 

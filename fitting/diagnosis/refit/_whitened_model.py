@@ -52,7 +52,7 @@ class WhitenedErrors(NamedTuple):
     - `jump_timing_cost`: chi-square of readings compared with a neighbour's jump.
     """
 
-    raw: list[Float[np.ndarray, "periods phases"]]
+    raw: list[Float[np.ndarray, "_ _"]]
     synchronous: Float[np.ndarray, " synchronous"]
     nonsynchronous: Float[np.ndarray, " nonsynchronous"]
     jump_timing_cost: float = 0.0
@@ -209,7 +209,7 @@ class WhitenedModel:
         effects: Effects,
         operator_response: Float[Array, "runs grid"],
         blocks: Sequence[tuple[int, PeriodBlock]] | None = None,
-    ) -> tuple[list[Float[np.ndarray, "periods phases"]], float]:
+    ) -> tuple[list[Float[np.ndarray, "_ _"]], float]:
         """Model less data on each block, and the price of readings matched to a neighbour's jump.
 
         `blocks`: others than the model's own, each with the number of its run. Masked readings have

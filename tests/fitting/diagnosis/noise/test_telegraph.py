@@ -61,6 +61,18 @@ def test_jumps_of_four_standard_deviations_are_seen(noise, blocks):
         assert jumps.sure and height / 2 < jumps.size < 1.5 * height
 
 
+def test_runs_of_different_lengths_are_tested_together():
+    rng = np.random.default_rng(9)
+    sessions = [drives((10.0,), periods=n, samples=samples) for n, samples in ((1, 500), (6, 320))]
+    blocks = [b for session in sessions for b in WhitenedModel.of(record(session)).blocks] * 4
+    quiet, loud = ([white(rng, b.size) for b in blocks] for _ in range(2))
+    for values, b in zip(loud, blocks, strict=True):
+        values += telegraph(rng, b.size, 4.0, 150.0)
+    errors = [v.reshape(b.left.shape) for v, b in zip(loud, blocks, strict=True)]
+    assert p_value(quiet, blocks) > 1e-4
+    assert find_random_jumps(errors, blocks).sure
+
+
 def test_gaussian_noise_of_the_same_spectrum_is_not_seen(blocks):
     """What no test of the spectrum could tell from telegraph noise."""
     rng = np.random.default_rng(7)

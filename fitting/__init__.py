@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from .claim_check._prediction import check_claim as check_claim
     from .claim_check._scan import CertifiedDrive as CertifiedDrive
     from .claim_check._scan import check_scan as check_scan
+    from .comparison import Comparison as Comparison
+    from .comparison import compare as compare
     from .diagnosis import Diagnosis as Diagnosis
     from .diagnosis import diagnose as diagnose
     from .identification._fit import fit as fit
@@ -53,6 +55,7 @@ _HOME = {
     "Choice": "identification._model_order",
     "Claim": "identification.assessment._claim",
     "ClaimCheck": "claim_check._check",
+    "Comparison": "comparison",
     "Diagnosis": "diagnosis",
     "DistanceBand": "uncertainty.bands._distance",
     "Estimate": "identification._result",
@@ -71,6 +74,7 @@ _HOME = {
     "check_claim": "claim_check._prediction",
     "check_scan": "claim_check._scan",
     "choose_order": "identification._model_order",
+    "compare": "comparison",
     "diagnose": "diagnosis",
     "distance_band": "uncertainty.bands._distance",
     "fit": "identification._fit",

@@ -17,6 +17,7 @@ from rapi_jax.io import printable, write_atomic
 LISTS = (
     "model.json",
     "diagnosis.json",
+    "comparison.json",
     "certificate.json",
     "range.json",
     "population.json",

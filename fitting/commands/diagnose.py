@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from cyclopts import Parameter
+from cyclopts import CycloptsError, Parameter
 
 from fitting.commands.shared._plugins import Plugins
 
@@ -17,13 +17,17 @@ def diagnose(
     limits: Path | None = None,
     plugin: Plugins = (),
     scan: bool = True,
+    compare: Annotated[bool, Parameter(negative="")] = False,
+    effects: Annotated[bool, Parameter(negative="")] = False,
     nan: Literal["raise", "mask"] = "raise",
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
     """Diagnose the gap between a model and RECORDING: where it lies, which effect causes it.
 
     Writes `diagnosis.json`, `report.html` and `model.rapi`, the model with the effect named. With
-    several recordings each has a folder of its own name in the output folder.
+    several recordings each has a folder of its own name in the output folder. `--compare BEFORE
+    AFTER` tells instead what changed between two recordings of one device, with intervals, and
+    writes `comparison.json` and `report.html`.
 
     Parameters
     ----------
@@ -43,29 +47,38 @@ def diagnose(
         name. Its code is run. May be given several times.
     scan
         Look for the scan that would best separate the hypotheses still tied.
+    compare
+        Compare two recordings, the earlier first: which parameters changed, and by how much.
+    effects
+        With `--compare`: diagnose each as well, and add the effects named in either to the model.
     nan
         What to do with readings that are not finite: refuse, or leave those samples out.
     json
-        Print `diagnosis.json` on standard output (a list with several recordings).
+        Print `diagnosis.json` on standard output (a list with several recordings), or
+        `comparison.json`.
     """
+    several = [recording, *recordings]
+    _check_options(len(several), compare, effects)
     from fitting.batch.jobs._find import name_jobs
     from fitting.commands.shared._model import load_model
     from fitting.commands.shared._out import console, output_folder, print_json, progress, read_json
     from fitting.commands.shared._plugins import plugin_effects, plugin_operators
-    from rapi_jax import effects
+    from rapi_jax.effects import ALL
     from rapi_jax.io import read_limits, read_recording
 
-    several = [recording, *recordings]
     bounds = None if limits is None else read_limits(limits)
     own = plugin_effects(plugin)
     ecdl, about = (
         (None, None) if model is None else load_model(model, own, plugin_operators(plugin))
     )
-    candidates = (*effects.ALL, *own)
+    candidates = (*ALL, *own)
     read = [read_recording(path, nan=nan) for path in several]  # all, before the first is judged
     for data in read:
         check_model_units(about, data)
     folder = output_folder(output)
+    if compare:
+        names = name_jobs(several)
+        return _compare_into(read, folder, names, ecdl, candidates, effects, json)
     reports: list[dict[str, Any]] = []
     out = console(json)
     for name, data in zip(name_jobs(several), read, strict=True):
@@ -91,6 +104,47 @@ def diagnose(
             out.print(f"written to {place}: {', '.join(p.name for p in written)}", markup=False)
     if json:
         print_json(reports if recordings else reports[0])
+    return 0
+
+
+def _check_options(count: int, compare: bool, effects: bool) -> None:
+    """Refuse options that do not go together, before anything is read."""
+    if compare and count != 2:
+        raise _usage(f"--compare takes two recordings, BEFORE and AFTER, not {count}.")
+    if effects and not compare:
+        raise _usage("--effects goes with --compare: without that effects are always looked for.")
+
+
+def _usage(message: str) -> CycloptsError:
+    return CycloptsError(msg=message, command_chain=("diagnose",))
+
+
+def _compare_into(
+    pair: Sequence[Any],
+    folder: Path,
+    names: Sequence[str],
+    ecdl: Any,
+    candidates: Sequence[Any],
+    effects: bool,
+    json: bool,
+) -> int:
+    """What changed between two recordings, called `names`; its files in `folder`."""
+    from fitting.commands.shared._out import console, print_json, progress, read_json
+    from fitting.comparison import compare
+
+    with progress("comparing", json) as say:
+        found = compare(
+            pair[0], pair[1], ecdl=ecdl, effects=effects, candidates=candidates, progress=say
+        )
+        written = found.save(folder, names=(names[0], names[1]))
+    if json:
+        print_json(read_json(written[0]))
+        return 0
+    from fitting.report.comparison._terminal import render_lines
+
+    out = console(json)
+    out.print(render_lines(read_json(written[0])))
+    out.print(f"written to {folder}: {', '.join(p.name for p in written)}", markup=False)
     return 0
 
 

@@ -68,10 +68,7 @@ def fit_base(whitened: WhitenedModel, ecdl: ECDL | None) -> FittedBase:
     starts = _starts(recording, ecdl)
     first = starts[0]
     check_enough(whitened, first)
-    values = BaseModel.of(whitened, first).prior_mean
-    nodes = whitened.operator_response(first, values, effects)
-    raw = whitened.evaluate_errors(whitened.make_whitener(_UNIT_NOISE), effects, nodes).raw
-    spectrum = _background_spectrum(raw, whitened.blocks)
+    raw, spectrum = measure_model_errors(whitened, ECDL(first, effects))
     (refit, state), spectrum = _fit_with_noise(whitened, starts, effects, spectrum)
     family = None
     if can_compare(first, recording):
@@ -130,6 +127,15 @@ def _fit_starts(
         start = refit.evaluate(base.prior_mean, effects)
         found.append((refit, refit.minimise(start, THRESHOLDS.base_steps)))
     return _simplest(found)
+
+
+def measure_model_errors(whitened: WhitenedModel, ecdl: ECDL) -> tuple[list[np.ndarray], Spectrum]:
+    """Errors of a model as it is ("periods phases" by run), and the noise spectrum in them."""
+    values = BaseModel.of(whitened, ecdl.operator).prior_mean
+    nodes = whitened.operator_response(ecdl.operator, values, ecdl.effects)
+    unit = whitened.make_whitener(_UNIT_NOISE)
+    raw = whitened.evaluate_errors(unit, ecdl.effects, nodes).raw
+    return raw, _background_spectrum(raw, whitened.blocks)
 
 
 def _simplest(found: list[tuple[Refit, State]]) -> tuple[Refit, State]:

@@ -90,7 +90,7 @@ def estimate_uncertainty(
         [shaped[at][:, free] / root[at][:, None] for at in rows],
         list(run_weights),
         [drive.step_s for drive in problem.recording.drives],
-        [_whole_periods(problem, row) for row, _ in rows],
+        [whole_periods(problem, row) for row, _ in rows],
     )
     size = solution.values.size
     covariance = np.zeros((size, size))
@@ -171,7 +171,7 @@ def _noise_of_errors(
     return estimate_noise(residuals, columns, weights, lines("all"))
 
 
-def _whole_periods(problem: Problem, row: int) -> int:
+def whole_periods(problem: Problem, row: int) -> int:
     """How many whole periods the fitted samples of a run are; 1 where they are not whole ones."""
     drive = problem.recording.runs[row].drive
     index = np.flatnonzero(problem.data.use[row])

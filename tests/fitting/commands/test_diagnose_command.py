@@ -206,3 +206,34 @@ def test_help_loads_nothing_heavy():
     done = subprocess.run([sys.executable, "-c", HELP], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     assert "--model" in done.stdout and "RECORDING" in done.stdout
+
+
+def test_compare_says_what_changed(rapi, folder, tmp_path):
+    """The two recordings of this file differ by an etalon, which no parameter of a fit explains."""
+    other = tmp_path / "other"
+    write_recording(record(drives(), seed=1), other)
+    code, out, err = rapi("--compare", folder / "plain", other, "-o", tmp_path / "out", "--json")
+    said = json.loads(out, parse_constant=pytest.fail)
+    assert (code, err) == (0, "") and said["schema"] == "rapi.comparison/1"
+    assert not said["changed"] and said["recordings"]["after"]["name"] == "other"
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {"comparison.json", "report.html"}
+    code, out, err = rapi(folder / "plain", folder / "etalon", "--compare", "-o", tmp_path / "two")
+    assert (code, err) == (0, "") and "changed: yes" in out
+    assert "What no parameter of the model explains became larger" in " ".join(out.split())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--compare", "plain", "-o", "out"), ("two recordings", "BEFORE and AFTER", "not 1")),
+        (("plain", "etalon", "plain", "--compare", "-o", "out"), ("two recordings", "not 3")),
+        (("plain", "--effects", "-o", "out"), ("--effects goes with --compare",)),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(
+    arguments, words, rapi, folder, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(folder)
+    code, out, err = rapi(*arguments[:-1], tmp_path / "out")
+    assert (code, out) == (2, "")
+    assert_one_line(err, *words, "rapi diagnose --help")

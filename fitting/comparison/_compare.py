@@ -1,0 +1,201 @@
+"""`compare`: what changed between two recordings of one device."""
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from fitting.identification._fit import Progress
+from fitting.identification._identify import identify
+from fitting.identification._result import FitResult
+from fitting.population._change import change_probabilities, credible_changes
+from rapi_jax import ECDL, Recording
+from rapi_jax.effects import AbstractEffect
+from rapi_jax.internal import float64
+
+from ._check_pair import cautions, check_pair
+from ._comparison import Comparison, Interval, ParameterDifference
+from ._difference_test import DifferenceTest, compare_estimates
+from ._effects import named_effects
+from ._estimates import PairEstimates, estimate_pair
+from ._joint_fit import Two, fit_jointly, linearise, rms, shared_errors
+from ._response_change import gap_change, response_change
+from ._single_changes import contrast_changes, single_changes
+from ._thresholds import THRESHOLDS
+from ._words import describe_parameter
+
+_ORIGIN = ("d_0",)
+
+
+@float64
+def compare(
+    before: Recording,
+    after: Recording,
+    *,
+    ecdl: ECDL | None = None,
+    effects: bool = False,
+    candidates: Sequence[type[AbstractEffect]] | None = None,
+    without: tuple[str, ...] = _ORIGIN,
+    progress: Progress | None = None,
+) -> Comparison:
+    """What changed between `before` and `after`: which parameters, by how much, how sure that is.
+
+    One model is fitted to each recording alone, with the same parameters free, from one start, and
+    to both together. What one model costs more than two is measured by the covariances of the
+    estimates, which are corrected for correlated residuals; p-values and intervals are by F and t.
+
+    **Arguments:**
+
+    - `ecdl`: the model to fit, with its effects; by default identified on `before`.
+    - `effects`: diagnose each recording, and add the effects named in either to the model.
+    - `candidates`: classes of effects for that; `rapi_jax.effects.ALL` by default.
+    - `without`: parameters that are no property of the device, and are no part of the answer.
+    - `progress`: called with a line before each step.
+
+    **Returns** a `Comparison`. Raises `DataError` where units differ, where the drives have no
+    range in common or where both are the same data; `ModelError` where no parameter has an estimate
+    in both; `ValueError` for arguments of another kind.
+    """
+    began = time.perf_counter()
+    report = progress or (lambda line: None)
+    check_pair(ecdl, before, after)
+    pair = before, after
+    given = ecdl
+    if ecdl is None:
+        report("one model")
+        ecdl = identify(before, hold_out=("last third",), throw=False).ecdl
+    presence = None
+    if effects:
+        ecdl, presence = named_effects(ecdl, given, pair, candidates, report)
+    estimates = estimate_pair(ecdl, pair, without, report)
+    report("both together")
+    names, alone = list(estimates.names), estimates.values
+    errors = shared_errors(estimates)
+    steps = np.sqrt(sum(np.diag(covariance) for covariance in estimates.covariances))
+    joint = fit_jointly(errors, alone, steps)
+    values, covariances = linearise(errors, alone, (joint.before, joint.after), steps)
+    test = compare_estimates(values, covariances, estimates.degrees)
+    report("what each fit leaves")
+    own = estimates.results[0].ecdl, estimates.results[1].ecdl
+    counts = int(estimates.records[0].free.sum()), int(estimates.records[1].free.sum())
+    misfit = gap_change("the own fit of each", own, pair, fitted=counts)
+    # Two tests of the parameters, and one of what they leave.
+    p_parameters = test.p_change if misfit is None else min(1.0, 1.5 * test.p_change)
+    p_misfit = 1.0 if misfit is None else min(1.0, 3.0 * misfit.p_value)
+    p_change = min(p_parameters, p_misfit)
+    parameters_changed = p_parameters < THRESHOLDS.change_level
+    misfit_changed = p_misfit < THRESHOLDS.change_level
+    z, statistic, found = test.change / test.change_stderr, test.statistic, test
+    if parameters_changed:
+        report("which parameter changed")
+        singles = single_changes(errors, alone, joint, steps, estimates.degrees)
+        z, statistic = contrast_changes(singles)
+    probabilities = change_probabilities(names, z, statistic, test.degrees[1])
+    likely = credible_changes(probabilities)
+    if parameters_changed:  # estimates are to first order about a model that has the change
+        about = alone
+        if likely[0] in names:
+            about = singles[names.index(likely[0])].about
+        values, covariances = linearise(errors, alone, about, steps)
+        found = compare_estimates(values, covariances, estimates.degrees)
+    report("change of the response")
+    reference = "the model brought" if given is not None else "the fit of the first recording"
+    model = estimates.results[0].ecdl if given is None else given
+    notes = [*estimates.notes, *cautions(before, after), *_doubts(estimates.results)]
+    return Comparison(
+        unit=before.response_unit,
+        drive_unit=before.drive_unit,
+        changed=parameters_changed or misfit_changed,
+        p_change=p_change,
+        p_value=test.p_value,
+        statistic=test.statistic,
+        degrees=test.degrees,
+        parameters=tuple(_differences(estimates, values, covariances, found, test, probabilities)),
+        probabilities=probabilities,
+        set=likely,
+        response=response_change(errors, alone, found.difference, covariances[0] + covariances[1]),
+        gap=gap_change(reference, (model, model), pair),
+        misfit=misfit,
+        misfit_changed=misfit_changed,
+        parameters_changed=parameters_changed,
+        effects=presence,
+        recordings=tuple(
+            _describe(result, rms(e(own)), joint.rmse[k])
+            for k, (result, e, own) in enumerate(zip(estimates.results, errors, alone, strict=True))
+        ),
+        model={
+            "operator": type(ecdl.operator).__name__,
+            "effects": [type(effect).__name__ for effect in ecdl.effects],
+            "plays": ecdl.operator.count,
+            "joint": dict(zip(names, joint.before.tolist(), strict=True)),
+        },
+        trusted=all(result.verdict.trusted for result in estimates.results),
+        notes=tuple(notes),
+        seconds=time.perf_counter() - began,
+    )
+
+
+def _differences(
+    pair: PairEstimates,
+    values: Two,
+    covariances: Two,
+    found: DifferenceTest,
+    test: DifferenceTest,
+    probabilities: dict[str, float],
+) -> list[ParameterDifference]:
+    """Estimates as `found`; p-values given the others by `test`, which is about the joint fit."""
+    half = float(stats.t.ppf(0.5 + 0.5 * THRESHOLDS.interval_level, found.degrees[1]))
+    errors = [np.sqrt(np.diag(covariance)) for covariance in covariances]
+
+    def interval(value: float, error: float) -> Interval:
+        return Interval(float(value), float(value - half * error), float(value + half * error))
+
+    return [
+        ParameterDifference(
+            name=name,
+            words=describe_parameter(name),
+            unit=pair.units[j],
+            before=float(values[0][j]),
+            before_stderr=float(errors[0][j]),
+            after=float(values[1][j]),
+            after_stderr=float(errors[1][j]),
+            difference=interval(found.difference[j], found.stderr[j]),
+            difference_stderr=float(found.stderr[j]),
+            p_value=float(found.p[j]),
+            p_holm=float(found.p_holm[j]),
+            change=interval(found.change[j], found.change_stderr[j]),
+            change_stderr=float(found.change_stderr[j]),
+            p_given_others=float(test.p_given[j]),
+            p_given_others_holm=float(test.p_given_holm[j]),
+            probability=probabilities[name],
+        )
+        for j, name in enumerate(pair.names)
+    ]
+
+
+def _doubts(results: tuple[FitResult, FitResult]) -> list[str]:
+    return [
+        f"the fit {label} is not to be trusted: {'; '.join(result.verdict.reasons)}"
+        for label, result in zip(("before", "after"), results, strict=True)
+        if not result.verdict.trusted
+    ]
+
+
+def _describe(result: FitResult, rmse: float, rmse_joint: float) -> dict[str, Any]:
+    recording = result.recording
+    when = recording.recorded_at
+    return {
+        "name": "",
+        "runs": len(recording.runs),
+        "samples": sum(drive.size for drive in recording.drives),
+        "rates_hz": recording.rates,
+        "amplitudes": recording.amplitudes,
+        "rmse": rmse,
+        "rmse_joint": rmse_joint,
+        "trusted": result.verdict.trusted,
+        "recorded_at": None if when is None else when.isoformat().replace("+00:00", "Z"),
+        "temperature_c": recording.temperature_c,
+        "data_sha256": result.data_sha256 or recording.sha256(),
+    }

@@ -1,0 +1,88 @@
+"""How much the response itself changed, and the gap that one model leaves before and after."""
+
+import numpy as np
+from jaxtyping import Float
+from scipy import stats
+
+from fitting.diagnosis.noise._periods import decimate
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.where._gap import Gap, measure_gap
+from fitting.diagnosis.which._base import measure_model_errors
+from rapi_jax import ECDL, Recording
+
+from ._comparison import GapChange, Interval
+from ._joint_fit import SharedErrors, Two
+
+_HALF = 1.959963984540054  # of a normal distribution, at the interval's level of 95 %
+
+
+def response_change(
+    errors: tuple[SharedErrors, SharedErrors],
+    alone: Two,
+    difference: Float[np.ndarray, " parameters"],
+    variance: Float[np.ndarray, "parameters parameters"],
+) -> Interval:
+    r"""The rms of how much the response changed over the drives of both, its mean left out.
+
+    With $D$ the difference of the two models `alone` and $J$ its slopes, noise alone makes $\langle
+    D^2 \rangle$ about $\mathrm{tr}(AV)$, $A = J'J/n$; it is taken off, and the interval is by the
+    variance of a quadratic form. `difference`, `variance` ($V$): of the parameters.
+    """
+    before, after = alone
+    steps = np.sqrt(np.diag(variance))
+    middle = 0.5 * (before + after)
+    change = np.concatenate([e(after) - e(before) for e in errors])
+    slopes = np.concatenate([e.slopes(middle, steps) for e in errors])
+    quadratic = slopes.T @ slopes / change.size
+    spread = quadratic @ variance
+    square = float(np.mean(change**2)) - float(np.trace(spread))
+    error2 = 2.0 * float(np.trace(spread @ spread))
+    error2 += 4.0 * max(float(difference @ spread @ quadratic @ difference), 0.0)
+    return _root_interval(square, float(np.sqrt(error2)))
+
+
+def gap_change(
+    reference: str,
+    models: tuple[ECDL, ECDL],
+    pair: tuple[Recording, Recording],
+    *,
+    fitted: tuple[int, int] = (0, 0),
+) -> GapChange | None:
+    """The gap that a model leaves above the noise before and after, and the test of a change of it.
+
+    `models`: for each recording; `fitted`: how many parameters were fitted to it. `None` where
+    nothing repeats in one, since noise cannot then be told from error. The models' constants are no
+    error. The interval of the change is by those of the two (MOVER, Zou and Donner 2008).
+    """
+    gaps = [_measure(*one) for one in zip(models, pair, fitted, strict=True)]
+    before, after = gaps[0].noise_floor, gaps[1].noise_floor
+    if before is None or after is None:
+        return None
+    one, two = (_root_interval(gap.structural2, gap.structural2_stderr) for gap in gaps)
+    change = two.value - one.value
+    low = change - np.hypot(two.value - two.low, one.high - one.value)
+    high = change + np.hypot(two.high - two.value, one.value - one.low)
+    error = max(float(np.hypot(gaps[0].structural2_stderr, gaps[1].structural2_stderr)), 1e-300)
+    p = 2.0 * float(stats.norm.sf(abs(gaps[1].structural2 - gaps[0].structural2) / error))
+    interval = Interval(change, float(low), float(high))
+    return GapChange(reference, one, two, interval, (before, after), p)
+
+
+def _measure(ecdl: ECDL, recording: Recording, fitted: int) -> Gap:
+    whitened = WhitenedModel.of(decimate(recording))
+    errors, spectrum = measure_model_errors(whitened, ecdl)
+    if not whitened.own_origin:
+        used = [e[b.use > 0] for e, b in zip(errors, whitened.blocks, strict=True)]
+        mean = float(np.concatenate(used).mean())
+        errors = [error - mean for error in errors]
+    own = whitened.own_origin
+    return measure_gap(errors, whitened.blocks, spectrum, own_origin=own, fitted=fitted)
+
+
+def _root_interval(square: float, error: float) -> Interval:
+    """The interval of a root mean square from that of the mean square."""
+    value, low, high = (
+        float(np.sqrt(max(x, 0.0)))
+        for x in (square, square - _HALF * error, square + _HALF * error)
+    )
+    return Interval(value, low, high)

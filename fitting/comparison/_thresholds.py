@@ -1,0 +1,45 @@
+"""Every number that decides in a comparison, with unit and origin."""
+
+import dataclasses
+
+from rapi_jax.internal import threshold
+
+
+@dataclasses.dataclass(frozen=True)
+class ComparisonThresholds:
+    """Numbers that decide about what changed between two recordings."""
+
+    change_level: float = threshold(
+        0.05,
+        unit="probability of a change found where there is none",
+        origin="convention for one comparison; half or twice it is wrong half or twice as often",
+    )
+    interval_level: float = threshold(
+        0.95, unit="probability", origin="convention; of all intervals of a comparison"
+    )
+    rounds: int = threshold(
+        4,
+        unit="refits",
+        origin="parameters that only one recording fixes are held in both, a few at a time; in "
+        "trials two rounds were the most",
+    )
+    slope_step: float = threshold(
+        0.1,
+        unit="standard errors of a difference",
+        origin="central differences: small beside the curvature of the response, large beside "
+        "rounding; a tenth moves no printed digit",
+    )
+    joint_steps: int = threshold(
+        20, unit="steps", origin="of Gauss-Newton from the mean of two fits; four in trials"
+    )
+    joint_gain: float = threshold(
+        1e-3, unit="of chi-square", origin="far below 1, which is one standard error"
+    )
+    known_relative: float = threshold(
+        3.0,
+        unit="standard errors",
+        origin="as in a population: a value nearer to 0 has no meaningful change in per cent",
+    )
+
+
+THRESHOLDS = ComparisonThresholds()

@@ -1,0 +1,1 @@
+"""Page, terminal and files of a comparison of two recordings."""

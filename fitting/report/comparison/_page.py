@@ -1,0 +1,94 @@
+"""The page of a comparison: one HTML file that needs nothing but itself, and no script.
+
+What changed comes first, then each parameter, the gap, the effects, and how sure all that is.
+"""
+
+import functools
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+from fitting.report._pages import load_template, read_style
+from fitting.report.diagnosis._numbers import format_setting
+
+from ._tables import (
+    HEADS,
+    format_p,
+    format_range,
+    format_size,
+    list_facts,
+    tabulate_effects,
+    tabulate_parameters,
+)
+
+_WIDE = Markup(".comparison td { font-size: 0.8125rem; } .comparison .whisker { min-width: 7rem; }")
+
+
+def render_page(content: dict[str, Any]) -> str:
+    """The comparison of `comparison.json` as one page. Text in it is shown as text."""
+    unit, gap = content["unit"], content["gap"]
+    return _load_template().render(
+        title="What changed",
+        headline=content["sentence"],
+        facts=list_facts(content),
+        heads=HEADS,
+        rows=tabulate_parameters(content),
+        response=format_size(content["response_change"], unit),
+        gap=None
+        if gap is None
+        else {
+            "reference": gap["reference"],
+            "before": format_size(gap["before"], unit),
+            "after": format_size(gap["after"], unit),
+            "change": format_range(gap["change"], unit),
+        },
+        misfit=None
+        if content["misfit"] is None
+        else {
+            "before": format_size(content["misfit"]["before"], unit),
+            "after": format_size(content["misfit"]["after"], unit),
+            "p": format_p(content["misfit"]["p_value"]),
+        },
+        asked=content["effects"] is not None,
+        effects=tabulate_effects(content),
+        notes=content["notes"],
+        p_value=format_p(content["p_value"]),
+        statistic=f"{content['statistic']:.4g}",
+        degrees=[f"{x:.4g}" for x in content["degrees"]],
+        level=f"{100 * content['level']:g}",
+        provenance=_list_provenance(content),
+        style=read_style(),
+        more=_WIDE,
+    )
+
+
+def _list_provenance(content: dict[str, Any]) -> list[tuple[str, str]]:
+    lines = []
+    for label, one in content["recordings"].items():
+        settings = ", ".join(format_setting(rate, "Hz") for rate in one["rates_hz"])
+        swings = ", ".join(format_setting(v, content["drive_unit"]) for v in one["amplitudes"])
+        parts = [
+            one["name"],
+            f"{one['runs']} runs",
+            f"{one['samples']} samples",
+            settings,
+            swings,
+            one["recorded_at"] or "",
+            "" if one["temperature_c"] is None else format_setting(one["temperature_c"], "°C"),
+        ]
+        lines.append((label.capitalize(), " · ".join(filter(None, parts))))
+        lines.append((f"SHA-256 {label}", one["data_sha256"]))
+    model = content["model"]
+    effects = f" with {', '.join(model['effects'])}" if model["effects"] else ""
+    lines.append(("Model", f"{model['operator']}{effects}, {model['plays']} plays"))
+    lines.append(("Time taken", format_setting(content["seconds"], "s")))
+    versions = content["versions"].items()
+    lines.append(("Versions", ", ".join(f"{name} {number}" for name, number in versions if number)))
+    lines.append(("Format", content["schema"]))
+    return lines
+
+
+@functools.cache
+def _load_template() -> jinja2.Template:
+    return load_template("fitting.report.comparison", "comparison.html")

@@ -1,0 +1,43 @@
+"""A comparison on a terminal, and as text."""
+
+import io
+from typing import Any
+
+from rich.console import Console, Group
+from rich.table import Table
+from rich.text import Text
+
+from ._tables import HEADS, list_facts, tabulate_effects, tabulate_parameters
+
+_SHOWN = (2, 3, 4, 7)  # of the columns: a terminal is narrow
+
+
+def render_lines(content: dict[str, Any]) -> Group:
+    """The comparison for a rich console, from the dictionary of `comparison.json`."""
+    head = Text(content["sentence"], style="bold red" if content["changed"] else "bold green")
+    table = Table(title="Parameters, after less before (p for all together)", title_justify="left")
+    table.add_column("name")
+    for k in _SHOWN:
+        table.add_column(HEADS[k], justify="right")
+    for row in tabulate_parameters(content):
+        cells = [row["cells"][k] for k in _SHOWN]
+        texts = [Text(cell.replace("\N{NO-BREAK SPACE}", " ")) for cell in (row["name"], *cells)]
+        table.add_row(*texts, style="bold" if row["changed"] else "")
+    rows: list[Any] = [head, table]
+    rows += [Text(f"{name.lower()}: {text}") for name, text in list_facts(content)]
+    rows += [
+        Text(f"{label}: {before} before, {after} after, {where}")
+        for label, before, after, where in tabulate_effects(content)
+    ]
+    rows += [Text(f"  - {note}") for note in content["notes"]]
+    return Group(*rows)
+
+
+def render_text(content: dict[str, Any]) -> str:
+    """The same as plain text."""
+    buffer = io.StringIO()
+    console = Console(
+        file=buffer, width=110, color_system=None, highlight=False, force_jupyter=False
+    )
+    console.print(render_lines(content))
+    return buffer.getvalue()

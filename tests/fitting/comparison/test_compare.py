@@ -1,0 +1,193 @@
+"""What changed between two recordings: found, named, with its size; and what is refused."""
+
+import dataclasses
+import html
+import json
+
+import numpy as np
+import pytest
+from device_pairs import changed_device, record
+from scipy import stats
+from worlds import drives, recorded
+
+from fitting import compare
+from fitting.comparison._check_pair import check_pair
+from rapi_jax import DataError, effects, predict
+from rapi_jax.examples import paper_device, paper_drives
+
+CHANGES = {"alpha": 1.03, "zeta": 1.1, "lam": 1.02, "eta": 1.05, "a": 1.02, "b": 1.1, "d_1": 1.005}
+
+
+@pytest.fixture(scope="module")
+def session():
+    return drives()
+
+
+@pytest.fixture(scope="module")
+def before(session):
+    return record(session, 1)
+
+
+@pytest.fixture(scope="module")
+def wider(session, before):
+    return compare(before, record(session, 2, alpha=1.05, origin=3.0), ecdl=paper_device())
+
+
+def test_nothing_changed_between_two_sessions_of_one_device(session, before):
+    found = compare(before, record(session, 2, origin=-2.0), ecdl=paper_device())
+    assert not found.changed and found.trusted and found.probabilities["none"] > 0.5
+    assert found.sentence.startswith("Nothing changed that these recordings show")
+    assert found.response.low == 0.0 and found.response.high < 0.1 * 0.02
+    assert found.gap.change.low < 0.0 < found.gap.change.high
+    assert "d_0" not in {p.name for p in found.parameters}
+
+
+def test_a_changed_parameter_is_named_with_its_size(wider, session):
+    assert wider.changed and wider.set == ("alpha",) and wider.probabilities["alpha"] > 0.95
+    moved, value = wider["alpha"], float(paper_device().operator.alpha)
+    assert moved.change.low <= 0.05 * value <= moved.change.high
+    assert moved.difference.low <= 0.05 * value <= moved.difference.high
+    assert "width of the hysteresis loop" in wider.sentence and "+5 %" in wider.sentence
+
+
+def test_the_change_of_the_response_is_that_of_the_devices(wider, session):
+    """And the gap of the device as it was is that change, since nothing else is wrong with it."""
+    one, two = (
+        np.concatenate([np.asarray(predict(device, drive)) for drive in session])
+        for device in (paper_device(), changed_device(alpha=1.05))
+    )
+    truth = float(np.std(two - one))
+    assert wider.response.low <= truth <= wider.response.high
+    assert wider.response.high < 1.05 * truth
+    assert wider.gap.after.low <= truth <= wider.gap.after.high
+    joint, alone = (wider.recordings[1][key] for key in ("rmse_joint", "rmse"))
+    assert joint > 1.3 * alone
+
+
+def test_the_joint_model_lies_between_the_two(wider):
+    joint, moved = wider.model["joint"]["alpha"], wider["alpha"]
+    assert moved.before < joint < moved.after
+
+
+def test_files_page_and_text(wider, tmp_path):
+    written = wider.save(tmp_path, names=("monday <b>", "friday"))
+    assert {p.name for p in written} == {"comparison.json", "report.html"}
+    said = json.loads((tmp_path / "comparison.json").read_text(), parse_constant=pytest.fail)
+    assert said["schema"] == "rapi.comparison/1" and said["changed"] is True
+    row = said["parameters"]["alpha"]
+    assert row["difference"]["low"] < row["difference"]["value"] < row["difference"]["high"]
+    assert row["unit"] == "1" and row["percent"] == pytest.approx(5.0, abs=2.0)
+    page = (tmp_path / "report.html").read_text()
+    assert "monday &lt;b&gt;" in page and "<script" not in page
+    assert html.escape(wider.sentence.split(":")[0]) in page
+    assert (
+        "alpha" in wider.summary()
+        and repr(wider) == f"<Comparison: changed, p = {wider.p_change:.2g}>"
+    )
+
+
+def test_two_changes_are_not_blamed_on_one(session, before):
+    found = compare(before, record(session, 3, lam=1.02, d_1=1.01), ecdl=paper_device())
+    assert found.changed and found.set == ("several",)
+    assert {"lam", "d_1"} <= {p.name for p in found.parameters if p.p_holm < 0.05}
+    assert found.sentence.startswith("Several parameters changed")
+
+
+def test_sessions_of_other_rates_have_no_change_where_there_is_none(session, before):
+    """One rate alone leaves a long curved valley, along which a fit of its own ends far away."""
+    few = [d for d in session if d.rate == 20.0]
+    found = compare(before, record(few, 4), ecdl=paper_device())
+    assert not found.changed
+    assert any("scan rates differ" in note for note in found.notes)
+
+
+@pytest.mark.slow
+def test_an_effect_of_one_recording_alone_is_said(before):
+    after = recorded((effects.Etalon(amplitude=0.1, spacing=6.5, phase=1.0),), noise=0.02, seed=5)
+    found = compare(
+        before, after, effects=True, candidates=(effects.Etalon, effects.AmplifierLowpass)
+    )
+    (one,) = found.effects
+    assert one.effect == "etalon" and one.only_in == "after" and one.after_probability > 0.9
+    assert found.changed and found["Etalon.amplitude"].p_holm < 1e-6
+    assert "is named only after" in found.sentence
+
+
+def shifted(recording, volts):
+    runs = [
+        dataclasses.replace(r, drive=dataclasses.replace(r.drive, value=r.drive.value + volts))
+        for r in recording.runs
+    ]
+    return dataclasses.replace(recording, runs=tuple(runs))
+
+
+def test_what_cannot_be_compared_is_refused(session, before):
+    after = record(session, 2)
+    with pytest.raises(DataError, match="`response_unit` is GHz before and MHz after.*Convert"):
+        compare(before, dataclasses.replace(after, response_unit="MHz"))
+    with pytest.raises(DataError, match="`drive_unit` is V before and um after"):
+        compare(before, dataclasses.replace(after, drive_unit="um"))
+    with pytest.raises(DataError, match="from 1.5 to 4.5 V before and from 101.5.*no common range"):
+        compare(before, shifted(after, 100.0))
+    with pytest.raises(DataError, match="hold the same data"):
+        compare(before, before)
+    with pytest.raises(ValueError, match="Argument `after` must be a Recording"):
+        check_pair(None, before, "after")
+    with pytest.raises(ValueError, match="Argument `ecdl` must be an ECDL"):
+        check_pair(paper_device().operator, before, after)
+
+
+SESSIONS = {
+    "one sweep a rate": (lambda: paper_drives(samples=500), 0.0),
+    "four periods": (drives, 0.0),
+    "coloured noise": (drives, 0.6),
+    "one rate, then all": (drives, 0.0),
+}
+NULLS = 60
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SESSIONS)
+def test_how_often_a_change_is_said_where_there_is_none(name):
+    """About 5 % of pairs, and 95 % intervals that hold the truth; the p-values are uniform."""
+    make, memory = SESSIONS[name]
+    session = make()
+    first = [d for d in session if d.rate == 20.0] if name.startswith("one rate") else session
+    found = [
+        compare(
+            record(first, 2 * k + 100, memory=memory),
+            record(session, 2 * k + 101, memory=memory),
+            ecdl=paper_device(),
+        )
+        for k in range(NULLS)
+    ]
+    changed = sum(one.changed for one in found)
+    print(f"{name}: changed said in {changed} of {NULLS}")
+    assert stats.binomtest(changed, NULLS, 0.05, "greater").pvalue > 0.01, changed
+    if first is session:  # of one rate alone some differences are not seen: p is then larger
+        assert stats.kstest([one.p_value for one in found], "uniform").pvalue > 1e-3
+    held = [
+        np.mean([p.difference.low <= 0.0 <= p.difference.high for p in one.parameters])
+        for one in found
+    ]
+    # Parameters of one pair err together: chance is that between pairs, 0.5 % on one side.
+    assert stats.ttest_1samp(held, 0.95, alternative="less").pvalue > 0.005, np.mean(held)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CHANGES)
+def test_each_parameter_that_changed_is_found(name):
+    session, factor = drives(), CHANGES[name]
+    found = [
+        compare(
+            record(session, 2 * k + 500), record(session, 2 * k + 501, **{name: factor}),
+            ecdl=paper_device(),
+        )
+        for k in range(8)
+    ]  # fmt: skip
+    operator = paper_device().operator
+    value = float(operator.d[0]) if name == "d_1" else float(getattr(operator, name))
+    truth = (factor - 1.0) * value
+    assert all(one.changed for one in found)
+    assert sum(one.set == (name,) for one in found) >= 7
+    assert sum(one[name].change.low <= truth <= one[name].change.high for one in found) >= 6

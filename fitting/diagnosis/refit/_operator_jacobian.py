@@ -96,12 +96,10 @@ def _play_numbers(
         plays = changed.plays(law.u_pp, law.freq)
         first = changed.centred(u_first)[None]
         start = plays.start(first, changed.centred(u_min), initial)
-        zero = jnp.zeros(())
-        bent = plays.bow is not None and plays.u_0 is not None
-        bow, u_0 = (plays.bow, plays.u_0) if bent else (zero, zero)
-        return jnp.concatenate(
-            [plays.r, plays.lam, plays.eta, plays.p, start, jnp.stack([bow, u_0])]
-        )
+        bend = jnp.zeros(2)
+        if plays.bow is not None and plays.u_0 is not None:
+            bend = jnp.stack([plays.bow, plays.u_0])
+        return jnp.concatenate([plays.r, plays.lam, plays.eta, plays.p, start, bend])
 
     def of_all(values):
         initial = initial_states(operator, values, initial_state)

@@ -25,7 +25,8 @@ class PlayNumbers(NamedTuple):
     @classmethod
     def of(cls, vector: Float[np.ndarray, " numbers"]) -> "PlayNumbers":
         """From all of them in this order."""
-        return cls(*vector[:-2].reshape(5, -1), float(vector[-2]), float(vector[-1]))
+        r, lam, eta, p, start = vector[:-2].reshape(5, -1)
+        return cls(r, lam, eta, p, start, float(vector[-2]), float(vector[-1]))
 
     def upper(self, u: Float[np.ndarray, " time"]) -> Float[np.ndarray, "plays time"]:
         """The falling bounds at the drives `u` (Eq. 12)."""

@@ -177,12 +177,14 @@ def calibrate(
     /,
     *,
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    sets: bool = False,
     workers: int | None = None,
     json: Json = False,
 ) -> int:
     """Calibrate the diagnosis' probabilities on BANK: diagnose what is missing, reveal, fit.
 
     Writes a calibration file, which takes effect where it replaces the one in this package.
+    With `--sets` the constants stay, and sets are widened until they hold the answer in 95 %.
 
     Parameters
     ----------
@@ -190,6 +192,8 @@ def calibrate(
         A bank of tier calibration (or open), not a sealed one: that is for scoring only.
     output
         File for the calibration.
+    sets
+        Widen the sets alone; BANK must be another one than the constants were fitted to.
     workers
         Processes; by default two, or one where there is one processor.
     json
@@ -197,13 +201,19 @@ def calibrate(
     """
     from fitting.blind.protocol._folder import BankFolder, write_json
     from fitting.blind.scoring._calibrate import calibrate_to_bank
+    from fitting.blind.scoring._widening import widen_to_bank
     from fitting.commands.shared._out import console, print_json
 
     with _progress("predicting") as report:
-        found, losses = calibrate_to_bank(BankFolder(bank), workers=workers, progress=report)
+        fit = widen_to_bank if sets else calibrate_to_bank
+        found, losses = fit(BankFolder(bank), workers=workers, progress=report)
     write_json(output, found.to_dict())
     if json:
-        print_json({**found.to_dict(), "loss": losses})
+        print_json({**found.to_dict(), "coverage" if sets else "loss": losses})
+    elif sets:
+        for name, one in losses.items():
+            text = f"{name}: factor {one['factor']:.3g}, sets hold {one['held']} of {one['n']}"
+            console(json).print(text, markup=False)
     else:
         before, after = losses["before"], losses["after"]
         text = f"mean log loss {before:.3f}, with this calibration {after:.3f}; written to {output}"

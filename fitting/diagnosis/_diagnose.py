@@ -48,9 +48,9 @@ from .which._candidate import Candidate
 from .which._forward_selection import select_effects
 from .which._ranking import choose_refit, likely_candidates, match_candidates, needs_flexible_base
 from .which.evidence._calibration import load_calibration
+from .which.evidence._conformal import answer_type, credible_set, widen
 from .which.evidence._evidence import Evidence
 from .which.evidence._probability import (
-    credible_set,
     doubt_all,
     doubt_none,
     doubt_remainder,
@@ -129,6 +129,9 @@ def diagnose(
     left = None if fitted.spectrum.measured else measure_whiteness(none[1].errors.raw, blocks)
     if left is not None and left.doubts:
         probabilities = doubt_none(probabilities)
+    calibration = load_calibration()
+    factor = calibration.widening.get(answer_type(probabilities[0][0]), 1.0)
+    probabilities = widen(probabilities, calibration.widening)
     ranked = match_candidates(attribution, probabilities)
     top = ranked[0][0] or attribution.none
     refit, state = choose_refit(top, fitted.refit, flexible=flexible)
@@ -175,7 +178,12 @@ def diagnose(
         "shrinkage": shrinkage,
         "detectability": [size.to_dict() for size in sizes],
         "next_scan": None if next_scan is None else next_scan.to_dict(),
-        "calibration": {"bank": load_calibration().provenance},
+        "calibration": {
+            "bank": calibration.provenance,
+            "widening": factor,
+            "sets": calibration.widening_provenance,
+            "reliability": [dict(part) for part in calibration.reliability],
+        },
         "evidence": evidence.to_dict(),
         "base": describe_base(whitened, fitted),
         "model": describe_model(model),

@@ -36,6 +36,11 @@ class ScoringThresholds:
     calibration_target: float = threshold(
         0.05, unit="probability", origin="target by agreement, for both calibration errors"
     )
+    reliability_bounds: tuple[float, ...] = threshold(
+        (0.5, 0.8, 0.95),
+        unit="probability",
+        origin="what a reader takes for a guess, likely, very likely and sure; they decide nothing",
+    )
     bins: int = threshold(10, unit="bins", origin="customary for reliability diagrams")
     bootstrap_draws: int = threshold(
         2000, unit="draws", origin="95 % intervals to about 1 % of a probability"

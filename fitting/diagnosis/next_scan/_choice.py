@@ -25,6 +25,7 @@ from ._next_scan import NextScan, next_scan_of
 from ._rated_scan import RatedScan, rate_scans
 from ._scan_batch import Rival
 from ._thresholds import THRESHOLDS
+from ._wider_limits import best_remedy, describe_needs
 
 _WITHOUT_PREDICTION = ("unlisted",)  # it predicts nothing, so no scan is planned for it
 
@@ -68,14 +69,21 @@ def choose_next_scan(
     recording = whitened.recording
     limits = Identified.of(recording).recorded_limits() if limits is None else limits
     start = scan_start(recording)
-    found = candidate_scans(recording, limits, samples=samples, periods=periods, start_s=start)
-    rated = rate_scans(found, rivals, whitener, len(whitened.blocks))
+
+    def rate(limits: DriveLimits) -> list[RatedScan]:
+        found = candidate_scans(recording, limits, samples=samples, periods=periods, start_s=start)
+        return rate_scans(found, rivals, whitener, len(whitened.blocks))
+
+    rated = rate(limits)
     if not rated:
         return None
     order, powers = _rank(rated, rivals)
     best = _break_tie(order, powers, chances)
     order.insert(0, order.pop(order.index(best)))
-    return next_scan_of(order, powers, rivals, recording.drive_unit)
+    needs, power = "", powers[id(best)]
+    if power < THRESHOLDS.separated_power:
+        needs = describe_needs(power, periods, best_remedy(limits, rate, power))
+    return next_scan_of(order, powers, rivals, recording.drive_unit, needs)
 
 
 def scan_length(whitened: WhitenedModel) -> tuple[int, int]:

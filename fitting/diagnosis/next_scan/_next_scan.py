@@ -42,8 +42,13 @@ class NextScan:
 
 
 def next_scan_of(
-    order: list[RatedScan], powers: dict[int, float], rivals: list[Rival], unit: str
+    order: list[RatedScan],
+    powers: dict[int, float],
+    rivals: list[Rival],
+    unit: str,
+    needs: str = "",
 ) -> NextScan:
+    """The first of `order`; `needs`: what would separate the rivals where it does not."""
     best, names = order[0], [rival.name for rival in rivals]
     table = [
         {
@@ -74,12 +79,14 @@ def next_scan_of(
         power=powers[id(best)],
         pairs=table,
         candidates=listed,
-        reason=_reason(c, min(both, key=lambda p: both[p]), powers[id(best)], names, unit),
+        reason=_reason(c, min(both, key=lambda p: both[p]), powers[id(best)], names, unit, needs),
         drive=c.drive,
     )
 
 
-def _reason(candidate: Candidate, pair: Pair, power: float, names: list[str], unit: str) -> str:
+def _reason(
+    candidate: Candidate, pair: Pair, power: float, names: list[str], unit: str, needs: str
+) -> str:
     one, other = (names[i].replace("_", " ") for i in pair)
     scan, sigmas = candidate.describe(unit), float(np.sqrt(power))
     if power >= THRESHOLDS.separated_power:
@@ -89,5 +96,5 @@ def _reason(candidate: Candidate, pair: Pair, power: float, names: list[str], un
         )
     return (
         f"{scan} is the best there is within the limits, but {one} and {other} would still "
-        f"differ by only {sigmas:.2g} standard deviations: wider limits or more periods are needed."
+        f"differ by only {sigmas:.2g} standard deviations: {needs}."
     )

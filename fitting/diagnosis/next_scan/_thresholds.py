@@ -49,6 +49,15 @@ class NextScanThresholds:
     separated_power: float = threshold(
         9.0, unit="chi-square", origin="three standard deviations: a pair counts as separated"
     )
+    wider: float = threshold(
+        2.0, unit="of a limit", origin="what a laboratory may try next; 1.5 or 3 name the same one"
+    )
+    worth_wider: float = threshold(
+        1.5, unit="of the power within the limits", origin=f"{_TRIAL}; less is no help"
+    )
+    most_periods: float = threshold(
+        1e4, unit="periods", origin="minutes to an hour of scans; more is no plan"
+    )
     least_refitted: int = threshold(
         3, unit="scans", origin=f"{_TRIAL}; whose power is found by refits, at least"
     )

@@ -229,6 +229,15 @@ class WhichThresholds:
 
     # Probabilities.
     credible_level: float = threshold(0.95, unit="probability", origin="the files' contract")
+    most_widening: float = threshold(
+        30.0,
+        unit="1",
+        origin="an answer of a millionth has then a share of 0.6 beside a sure one: a set that "
+        "needs more holds nearly all names, and the answer counts as not reached",
+    )
+    widening_step: float = threshold(
+        1e-4, unit="of the factor", origin="far below the spread of factors between banks"
+    )
     doubt_share: float = threshold(
         0.05,
         unit="of the hypotheses' probability",

@@ -17,6 +17,7 @@ from . import _text as words
 from ._detectability import tabulate_detectability
 from ._how_far import describe_next_scan, tabulate_shrinkage
 from ._numbers import Scale
+from ._reliability import tabulate_reliability
 from ._runs import tabulate_runs
 from ._summary import (
     describe_calibration,
@@ -93,6 +94,7 @@ def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
         "reason": words.to_sentence(str(diagnosis["verdict"].get("reason") or "")),
         "notes": [words.to_sentence(str(note)) for note in diagnosis.get("notes") or []],
         "calibration": describe_calibration(diagnosis),
+        "reliability": tabulate_reliability(diagnosis),
         "provenance": list_provenance(diagnosis, drive_unit),
         "drawings": [{key: p[key] for key in ("key", "data", "layout")} for p in panels],
         "style": read_style(),

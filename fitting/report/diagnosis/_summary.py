@@ -99,7 +99,9 @@ def describe_calibration(diagnosis: dict) -> str:
     found = diagnosis.get("calibration") or {}
     worlds = _format_count(found.get("worlds"))
     parts = [str(found.get("bank") or ""), f"{worlds} devices" if worlds else ""]
-    return ", ".join(filter(None, [*parts, str(found.get("date") or "")]))
+    said = ", ".join(filter(None, [*parts, str(found.get("date") or "")]))
+    sets = str(found.get("sets") or "")
+    return f"{said}; the sets on {sets}" if said and sets else said
 
 
 def _describe_model(model: dict) -> str:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -50,13 +51,17 @@ class Calibration:
     misfit_unknown: float
     misfit_unknown_width: float
     provenance: str
+    widening: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    widening_provenance: str = ""
+    reliability: tuple[Mapping[str, Any], ...] = ()
 
     @classmethod
     def from_dict(cls, value: dict[str, Any]) -> "Calibration":
         """From what `to_dict` gave."""
         if value.get("schema") != SCHEMA:
             raise ValueError(f"Argument `value` must have the schema {SCHEMA}.")
-        return cls(**{k: v for k, v in value.items() if k != "schema"})
+        fields = {k: v for k, v in value.items() if k != "schema"}
+        return cls(**fields | {"reliability": tuple(fields.get("reliability", ()))})
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for a file."""

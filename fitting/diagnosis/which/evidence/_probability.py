@@ -87,17 +87,6 @@ def doubt_none(ranked: Ranked) -> Ranked:
     return sorted(((name, p + change.get(name, 0.0)) for name, p in ranked), key=lambda x: -x[1])
 
 
-def credible_set(ranked: Ranked) -> list[str]:
-    """Names of the smallest set of hypotheses with at least 95 % of the probability."""
-    total, names = 0.0, []
-    for name, probability in ranked:
-        names.append(name)
-        total += probability
-        if total >= THRESHOLDS.credible_level:
-            break
-    return names
-
-
 def _listed_weights(evidence: Evidence, calibration: Calibration) -> np.ndarray:
     """Probabilities of the hypotheses, were one of them true; they sum to 1."""
     found = evidence.hypotheses

@@ -17,6 +17,7 @@ from fitting.diagnosis.next_scan._discrimination import (
 )
 from fitting.diagnosis.next_scan._rival_refit import refit_rival
 from fitting.diagnosis.next_scan._scan_batch import Rival, ScanBatch, ScanPrediction
+from fitting.diagnosis.next_scan._wider_limits import doubled_limits
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._gauss_newton import Refit
@@ -369,3 +370,18 @@ def test_a_random_scan_of_equal_length_separates_less():
             gains.append(np.log(chosen / max(random, 1e-9)))
     assert np.mean(gains) > 0
     assert sum(g < 0 for g in gains) <= 1
+
+
+def test_what_would_separate_them_is_said_where_nothing_does():
+    """Within narrow limits two lags look alike; the limit that is named makes it so much better."""
+    narrow = DriveLimits(2.95, 3.05, 4.0, max_frequency_hz=20.0)
+    found = choose_next_scan(*world("lags"), narrow)
+    assert found is not None and found.power < 9.0
+    assert "standard deviations: " in found.reason and "would make it some" in found.reason
+    wider = max(
+        (choose_next_scan(*world("lags"), limits) for _, limits in doubled_limits(narrow)),
+        key=lambda scan: scan.power,
+    )
+    promised = float(found.reason.split("would make it some ")[1].split(";")[0].rstrip("."))
+    assert wider.power > 1.5 * found.power
+    assert promised == pytest.approx(wider.power**0.5, rel=0.3)

@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fitting.diagnosis.which.evidence._probability import credible_set, doubt_all
+from fitting.diagnosis.which.evidence._conformal import credible_set
+from fitting.diagnosis.which.evidence._probability import doubt_all
 
 
 @pytest.mark.parametrize(

@@ -3,8 +3,8 @@
 import pytest
 
 from fitting.diagnosis.which._thresholds import THRESHOLDS
+from fitting.diagnosis.which.evidence._conformal import credible_set
 from fitting.diagnosis.which.evidence._probability import (
-    credible_set,
     doubt_remainder,
     doubt_unpredictive,
 )

@@ -204,20 +204,25 @@ def calibrate(
     from fitting.blind.scoring._widening import widen_to_bank
     from fitting.commands.shared._out import console, print_json
 
+    folder, lines, told = BankFolder(bank), [], {}
     with _progress("predicting") as report:
-        fit = widen_to_bank if sets else calibrate_to_bank
-        found, losses = fit(BankFolder(bank), workers=workers, progress=report)
+        if sets:
+            found, types = widen_to_bank(folder, workers=workers, progress=report)
+            told = {"coverage": types}
+            for name, one in types.items():
+                shares = f"sets hold {one['held']} of {one['n']}"
+                lines.append(f"{name}: factor {one['factor']:.3g}, {shares}")
+        else:
+            found, loss = calibrate_to_bank(folder, workers=workers, progress=report)
+            told = {"loss": loss}
+            before, after = loss["before"], loss["after"]
+            lines.append(f"mean log loss {before:.3f}, with this calibration {after:.3f}")
     write_json(output, found.to_dict())
     if json:
-        print_json({**found.to_dict(), "coverage" if sets else "loss": losses})
-    elif sets:
-        for name, one in losses.items():
-            text = f"{name}: factor {one['factor']:.3g}, sets hold {one['held']} of {one['n']}"
-            console(json).print(text, markup=False)
+        print_json({**found.to_dict(), **told})
     else:
-        before, after = losses["before"], losses["after"]
-        text = f"mean log loss {before:.3f}, with this calibration {after:.3f}; written to {output}"
-        console(json).print(text, markup=False)
+        for line in [*lines, f"written to {output}"]:
+            console(json).print(line, markup=False)
     return 0
 
 

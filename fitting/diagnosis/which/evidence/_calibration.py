@@ -60,8 +60,9 @@ class Calibration:
         """From what `to_dict` gave."""
         if value.get("schema") != SCHEMA:
             raise ValueError(f"Argument `value` must have the schema {SCHEMA}.")
-        fields = {k: v for k, v in value.items() if k != "schema"}
-        return cls(**fields | {"reliability": tuple(fields.get("reliability", ()))})
+        fields: dict[str, Any] = {k: v for k, v in value.items() if k != "schema"}
+        fields["reliability"] = tuple(fields.get("reliability", ()))
+        return cls(**fields)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for a file."""

@@ -105,7 +105,7 @@ MUTATIONS = (
     ),
     Mutation(
         "credible set: ends one hypothesis too early",
-        "fitting/diagnosis/which/evidence/_probability.py",
+        "fitting/diagnosis/which/evidence/_conformal.py",
         "        names.append(name)\n        total += probability\n"
         "        if total >= THRESHOLDS.credible_level:\n            break\n",
         "        total += probability\n"

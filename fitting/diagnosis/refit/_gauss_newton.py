@@ -17,10 +17,10 @@ from fitting.solver._damped_gauss_newton import (
 from rapi_jax import ECDL
 
 from ._base_model import BaseModel
-from ._effect_jacobian import secant_jacobian
 from ._effect_vector import Effects, effect_values, free_parameters, with_values
 from ._thresholds import THRESHOLDS
 from ._whitened_model import WhitenedErrors, WhitenedModel, acts_before_operator
+from .jacobian._effect_jacobian import secant_jacobian
 
 # Least and greatest value of a parameter, by the effect's name and the parameter's path.
 SearchRanges = dict[tuple[str, tuple[str | int, ...]], tuple[float, float]]

@@ -37,10 +37,10 @@ from ._compiled_stages import (
 from ._effect_vector import Effects
 from ._jump_timing import match_jump_timing
 from ._linear_effects import apply_transfer_functions, is_linear
-from ._operator_jacobian import Linearised, linearise_in_closed_form
 from ._recent import Recent
 from ._sampling_grids import FirstPeriod, SamplingGrids
 from ._thresholds import THRESHOLDS
+from .jacobian._operator_jacobian import Linearised, linearise_in_closed_form
 
 _KEPT = 8  # inputs and responses; a state and its secants ask again for as many
 

@@ -8,8 +8,8 @@ from edge_worlds import drives, record
 
 from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._compiled_stages import linearise_response
-from fitting.diagnosis.refit._operator_jacobian import linearise_in_closed_form
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.refit.jacobian._operator_jacobian import linearise_in_closed_form
 from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import PI, RAPI, FixedRAPI, MixedRAPI
 from rapi_jax.effects import AmplifierLowpass, AmplitudeLaw, SlewLimit

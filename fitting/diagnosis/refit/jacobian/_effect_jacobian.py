@@ -9,15 +9,19 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float
 
+from fitting.diagnosis.refit._effect_vector import (
+    Effects,
+    effect_values,
+    free_parameters,
+    with_values,
+)
+from fitting.diagnosis.refit._thresholds import THRESHOLDS
 from rapi_jax.effects import (
     AbstractCouplingEffect,
     AbstractEffect,
     AbstractOpticalEffect,
     AbstractSwitch,
 )
-
-from ._effect_vector import Effects, effect_values, free_parameters, with_values
-from ._thresholds import THRESHOLDS
 
 
 def secant_jacobian(

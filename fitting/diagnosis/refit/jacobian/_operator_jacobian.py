@@ -12,11 +12,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from fitting.diagnosis.refit._compiled_stages import OperatorInput, initial_states, set_values
 from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import AbstractOperator
 from rapi_jax.effects import Law
 
-from ._compiled_stages import OperatorInput, initial_states, set_values
 from ._play_jacobian import DriveStretches, PlayNumbers, play_jacobian
 
 

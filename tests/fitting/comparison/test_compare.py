@@ -146,7 +146,7 @@ SESSIONS = {
 NULLS = 60
 
 
-@pytest.mark.slow
+@pytest.mark.calibration
 @pytest.mark.parametrize("name", SESSIONS)
 def test_how_often_a_change_is_said_where_there_is_none(name):
     """About 5 % of pairs, and 95 % intervals that hold the truth; the p-values are uniform."""

@@ -8,10 +8,11 @@ import numpy as np
 from fitting.diagnosis.refit._gauss_newton import Refit
 from rapi_jax.effects import AbstractEffect
 
+from ._backward_check import check_backward
 from ._base import FittedBase
 from ._candidate import Candidate
 from ._effect_search import Progress, search_one_effect
-from ._excess import excess, is_unexplained, nonsynchronous_excess, reduces_nonsynchronous
+from ._excess import excess, is_unexplained
 from ._flexible_refit import refit_flexible_base
 from ._nested_costs import nest_costs
 from ._screen import initial_guesses, search_ranges
@@ -54,10 +55,8 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
     if _needs_pairs(none, singles, noise_known=refit.whitener.spectrum.measured):
         for first in _firsts_of_pairs(none, singles):
             progress(f"{first.name} and another")
-            for pair in _refit_pairs(refits, first, none, classes):
-                names = {p.name for p in pairs}
-                if pair.name not in names and _is_supported(pair, [first, *singles]):
-                    pairs.append(pair)
+            pairs += _refit_pairs(refits, first, none, classes)
+        singles, pairs = check_backward(refits, none, singles, pairs)
     every = nest_costs(none, [*singles, *pairs])
     return Attribution(none, tuple(sorted(every, key=lambda c: c.cost)))
 
@@ -130,26 +129,6 @@ def _refit_pairs(
         if swapped and swapped[0].cost < pair.cost:
             pairs[pairs.index(pair)] = swapped[0]
     return pairs
-
-
-def _is_supported(pair: Candidate, singles: list[Candidate]) -> bool:
-    """The backward check: neither of the two alone leaves nearly as little.
-
-    On the base too, where there is more to gain: what a second effect takes away only beside a
-    hysteresis that adapted to it is not its own.
-    """
-    members = {effect.name for effect in pair.effects}
-    alone = [s for s in singles if s.name in members]
-    gain = min(s.cost for s in alone) - pair.cost
-    base_gain = min(s.on_base.cost for s in alone) - pair.on_base.cost
-    left = min(excess(s.on_flexible_base) for s in alone)
-    # What is non-synchronous no hysteresis could have taken away.
-    steadiest = min((s.on_flexible_base for s in alone), key=nonsynchronous_excess)
-    share = THRESHOLDS.pair_gain
-    enough = (
-        base_gain > THRESHOLDS.pair_base_gain * gain and gain > share * left
-    ) or reduces_nonsynchronous(pair.on_flexible_base, steadiest, share)
-    return gain > THRESHOLDS.chance_fall and enough
 
 
 def _silent(line: str) -> None:

@@ -1,0 +1,85 @@
+"""The backward check of a pair: whether one of its effects alone would leave nearly as little.
+
+Each alone is refitted from where the pair ended, too. A refit of one effect may have stopped in a
+minimum of its own, far above; a pair that passes by there would be credited with what its second
+effect does not explain.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.diagnosis.refit._gauss_newton import Refit
+
+from ._candidate import Candidate, added_effects
+from ._effect_refit import free_eta, refit_beside_jumps
+from ._excess import excess, nonsynchronous_excess, reduces_nonsynchronous
+from ._flexible_refit import refit_on_flexible_base
+from ._thresholds import THRESHOLDS
+
+
+def check_backward(
+    refits: tuple[Refit, Refit],
+    none: Candidate,
+    singles: Sequence[Candidate],
+    pairs: Sequence[Candidate],
+) -> tuple[list[Candidate], list[Candidate]]:
+    """The single effects, refitted from the pairs' ends, and the pairs that these leave standing.
+
+    `refits`: with `eta` held, and with all of the operator free. `none`: the base's own effects.
+    """
+    alone = {single.name: single for single in singles}
+    standing: dict[str, Candidate] = {}
+    for pair in sorted((p for p in pairs if _is_supported(p, alone)), key=lambda p: p.cost):
+        standing.setdefault(pair.name, pair)  # found beside either of its effects
+    for pair in standing.values():
+        if not _is_supported(pair, alone):  # one alone from another pair's end was enough
+            continue
+        for single in _refit_members(refits, none, pair):
+            known = alone.get(single.name)
+            if single.cost < (none if known is None else known).cost:
+                alone[single.name] = single
+    order = sorted(alone.values(), key=lambda c: c.cost)
+    return order, [p for p in standing.values() if _is_supported(p, alone)]
+
+
+def _refit_members(
+    refits: tuple[Refit, Refit], none: Candidate, pair: Candidate
+) -> list[Candidate]:
+    """Each effect of `pair` alone, from the pair's end."""
+    eta_fixed, free = refits
+    own = none.on_base.effects
+    out = []
+    for member in pair.effects:
+        left_out = {e.name for e in pair.effects} - {member.name}
+        kept = tuple(e for e in pair.eta_fixed.effects if e.name not in left_out)
+        start = eta_fixed.evaluate(pair.eta_fixed.values, kept)
+        if not np.isfinite(start.cost):
+            continue
+        state = refit_beside_jumps(eta_fixed, start, THRESHOLDS.full_steps)
+        on_base = free_eta(free, state)
+        without = (none.flexible_refit, none.on_flexible_base)
+        flexible_refit, flexible = refit_on_flexible_base(free, on_base, without)
+        effects = added_effects(flexible.effects, own)
+        fraction = pair.unabsorbed_fraction
+        out.append(Candidate(effects, state, on_base, flexible, flexible_refit, fraction))
+    return out
+
+
+def _is_supported(pair: Candidate, singles: dict[str, Candidate]) -> bool:
+    """Whether neither of the two alone leaves nearly as little.
+
+    On the base too, where there is more to gain: what a second effect takes away only beside a
+    hysteresis that adapted to it is not its own.
+    """
+    alone = [singles[e.name] for e in pair.effects if e.name in singles]
+    gain = min(s.cost for s in alone) - pair.cost
+    base_gain = min(s.on_base.cost for s in alone) - pair.on_base.cost
+    left = min(excess(s.on_flexible_base) for s in alone)
+    # What is non-synchronous no hysteresis could have taken away.
+    steadiest = min((s.on_flexible_base for s in alone), key=nonsynchronous_excess)
+    share = THRESHOLDS.pair_gain
+    enough = (
+        base_gain > THRESHOLDS.pair_base_gain * gain and gain > share * left
+    ) or reduces_nonsynchronous(pair.on_flexible_base, steadiest, share)
+    return gain > THRESHOLDS.chance_fall and enough

@@ -23,6 +23,7 @@ from .which._base import FittedBase
 from .which._candidate import Candidate, mechanism_name
 from .which._forward_selection import Attribution
 from .which._ranking import RankedCandidates, choose_refit, needs_flexible_base
+from .which._signature import describe_signatures
 
 
 def describe_gap(whitened: WhitenedModel, fitted: FittedBase, none: Candidate) -> dict[str, Any]:
@@ -91,6 +92,24 @@ def describe_shrinkage(
         "straighter": None if gain is None else gain.linearity_gain,
         "remainder": describe_localisation(remainder, repeats=_repeats(blocks)),
     }
+
+
+def describe_signature(
+    whitened: WhitenedModel, fitted: FittedBase, none: Candidate, top: Candidate
+) -> list[dict[str, Any]]:
+    """The signatures of the named effects beside the data; none where none is named."""
+    flexible = needs_flexible_base(top)
+    _, state = choose_refit(top, fitted.refit, flexible=flexible)
+    _, without = choose_refit(none, fitted.refit, flexible=flexible)
+    names = {effect.name for effect in top.effects}
+    return describe_signatures(
+        tuple(effect for effect in state.effects if effect.name in names),
+        without.errors.raw,
+        state.errors.raw,
+        whitened.blocks,
+        whitened.recording,
+        own_origin=whitened.own_origin,
+    )
 
 
 def describe_base(whitened: WhitenedModel, fitted: FittedBase) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from ._content import (
     describe_model,
     describe_recording,
     describe_shrinkage,
+    describe_signature,
 )
 from ._data_checks import (
     NOTHING_EXPLAINED,
@@ -175,6 +176,7 @@ def diagnose(
         "recording": describe_recording(whitened),
         **gap,
         "hypotheses": describe_hypotheses(whitened, fitted, attribution, ranked, held_out),
+        "signature": describe_signature(whitened, fitted, attribution.none, top),
         "shrinkage": shrinkage,
         "detectability": [size.to_dict() for size in sizes],
         "next_scan": None if next_scan is None else next_scan.to_dict(),

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+from fitting._units import readable_unit
 from fitting.report.diagnosis._text import describe_hypothesis
 from rapi_jax.effects import AbstractEffect
 
@@ -61,26 +62,36 @@ def verdict_sentence(
     verb = "is" if probability > 0.5 else "may be"
     if closed is None:
         return f"The gap {verb} {what} ({sure})."
+    sizes = shrinkage["before"], shrinkage["after"]
+    shown, factor = readable_unit(unit, sizes)
+    before, after = (f"{factor * size:.3g}" for size in sizes)
     if closed["value"] <= 0.0:
         return (
             f"The gap looks like {what} ({sure}), but with it the model predicts data held out no "
-            f"better: {shrinkage['before']:.3g} and {shrinkage['after']:.3g} {unit} rms."
+            f"better: {before} and {after} {shown} rms."
         )
+    return (
+        f"The gap {verb} {what} ({sure}). With it the model closes {_share(closed)} of the gap on "
+        f"data held out: {before} becomes {after} {shown} rms."
+    )
+
+
+def _share(closed: dict[str, float]) -> str:
+    """A share with its 95 % interval in percent: "94 % (90 to 96)"."""
     low, high = _percent(max(closed["low"], 0.0)), _percent(min(closed["high"], 1.0))
     value = _percent(closed["value"])
-    range_ = "" if low == value == high else f" ({low} to {high})"
-    return (
-        f"The gap {verb} {what} ({sure}): with it the model closes {value}{range_} of the gap on "
-        f"data held out, from {shrinkage['before']:.3g} to {shrinkage['after']:.3g} {unit} rms."
-    )
+    if low == value == high:
+        return f"{value} %"
+    if high == "over 99.9":
+        return f"{value} % (at least {low})"
+    return f"{value} % ({low} to {high})"
 
 
 def _percent(share: float) -> str:
     """A share in percent, with a decimal where it is nearly all."""
     if share > 0.999:
-        return "over 99.9 %"
-    text = f"{share:.1%}" if share > 0.98 else f"{share:.0%}"
-    return text.replace("%", " %")
+        return "over 99.9"
+    return f"{100.0 * share:.1f}" if share > 0.98 else f"{100.0 * share:.0f}"
 
 
 def verdict_advice(

@@ -34,6 +34,7 @@ class AmplifierLowpass(AbstractDriveEffect, AbstractLagEffect, AbstractInvertibl
 
     name: ClassVar[str] = "amplifier_lowpass"
     label: ClassVar[str] = "a low-pass in the drive amplifier"
+    signature_axis: ClassVar = "since_turn"
     remedy: ClassVar[str] = "Compensate with the corrected model, or use a faster amplifier."
     session: ClassVar = False
 

@@ -14,7 +14,7 @@ modes, and the recursion is shared. One that can be inverted is an `AbstractInve
 """
 
 import abc
-from typing import Any, ClassVar, NamedTuple, TypeVar
+from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
 
 import equinox as eqx
 import jax
@@ -26,6 +26,7 @@ from ._derived import Derived, ScanRange
 from ._residual_summary import ResidualSummary
 
 T = TypeVar("T")
+SignatureAxis = Literal["phase", "since_turn", "drive", "response", "session", "gain"]
 
 
 class AbstractEffect(eqx.Module):
@@ -40,6 +41,9 @@ class AbstractEffect(eqx.Module):
       equations of one cause share it.
     - `strength`: the parameters that say how strong it is, of which any one is enough; by default
       the first.
+    - `signature_axis`: over what its signature is regular: the `phase` of the period, the time
+      `since_turn` of the drive, the `drive` or the `response` itself, the time of the `session`, or
+      the response's `gain` over the session. See `signature_period`, too.
     """
 
     name: eqx.AbstractClassVar[str]
@@ -48,6 +52,7 @@ class AbstractEffect(eqx.Module):
     smooth: ClassVar[bool] = True
     mechanism: ClassVar[str]
     strength: ClassVar[tuple[str, ...]] = ()
+    signature_axis: ClassVar[SignatureAxis] = "phase"
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -71,6 +76,10 @@ class AbstractEffect(eqx.Module):
         """Quantities of the field that follow from the parameters; by default none."""
         del scan
         return ()
+
+    def signature_period(self) -> float | None:
+        """Period of its signature along `signature_axis`; by default it has none."""
+        return None
 
     @classmethod
     @abc.abstractmethod

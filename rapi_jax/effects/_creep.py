@@ -51,6 +51,7 @@ class Creep(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
 
     name: ClassVar[str] = "creep"
     label: ClassVar[str] = "creep of the piezo"
+    signature_axis: ClassVar = "since_turn"
     remedy: ClassVar[str] = (
         "Compensate with the corrected model; let the device run in before a scan."
     )

@@ -31,6 +31,7 @@ class Delay(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
 
     name: ClassVar[str] = "delay"
     label: ClassVar[str] = "a delay between drive and reading"
+    signature_axis: ClassVar = "since_turn"
     remedy: ClassVar[str] = (
         "Set the latency of the reading (`response_lag_s`), or compensate with the model."
     )

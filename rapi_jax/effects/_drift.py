@@ -26,6 +26,7 @@ class Drift(AbstractOpticalEffect):
 
     name: ClassVar[str] = "drift"
     label: ClassVar[str] = "drift of the optical frequency"
+    signature_axis: ClassVar = "session"
     remedy: ClassVar[str] = "Stabilise temperature and current; repeat the zero before each scan."
     amplitude: Float[Array, ""] = parameter(unit="{x}", default=0.0)  # A
     tau: Float[Array, ""] = parameter(unit="s", default=60.0, bounds=(1e-2, 1e6))

@@ -36,6 +36,7 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
 
     name: ClassVar[str] = "etalon"
     label: ClassVar[str] = "an etalon in the light path"
+    signature_axis: ClassVar = "response"
     remedy: ClassVar[str] = (
         "Tilt or coat what reflects; the corrected model compensates what is left."
     )
@@ -81,6 +82,9 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
         del scan
         path = Derived("optical length", "mm", "spacing", lambda f: HALF_LIGHT_MM_GHZ / f, True)
         return (path,)
+
+    def signature_period(self) -> float:
+        return float(self.spacing)
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Etalon]":

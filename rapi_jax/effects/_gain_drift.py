@@ -27,6 +27,7 @@ class GainDrift(AbstractCouplingEffect):
 
     name: ClassVar[str] = "gain_drift"
     label: ClassVar[str] = "drift of the gain"
+    signature_axis: ClassVar = "gain"
     remedy: ClassVar[str] = "Stabilise temperature; identify again before a long session."
     steady: ClassVar[bool] = False
     rate: Float[Array, ""] = parameter(unit="1/s", default=0.0, bounds=(-10.0, 10.0))  # k

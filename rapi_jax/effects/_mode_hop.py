@@ -31,6 +31,7 @@ class ModeHop(AbstractSwitch):
 
     name: ClassVar[str] = "mode_hop"
     label: ClassVar[str] = "mode hops"
+    signature_axis: ClassVar = "response"
     remedy: ClassVar[str] = "Scan less or move the bias, so that the hop lies outside."
     size: Float[Array, ""] = parameter(unit="{x}", default=0.0)
     threshold: Float[Array, ""] = parameter(unit="{x}", default=0.0)

@@ -29,6 +29,7 @@ class Pickup(AbstractOpticalEffect):
 
     name: ClassVar[str] = "pickup"
     label: ClassVar[str] = "pickup at a fixed frequency in time"
+    signature_axis: ClassVar = "session"
     remedy: ClassVar[str] = (
         "Find the source by its frequency: mains, pump, fan; shield or decouple."
     )
@@ -45,6 +46,9 @@ class Pickup(AbstractOpticalEffect):
         angle = 2.0 * jnp.pi * self.hertz * t + self.phase
         third = self.third_sine * jnp.sin(3.0 * angle) + self.third_cosine * jnp.cos(3.0 * angle)
         return nu + self.amplitude * (jnp.sin(angle) + third)
+
+    def signature_period(self) -> float:
+        return 1.0 / float(self.hertz)
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Pickup]":

@@ -28,11 +28,15 @@ class Quantisation(AbstractDriveEffect):
 
     name: ClassVar[str] = "quantisation"
     label: ClassVar[str] = "quantisation of the drive"
+    signature_axis: ClassVar = "drive"
     remedy: ClassVar[str] = "Use a source with more bits, or more of its range."
     smooth: ClassVar = False
 
     def derived(self, scan: ScanRange) -> tuple[Derived, ...]:
         return (Derived("resolution", "bit", "step", lambda step: np.log2(scan.drive / step)),)
+
+    def signature_period(self) -> float:
+        return float(self.step)
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Quantisation]":

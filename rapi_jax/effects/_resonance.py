@@ -33,6 +33,7 @@ class Resonance(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
 
     name: ClassVar[str] = "resonance"
     label: ClassVar[str] = "a mechanical resonance"
+    signature_axis: ClassVar = "since_turn"
     remedy: ClassVar[str] = "Compensate with the corrected model; round the corners of the scan."
     session: ClassVar[bool] = False
     strength: ClassVar = ("share",)

@@ -29,6 +29,7 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
 
     name: ClassVar[str] = "saturation"
     label: ClassVar[str] = "saturation of the drive"
+    signature_axis: ClassVar = "drive"
     remedy: ClassVar[str] = "Scan less, or move the bias away from the amplifier's end."
     strength: ClassVar = ("high", "low", "knee")
 

@@ -45,6 +45,7 @@ class SlewLimit(AbstractFollower, AbstractInvertible):
 
     name: ClassVar[str] = "slew_limit"
     label: ClassVar[str] = "a slew limit of the drive"
+    signature_axis: ClassVar = "since_turn"
     remedy: ClassVar[str] = "Scan slower or less, or use an amplifier with more current."
     smooth: ClassVar = False
 

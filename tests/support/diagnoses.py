@@ -86,6 +86,35 @@ def residual_profiles(runs: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
+def signature() -> dict[str, Any]:
+    """A lag's, beside noise that a script can repeat."""
+    seconds = [2e-4 * 1.35**i for i in range(16)]
+    rows = []
+    for turn, sign in (("low", 1.0), ("high", -1.0)):
+        for rate in RATES:
+            left = [0.0012 * math.sin(7.0 * i + rate) for i in range(16)]
+            lag = [sign * 0.03 * math.exp(-120.0 * s) for s in seconds]
+            rows.append(
+                {
+                    "row": f"{turn} turn, {rate:.0f} Hz",
+                    "x": seconds,
+                    "without": [a + b for a, b in zip(lag, left, strict=True)],
+                    "with": left,
+                    "stderr": [0.001] * 16,
+                }
+            )
+    rows[0]["without"][2] = None
+    return {
+        "effect": "creep",
+        "axis": "since_turn",
+        "unit": "s",
+        "period": None,
+        "rows": rows,
+        "rms_without": 0.0182,
+        "rms_with": 0.0009,
+    }
+
+
 def creep() -> dict[str, Any]:
     """Creep found, with every optional key."""
     runs = [
@@ -135,6 +164,7 @@ def creep() -> dict[str, Any]:
         },
         "where": where,
         "maps": residual_profiles(runs),
+        "signature": [signature()],
         "hypotheses": [
             {"effects": [], "name": "none", "probability": 0.0, "delta_chi2": 0.0, "sentence": ""},
             {
@@ -273,6 +303,7 @@ def look_alikes() -> dict[str, Any]:
         }
         for name, p, fall in (("delay", 0.58, -900.0), ("amplifier_lowpass", 0.39, -899.1))
     ] + [{"effects": [], "name": "none", "probability": 0.03}]
+    found["signature"][0]["effect"] = "delay"
     found["verdict"] = {
         "name": "delay",
         "effects": ["delay"],

@@ -142,7 +142,7 @@ def _profile_since_turn(
     since, grouped = [], defaultdict(list)
     for k, (error, block) in enumerate(zip(errors, blocks, strict=True)):
         drive = recording.runs[k].drive
-        up, seconds = _time_since_turn(drive, block)
+        up, seconds = time_since_turn(drive, block)
         since.append(seconds)
         for turn, rising in (("low", True), ("high", False)):
             at = np.broadcast_to((up == rising)[None, :], error.shape)
@@ -165,7 +165,7 @@ def _profile_since_turn(
     return {"seconds": to_numbers(np.sqrt(edges[1:] * edges[:-1])), "rows": rows}
 
 
-def _time_since_turn(drive: Drive, block: PeriodBlock) -> tuple[np.ndarray, np.ndarray]:
+def time_since_turn(drive: Drive, block: PeriodBlock) -> tuple[np.ndarray, np.ndarray]:
     """Whether the drive rises, and the time since it last turned, s, at each phase."""
     up, along = branches(drive, block)
     if block.repeats:

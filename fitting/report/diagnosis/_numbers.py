@@ -4,15 +4,12 @@ import dataclasses
 import math
 from typing import Any
 
+from fitting._units import readable_unit
 from fitting.report.fit._table import round_with_error
 
 DASH = "\N{EN DASH}"
 SPACE = "\N{NO-BREAK SPACE}"
 _MINUS = "\N{MINUS SIGN}"
-_LADDERS = (
-    {"THz": 1e12, "GHz": 1e9, "MHz": 1e6, "kHz": 1e3, "Hz": 1.0},
-    {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "pm": 1e-12},
-)
 _NAMES = {"um": "\N{GREEK SMALL LETTER MU}m"}
 _EXPONENT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -112,14 +109,9 @@ class Scale:
     @classmethod
     def of(cls, recorded: str, sizes: list[Any]) -> "Scale":
         """The largest unit of the same dimension in which the largest of `sizes` is at least 1."""
-        largest = max((abs(x) for x in map(finite_or_none, sizes) if x is not None), default=0.0)
-        for ladder in _LADDERS:
-            if recorded in ladder and largest > 0:
-                for unit, size in ladder.items():
-                    factor = ladder[recorded] / size
-                    if largest * factor >= 1.0:
-                        return cls(recorded, unit_text(unit), factor)
-        return cls(recorded, unit_text(recorded), 1.0)
+        known = (x for x in map(finite_or_none, sizes) if x is not None)
+        unit, factor = readable_unit(recorded, known)
+        return cls(recorded, unit_text(unit), factor)
 
     @property
     def axis(self) -> str:

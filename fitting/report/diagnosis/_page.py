@@ -1,8 +1,9 @@
 """The page of a diagnosis: one HTML file that needs nothing but itself.
 
-The verdict comes first, then where the gap lies, which effect causes it, how far it shrinks, what
-to record next, and how sure all that is. Figures are drawn by plotly.js, which is inside the page;
-every number is also in a table, so the page can be read without a script.
+The verdict comes first, then what it looks like in the data, where the gap lies, which effect
+causes it, how far it shrinks, what to record next, and how sure all that is. Figures are drawn by
+plotly.js, which is inside the page; every number is also in a table, so the page can be read
+without a script.
 """
 
 import dataclasses
@@ -30,6 +31,7 @@ from ._where import tabulate_budget, tabulate_residuals
 from ._which import tabulate_hypotheses
 from .figures._lines import tabulate_spectral_lines
 from .figures._maps import draw_figures
+from .figures._signature import draw_signatures
 
 _SCHEMA = "rapi.diagnosis/1"
 
@@ -69,7 +71,8 @@ def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
     scale = Scale.of(str(diagnosis.get("unit") or ""), sizes)
     drive_unit = str((diagnosis.get("recording") or {}).get("drive_unit") or "")
     drawn = draw_figures(diagnosis, scale, drive_unit)
-    panels = [dataclasses.asdict(panel) for figure in drawn for panel in figure.panels]
+    signatures = draw_signatures(diagnosis, scale, labels)
+    panels = [dataclasses.asdict(p) for figure in (*signatures, *drawn) for p in figure.panels]
     name = str((diagnosis.get("recording") or {}).get("name") or "")
     return {
         "title": " · ".join(filter(None, ["Diagnosis", name])),
@@ -79,6 +82,7 @@ def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
         "cautions": list_cautions(diagnosis),
         "facts": list_facts(diagnosis, scale, labels),
         "budget": tabulate_budget(gap, scale),
+        "signatures": signatures,
         "phase": next((f for f in drawn if f.panels[0].key == "phase"), None),
         "figures": [f for f in drawn if f.panels[0].key != "phase"],
         "grid": tabulate_residuals(where, scale, drive_unit),

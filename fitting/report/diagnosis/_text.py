@@ -4,7 +4,13 @@ from collections.abc import Mapping
 
 from rapi_jax import effects
 
-from ._numbers import finite_or_none, format_interval, format_percent, format_setting
+from ._numbers import (
+    finite_or_none,
+    format_interval,
+    format_number,
+    format_percent,
+    format_setting,
+)
 
 SPECIAL = {
     "none": "no effect beyond the model",
@@ -166,7 +172,7 @@ def describe_linearity_gain(diagnosis: dict) -> str:
     if not isinstance(found, dict) or finite_or_none(found.get("value")) is None:
         return ""
     low, value, high = (finite_or_none(found.get(key)) for key in ("low", "value", "high"))
-    text = f"{value:.3g} times"
+    text = f"{format_number(value)} times"
     if low is not None and high is not None:
-        text += f" ({low:.2g} to {high:.2g})"
+        text += f" ({format_number(low, 2)} to {format_number(high, 2)})"
     return text

@@ -41,6 +41,7 @@ def test_verdict_is_first_and_sections_are_in_order(parsed):
     ids = [attributes.get("id") for _, attributes in read.tags]
     assert [name for name in ids if name in SECTIONS] == SECTIONS
     assert [t for tag, t in read.texts if tag == "h2"] == [
+        *(["What it looks like"] if diagnosis.get("signature") else []),
         "Where the gap lies",
         "Which effect it is",
         "How far the gap shrinks",
@@ -85,6 +86,42 @@ def test_every_number_of_the_maps_is_in_a_table():
             assert value is None or format_number(1e3 * value, sign=True) in cells
     for row in diagnosis["maps"]["harmonics"]["rows"]:
         assert all(format_number(1e3 * value) in cells for value in row["amplitude"])
+
+
+def test_the_signature_stands_under_the_verdict_with_all_its_numbers():
+    diagnosis = diagnoses.creep()
+    page = render_page(diagnosis)
+    places = [
+        page.index(f"<{part}") for part in ("h1", 'section id="signature"', 'section id="where"')
+    ]
+    assert places == sorted(places)
+    read = Page(page)
+    assert "18.2 MHz rms without it, and 0.9 MHz with it".replace(" ", "") in (
+        read.text.replace("\N{NO-BREAK SPACE}", "").replace(" ", "").replace("0.900", "0.9")
+    )
+    cells = {text for tag, text in read.texts if tag == "td"}
+    for row in diagnosis["signature"][0]["rows"]:
+        for key in ("without", "with"):
+            for value in row[key]:
+                assert value is None or format_number(1e3 * value, sign=True) in cells
+    assert "What it looks like" not in Page(render_page(diagnoses.none())).text
+
+
+@pytest.mark.parametrize(
+    ("axis", "unit", "quantity", "size"),
+    [
+        ("response", "GHz", "optical frequency", "18.2 MHz"),
+        ("drive", "V", "drive", "18.2 MHz"),
+        ("session", "s", "time in the session", "18.2 MHz"),
+        ("gain", "s", "time in the session", "1.82 %"),
+        ("phase", "1", "phase of the period", "18.2 MHz"),
+    ],
+)
+def test_the_signature_says_over_what_it_is(axis, unit, quantity, size):
+    diagnosis = diagnoses.creep()
+    diagnosis["signature"][0] |= {"axis": axis, "unit": unit}
+    text = Page(render_page(diagnosis)).text.replace("\N{NO-BREAK SPACE}", " ")
+    assert f"Over the {quantity} the mean residual is {size} rms without it" in text
 
 
 def test_hostile_text_stays_text():

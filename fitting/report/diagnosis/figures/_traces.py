@@ -135,7 +135,7 @@ def draw_curve(
         "y": list(y),
         "name": escape_text(name),
         "line": {"color": color, "width": 1.8},
-        "hovertemplate": f"{escape_text(name)}<br>{hover} %{{x:.3~g}}<br>"
+        "hovertemplate": f"{escape_text(name)}<br>{escape_text(hover)} %{{x:.3~g}}<br>"
         f"%{{y:+.3~g}} {escape_text(unit)}<extra></extra>",
     } | more
 

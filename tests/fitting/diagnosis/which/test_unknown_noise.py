@@ -43,7 +43,23 @@ def test_the_sentence_does_not_close_less_than_nothing():
         "after": 0.0978,
     }
     said = verdict_sentence("creep", (Creep,), 0.97, shrinkage, "GHz")
-    assert "no better: 0.049 and 0.0978 GHz rms" in said and "-298" not in said
+    assert "no better: 49 and 97.8 MHz rms" in said and "-298" not in said
+
+
+@pytest.mark.parametrize(
+    ("low", "value", "high", "text"),
+    [
+        (0.9, 0.94, 0.96, "94 % (90 to 96) of the gap"),
+        (0.994, 0.995, 0.997, "99.5 % (99.4 to 99.7) of the gap"),
+        (0.97, 0.9995, 0.99999, "over 99.9 % (at least 97) of the gap"),
+        (0.9995, 0.9995, 0.99999, "over 99.9 % of the gap"),
+    ],
+)
+def test_the_sentence_has_the_share_with_its_interval_and_a_readable_unit(low, value, high, text):
+    closed = {"low": low, "value": value, "high": high}
+    shrinkage = {"closed_fraction": closed, "before": 0.136, "after": 0.0259}
+    said = verdict_sentence("creep", (Creep,), 0.97, shrinkage, "GHz")
+    assert text in said and said.endswith("data held out: 136 becomes 25.9 MHz rms.")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,132 @@
+"""The signature of each named effect beside the data: the residual without it and with it."""
+
+import math
+
+from fitting.report.diagnosis._numbers import Scale, finite_or_none, format_number, unit_text
+from fitting.report.diagnosis._text import Labels, describe_hypothesis
+
+from ._figure import Figure, Panel, Table, escape_text, finite_values, make_axis, make_layout
+from ._traces import axis_range, draw_curve, make_log_axis, ordered_colour
+
+_ROWS = 4  # curves in one drawing
+_AXES = {
+    "phase": "phase of the period",
+    "since_turn": "time since the turning point",
+    "session": "time in the session",
+    "gain": "time in the session",
+    "drive": "drive",
+}
+_SHAPES = {
+    "phase": "An effect of its kind has one shape in every period.",
+    "since_turn": "An effect of its kind begins at each turn and keeps its time at every rate.",
+    "session": "An effect of its kind knows the time, not the scan.",
+    "gain": "The residual's slope by the response, period by period, in percent of the response.",
+    "drive": "An effect of its kind sits at one value of the drive, whichever way it moves.",
+    "response": "An effect of its kind sits at one value of the response, whichever way it moves.",
+}
+
+
+def draw_signatures(diagnosis: dict, scale: Scale, labels: Labels) -> list[Figure]:
+    """One figure for each signature of the file that holds a number."""
+    entries = [e for e in diagnosis.get("signature") or [] if isinstance(e, dict)]
+    drawn = [_draw_signature(e, k, scale, labels) for k, e in enumerate(entries)]
+    return [figure for figure in drawn if figure is not None]
+
+
+def _draw_signature(found: dict, number: int, scale: Scale, labels: Labels) -> Figure | None:
+    axis, gain = str(found.get("axis") or ""), found.get("axis") == "gain"
+    unit = "%" if gain else scale.unit
+    x_unit, factor = _x_unit(found, scale)
+
+    def values(row: dict, key: str) -> list[float | None]:
+        own = finite_values(row.get(key))
+        return [None if v is None else 100.0 * v if gain else scale.value(v) for v in own]
+
+    rows = [r for r in found.get("rows") or [] if isinstance(r, dict)]
+    parts = [
+        {
+            "name": str(r.get("row") or ""),
+            "x": [None if v is None else factor * v for v in finite_values(r.get("x"))],
+            "without": values(r, "without"),
+            "with": values(r, "with"),
+        }
+        for r in rows
+    ]
+    parts = [p for p in parts if any(v is not None for v in p["without"])]
+    if not parts:
+        return None
+    title = describe_hypothesis(str(found.get("effect") or ""), labels)
+    quantity = _AXES.get(axis, "optical frequency" if scale.recorded.endswith("Hz") else "response")
+    folded = finite_or_none(found.get("period"))
+    over = f"{quantity}, folded" if folded else quantity
+    shown = sorted(parts, key=lambda p: -_explained(p))[:_ROWS]
+    y_range = axis_range([v for p in shown for k in ("without", "with") for v in p[k]])
+    every_x = [v for p in shown for v in p["x"]]
+    more = make_log_axis(every_x) if axis == "since_turn" else {}
+    panels = []
+    for key, heading in (("without", "Without it"), ("with", "With it")):
+        curves = []
+        for k, p in enumerate(shown):
+            color = ordered_colour(k, len(shown))
+            look = {"color": color, "hover": x_unit, "unit": unit, "name": p["name"] or "data"}
+            points = {"mode": "markers", "marker": {"color": color, "size": 4}}
+            curves.append(draw_curve(p["x"], p[key], **look, **points))
+            if key == "without":
+                look["name"] = "explained"
+                curves.append(draw_curve(p["x"], _difference(p), **look, showlegend=False))
+        x_axis = make_axis(f"{over}{f' ({escape_text(x_unit)})' if x_unit else ''}", **more)
+        y_axis = make_axis(
+            f"mean residual ({escape_text(unit)})",
+            range=y_range,
+            zeroline=True,
+            zerolinecolor="var(--rule)",
+        )
+        layout = make_layout(x_axis, y_axis, showlegend=len(shown) > 1)
+        panels.append(Panel(f"signature-{number}-{key}", 280, curves, layout, heading))
+    before, after = (
+        f"{format_number(100.0 * (v or 0.0))} %" if gain else scale(v)
+        for v in (finite_or_none(found.get(f"rms_{key}")) for key in ("without", "with"))
+    )
+    most = "" if len(shown) == len(parts) else f" The {len(shown)} of {len(parts)} curves that it "
+    most += "explains most of are shown; the table has all." if most else ""
+    return Figure(
+        f"The data beside {title}",
+        f"Over the {quantity} the mean residual is {before} rms without it, and {after} with it.",
+        f"Points are the data less the model; the line is what the model with it adds. "
+        f"{_SHAPES.get(axis, '')}{most}".strip(),
+        panels,
+        _tabulate(parts, over, x_unit, unit),
+    )
+
+
+def _x_unit(found: dict, scale: Scale) -> tuple[str, float]:
+    """The unit of an axis as shown, and the factor to it."""
+    unit = str(found.get("unit") or "")
+    if found.get("axis") == "since_turn":
+        return "ms", 1e3
+    if found.get("axis") == "response":
+        return scale.axis, 1.0
+    return ("", 1.0) if unit == "1" else (unit_text(unit), 1.0)
+
+
+def _difference(part: dict) -> list[float | None]:
+    return [
+        None if a is None or b is None else a - b
+        for a, b in zip(part["without"], part["with"], strict=False)
+    ]
+
+
+def _explained(part: dict) -> float:
+    """Rms of what the effect explains."""
+    real = [v for v in _difference(part) if v is not None]
+    return math.sqrt(sum(v * v for v in real) / len(real)) if real else 0.0
+
+
+def _tabulate(parts: list[dict], over: str, x_unit: str, unit: str) -> Table:
+    body = [
+        [p["name"] or "all", format_number(x), *(format_number(v, sign=True) for v in (a, b))]
+        for p in parts
+        for x, a, b in zip(p["x"], p["without"], p["with"], strict=False)
+    ]
+    head = ["row", f"{over} ({x_unit})" if x_unit else over, "without", "with"]
+    return Table(f"Mean residual without and with it, in {unit}", head, body)

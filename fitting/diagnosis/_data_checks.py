@@ -9,6 +9,9 @@ from jaxtyping import Float
 from fitting.identification._fit import Posed, default_free, solver_options
 from fitting.identification._parameter_vector import ParameterVector
 from fitting.identification.data_checks._data_checks import Fault, check_usable, find_faults
+from fitting.identification.data_checks._run_changes import (
+    DIFFERS_WITH_RATE as DIFFERS_WITH_RATE,
+)
 from fitting.identification.data_checks.holds._sweeps import single_sweep
 from rapi_jax import ECDL, AbstractOperator, DataError, ModelError, Recording
 from rapi_jax.effects import AbstractEffect
@@ -82,7 +85,8 @@ def check_enough(whitened: WhitenedModel, operator: AbstractOperator) -> None:
 def find_inconsistencies(recording: Recording, operator: AbstractOperator) -> list[Fault]:
     """Drives and readings that do not belong together, which an effect must not explain.
 
-    `operator`: the base, from which all runs are fitted once more, without effects.
+    But for `DIFFERS_WITH_RATE`, which an effect may explain, too. `operator`: the base, from which
+    all runs are fitted once more, without effects.
     """
     swapped = _find_swapped_columns(recording)
     plain = find_faults(recording)

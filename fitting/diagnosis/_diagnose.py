@@ -20,6 +20,7 @@ from ._content import (
     describe_signature,
 )
 from ._data_checks import (
+    DIFFERS_WITH_RATE,
     NOTHING_EXPLAINED,
     check_arguments,
     check_data,
@@ -99,9 +100,10 @@ def diagnose(
     report("base model")
     fitted = fit_base(whitened, ecdl)
     report("consistency of the runs")
-    broken = find_inconsistencies(
+    found = find_inconsistencies(
         whitened.recording, fitted.state.to_ecdl(whitened, fitted.refit.base).operator
     )
+    broken = [fault for fault in found if fault.kind != DIFFERS_WITH_RATE]
     classes = effects.ALL if candidates is None else tuple(dict.fromkeys(candidates))
     classes = () if broken else classes  # an effect would only imitate what is wrong with the data
     attribution = select_effects(fitted, classes, report)
@@ -137,7 +139,7 @@ def diagnose(
     top = ranked[0][0] or attribution.none
     refit, state = choose_refit(top, fitted.refit, flexible=flexible)
     named = tuple(effect.name for effect in top.effects)
-    faults = broken + shown_faults(recording, state.errors.raw, whitened, named, broken)
+    faults = found + shown_faults(recording, state.errors.raw, whitened, named, found)
     blamed = broken or [fault for fault in faults if fault.kind == NOTHING_EXPLAINED]
     if blamed:
         probabilities = withhold_judgment()

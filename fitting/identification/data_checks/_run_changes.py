@@ -21,6 +21,8 @@ from ._data_checks import Fault
 from ._run_columns import KINDS, change_columns
 from ._thresholds import THRESHOLDS
 
+DIFFERS_WITH_RATE = "differs with rate"
+
 
 @dataclasses.dataclass(frozen=True)
 class Change:
@@ -73,6 +75,16 @@ def _amplitude_cuts(recording: Recording) -> list[set[int]]:
     for level in recording.amplitudes[1:]:
         small = swings < level / 1.01
         cuts += [set(np.flatnonzero(side).tolist()) for side in (small, ~small)]
+    return cuts
+
+
+def _rate_cuts(recording: Recording) -> list[set[int]]:
+    """The runs below each rate, and above: what differs there may be a law of the device, too."""
+    rates = np.array([drive.rate for drive in recording.drives])
+    cuts = []
+    for level in sorted(recording.rates)[1:]:
+        slow = rates < level / 1.01
+        cuts += [set(np.flatnonzero(side).tolist()) for side in (slow, ~slow)]
     return cuts
 
 
@@ -239,7 +251,11 @@ _UNDO: dict[str, Callable[[Run, float], Run]] = {
 
 
 def _fault(recording: Recording, change: Change) -> Fault:
-    """The change in words; of two groups the smaller one is named."""
+    """The change in words; of two groups the smaller one is named.
+
+    Runs that are all of those above or below a rate may differ by a law of the device: another
+    dependence of its hysteresis on rate, a lag, a resonance. Nothing in the data tells.
+    """
     rows, size = change.rows, change.size
     others = tuple(i for i in range(len(recording.runs)) if i not in rows)
     if len(others) < len(rows):
@@ -256,15 +272,19 @@ def _fault(recording: Recording, change: Change) -> Fault:
         "beside the other runs: a trigger or clock",
         "bias": f"the drive that fits the other runs is {size:+.3g} {u} from the one written: a "
         "bias written wrong",
-        "rate": f"the run behaves as if its rate were {100 * size:+.3g} % higher: a wrong clock or "
-        "rate, or the response of another run",
+        "rate": f"the run behaves as if its rate were {100 * size:+.3g} % from the one written: a "
+        "wrong clock or rate, or the response of another run",
     }[change.kind]
+    lawful = change.kind in ("gain", "shift", "rate") and set(rows) in _rate_cuts(recording)
+    those = "these runs" if len(rows) > 1 else "this run"
+    doubt = (
+        " No other run has such a rate: it may be the device that differs there; record another."
+    )
     return Fault(
-        "run does not belong",
+        DIFFERS_WITH_RATE if lawful else "run does not belong",
         recording.runs[rows[0]].name,
         f"run{'s' * (len(rows) > 1)} {names}: {text}. That alone explains "
         f"{100 * min(change.explained, 1.0):.0f} % of what one model for all runs leaves. Correct "
-        "it, or leave "
-        f"{'these runs' if len(rows) > 1 else 'this run'} out.",
+        f"it, or leave {those} out.{doubt if lawful else ''}",
         tuple((0, recording.runs[i].drive.size - 1) for i in rows),
     )

@@ -6,6 +6,7 @@ from diagnosis_contract import check
 from fitting import diagnose
 from fitting.diagnosis._data_checks import find_inconsistencies
 from rapi_jax import RAPI
+from rapi_jax.effects import Etalon, RateLaw
 from rapi_jax.internal import float64
 from tests.support.spoiled import WAYS, healthy
 
@@ -66,3 +67,16 @@ def test_probabilities_say_as_little_of_the_device_as_the_sentence():
     }
     assert content["verdict"]["set"] == ["unlisted", "none"]
     assert content["next_scan"] is None
+
+
+def test_what_differs_at_the_only_run_of_a_rate_may_be_the_device():
+    """A rate written wrong and another law with rate look alike there: the latter is considered."""
+    columns = healthy(75)
+    columns.time[3] = columns.time[3] * 1.25
+    columns.rates[3] /= 1.25
+    content = check(diagnose(None, columns.recording(), candidates=[RateLaw, Etalon], scan=False))
+    assert content["verdict"]["judged"]
+    assert {"rate_law", "unlisted"} & set(content["verdict"]["set"])
+    (fault,) = [f for f in content["faults"] if f["kind"] == "differs with rate"]
+    assert "wrong clock or rate" in fault["message"] and fault["run"] == "run03"
+    assert any("differs with rate" in note for note in content["notes"])

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from fitting.identification._fit import Posed, solver_options
-from fitting.identification.data_checks._run_changes import Change, find_changed_runs, undo
+from fitting.identification.data_checks._run_changes import (
+    DIFFERS_WITH_RATE,
+    Change,
+    find_changed_runs,
+    undo,
+)
 from rapi_jax import ECDL, RAPI, predict, triangle
 from rapi_jax.internal import float64
 from tests.support.spoiled import WAYS, Columns, answers, healthy
@@ -91,6 +96,26 @@ def test_runs_of_one_swing_are_left_to_an_amplitude_law():
     columns.response[1] = columns.response[1] / 1.02  # one of them alone is no law
     (fault,) = faults(columns)
     assert "'run03'" in fault.message and "1.02 times" in fault.message
+
+
+@pytest.mark.parametrize(("row", "change"), [(0, 1.25), (3, 1.25), (3, 0.8)])
+def test_a_run_alone_at_the_end_of_the_rates_may_show_a_law_of_the_device(row, change):
+    columns = healthy(17)
+    columns.time[row] = columns.time[row] * change
+    columns.rates[row] /= change
+    (fault,) = faults(columns)
+    assert fault.kind == DIFFERS_WITH_RATE and f"'run0{row}'" in fault.message
+    assert "as if its rate were" in fault.message and "record another" in fault.message
+
+
+def test_one_of_two_runs_at_the_fastest_rate_is_no_law():
+    columns = healthy(18)
+    columns.time[2], columns.drive[2] = columns.time[3].copy(), columns.drive[3].copy()
+    columns.rates[2] = columns.rates[3]
+    columns.response[2] = answers(columns.device, columns, 2)
+    columns.response[3] = 1.02 * columns.response[3]
+    (fault,) = faults(columns)
+    assert fault.kind == "run does not belong" and "'run03'" in fault.message
 
 
 def test_a_gap_that_is_smaller_than_the_noise_asks_for_no_change():

@@ -116,9 +116,10 @@ def verdict_advice(
     if name == "none":
         return "Use the model as it is."
     if name == "unlisted":
+        then = " and record the next scan" if scan is not None else ""
         return (
-            "Do not add an effect. Look at where the gap lies, and record the next scan; a new "
-            "effect is one file."
+            f"None of the listed effects belongs in the model. Look at where the gap lies{then}. "
+            "An effect of your own is a class in one file, see README."
         )
     first = ""
     if unsure and scan is not None:

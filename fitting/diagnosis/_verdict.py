@@ -126,7 +126,8 @@ def doubt_noise(
 def _reason(none: Candidate, top: Candidate, sentence: str) -> str:
     without = none.on_flexible_base
     lines = max(without.errors.synchronous.size, 1)
-    text = f"chi-square a line: {without.synchronous / lines:.3g} without any effect"
+    text = "reduced chi-square of what repeats with the scan: "
+    text += f"{without.synchronous / lines:.3g} without any effect"
     if top.effects:
         text += f", {top.on_flexible_base.synchronous / lines:.3g} with {top.name}"
     return f"{text}. {sentence}".strip()

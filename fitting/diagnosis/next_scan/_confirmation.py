@@ -46,8 +46,8 @@ def confirmation_scan(
         pairs=[],
         candidates=[{**found.to_dict(), "power": 0.0, "checked": False}],
         reason=(
-            f"{found.describe(recording.drive_unit)}, inside what was recorded, asks nothing new "
-            f"of the hysteresis: it shows whether {whole}."
+            f"{found.describe(recording.drive_unit)}, within what was recorded, so that the "
+            f"hysteresis is known: it shows whether {whole}."
         ),
         drive=found.drive,
     )

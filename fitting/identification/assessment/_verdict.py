@@ -236,7 +236,7 @@ def _notes(
         and values[i] != 0
     ]
     if weak:
-        notes.append(f"known no better than their own size: {', '.join(weak)}.")
+        notes.append(f"standard error larger than the value: {', '.join(weak)}.")
     if recording.response_origin == "run":
         notes.append(
             f"each run has an origin of its own: {problem.constant} is their mean, and says "
@@ -274,15 +274,15 @@ def _band_notes(problem: Problem, solution: Solution) -> list[str]:
         if (band.r <= 0).any():
             notes.append(
                 f"run {run.name!r}: threshold of play {int(np.argmin(band.r)) + 1} is "
-                f"{band.r.min():.3g}, not positive: that play has no memory there."
+                f"{band.r.min():.3g}, not positive: that play has no hysteresis there."
             )
         crossed = band.crossed_stretches(low, high)
         if crossed:
             play, begin, end = crossed[0]
             notes.append(
-                f"run {run.name!r}: the band of play {play} is crossed from {begin - zero:.3g} "
-                f"to {end - zero:.3g} {problem.recording.drive_unit}: no memory there, but still "
-                "monotone."
+                f"run {run.name!r}: the two bounds of play {play} cross between "
+                f"{begin - zero:.3g} and {end - zero:.3g} {problem.recording.drive_unit}: it has "
+                "no hysteresis there, and its response stays monotone."
             )
     return notes
 

@@ -71,3 +71,20 @@ class AbstractDriver(ClosesOnExit):
     @abc.abstractmethod
     def identity(self) -> str:
         """What the instrument says it is."""
+
+
+class AbstractReadBack(abc.ABC):
+    """An instrument, or an output of one, whose settings a bench compares about each record.
+
+    A driver that derives from this too promises that no setting changes unseen during a record.
+    `resource`: its address.
+    """
+
+    resource: str
+
+    @abc.abstractmethod
+    def settings(self) -> dict[str, str]:
+        """Each setting that a record depends on, by its name, as the instrument tells it now.
+
+        Nothing sensed, such as a temperature. Raises `InstrumentError`.
+        """

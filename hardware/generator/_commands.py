@@ -23,8 +23,14 @@ OUTPUT = "OUTP{n}:STAT"
 TRIGGER_OUTPUT = "OUTP:TRIG:MODE"
 TRIGGER_SOURCE = "TRIG:SOUR"
 ALIGN = "SOUR{n}:PHAS:INIT"
+REFERENCE = "ROSC:SOUR"  # clock; recorded, as either may be wanted
 LARGEST_V = 10.0  # into high impedance, either sign
 SMALLEST_PP_V = 0.002  # into high impedance; the least that can be set
+
+
+def memory_pattern(n: int) -> str:
+    """What the answer to `SHAPE` looks like where channel `n` plays its own memory."""
+    return rf"(?i:EMEM(ory)?{n})"
 
 
 def volts(value: float) -> str:

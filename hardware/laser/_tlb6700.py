@@ -4,7 +4,7 @@ import re
 
 import pydantic
 
-from hardware._driver import AbstractConnector, Address, Table
+from hardware._driver import AbstractConnector, AbstractReadBack, Address, Table
 from hardware._errors import InstrumentError
 from hardware.links import _reply
 from rapi_jax import LimitError
@@ -15,6 +15,20 @@ from ._limits import LaserLimits, Range
 from ._link import AbstractLaserLink, VisaLaserLink
 from ._thresholds import THRESHOLDS
 from ._vendor_dll import VendorDllLink
+
+_SETTINGS = {
+    "head": commands.MODEL, "remote": commands.CONTROL, "emits": commands.OUTPUT,
+    "tracking": commands.TRACK, "wavelength_input": commands.WAVELENGTH_INPUT,
+    "constant_power": commands.CONSTANT_POWER, "wavelength_set_nm": commands.WAVELENGTH,
+    "piezo_set_percent": commands.PIEZO, "current_set_ma": commands.CURRENT,
+    "scan_option": commands.SCAN_OPTION, "scans": commands.SCANS,
+}  # fmt: skip
+_SENSED = {
+    "wavelength_nm": commands.SENSED_WAVELENGTH, "piezo_percent": commands.SENSED_PIEZO,
+    "current_ma": commands.SENSED_CURRENT, "diode_c": commands.DIODE_TEMPERATURE,
+    "cavity_c": commands.CAVITY_TEMPERATURE,
+}  # fmt: skip
+_SOMEBODY = "See who else operates the controller; open the bench again, which puts it in order."
 
 
 class LaserRanges(Table):
@@ -51,8 +65,8 @@ class Tlb6700Table(AbstractLaserTable):
         return (self.resource or self.serial or "",)
 
 
-class TLB6700(AbstractLaser):
-    """The controller, identified: remote, tracking off, without faults and not too warm.
+class TLB6700(AbstractLaser, AbstractReadBack):
+    """The controller, identified: remote, at rest, tracking off, without faults, not too warm.
 
     Every setting is answered, read back, and followed by a look at the fault queue. Raises
     `InstrumentError` for another controller or head, `LimitError` for a value beyond `limits`;
@@ -81,6 +95,7 @@ class TLB6700(AbstractLaser):
                 "current and temperatures that its head stands."
             )
         self.limits = limits
+        self.resource = link.resource
         self._link = link
         self._identity = self._query_text("*IDN?", commands.IDENTITY, "This is another instrument.")
         self.head = self._query_text(
@@ -90,18 +105,16 @@ class TLB6700(AbstractLaser):
         )
         self._faults()  # of the past; what still holds is reported anew by `check`
         self._set(commands.CONTROL, "REM")
+        self.stop_scan()
         self.track(False)
+        if self._query_number(f"{commands.WAVELENGTH_INPUT}?") != 0:
+            self._set(commands.WAVELENGTH_INPUT, "0", 0.0)
         self.check()
 
     @property
     def identity(self) -> str:
         """Its `*IDN?`."""
         return self._identity
-
-    @property
-    def resource(self) -> str:
-        """Address of the controller."""
-        return self._link.resource
 
     def check(self) -> None:
         """Refuse a fault (an open interlock, overheating) and temperatures out of limits."""
@@ -216,19 +229,25 @@ class TLB6700(AbstractLaser):
 
     def snapshot(self) -> dict[str, str]:
         """Every setting and sensed value, as the controller reports it."""
-        settings = {
-            "head": commands.MODEL, "emits": commands.OUTPUT, "tracking": commands.TRACK,
-            "wavelength_set_nm": commands.WAVELENGTH, "piezo_set_percent": commands.PIEZO,
-            "current_set_ma": commands.CURRENT,
-        }  # fmt: skip
-        sensed = {
-            "wavelength_nm": commands.SENSED_WAVELENGTH, "piezo_percent": commands.SENSED_PIEZO,
-            "current_ma": commands.SENSED_CURRENT, "diode_c": commands.DIODE_TEMPERATURE,
-            "cavity_c": commands.CAVITY_TEMPERATURE,
-        }  # fmt: skip
-        queries = {name: f"{query}?" for name, query in settings.items()} | sensed
-        values = {name: self._query_text(query, r".+", "") for name, query in queries.items()}
-        return {"identity": self.identity} | values
+        settings = {name: f"{query}?" for name, query in _SETTINGS.items()}
+        return {"identity": self.identity} | self._texts(settings | _SENSED)
+
+    def settings(self) -> dict[str, str]:
+        """The settings among them.
+
+        Raises `InstrumentError` where the motor moves, or something else than the drive sets the
+        wavelength.
+        """
+        settings = self._texts({name: f"{query}?" for name, query in _SETTINGS.items()})
+        for name, what in (
+            ("tracking", "The motor follows the set wavelength, and would answer the piezo."),
+            ("wavelength_input", "A voltage at the rear sets the wavelength."),
+        ):
+            if settings[name] not in ("0", "OFF"):
+                raise self._error(f"{_SETTINGS[name]}?", settings[name], what, _SOMEBODY)
+        if self._query_text(commands.DONE, r"[01]", "This is no answer to it.") != "1":
+            raise self._error(commands.DONE, "0", "The motor moves: a scan is on.", _SOMEBODY)
+        return settings
 
     def close(self) -> None:
         """Stop scan and tracking, return control to the front panel, and disconnect."""
@@ -309,6 +328,9 @@ class TLB6700(AbstractLaser):
             raise self._error(
                 query, line, f"The answer cannot be used: {error}.", "Ask again."
             ) from None
+
+    def _texts(self, queries: dict[str, str]) -> dict[str, str]:
+        return {name: self._query_text(query, r".+", "") for name, query in queries.items()}
 
     def _query_text(self, query: str, pattern: str, why: str) -> str:
         line = self._link.query(query).strip()

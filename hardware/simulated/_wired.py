@@ -76,6 +76,8 @@ class WiredLaboratory:
         waveform = self.generator.output(1)
         if waveform is None or not self.trigger_connected:
             return None
+        if self._controller and not self.laser.output:
+            return {n: np.zeros(count) for n in (INTERFEROMETER, CAVITY, MEASUREMENT)}
         last_s = first_s + (count - 1) / sample_hz
         rate = waveform.frequency_hz
         periods = max(int(np.ceil(last_s * rate)), 1)

@@ -103,3 +103,24 @@ def number(unit: Unit, low: float = -math.inf, high: float = math.inf) -> float:
     if not math.isfinite(value) or not low <= value <= high:
         raise ScpiFault(-222, f"{value:g}")
     return value
+
+
+def boolean(unit: Unit) -> bool:
+    """The only parameter, as on or off. Raises `ScpiFault`."""
+    state = one(unit).upper()
+    if state not in ("ON", "OFF", "1", "0"):
+        raise ScpiFault(-224, state)
+    return state in ("ON", "1")
+
+
+def word(unit: Unit, known: Collection[str]) -> str:
+    """The only parameter, one of `known` in its long or short form; the short form.
+
+    The short form is the upper-case part, as manuals write it. Raises `ScpiFault`.
+    """
+    given = one(unit).upper()
+    for name in known:
+        short = "".join(c for c in name if not c.islower())
+        if given in (name.upper(), short):
+            return short
+    raise ScpiFault(-224, given)

@@ -48,6 +48,8 @@ class SimulatedTLB6700(AbstractInstrument):
             "wavelength": 770.0, "piezo": 50.0, "current": 120.0,
             "from": 768.0, "to": 772.0, "forth": 1.0, "back": 1.0,
         }  # fmt: skip
+        self.flags = {"wavelength_input": False, "constant_power": False, "scan_option": False}
+        self.scans = 1
         self._clock = clock
         self._at_nm, self._goals = 770.0, [770.0]
         self._speed = _TRACK_NM_S
@@ -139,6 +141,8 @@ class SimulatedTLB6700(AbstractInstrument):
             "OUTPut:STATe?": lambda _: str(int(self.output)),
             "OUTPut:TRACk": self._track,
             "OUTPut:TRACk?": lambda _: str(int(self.tracking)),
+            "SOURce:WAVE:DESSCANS": self._set_scans,
+            "SOURce:WAVE:DESSCANS?": lambda _: str(self.scans),
             "OUTPut:SCAN:START": self._scan,
             "OUTPut:SCAN:STOP": lambda _: self._stop(),
             "OUTPut:SCAN:RESET": self._to_begin,
@@ -148,6 +152,12 @@ class SimulatedTLB6700(AbstractInstrument):
             "SENSe:TEMPerature:DIODe": lambda _: f"{self.diode_c:.2f}",
             "SENSe:TEMPerature:CAVity": lambda _: f"{self.cavity_c:.2f}",
         }
+        for header, name in {
+            "SYSTem:WINPut": "wavelength_input",
+            "SOURce:CPOWer": "constant_power",
+            "SOURce:WAVE:SCANCFG": "scan_option",
+        }.items():
+            commands[header], commands[f"{header}?"] = self._flagged(name)
         for header, name in {
             "SOURce:WAVElength": "wavelength",
             "SOURce:VOLTage:PIEZo": "piezo",
@@ -194,7 +204,7 @@ class SimulatedTLB6700(AbstractInstrument):
 
     def _scan(self, parameter: str) -> None:
         del parameter
-        self._go(self.set["forth"], self.set["to"], self.set["from"])
+        self._go(self.set["forth"], *(self.set["to"], self.set["from"]) * self.scans)
 
     def _to_begin(self, parameter: str) -> None:
         del parameter
@@ -222,6 +232,17 @@ class SimulatedTLB6700(AbstractInstrument):
         code = self._faults.pop(0) if self._faults else 0
         text = table.FAULTS.get(code, "NO ERROR")
         return f'{code},"{text}"'
+
+    def _flagged(self, name: str) -> tuple[Callable[[str], None], Callable[[str], str]]:
+        def put(parameter: str) -> None:
+            self.flags[name] = self._flag(parameter)
+
+        return put, lambda _: str(int(self.flags[name]))
+
+    def _set_scans(self, parameter: str) -> None:
+        if not re.fullmatch(r"\d{1,4}", parameter) or not int(parameter):
+            raise _Refused(201)
+        self.scans = int(parameter)
 
     def _flag(self, parameter: str) -> bool:
         if parameter not in ("0", "1"):

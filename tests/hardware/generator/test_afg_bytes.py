@@ -108,11 +108,30 @@ def test_trigger():
 
 
 def test_a_channel_is_off_then_loaded_then_clamped():
+    """As another user left it: inverted, and coupled to channel 2."""
     low, high = "SOUR1:VOLT:LEV:IMM:LOW", "SOUR1:VOLT:LEV:IMM:HIGH"
     lines = (
+        ("SEQC:STAT?", "0"),
+        ("SOUR1:VOLT:CONC:STAT?", "0"),
+        ("SOUR2:VOLT:CONC:STAT?", "1"),
+        *command("SOUR2:VOLT:CONC:STAT OFF"),
+        ("SOUR2:VOLT:CONC:STAT?", "0"),
+        ("SOUR1:FREQ:CONC:STAT?", "0"),
+        ("SOUR2:FREQ:CONC:STAT?", "0"),
         ("OUTP1:STAT?", "0"),
         *command("OUTP1:STAT OFF"),
         ("OUTP1:STAT?", "0"),
+        ("SOUR1:FREQ:MODE?", "CW"),
+        ("SOUR1:AM:STAT?", "0"),
+        ("SOUR1:FM:STAT?", "0"),
+        ("SOUR1:PM:STAT?", "0"),
+        ("SOUR1:FSK:STAT?", "0"),
+        ("SOUR1:PWM:STAT?", "0"),
+        ("SOUR1:BURS:STAT?", "0"),
+        ("OUTP1:POL?", "INV"),
+        *command("OUTP1:POL NORM"),
+        ("OUTP1:POL?", "NORM"),
+        ("SOUR1:PHAS:ADJ?", "0.0000E+00"),
         *command("OUTP1:IMP INF"),
         ("OUTP1:IMP?", "9.9E+37"),
         ("SOUR1:VOLT:LIM:LOW?", "-1.0000E+01"),
@@ -132,3 +151,4 @@ def test_a_channel_is_off_then_loaded_then_clamped():
     with Transcript(*OPEN, *lines) as link:
         channel = AFG31000(Scpi(link)).channel(1, limits=limits)
         assert not channel.on
+        assert channel.undone == ("SOUR2:VOLT:CONC:STAT", "OUTP1:POL")

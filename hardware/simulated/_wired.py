@@ -76,7 +76,7 @@ class WiredLaboratory:
         waveform = self.generator.output(1)
         if waveform is None or not self.trigger_connected:
             return None
-        if self._controller and not self.laser.output:
+        if self._controller and not self.laser.emits:
             return {n: np.zeros(count) for n in (INTERFEROMETER, CAVITY, MEASUREMENT)}
         last_s = first_s + (count - 1) / sample_hz
         rate = waveform.frequency_hz

@@ -30,6 +30,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
     - `upload_s`: how long it is busy with an upload, so that `*OPC?` answers later.
     - `digits`: levels are rounded to 0.1 mV or so many digits; 5 for 0.1 mV up to 10 V.
     - `ignores`: headers (upper case, as sent) of commands that it silently does not obey.
+    - `first_memory`: how it names the first memory in answers, "EMEM1" or "EMEM".
 
     `seen` holds, for each channel, the voltages that its load has seen: the extremes while the
     output was on, and the largest jump by a level or a relay.
@@ -43,8 +44,10 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         upload_s: float = 0.0,
         digits: int = 4,
         ignores: tuple[str, ...] = (),
+        first_memory: str = "EMEM1",
     ) -> None:
         self.upload_s = upload_s
+        self._names = {"EMEM1": first_memory}
         self.trigger = {"source": "TIM", "output": "TRIG"}
         self._outputs = {n: AfgOutput(load_ohm, digits) for n in (1, 2)}
         self._states = AfgStates(self._outputs)
@@ -91,7 +94,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
             "TRIGger[:SEQuence]:SOURce?": lambda n, unit: self.trigger["source"],
             "SOURce{n}:PHASe:INITiate": lambda n, unit: None,
             "SOURce{n}:FUNCtion[:SHAPe]": self._set_shape,
-            "SOURce{n}:FUNCtion[:SHAPe]?": lambda n, unit: self._outputs[n].shape,
+            "SOURce{n}:FUNCtion[:SHAPe]?": lambda n, unit: self._shape(n),
             "SOURce{n}:FREQuency[:CW]": self._set_frequency,
             "SOURce{n}:FREQuency[:CW]?": lambda n, u: f"{self._outputs[n].play.frequency_hz:.10E}",
             "SOURce{n}:VOLTage[:LEVel][:IMMediate]:HIGH": level("high"),
@@ -143,6 +146,10 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         if shape not in ("EMEM1", "EMEM2", *_BUILT_IN):
             raise ScpiFault(-224, word)
         self._outputs[n].shape = shape
+
+    def _shape(self, n: int) -> str:
+        shape = self._outputs[n].shape
+        return self._names.get(shape, shape)
 
     def _set_frequency(self, n: int, unit: Unit) -> None:
         self._states.set_frequency(n, round(number(unit, 1e-6, 25e6), 6))

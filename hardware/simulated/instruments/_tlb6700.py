@@ -24,6 +24,8 @@ class SimulatedTLB6700(AbstractInstrument):
     - `head`, `identity`: what it says they are. `key`: the key switch. `interlock`: closed or not.
     - `emits`: whether the diode is on at first.
     - `stray_every`: after so many answers it adds its identity to one, as real ones do; 0: never.
+    - `stray_ok`: "before" or "after": an `OK` that it adds to values. `cut_identities`: so many of
+      its first answers to `*IDN?` lack their beginning. `on_delay_s`: until it emits, s.
 
     `trip` reports a fault as if it had happened, and does what the controller does then.
     """
@@ -38,11 +40,16 @@ class SimulatedTLB6700(AbstractInstrument):
         interlock: bool = True,
         emits: bool = False,
         stray_every: int = 0,
+        stray_ok: str = "",
+        cut_identities: int = 0,
+        on_delay_s: float = 0.0,
     ) -> None:
         self.identity, self.head = identity, head
         self.key, self.interlock = key, interlock
         self.diode_c, self.cavity_c = 20.0, 30.0
-        self.stray_every = stray_every
+        self.stray_every, self.stray_ok = stray_every, stray_ok
+        self.on_delay_s = on_delay_s
+        self._cut, self._on_s = cut_identities, -math.inf
         self.output, self.tracking, self.remote = emits, False, False
         self.set = {
             "wavelength": 770.0, "piezo": 50.0, "current": 120.0,
@@ -75,6 +82,11 @@ class SimulatedTLB6700(AbstractInstrument):
                 self._buffer.append(byte)
         return answers
 
+    @property
+    def emits(self) -> bool:
+        """Whether there is light."""
+        return self.output and self._clock() >= self._on_s
+
     def trip(self, code: int) -> None:
         """A fault happens."""
         self._faults.append(code)
@@ -105,6 +117,9 @@ class SimulatedTLB6700(AbstractInstrument):
         reply = self._execute(header.upper(), parameter.strip())
         self._answered += 1
         data = f"{reply}\r\n"[: table.MOST_BYTES]
+        if reply != "OK":
+            before, after = ("OK\r\n" if self.stray_ok == at else "" for at in ("before", "after"))
+            data = before + data + after
         if self.stray_every and self._answered % self.stray_every == 0:
             data += f"{self.identity}\r\n"
         return Answer(data.encode("ascii"))
@@ -128,7 +143,8 @@ class SimulatedTLB6700(AbstractInstrument):
             return put, lambda _: f"{self.set[name]:.2f}"
 
         commands: dict[str, Callable[[str], str | None]] = {
-            "*IDN?": lambda _: self.identity,
+            "*IDN?": lambda _: self._identify(),
+            "ONDELAY?": lambda _: f"{1e3 * self.on_delay_s:.0f}",
             "*OPC?": lambda _: str(int(not self._moving())),
             "*STB?": lambda _: str(table.FAULTS_WAITING if self._waiting() else 0),
             "*RST": lambda _: None,
@@ -138,7 +154,7 @@ class SimulatedTLB6700(AbstractInstrument):
             "SYSTem:MCONtrol": self._control,
             "SYSTem:MCONtrol?": lambda _: "REM" if self.remote else "LOC",
             "OUTPut:STATe": self._switch,
-            "OUTPut:STATe?": lambda _: str(int(self.output)),
+            "OUTPut:STATe?": lambda _: str(int(self.emits)),
             "OUTPut:TRACk": self._track,
             "OUTPut:TRACk?": lambda _: str(int(self.tracking)),
             "SOURce:WAVE:DESSCANS": self._set_scans,
@@ -148,7 +164,7 @@ class SimulatedTLB6700(AbstractInstrument):
             "OUTPut:SCAN:RESET": self._to_begin,
             "SENSe:WAVElength": lambda _: f"{self.wavelength():.3f}",
             "SENSe:VOLTage:PIEZo": lambda _: f"{self.set['piezo'] * (1 + _SETTLES):.2f}",
-            "SENSe:CURRent:DIODe": lambda _: f"{self.set['current'] * self.output:.2f}",
+            "SENSe:CURRent:DIODe": lambda _: f"{self.set['current'] * self.emits:.2f}",
             "SENSe:TEMPerature:DIODe": lambda _: f"{self.diode_c:.2f}",
             "SENSe:TEMPerature:CAVity": lambda _: f"{self.cavity_c:.2f}",
         }
@@ -193,6 +209,8 @@ class SimulatedTLB6700(AbstractInstrument):
             raise _Refused(902)
         if on and not self.interlock:
             raise _Refused(501)
+        if on and not self.output:
+            self._on_s = self._clock() + self.on_delay_s
         self.output = on
 
     def _track(self, parameter: str) -> None:
@@ -232,6 +250,10 @@ class SimulatedTLB6700(AbstractInstrument):
         code = self._faults.pop(0) if self._faults else 0
         text = table.FAULTS.get(code, "NO ERROR")
         return f'{code},"{text}"'
+
+    def _identify(self) -> str:
+        self._cut, cut = max(self._cut - 1, 0), self._cut > 0
+        return self.identity[len(self.identity) // 2 :] if cut else self.identity
 
     def _flagged(self, name: str) -> tuple[Callable[[str], None], Callable[[str], str]]:
         def put(parameter: str) -> None:

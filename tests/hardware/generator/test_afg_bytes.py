@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from transcript import Transcript, command
 
-from hardware import AFG31000, DriveLimits, Scpi
+from hardware import AFG31000, DriveLimits, InstrumentError, Scpi
 from hardware.generator._levels import Levels
 from hardware.generator._port import AfgPort
+from hardware.simulated import SimulatedAFG31052, SimulatedLink
 
 IDN = "TEKTRONIX,AFG31052,C012345,SCPI:99.0 FV:1.6.1"
 OPEN = (("*IDN?", IDN), ("*CLS", None), ("*OPC?", "1"))
@@ -89,6 +90,29 @@ def test_the_second_channel_has_its_own_memory():
         port.upload(np.array([0, 1], np.uint16))
         port.select()
         assert port.read_back(2).tolist() == [0, 1]
+
+
+@pytest.mark.parametrize("name", ["EMEM", "EMEM1", "EMEMory1", "EMEMORY"])
+def test_the_first_memory_may_be_named_without_its_number(name):
+    lines = (*command("SOUR1:FUNC:SHAP EMEM1"), ("SOUR1:FUNC:SHAP?", name))
+    with Transcript(*lines) as link:
+        AfgPort(Scpi(link), 1).select()
+
+
+@pytest.mark.parametrize(("n", "name"), [(1, "EMEM2"), (2, "EMEM"), (2, "EMEM1"), (1, "SIN")])
+def test_another_memory_is_refused(n, name):
+    lines = (*command(f"SOUR{n}:FUNC:SHAP EMEM{n}"), (f"SOUR{n}:FUNC:SHAP?", name))
+    with Transcript(*lines) as link, pytest.raises(InstrumentError, match="another form"):
+        AfgPort(Scpi(link), n).select()
+
+
+def test_a_run_on_an_instrument_that_says_emem():
+    instrument = SimulatedAFG31052(first_memory="EMEM")
+    with AFG31000(Scpi(SimulatedLink(instrument))) as afg:
+        channel = afg.channel(1, limits=DriveLimits(0.0, 7.5, 2000.0, 0.5, 100.0))
+        channel.load(np.array([1.0, 1.2, 1.4, 1.2]), 20.0)
+        channel.start()
+        assert channel.settings()["SOUR1:FUNC:SHAP"] == "EMEM" and instrument.output(1) is not None
 
 
 def test_the_longest_upload_has_262144_bytes():

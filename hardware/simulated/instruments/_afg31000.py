@@ -77,7 +77,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         """Of basic mode."""
 
         def level(name: str) -> Callable[[int, Unit], None]:
-            return lambda n, unit: self._states.set_level(name, n, number(unit))
+            return lambda n, unit: self._states.set_level(name, n, number(unit, quantity="V"))
 
         def query(name: str) -> Callable[[int, Unit], str]:
             return lambda n, unit: f"{self._outputs[n].level(name):.4E}"
@@ -96,6 +96,8 @@ class SimulatedAFG31052(AbstractScpiInstrument):
             "SOURce{n}:FUNCtion[:SHAPe]": self._set_shape,
             "SOURce{n}:FUNCtion[:SHAPe]?": lambda n, unit: self._shape(n),
             "SOURce{n}:FREQuency[:CW]": self._set_frequency,
+            "SOURce{n}:FREQuency:FIXed": self._set_frequency,
+            "SOURce{n}:FREQuency:FIXed?": lambda n, u: f"{self._outputs[n].play.frequency_hz:.10E}",
             "SOURce{n}:FREQuency[:CW]?": lambda n, u: f"{self._outputs[n].play.frequency_hz:.10E}",
             "SOURce{n}:VOLTage[:LEVel][:IMMediate]:HIGH": level("high"),
             "SOURce{n}:VOLTage[:LEVel][:IMMediate]:HIGH?": query("high"),
@@ -120,9 +122,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
 
     def _set_load(self, n: int, unit: Unit) -> None:
         word = one(unit).upper()
-        ohm = math.inf if word in ("INF", "INFINITY") else number(unit)
-        if not 1 <= ohm <= 10_000 and not math.isinf(ohm):
-            raise ScpiFault(-222, word)
+        ohm = math.inf if word in ("INF", "INFINITY") else number(unit, 1.0, 1e4, "OHM")
         self._outputs[n].set_load(ohm)
 
     def _query_load(self, n: int, unit: Unit) -> str:
@@ -152,7 +152,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         return self._names.get(shape, shape)
 
     def _set_frequency(self, n: int, unit: Unit) -> None:
-        self._states.set_frequency(n, round(number(unit, 1e-6, 25e6), 6))
+        self._states.set_frequency(n, round(number(unit, 1e-6, 25e6, "HZ"), 6))
 
     def _upload(self, n: int, unit: Unit) -> None:
         number, content = _memory(unit), unit.block

@@ -12,19 +12,19 @@ from ._scpi_instrument import Handler, boolean, number, word
 
 _MODULATIONS = {"AM": "AM:STATe", "FM": "FM:STATe", "PM": "PM:STATe", "FSK": "FSKey[:STATe]"}
 _MODULATIONS |= {"PWM": "PWM:STATe"}
-_VALUES = {  # header: field of `Playback`, smallest, largest
-    "PHASe[:ADJust]": ("phase_rad", -math.pi, math.pi),
-    "AM:INTernal:FREQuency": ("modulation_hz", 2e-3, 1e6),
-    "FM:INTernal:FREQuency": ("modulation_hz", 2e-3, 1e6),
-    "PM:INTernal:FREQuency": ("modulation_hz", 2e-3, 1e6),
-    "FSKey:INTernal:RATE": ("modulation_hz", 2e-3, 1e6),
-    "FM[:DEViation]": ("fm_hz", 0.0, 25e6),
-    "PM[:DEViation]": ("pm_rad", 0.0, math.pi),
-    "FSKey:FREQuency": ("fsk_hz", 1e-6, 25e6),
-    "FREQuency:STARt": ("sweep_from_hz", 1e-6, 25e6),
-    "FREQuency:STOP": ("sweep_to_hz", 1e-6, 25e6),
-    "SWEep:TIME": ("sweep_s", 1e-3, 500.0),
-    "BURSt:NCYCles": ("burst_cycles", 1.0, 1e6),
+_VALUES = {  # header: field of `Playback`, smallest, largest, unit
+    "PHASe[:ADJust]": ("phase_rad", -math.pi, math.pi, "RAD"),
+    "AM:INTernal:FREQuency": ("modulation_hz", 2e-3, 1e6, "HZ"),
+    "FM:INTernal:FREQuency": ("modulation_hz", 2e-3, 1e6, "HZ"),
+    "PM:INTernal:FREQuency": ("modulation_hz", 2e-3, 1e6, "HZ"),
+    "FSKey:INTernal:RATE": ("modulation_hz", 2e-3, 1e6, "HZ"),
+    "FM[:DEViation]": ("fm_hz", 0.0, 25e6, "HZ"),
+    "PM[:DEViation]": ("pm_rad", 0.0, math.pi, "RAD"),
+    "FSKey:FREQuency": ("fsk_hz", 1e-6, 25e6, "HZ"),
+    "FREQuency:STARt": ("sweep_from_hz", 1e-6, 25e6, "HZ"),
+    "FREQuency:STOP": ("sweep_to_hz", 1e-6, 25e6, "HZ"),
+    "SWEep:TIME": ("sweep_s", 1e-3, 500.0, "S"),
+    "BURSt:NCYCles": ("burst_cycles", 1.0, 1e6, ""),
 }
 
 
@@ -75,9 +75,9 @@ class AfgStates:
         for name, header in _MODULATIONS.items():
             header = f"SOURce{{n}}:{header}"
             table[header], table[f"{header}?"] = self._modulation(name)
-        for header, (field, low, high) in _VALUES.items():
+        for header, value in _VALUES.items():
             header = f"SOURce{{n}}:{header}"
-            table[header], table[f"{header}?"] = self._value(field, low, high)
+            table[header], table[f"{header}?"] = self._value(*value)
         for name, header in {"offset": "OFFSet", "amplitude": "AMPLitude"}.items():
             header = f"[:{header}]" if name == "amplitude" else f":{header}"
             header = f"SOURce{{n}}:VOLTage[:LEVel][:IMMediate]{header}"
@@ -113,16 +113,16 @@ class AfgStates:
 
         return put, lambda n, unit: str(int(name in self._play(n).modulation))
 
-    def _value(self, field: str, low: float, high: float) -> tuple[Handler, Handler]:
+    def _value(self, field: str, low: float, high: float, quantity: str) -> tuple[Handler, Handler]:
         def put(n: int, unit: Unit) -> None:
-            setattr(self._play(n), field, number(unit, low, high))
+            setattr(self._play(n), field, number(unit, low, high, quantity))
             self._outputs[n].record()
 
         return put, lambda n, unit: f"{getattr(self._play(n), field):.10E}"
 
     def _level(self, name: str) -> tuple[Handler, Callable[[int, Unit], str]]:
         return (
-            lambda n, unit: self.set_level(name, n, number(unit)),
+            lambda n, unit: self.set_level(name, n, number(unit, quantity="V")),
             lambda n, unit: f"{self._outputs[n].level(name):.4E}",
         )
 
@@ -141,7 +141,7 @@ class AfgStates:
         self._outputs[n].unit = word(unit, ("VPP", "VRMS", "DBM"))
 
     def _set_depth(self, n: int, unit: Unit) -> None:
-        self._play(n).am_depth = number(unit, 0.0, 120.0) / 100
+        self._play(n).am_depth = number(unit, 0.0, 120.0, "PCT") / 100
 
     def _set_reference(self, n: int, unit: Unit) -> None:
         del n

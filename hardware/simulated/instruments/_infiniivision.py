@@ -11,7 +11,7 @@ from hardware.simulated.laser._digitizer import Digitizer
 
 from ._infiniivision_states import InfiniiVisionStates
 from ._messages import Unit
-from ._scpi_instrument import AbstractScpiInstrument, Handler, number
+from ._scpi_instrument import AbstractScpiInstrument, Handler, number, one
 from ._status import ScpiFault
 
 IDENTITY = "KEYSIGHT TECHNOLOGIES,DSO-X 3034T,MY00000001,07.50.2021102830"
@@ -64,28 +64,30 @@ class SimulatedInfiniiVision(AbstractScpiInstrument):
     def commands(self) -> dict[str, Handler]:
         """Those that the driver needs."""
 
-        def put(name: str, low: float, high: float) -> Callable[[int, Unit], None]:
-            return lambda n, unit: self._set.__setitem__(name, number(unit, low, high))
+        def put(name: str, most: float, quantity: str = "", low: float | None = None) -> Handler:
+            least = -most if low is None else low
+            return lambda n, unit: self._set.update({name: number(unit, least, most, quantity)})
 
         def taken(n: int, unit: Unit) -> None:
             del n, unit
 
         obeyed = (
-            "STOP", "WAVeform:POINts", "WAVeform:POINts:MODE", "WAVeform:FORMat",
+            "STOP", "RUN", "WAVeform:POINts", "WAVeform:POINts:MODE", "WAVeform:FORMat",
             "WAVeform:BYTeorder", "WAVeform:UNSigned",
         )  # fmt: skip
         commands: dict[str, Handler] = dict.fromkeys(obeyed, taken)
         commands |= {
-            "TIMebase:RANGe": put("range", 2e-8, 500.0),
+            "TIMebase:RANGe": put("range", 500.0, "S", 2e-8),
             "TIMebase:RANGe?": lambda n, unit: f"{self._set['range']:+.5E}",
-            "TIMebase:POSition": put("position", -500.0, 500.0),
+            "TIMebase:POSition": put("position", 500.0, "S"),
             "TIMebase:POSition?": lambda n, unit: f"{self._set['position']:+.5E}",
-            "EXTernal:PROBe": put("external", 1e-3, 1e4),
+            "EXTernal:PROBe": put("external", 1e4, low=1e-3),
             "EXTernal:PROBe?": lambda n, unit: f"{self._set['external']:+.5E}",
-            "TRIGger:EDGE:LEVel": put("level", -8.0, 8.0),
+            "TRIGger:EDGE:LEVel": put("level", 8.0, "V"),
             "TRIGger:EDGE:LEVel?": lambda n, unit: f"{self._set['level']:+.5E}",
             "ACQuire:SRATe?": lambda n, unit: f"{self.sample_hz:+.5E}",
             "SINGle": self._arm,
+            "DIGitize": self._digitize,
             "OPERegister:CONDition?": lambda n, unit: str(8 * self._waiting()),
             "WAVeform:SOURce": self._choose,
             "WAVeform:PREamble?": self._preamble,
@@ -96,6 +98,12 @@ class SimulatedInfiniiVision(AbstractScpiInstrument):
     def _arm(self, n: int, unit: Unit) -> None:
         del n, unit
         self._armed_s, self._record = self._clock(), {}
+
+    def _digitize(self, n: int, unit: Unit) -> None:
+        """`SINGle`, for the inputs that are named; all of them where none is."""
+        for source in unit.parameters:
+            _connector(source)
+        self._arm(n, unit)
 
     def _waiting(self) -> bool:
         """Whether the record asked for is not there yet."""
@@ -111,21 +119,18 @@ class SimulatedInfiniiVision(AbstractScpiInstrument):
         record = self._light(self._armed_s, first_s, count, self.sample_hz)
         if record is None:
             return True
-        record = {n: self.states.acquire(n, one, self.sample_hz) for n, one in record.items()}
+        record = {n: self.states.acquire(n, v, self.sample_hz) for n, v in record.items()}
         self._record, self._armed_s = record, None
         return False
 
     def _choose(self, n: int, unit: Unit) -> None:
         del n
-        found = re.fullmatch(r"(?i)CHAN(?:nel)?([1-4])", unit.parameters[0])
-        if not found:
-            raise ScpiFault(-224)
-        self._source = int(found[1])
+        self._source = _connector(one(unit))
 
     def _converter(self) -> Digitizer:
-        one = self.states.inputs[self._source]
-        half = one.range_v / 2
-        return Digitizer(self.sample_hz, _BITS, one.offset_v - half, one.offset_v + half)
+        at = self.states.inputs[self._source]
+        half = at.range_v / 2
+        return Digitizer(self.sample_hz, _BITS, at.offset_v - half, at.offset_v + half)
 
     def _volts(self) -> np.ndarray:
         if self._source not in self._record:
@@ -146,3 +151,10 @@ class SimulatedInfiniiVision(AbstractScpiInstrument):
         codes = self._converter().codes(self._volts().copy()) * np.int16(_SHIFT)
         data = codes.astype(">i2").tobytes()
         return b"#8%08d" % len(data) + data
+
+
+def _connector(source: str) -> int:
+    found = re.fullmatch(r"(?i)CHAN(?:nel)?([1-4])", source)
+    if not found:
+        raise ScpiFault(-224, source)
+    return int(found[1])

@@ -92,7 +92,7 @@ class InfiniiVisionStates:
     def commands(self) -> dict[str, Handler]:
         """By header."""
         table: dict[str, Handler] = {
-            "TRIGger:HOLDoff": lambda n, unit: setattr(self, "holdoff_s", number(unit, 4e-8, 10.0)),
+            "TRIGger:HOLDoff": self._set_holdoff,
             "TRIGger:HOLDoff?": lambda n, unit: f"{self.holdoff_s:+.5E}",
         }
         for header, known in _WHOLE.items():
@@ -100,19 +100,23 @@ class InfiniiVisionStates:
         for name, known in _INPUT.items():
             header = f"CHANnel{{n}}:{name}"
             table[header], table[f"{header}?"] = _word(lambda n: self.inputs[n].words, name, known)
-        for name, field, low, high in (
-            ("RANGe", "range_v", 8e-3, 40.0),
-            ("OFFSet", "offset_v", -40.0, 40.0),
-            ("PROBe", "probe", 1e-3, 1e4),
-            ("PROBe:SKEW", "skew_s", -1e-7, 1e-7),
-        ):
+        for name, value in {
+            "RANGe": ("range_v", 8e-3, 40.0, "V"),
+            "OFFSet": ("offset_v", -40.0, 40.0, "V"),
+            "PROBe": ("probe", 1e-3, 1e4, ""),
+            "PROBe:SKEW": ("skew_s", -1e-7, 1e-7, "S"),
+        }.items():
             header = f"CHANnel{{n}}:{name}"
-            table[header], table[f"{header}?"] = self._value(field, low, high)
+            table[header], table[f"{header}?"] = self._value(*value)
         return table
 
-    def _value(self, field: str, low: float, high: float) -> tuple[Handler, Handler]:
+    def _set_holdoff(self, n: int, unit: Unit) -> None:
+        del n
+        self.holdoff_s = number(unit, 4e-8, 10.0, "S")
+
+    def _value(self, field: str, low: float, high: float, quantity: str) -> tuple[Handler, Handler]:
         def put(n: int, unit: Unit) -> None:
-            setattr(self.inputs[n], field, number(unit, low, high))
+            setattr(self.inputs[n], field, number(unit, low, high, quantity))
 
         return put, lambda n, unit: f"{getattr(self.inputs[n], field):+.5E}"
 

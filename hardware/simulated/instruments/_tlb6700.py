@@ -12,6 +12,7 @@ from ._messages import header_pattern
 
 IDENTITY = "New_Focus 6700 v2.4 03/19/14 SN1012"
 _MOST = 1024  # bytes without an end that it takes in
+_QUEUE = 32  # faults that wait, at most
 _RANGES = {"wavelength": (765.0, 781.0), "piezo": (0.0, 100.0), "current": (0.0, 165.0)}
 _TRACK_NM_S = 8.0  # the motor, when it follows the set wavelength
 _SETTLES = 1e-4  # of what was asked: how far sensed values lie off
@@ -89,7 +90,7 @@ class SimulatedTLB6700(AbstractInstrument):
 
     def trip(self, code: int) -> None:
         """A fault happens."""
-        self._faults.append(code)
+        self._report(code)
         if code in (424, 501, 502, 514, 524, 902, 919):
             self.output = False
         if code in (802, 803):
@@ -130,9 +131,9 @@ class SimulatedTLB6700(AbstractInstrument):
                 try:
                     return run(parameter) or "OK"
                 except _Refused as refused:
-                    self._faults.append(refused.code)
+                    self._report(refused.code)
                     return table.FAULTS[refused.code]
-        self._faults.append(116)
+        self._report(116)
         return "COMMAND NOT VALID"
 
     def _commands(self) -> dict[str, Callable[[str], str | None]]:
@@ -245,6 +246,10 @@ class SimulatedTLB6700(AbstractInstrument):
         if not self.interlock and 501 not in self._faults:
             self.trip(501)
         return bool(self._faults)
+
+    def _report(self, code: int) -> None:
+        if len(self._faults) < _QUEUE:  # one that is not read does not grow for ever
+            self._faults.append(code)
 
     def _oldest(self) -> str:
         code = self._faults.pop(0) if self._faults else 0

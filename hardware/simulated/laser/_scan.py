@@ -5,6 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+_MOST_PERIODS = 64  # copied one after the other; beyond, each sample is looked up on its own
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Scan:
@@ -59,6 +61,8 @@ class Scan:
         place -= self.nu.size * np.floor(place[0] / self.nu.size)
         index = place.astype(np.int64)  # positive: the same as rounding down
         more = int(index[-1]) // self.nu.size + 1
+        if more > _MOST_PERIODS:
+            return self._far(place, index)
         nu = np.tile(self.nu, more) if more > 1 else self.nu
         if self.held:
             return nu[index]
@@ -69,3 +73,10 @@ class Scan:
         there *= place
         there += here
         return there
+
+    def _far(self, place: np.ndarray, index: np.ndarray) -> np.ndarray:
+        """`at` over many periods, without a copy of each."""
+        nu = np.take(self.nu, index, mode="wrap")
+        if not self.held:
+            nu += (place - index) * np.take(self._rise, index, mode="wrap")
+        return nu

@@ -1,7 +1,7 @@
 """What a driver must declare to be named in `bench.toml`: a kind, a table of settings, `open`."""
 
 import abc
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 import pydantic
 from pydantic import Field
@@ -11,6 +11,9 @@ from .links._link import AbstractLink
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Address = Annotated[str, Field(min_length=1, max_length=200)]
+# VISA: pyvisa-py, or the library that is installed on the computer (NI-VISA, Keysight's). A file
+# never names a library by its path: what is loaded from there would run.
+Backend = Literal["@py", "@ivi"]
 
 
 class Table(pydantic.BaseModel):

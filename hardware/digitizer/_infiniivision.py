@@ -8,7 +8,7 @@ import re
 
 import numpy as np
 
-from hardware._driver import AbstractConnector, AbstractReadBack, Address
+from hardware._driver import AbstractConnector, AbstractReadBack, Address, Backend
 from hardware._errors import InstrumentError
 from hardware.links._scpi import Scpi
 
@@ -24,7 +24,7 @@ class InfiniiVisionTable(AbstractDigitizerTable):
     """A Keysight oscilloscope at a VISA resource."""
 
     resource: Address
-    backend: str = "@py"
+    backend: Backend = "@py"
 
     @property
     def resources(self) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from hardware._driver import AbstractConnector, Address
+from hardware._driver import AbstractConnector, Address, Backend
 from hardware.links._scpi import Scpi
 from rapi_jax import DriveLimits
 
@@ -23,7 +23,7 @@ class Afg31000Table(AbstractGeneratorTable):
     """The AFG31052 at a VISA resource."""
 
     resource: Address
-    backend: str = "@py"
+    backend: Backend = "@py"
     channel: Literal[1, 2] = 1
     points: int = Field(default=131072, ge=2, le=131072)
 

@@ -4,7 +4,7 @@ import re
 
 import pydantic
 
-from hardware._driver import AbstractConnector, AbstractReadBack, Address, Table
+from hardware._driver import AbstractConnector, AbstractReadBack, Address, Backend, Table
 from hardware._errors import InstrumentError
 from hardware.links import _reply
 from rapi_jax import LimitError
@@ -50,19 +50,21 @@ class Tlb6700Table(AbstractLaserTable):
 
     resource: Address | None = None
     serial: Address | None = None
-    backend: str = "@py"
+    backend: Backend = "@py"
     limits: LaserRanges
 
     @pydantic.model_validator(mode="after")
     def _one_way(self) -> "Tlb6700Table":
         if (self.resource is None) == (self.serial is None):
             raise ValueError("give either `resource` or `serial`")
+        if self.serial is not None:
+            commands.serial_number(self.serial)
         return self
 
     @property
     def resources(self) -> tuple[str, ...]:
         """Its address or serial number."""
-        return (self.resource or self.serial or "",)
+        return (self.resource or commands.serial_number(self.serial or ""),)
 
 
 class TLB6700(AbstractLaser, AbstractReadBack):

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-_MOST_PERIODS = 64  # copied one after the other; beyond, each sample is looked up on its own
+_MOST_PERIODS = 64  # copied one after the other; beyond, samples are looked up one by one
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -46,6 +46,8 @@ class Scan:
         place = np.arange(count) * (step_s * self.steps_per_s)
         place += (start_s * self.steps_per_s - (not self.held) * 0.5) % self.nu.size
         index = place.astype(np.int64)
+        if index[-1] > _MOST_PERIODS * self.nu.size:
+            return self._far(place, index)
         nu = np.take(self.nu, index, mode="wrap")
         if not self.held:
             place -= index
@@ -75,8 +77,10 @@ class Scan:
         return there
 
     def _far(self, place: np.ndarray, index: np.ndarray) -> np.ndarray:
-        """`at` over many periods, without a copy of each."""
-        nu = np.take(self.nu, index, mode="wrap")
-        if not self.held:
-            nu += (place - index) * np.take(self._rise, index, mode="wrap")
-        return nu
+        """`at` and `even` over many periods, without a copy of each.
+
+        NumPy's "wrap" takes one period off at a time.
+        """
+        within = index % self.nu.size
+        nu = self.nu[within]
+        return nu if self.held else nu + (place - index) * self._rise[within]

@@ -32,7 +32,8 @@ class LabBench(AbstractBench, ClosesOnExit):
     amplifier. Each run is loaded while the output is off, played from park until it has settled,
     recorded, and parked and switched off again. Settings are read before and after each record; one
     that another user changes meanwhile ends the measurement. `so_far` holds what was recorded when
-    a measurement fails; `history` says what was played in this session.
+    a measurement fails; `history` says what was played in this session, and `settings` what the
+    instruments were set to in the last scan, as JSON.
     """
 
     def __init__(
@@ -53,6 +54,7 @@ class LabBench(AbstractBench, ClosesOnExit):
         self.limits = file.limits.of()
         self.so_far: tuple[Run, ...] = ()
         self.history: list[str] = []
+        self.settings = "{}"
         self._file = file
         self._generator, self._digitizer, self._laser = generator, digitizer, laser
         self._now, self._sleep, self._release = now, sleep, release
@@ -230,6 +232,7 @@ class LabBench(AbstractBench, ClosesOnExit):
         try:
             channel.start()
             settings.begin()
+            self.settings = settings.text()
             self.history.append(
                 f"{self._now() - self._began:.3f} s: {wave.low_v:g} to {wave.high_v:g} V at "
                 f"{wave.frequency_hz:g} Hz, {drive.waveform}"

@@ -4,6 +4,8 @@ from rapi_jax import DriveLimits as DriveLimits
 
 from ._driver import AbstractConnector as AbstractConnector
 from ._driver import AbstractDriver as AbstractDriver
+from ._driver import AbstractReadBack as AbstractReadBack
+from ._driver import Backend as Backend
 from ._errors import InstrumentError as InstrumentError
 from ._errors import LinkError as LinkError
 from .bench._base import AbstractBench as AbstractBench

@@ -1,7 +1,7 @@
 """What a driver must declare to be named in `bench.toml`: a kind, a table of settings, `open`."""
 
 import abc
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 import pydantic
 from pydantic import Field
@@ -11,6 +11,9 @@ from .links._link import AbstractLink
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Address = Annotated[str, Field(min_length=1, max_length=200)]
+# VISA: pyvisa-py, or the library that is installed on the computer (NI-VISA, Keysight's). A file
+# never names a library by its path: what is loaded from there would run.
+Backend = Literal["@py", "@ivi"]
 
 
 class Table(pydantic.BaseModel):
@@ -71,3 +74,20 @@ class AbstractDriver(ClosesOnExit):
     @abc.abstractmethod
     def identity(self) -> str:
         """What the instrument says it is."""
+
+
+class AbstractReadBack(abc.ABC):
+    """An instrument, or an output of one, whose settings a bench compares about each record.
+
+    A driver that derives from this too promises that no setting changes unseen during a record.
+    `resource`: its address.
+    """
+
+    resource: str
+
+    @abc.abstractmethod
+    def settings(self) -> dict[str, str]:
+        """Each setting that a record depends on, by its name, as the instrument tells it now.
+
+        Nothing sensed, such as a temperature. Raises `InstrumentError`.
+        """

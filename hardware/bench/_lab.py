@@ -19,6 +19,7 @@ from rapi_jax.readout import Fringes, read_fringes
 from ._base import AbstractBench, amplify, check_drives
 from ._file import BenchFile
 from ._ranging import to_fringe_records
+from ._settings import RecordSettings
 from ._thresholds import THRESHOLDS
 
 Progress = Callable[[int, int, str], None]
@@ -29,8 +30,10 @@ class LabBench(AbstractBench, ClosesOnExit):
 
     A drive is what the generator puts out, in V; `limits` hold for the piezo's input behind the
     amplifier. Each run is loaded while the output is off, played from park until it has settled,
-    recorded, and parked and switched off again. `so_far` holds what was recorded when a
-    measurement fails; `history` says what was played in this session.
+    recorded, and parked and switched off again. Settings are read before and after each record; one
+    that another user changes meanwhile ends the measurement. `so_far` holds what was recorded when
+    a measurement fails; `history` says what was played in this session, and `settings` what the
+    instruments were set to in the last scan, as JSON.
     """
 
     def __init__(
@@ -51,6 +54,7 @@ class LabBench(AbstractBench, ClosesOnExit):
         self.limits = file.limits.of()
         self.so_far: tuple[Run, ...] = ()
         self.history: list[str] = []
+        self.settings = "{}"
         self._file = file
         self._generator, self._digitizer, self._laser = generator, digitizer, laser
         self._now, self._sleep, self._release = now, sleep, release
@@ -100,9 +104,11 @@ class LabBench(AbstractBench, ClosesOnExit):
             if progress is not None:
                 progress(number, len(several), f"{drive.rate:g} Hz")
             name = f"run{number:02d}"
-            samples, played = self._record(drive)
+            samples, played, settings = self._record(drive)
+            notes[f"{name}_settings"] = settings
             if raw is not None:
-                write_samples(samples, raw, name, notes={"history": self.history[-1]})
+                about = {"history": self.history[-1], "settings": settings}
+                write_samples(samples, raw, name, notes=about)
             readout = read_fringes(self._fringes(samples), played)
             self.so_far = (*self.so_far, readout.run(played, name=name))
             if readout.faults:
@@ -139,7 +145,7 @@ class LabBench(AbstractBench, ClosesOnExit):
         self.so_far = ()
         length_s = periods / drive.rate + at.latency_s
         asked = Acquisition(at.range_inputs(), 0.0, length_s, at.sample_hz)
-        with self._playing(drive, asked):
+        with self._playing(drive, asked) as settings:
             first_s = self._now() - self._began
             for number in range(records):
                 if progress is not None:
@@ -147,6 +153,7 @@ class LabBench(AbstractBench, ClosesOnExit):
                 since_s = self._now() - self._began - first_s
                 start_s = first_s + math.ceil(since_s * drive.rate) / drive.rate
                 samples = self._fetch(drive, asked)
+                settings.check()
                 one = to_fringe_records(
                     samples, self._file, drive, periods=periods, start_s=start_s, number=number
                 )
@@ -180,6 +187,9 @@ class LabBench(AbstractBench, ClosesOnExit):
             "file": self._file.model_dump_json(by_alias=True),
             "history": "; ".join(self.history),
         }
+        undone = getattr(self._channel, "undone", ())
+        if undone:
+            settings["generator_undone"] = ", ".join(undone)
         if self._laser is not None:
             settings |= {f"laser_{key}": value for key, value in self._laser.snapshot().items()}
         return settings
@@ -193,21 +203,27 @@ class LabBench(AbstractBench, ClosesOnExit):
             stack.callback(self._digitizer.close)
             stack.callback(self._generator.close)
 
-    def _record(self, drive: Drive) -> tuple[Samples, Drive]:
-        """One drive: loaded, played, settled, recorded, parked and off."""
+    def _record(self, drive: Drive) -> tuple[Samples, Drive, str]:
+        """One drive: loaded, played, settled, recorded, parked and off; with all settings."""
         at = self._file.digitizer
         margin_s = min(at.margin_s, THRESHOLDS.margin_fraction / drive.rate)
         length_s = drive.periods / drive.rate + at.latency_s
         asked = Acquisition(at.inputs(), margin_s, length_s + margin_s, at.sample_hz)
-        with self._playing(drive, asked):
+        with self._playing(drive, asked) as settings:
             start_s = self._now() - self._began
             samples = self._fetch(drive, asked)
-        return samples, dataclasses.replace(drive, start_s=start_s)
+            settings.check()
+        return samples, dataclasses.replace(drive, start_s=start_s), settings.text()
 
     @contextlib.contextmanager
-    def _playing(self, drive: Drive, asked: Acquisition) -> Iterator[None]:
-        """The drive is loaded, played and settled; in the end parked and off."""
+    def _playing(self, drive: Drive, asked: Acquisition) -> Iterator[RecordSettings]:
+        """The drive is loaded, played and settled; in the end parked and off.
+
+        Gives the settings, which were the same before and after the settling.
+        """
         file, channel = self._file, self._channel
+        instruments = {"generator": channel, "digitizer": self._digitizer, "laser": self._laser}
+        settings = RecordSettings(instruments)
         if self._laser is not None:
             self._laser.check()
             self._laser.check_emission()
@@ -215,12 +231,15 @@ class LabBench(AbstractBench, ClosesOnExit):
         wave = channel.load_drive(drive, points=file.generator.points)
         try:
             channel.start()
+            settings.begin()
+            self.settings = settings.text()
             self.history.append(
                 f"{self._now() - self._began:.3f} s: {wave.low_v:g} to {wave.high_v:g} V at "
                 f"{wave.frequency_hz:g} Hz, {drive.waveform}"
             )
             self._sleep(file.settling / drive.rate)
-            yield
+            settings.check()
+            yield settings
         finally:
             channel.off()
 

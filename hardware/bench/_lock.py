@@ -2,6 +2,7 @@
 
 import contextlib
 import hashlib
+import re
 from collections.abc import Iterable, Iterator
 
 from hardware._errors import InstrumentError
@@ -11,17 +12,18 @@ from rapi_jax.io import printable
 
 @contextlib.contextmanager
 def lock_instruments(resources: Iterable[str]) -> Iterator[None]:
-    """Lock instruments by their addresses, as written, against other processes of this user.
+    """Lock instruments by their addresses against other processes of this user.
 
+    Addresses that mean the same instrument are one: see `normalised_address`.
     The end of the process releases them. Raises `InstrumentError` where one is locked already.
     """
-    wanted = sorted(set(resources))
+    wanted = {normalised_address(resource): resource for resource in resources}
     try:
         import filelock
         import platformdirs
     except ImportError as error:
         raise InstrumentError(
-            wanted[0],
+            min(wanted.values()),
             "open",
             "",
             why=f"A package that instruments need is not installed here ({cause(error)}).",
@@ -29,8 +31,8 @@ def lock_instruments(resources: Iterable[str]) -> Iterator[None]:
         ) from error
     folder = platformdirs.user_cache_path("rapi-jax")
     with contextlib.ExitStack() as stack:
-        for resource in wanted:
-            name = hashlib.sha256(resource.encode()).hexdigest()[:32]
+        for address, resource in sorted(wanted.items()):
+            name = hashlib.sha256(address.encode()).hexdigest()[:32]
             try:
                 folder.mkdir(mode=0o700, parents=True, exist_ok=True)
                 stack.enter_context(filelock.FileLock(folder / f"{name}.lock", timeout=0))
@@ -51,3 +53,37 @@ def lock_instruments(resources: Iterable[str]) -> Iterator[None]:
                     cure=f"Make {printable(folder)} a folder that you may write to.",
                 ) from error
         yield
+
+
+def normalised_address(resource: str) -> str:
+    """A VISA address as VISA itself completes it: in upper case, with board, device and class.
+
+    `tcpip::10.0.0.7` is `TCPIP0::10.0.0.7::INST0::INSTR`. A name that is no VISA address, such as
+    an alias or a serial number, is compared in upper case.
+    """
+    parts = [part.strip().upper() for part in resource.strip().split("::")]
+    found = re.fullmatch(r"(TCPIP|USB|GPIB|ASRL|PXI|VXI)(\d*)", parts[0])
+    if not found or (len(parts) < 2 and found[1] != "ASRL"):
+        return "::".join(parts)
+    kind, board = found[1], found[2] or "0"
+    classes = ("INSTR", "SOCKET", "RAW")
+    rest, last = (parts[1:-1], parts[-1]) if parts[-1] in classes else (parts[1:], "INSTR")
+    if kind == "TCPIP":
+        if rest and rest[0] == "LOCALHOST":
+            rest[0] = "127.0.0.1"
+        if last == "INSTR" and len(rest) == 1:
+            rest.append("INST0")
+        rest = [re.sub(r"^HISLIP0,4880$", "HISLIP0", part) for part in rest]
+    if kind == "USB":
+        if len(rest) == 4:  # an interface number
+            rest = rest[:3] if rest[3] == "0" else rest
+        rest = [_number(part) if i < 2 else part for i, part in enumerate(rest)]
+    return "::".join([f"{kind}{int(board)}", *rest, last])
+
+
+def _number(text: str) -> str:
+    """Maker and product of a USB instrument, which are written in hexadecimal or decimal."""
+    hexadecimal = re.fullmatch(r"0X([0-9A-F]{1,8})", text)
+    if hexadecimal:
+        return str(int(hexadecimal[1], 16))
+    return str(int(text)) if re.fullmatch(r"\d{1,8}", text) else text

@@ -4,12 +4,15 @@ Commands after the series' programmer's guide. A record of one trigger is read f
 the acquisition ("raw"), 16 bits a sample.
 """
 
+import re
+
 import numpy as np
 
-from hardware._driver import AbstractConnector, Address
+from hardware._driver import AbstractConnector, AbstractReadBack, Address, Backend
 from hardware._errors import InstrumentError
 from hardware.links._scpi import Scpi
 
+from . import _infiniivision_states as states
 from ._base import AbstractDigitizer, AbstractDigitizerTable, Acquisition, Samples
 from ._thresholds import THRESHOLDS
 
@@ -21,7 +24,7 @@ class InfiniiVisionTable(AbstractDigitizerTable):
     """A Keysight oscilloscope at a VISA resource."""
 
     resource: Address
-    backend: str = "@py"
+    backend: Backend = "@py"
 
     @property
     def resources(self) -> tuple[str, ...]:
@@ -29,7 +32,7 @@ class InfiniiVisionTable(AbstractDigitizerTable):
         return (self.resource,)
 
 
-class InfiniiVision(AbstractDigitizer):
+class InfiniiVision(AbstractDigitizer, AbstractReadBack):
     """An oscilloscope over a `Scpi` session, triggered at its external input.
 
     Its memory decides how many samples a second a record of given length has; what came of it is
@@ -48,7 +51,9 @@ class InfiniiVision(AbstractDigitizer):
 
     def __init__(self, scpi: Scpi) -> None:
         """Raises `InstrumentError` for any other instrument."""
+        self.resource = scpi.resource
         self._scpi = scpi
+        self._taken: list[str] = []  # headers of what `configure` has set
         self._identity = scpi.identify(IDENTITY)
         self._asked: Acquisition | None = None
         scpi.clear()
@@ -59,12 +64,10 @@ class InfiniiVision(AbstractDigitizer):
         return self._identity
 
     def configure(self, asked: Acquisition) -> None:
-        """Inputs, time base and trigger; each is read back."""
-        send = self._scpi.command
-        send(":STOP")
-        send(":ACQ:TYPE NORM")
-        send(":TIM:MODE MAIN")
-        send(":TIM:REF LEFT")  # one division from the left
+        """Inputs, time base, acquisition and trigger; each is read back."""
+        self._asked, self._taken = None, []
+        self._scpi.command(":STOP")
+        self._choose(states.ACQUISITION)
         span = (asked.before_s + asked.after_s) * THRESHOLDS.span_reserve
         self._set(":TIM:RANG", span)
         # The reference stands a tenth from the left, and `position` is the time there.
@@ -72,18 +75,15 @@ class InfiniiVision(AbstractDigitizer):
         self._set(":TIM:POS", self._scpi.number(":TIM:RANG?") / 10 - before_s)
         for one in asked.inputs.values():
             channel = f":CHAN{one.connector}"
-            send(f"{channel}:DISP 1")
-            send(f"{channel}:COUP DC")
-            send(f"{channel}:INV 0")
+            self._choose(states.of_input(one.connector))
             self._set(f"{channel}:PROB", 1.0)  # a range is in volts at the probe's tip
+            self._set(f"{channel}:PROB:SKEW", 0.0)
             self._set(f"{channel}:RANG", one.high_v - one.low_v, at_least=True)
             self._set(f"{channel}:OFFS", (one.high_v + one.low_v) / 2)
-        send(":TRIG:MODE EDGE")
-        send(":TRIG:EDGE:SOUR EXT")
-        send(":TRIG:EDGE:SLOP POS")
+        self._choose(states.TRIGGER)
+        self._set(":TRIG:HOLD", states.HOLDOFF_S)
         self._set(":EXT:PROB", 1.0)  # else the level is not that at the connector
         self._set(":TRIG:EDGE:LEV", THRESHOLDS.trigger_level_v)
-        send(":TRIG:SWE NORM")
         self._asked = asked
 
     def arm(self) -> None:
@@ -118,15 +118,14 @@ class InfiniiVision(AbstractDigitizer):
         )
 
     def snapshot(self) -> dict[str, str]:
-        """Time base, trigger, and each input."""
-        queries = [
-            ":TIM:RANG?", ":TIM:POS?", ":ACQ:SRAT?", ":TRIG:EDGE:SOUR?", ":TRIG:EDGE:LEV?",
-        ]  # fmt: skip
-        for one in self._configured().inputs.values():
-            channel = f":CHAN{one.connector}"
-            queries += [f"{channel}:{name}?" for name in ("RANG", "OFFS", "PROB", "IMP")]
-        settings = {query.strip(":?"): self._scpi.text(query) for query in queries}
-        return {"identity": self.identity} | settings
+        """Acquisition, time base, trigger, and each input."""
+        return {"identity": self.identity} | self.settings()
+
+    def settings(self) -> dict[str, str]:
+        """Everything that `configure` has set, with the sampling rate and the inputs' impedance."""
+        headers = [*self._taken, ":ACQ:SRAT"]
+        headers += [f":CHAN{one.connector}:IMP" for one in self._configured().inputs.values()]
+        return {header.strip(":"): self._scpi.text(f"{header}?") for header in headers}
 
     def close(self) -> None:
         """Stop waiting, and disconnect."""
@@ -160,18 +159,30 @@ class InfiniiVision(AbstractDigitizer):
         start_s = origin_s - reference * step_s
         return codes, per_code, origin_v - middle * per_code, step_s, start_s
 
+    def _choose(self, states: dict[str, str]) -> None:
+        for header, value in states.items():
+            self._scpi.command(f"{header} {value}")
+            read = self._scpi.text(f"{header}?")
+            if not re.fullmatch(rf"{value}[a-zA-Z]*|\+{value}", read, re.IGNORECASE):
+                raise self._differs(f"{header} {value}", read)
+            self._taken.append(header)
+
     def _set(self, header: str, value: float, *, at_least: bool = False) -> None:
         self._scpi.command(f"{header} {value:.6E}")
         read = self._scpi.number(f"{header}?")
         near = max(abs(value), THRESHOLDS.setting_floor) * THRESHOLDS.setting_tolerance
         if not (value - near <= read and (at_least or read <= value + near)):
-            raise InstrumentError(
-                self._scpi.resource,
-                f"{header} {value:.6E}",
-                f"{read:g}",
-                why="The oscilloscope has another setting than the one it was given.",
-                cure="Ask for a range or a time that it has.",
-            )
+            raise self._differs(f"{header} {value:.6E}", f"{read:g}")
+        self._taken.append(header)
+
+    def _differs(self, command: str, read: str) -> InstrumentError:
+        return InstrumentError(
+            self._scpi.resource,
+            command,
+            read,
+            why="The oscilloscope has another setting than the one it was given.",
+            cure="Ask for a range or a time that it has, and see whether somebody operates it.",
+        )
 
     def _configured(self) -> Acquisition:
         if self._asked is None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from hardware._driver import AbstractConnector, Address
+from hardware._driver import AbstractConnector, AbstractReadBack, Address
 from hardware._errors import InstrumentError
 from hardware.links._scpi import Scpi
 from rapi_jax.io import printable
@@ -42,7 +42,7 @@ class NiScopeTable(AbstractDigitizerTable):
         return (self.resource,)
 
 
-class NiScope(AbstractDigitizer):
+class NiScope(AbstractDigitizer, AbstractReadBack):
     """One NI digitizer, by its name in NI MAX such as `PXI1Slot2`; a context manager.
 
     `trigger`: where the generator's trigger output is connected, by NI's name. `level_v`: of an
@@ -64,6 +64,7 @@ class NiScope(AbstractDigitizer):
         self, resource: str, *, trigger: str = TRIGGER, level_v: float | None = None
     ) -> None:
         """Raises `InstrumentError` where the runtime or the device is missing."""
+        self.resource = resource
         self._resource, self._trigger, self._level_v = resource, trigger, level_v
         try:
             import niscope
@@ -165,6 +166,10 @@ class NiScope(AbstractDigitizer):
             for name in ("vertical_range", "vertical_offset"):
                 settings[f"{one.connector}_{name}"] = str(self._call(name, getattr, channel, name))
         return settings
+
+    def settings(self) -> dict[str, str]:
+        """As `snapshot`."""
+        return self.snapshot()
 
     def close(self) -> None:
         """Stop waiting, and release the device."""

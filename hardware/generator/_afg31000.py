@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from hardware._driver import AbstractConnector, Address
+from hardware._driver import AbstractConnector, Address, Backend
 from hardware.links._scpi import Scpi
 from rapi_jax import DriveLimits
 
@@ -14,13 +14,16 @@ from . import _commands as commands
 from ._base import AbstractGenerator, AbstractGeneratorTable
 from ._channel import AfgChannel
 from ._port import AfgPort
+from ._states import State
+
+_NO_TRIGGER = "No pulse would mark the start of each period."
 
 
 class Afg31000Table(AbstractGeneratorTable):
     """The AFG31052 at a VISA resource."""
 
     resource: Address
-    backend: str = "@py"
+    backend: Backend = "@py"
     channel: Literal[1, 2] = 1
     points: int = Field(default=131072, ge=2, le=131072)
 
@@ -52,6 +55,7 @@ class AFG31000(AbstractGenerator):
         self._identity = scpi.identify(commands.IDENTITY)
         scpi.clear()
         self._channels: dict[int, AfgChannel] = {}
+        self._trigger: dict[str, State] = {}  # as set, by header
 
     @property
     def identity(self) -> str:
@@ -77,7 +81,8 @@ class AFG31000(AbstractGenerator):
             raise ValueError(f"Argument `number` must be 1 or 2, but is {number}.")
         if number in self._channels:
             raise ValueError(f"Channel {number} is in use already.")
-        channel = AfgChannel(AfgPort(self._scpi, number), limits, load_ohm, park_v)
+        port = AfgPort(self._scpi, number)
+        channel = AfgChannel(port, limits, load_ohm, park_v, self._trigger.values())
         self._channels[number] = channel
         try:
             channel.prepare()
@@ -98,8 +103,10 @@ class AFG31000(AbstractGenerator):
             (commands.TRIGGER_SOURCE, source),
             (commands.TRIGGER_OUTPUT, output),
         ):
+            state = State(template, value, rf"(?i:{value}\w*)", _NO_TRIGGER)
             self._scpi.command(f"{template} {value}")
-            self._scpi.text(template + "?", rf"(?i:{value}\w*)")
+            self._scpi.text(template + "?", state.answer)
+            self._trigger[template] = state
 
     def off(self) -> None:
         """Park and switch off every channel that may be on; all are tried."""

@@ -1,9 +1,11 @@
 """One output of the generator: within limits while it is on, parked and off at the end."""
 
 import math
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
+from hardware._driver import AbstractReadBack
 from hardware._errors import InstrumentError
 from hardware.bench._exits import register_exit_action, unregister_exit_action
 from rapi_jax import AfgWaveform, Drive, DriveLimits, LimitError
@@ -14,19 +16,37 @@ from ._base import AbstractOutput
 from ._check import check_codes, check_period
 from ._levels import Levels, enclosing_levels, park_levels, ramp_levels, settable_limits
 from ._port import AfgPort
+from ._restore import leave_sequence_mode, require_states
+from ._settings import (
+    check_numbers,
+    check_states,
+    due_levels,
+    due_limits,
+    due_states,
+    due_waveform,
+    read_settings,
+)
+from ._states import CONTINUOUS, COUPLINGS, State
 from ._thresholds import THRESHOLDS
 
 
-class AfgChannel(AbstractOutput):
+class AfgChannel(AbstractOutput, AbstractReadBack):
     """One output: `load` a period while it is off, `start` it, and it is parked and off at the end.
 
     - `limits`: as given, narrowed to what the instrument can set. Every check is against these.
     - `on`: whether the output may be on. `loaded`: what will be played, `None` at first.
+    - `undone`: settings that another user had left, and that were brought into order.
     """
 
     def __init__(
-        self, port: AfgPort, limits: DriveLimits | None, load_ohm: float, park_v: float
+        self,
+        port: AfgPort,
+        limits: DriveLimits | None,
+        load_ohm: float,
+        park_v: float,
+        trigger: Collection[State] = (),
     ) -> None:
+        """`trigger`: states of the instrument as a whole; compared from `start` on."""
         if limits is None:
             raise LimitError(
                 f"Channel {port.n} has no limits, so its output stays off. Give `limits`: lowest "
@@ -38,17 +58,26 @@ class AfgChannel(AbstractOutput):
         self.load_ohm = load_ohm
         self.on = False
         self.loaded: AfgWaveform | None = None
+        self.undone: tuple[str, ...] = ()
+        self.resource = port.scpi.resource
         self._port = port
+        self._trigger = trigger
         self._park = park_levels(park_v, self.limits)
         step_v = min(THRESHOLDS.ramp_step_v, self.limits.step_v * THRESHOLDS.step_share)
         self._step_v = max(THRESHOLDS.least_step_v, step_v)
 
     def prepare(self) -> None:
-        """Off, load, clamp: each verified. An output that somebody left on is parked first."""
+        """Off, continuous, load, clamp: each verified. An output that was left on is parked first.
+
+        Channels are decoupled before anything is moved: the other one is somebody else's. Raises
+        `InstrumentError` where sequence mode plays on the other channel.
+        """
         port, limits = self._port, self.limits
+        self.undone = leave_sequence_mode(port) + require_states(port, COUPLINGS)
         self.on = port.output()
         self.off()
         port.switch(False)
+        self.undone += require_states(port, CONTINUOUS)
         port.set_load(self.load_ohm)
         clamp = port.clamp()
         if limits.low_v < clamp.low_v:  # widen, move the levels, narrow: legal at every step
@@ -87,6 +116,7 @@ class AfgChannel(AbstractOutput):
         if self.on:
             raise ValueError(f"The output of channel {self._port.n} is on: call `off` first.")
         port, self.loaded = self._port, None
+        self.undone += require_states(port, (*COUPLINGS, *CONTINUOUS))
         port.set_frequency(frequency_hz)
         wanted = enclosing_levels(float(volts.min()), float(volts.max()), self.limits)
         levels = port.set_levels(port.levels(), wanted)
@@ -113,21 +143,37 @@ class AfgChannel(AbstractOutput):
         return self._port.read_back(self._loaded().codes.size)
 
     def start(self) -> None:
-        """Check load, clamp and length again, switch on at park, and ramp the levels out."""
+        """Check every setting again, switch on at park, ramp the levels out, and check once more.
+
+        Raises `InstrumentError`, with the output off, where any is not as it was set.
+        """
         wave, port = self._loaded(), self._port
         if self.on:
             raise ValueError(f"The output of channel {port.n} is on already.")
         port.check_load(self.load_ohm)
         port.check_clamp(self.limits.low_v, self.limits.high_v)
         port.set_levels(port.levels(), self._park)
+        self._check(read_settings(port), self._park)
         self.on = True  # from here on it may be, whatever comes back
         register_exit_action(self.off)
         try:
             port.switch(True)
             self._ramp(Levels(wave.low_v, wave.high_v))
+            self.settings()
         except BaseException:
             self.off()
             raise
+
+    def settings(self) -> dict[str, str]:
+        """Every setting that the output depends on, by its header, as the instrument tells it.
+
+        Raises `InstrumentError` where one is not as it was set; the caller switches off.
+        """
+        settings = read_settings(self._port)
+        if self.on:
+            wave = self._loaded()
+            self._check(settings, Levels(wave.low_v, wave.high_v))
+        return settings
 
     def align(self) -> None:
         """Start the periods of both channels together."""
@@ -172,6 +218,14 @@ class AfgChannel(AbstractOutput):
             port.scpi.sleep(moved / self.limits.slew_v_per_s - (port.scpi.now() - began))
             now = levels
         port.set_levels(now, goal)  # nothing is left to move: they are read back
+
+    def _check(self, settings: Mapping[str, str], levels: Levels) -> None:
+        """Refuse settings of an output that plays, or is about to, other than they were set."""
+        wave, limits = self._loaded(), self.limits
+        due = due_limits(limits.low_v, limits.high_v, self.load_ohm)  # a load changes all levels
+        due += due_waveform(wave.frequency_hz, wave.codes.size) + due_levels(levels)
+        check_states(self._port, settings, (*due_states(self._port, self.on), *self._trigger))
+        check_numbers(self._port, settings, due)
 
     def _loaded(self) -> AfgWaveform:
         if self.loaded is None:

@@ -23,8 +23,17 @@ OUTPUT = "OUTP{n}:STAT"
 TRIGGER_OUTPUT = "OUTP:TRIG:MODE"
 TRIGGER_SOURCE = "TRIG:SOUR"
 ALIGN = "SOUR{n}:PHAS:INIT"
+REFERENCE = "ROSC:SOUR"  # clock; recorded, as either may be wanted
 LARGEST_V = 10.0  # into high impedance, either sign
 SMALLEST_PP_V = 0.002  # into high impedance; the least that can be set
+
+
+def memory_pattern(n: int) -> str:
+    """What the answer to `SHAPE` looks like where channel `n` plays its own memory.
+
+    The first memory may be named without its number, as public code for an AFG31022 expects.
+    """
+    return rf"(?i:EMEM(ory)?{n}{'?' if n == 1 else ''})"
 
 
 def volts(value: float) -> str:

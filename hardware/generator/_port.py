@@ -1,6 +1,7 @@
 """One channel of the generator, setting by setting: each is sent, checked and read back."""
 
 import math
+import re
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from hardware.links._scpi import Scpi
 
 from . import _commands as commands
 from ._levels import Levels, level_step, setting_order
+from ._states import State
 from ._thresholds import THRESHOLDS
 
 
@@ -25,7 +27,25 @@ class AfgPort:
 
     def output(self) -> bool:
         """Whether the output is on."""
-        return self.scpi.text(self.name(commands.OUTPUT) + "?", r"[01]") == "1"
+        return self.output_of(self.n)
+
+    def output_of(self, n: int) -> bool:
+        """Whether the output of channel `n` is on."""
+        return self.scpi.text(commands.OUTPUT.format(n=n) + "?", r"[01]") == "1"
+
+    def has(self, state: State) -> bool:
+        """Whether the instrument is in this state."""
+        return re.fullmatch(state.answer, self.scpi.text(self.name(state.header) + "?")) is not None
+
+    def require(self, state: State) -> bool:
+        """Bring the instrument into this state; whether it was in another one."""
+        if self.has(state):
+            return False
+        self._set(state.header, state.value)
+        read = self.scpi.text(self.name(state.header) + "?")
+        if not re.fullmatch(state.answer, read):
+            raise self._differs(state.header, read, state.value)
+        return True
 
     def switch(self, on: bool) -> None:
         """Output on or off, and queried back."""
@@ -119,7 +139,7 @@ class AfgPort:
     def select(self) -> None:
         """Play this channel's memory."""
         self._set(commands.SHAPE, f"EMEM{self.n}")
-        self.scpi.text(self.name(commands.SHAPE) + "?", rf"(?i:EMEM(ory)?{self.n})")
+        self.scpi.text(self.name(commands.SHAPE) + "?", commands.memory_pattern(self.n))
 
     def read_back(self, points: int) -> np.ndarray:
         """The codes in this channel's memory; some models of the series cannot."""

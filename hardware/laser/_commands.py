@@ -6,12 +6,17 @@ range, currents in mA, temperatures in degrees Celsius, speeds in nm/s.
 
 import re
 
-IDENTITY = r"(New_Focus 67\d\d|NEW_FOCUS,\s*67\d\d).{0,50}"
+# By firmware its maker is New Focus, New_Focus or Newport; some answer as the vendor's library
+# lists it, `6700 SN1012`.
+_MAKER = r"(?:(?:New[ _]?Focus|Newport)[ ,_]+)"
+IDENTITY = rf"{_MAKER}{{1,2}}(?:TLB-?)?67\d\d.{{0,50}}|(?:TLB-?)?6700[ ,]+(?:v|SN)\d.{{0,40}}"
 HEAD = r"(TLB-)?6712.{0,24}"
 MODEL = "SYSTem:LASer:MODEL"
 CONTROL = "SYSTem:MCONtrol"  # REM or LOC
 OUTPUT = "OUTPut:STATe"
 TRACK = "OUTPut:TRACk"
+WAVELENGTH_INPUT = "SYSTem:WINPut"  # whether a voltage at the rear sets the wavelength
+CONSTANT_POWER = "SOURce:CPOWer"  # whether the power is held instead of the current
 WAVELENGTH = "SOURce:WAVElength"
 PIEZO = "SOURce:VOLTage:PIEZo"
 CURRENT = "SOURce:CURRent:DIODe"
@@ -19,6 +24,8 @@ SCAN_FROM = "SOURce:WAVE:START"
 SCAN_TO = "SOURce:WAVE:STOP"
 SPEED_UP = "SOURce:WAVE:SLEW:FORWard"
 SPEED_BACK = "SOURce:WAVE:SLEW:RETurn"
+SCAN_OPTION = "SOURce:WAVE:SCANCFG"  # whether the laser is off while a scan returns
+SCANS = "SOURce:WAVE:DESSCANS"  # how many a start makes
 SCAN_BEGIN = "OUTPut:SCAN:START"
 SCAN_END = "OUTPut:SCAN:STOP"
 SCAN_RESET = "OUTPut:SCAN:RESET"
@@ -62,12 +69,36 @@ CURES = {
     920: "Use the cable that belongs to the laser head.",
 }
 
-_STRAY = re.compile(r"(New_Focus\s.{0,24})?v\d{1,2}\.\d.{0,30}SN\d{1,8}\s*", re.ASCII)
+_STRAY = re.compile(  # whole, or cut at either end
+    rf"{_MAKER}{{1,2}}(?:TLB-?)?67\d{{0,2}}\b.{{0,50}}"
+    r"|.{0,30}v\d{1,2}\.\d{1,3}[ ,]+\d\d/\d\d/\d\d.{0,20}"
+    r"|.{0,30}\d\d/\d\d/\d\d[ ,]+SN\d{1,8}\s*"
+    r"|(?:New_Focus\s.{0,24})?v\d{1,2}\.\d.{0,30}SN\d{1,8}\s*"
+    r"|(?:TLB-?)?6700[ ,]+SN\d{1,8}\s*",
+    re.ASCII | re.IGNORECASE,
+)
+_SERIAL = re.compile(r"(?:(?:TLB-?)?67\d\d[ ,]+)?(?:SN ?)?(\d{1,8})", re.IGNORECASE)
 
 
 def is_stray(line: str) -> bool:
-    """Whether this is the identity, which the controller may add to any answer."""
+    """Whether this is the identity, or a part of it, which may come with any answer."""
     return _STRAY.fullmatch(line) is not None
+
+
+def is_query(command: str) -> bool:
+    """Whether the answer is a value, which is never `OK`."""
+    return command.strip().endswith("?") or command.strip().upper().startswith("SENS")
+
+
+def serial_number(text: str) -> str:
+    """`SN1012` for `SN1012`, `1012`, or `6700 SN1012`, as the vendor's programs name a controller.
+
+    Raises `ValueError` for anything else.
+    """
+    found = _SERIAL.fullmatch(text.strip())
+    if not found:
+        raise ValueError(f"{text!r} is no serial number such as SN1012")
+    return f"SN{found[1]}"
 
 
 def fault(line: str) -> tuple[int, str]:

@@ -25,7 +25,8 @@ class AbstractLaserLink(ClosesOnExit):
     def query(self, command: str) -> str:
         """The line that answers `command`, without its end: `OK`, a value, or a complaint.
 
-        An identity line that nobody asked for is left out. Raises `InstrumentError` where there is
+        What nobody asked for is left out: an identity, whole or cut, and an `OK` beside the answer
+        of a query. Raises `InstrumentError` where there is
         no answer in time.
         """
 
@@ -42,6 +43,8 @@ def select_answer(command: str, lines: list[str]) -> str:
     """The one line of several that answers `command`; `ValueError` where that is not clear."""
     asked = command.strip().upper() == "*IDN?"
     found = [line for line in lines if line and (asked or not commands.is_stray(line))]
+    if commands.is_query(command):  # an `OK` beside a value belongs to no setter
+        found = [line for line in found if line != "OK"]
     if not found:
         raise ValueError("there is no line in it but an identity that nobody had asked for")
     if len(found) > 1:
@@ -84,6 +87,8 @@ class VisaLaserLink(AbstractLaserLink):
             self._link.send(command.encode("ascii") + b"\r\n", deadline)
             while True:
                 line = self._line(deadline)
+                if commands.is_query(command) and line == "OK":
+                    continue
                 if not commands.is_stray(line) or command.strip().upper() == "*IDN?":
                     return line
 
@@ -92,9 +97,14 @@ class VisaLaserLink(AbstractLaserLink):
         self._link.close()
 
     def _drop_strays(self, deadline: float) -> None:
-        """Discard an identity that came late; anything else means that replies are out of step."""
+        """Discard an identity or an `OK` that came late; anything else is out of step.
+
+        An `OK` that comes later still answers no query, and behind a setter the look at the status
+        and what is read back decide.
+        """
         while there := self._pending or self._link.unread():
-            if b"\n" not in there or not commands.is_stray(self._line(deadline)):
+            line = self._line(deadline) if b"\n" in there else ""
+            if line != "OK" and not commands.is_stray(line):
                 raise _reply.malformed("An answer came that nobody had asked for.", there)
 
     def _line(self, deadline: float) -> str:

@@ -34,6 +34,14 @@ class LaserThresholds:
     switch_s: float = threshold(
         30.0, unit="s", origin="longest that the head may take to switch; set by trial"
     )
+    on_delay_s: float = threshold(
+        60.0,
+        unit="s",
+        origin="longest delay of emission that the controller can be set to (`ONDELAY`)",
+    )
+    identity_tries: int = threshold(
+        3, unit="queries", origin="of an identity that comes cut; set by trial"
+    )
     poll_s: float = threshold(
         0.05, unit="s", origin="between two queries whether a move is done; set by trial"
     )

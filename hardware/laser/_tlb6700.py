@@ -4,7 +4,7 @@ import re
 
 import pydantic
 
-from hardware._driver import AbstractConnector, Address, Table
+from hardware._driver import AbstractConnector, AbstractReadBack, Address, Backend, Table
 from hardware._errors import InstrumentError
 from hardware.links import _reply
 from rapi_jax import LimitError
@@ -15,6 +15,20 @@ from ._limits import LaserLimits, Range
 from ._link import AbstractLaserLink, VisaLaserLink
 from ._thresholds import THRESHOLDS
 from ._vendor_dll import VendorDllLink
+
+_SETTINGS = {
+    "head": commands.MODEL, "remote": commands.CONTROL, "emits": commands.OUTPUT,
+    "tracking": commands.TRACK, "wavelength_input": commands.WAVELENGTH_INPUT,
+    "constant_power": commands.CONSTANT_POWER, "wavelength_set_nm": commands.WAVELENGTH,
+    "piezo_set_percent": commands.PIEZO, "current_set_ma": commands.CURRENT,
+    "scan_option": commands.SCAN_OPTION, "scans": commands.SCANS,
+}  # fmt: skip
+_SENSED = {
+    "wavelength_nm": commands.SENSED_WAVELENGTH, "piezo_percent": commands.SENSED_PIEZO,
+    "current_ma": commands.SENSED_CURRENT, "diode_c": commands.DIODE_TEMPERATURE,
+    "cavity_c": commands.CAVITY_TEMPERATURE,
+}  # fmt: skip
+_SOMEBODY = "See who else operates the controller; open the bench again, which puts it in order."
 
 
 class LaserRanges(Table):
@@ -36,23 +50,25 @@ class Tlb6700Table(AbstractLaserTable):
 
     resource: Address | None = None
     serial: Address | None = None
-    backend: str = "@py"
+    backend: Backend = "@py"
     limits: LaserRanges
 
     @pydantic.model_validator(mode="after")
     def _one_way(self) -> "Tlb6700Table":
         if (self.resource is None) == (self.serial is None):
             raise ValueError("give either `resource` or `serial`")
+        if self.serial is not None:
+            commands.serial_number(self.serial)
         return self
 
     @property
     def resources(self) -> tuple[str, ...]:
         """Its address or serial number."""
-        return (self.resource or self.serial or "",)
+        return (self.resource or commands.serial_number(self.serial or ""),)
 
 
-class TLB6700(AbstractLaser):
-    """The controller, identified: remote, tracking off, without faults and not too warm.
+class TLB6700(AbstractLaser, AbstractReadBack):
+    """The controller, identified: remote, at rest, tracking off, without faults, not too warm.
 
     Every setting is answered, read back, and followed by a look at the fault queue. Raises
     `InstrumentError` for another controller or head, `LimitError` for a value beyond `limits`;
@@ -81,8 +97,9 @@ class TLB6700(AbstractLaser):
                 "current and temperatures that its head stands."
             )
         self.limits = limits
+        self.resource = link.resource
         self._link = link
-        self._identity = self._query_text("*IDN?", commands.IDENTITY, "This is another instrument.")
+        self._identity = self._identify()
         self.head = self._query_text(
             f"{commands.MODEL}?",
             commands.HEAD,
@@ -90,18 +107,16 @@ class TLB6700(AbstractLaser):
         )
         self._faults()  # of the past; what still holds is reported anew by `check`
         self._set(commands.CONTROL, "REM")
+        self.stop_scan()
         self.track(False)
+        if self._query_number(f"{commands.WAVELENGTH_INPUT}?") != 0:
+            self._set(commands.WAVELENGTH_INPUT, "0", 0.0)
         self.check()
 
     @property
     def identity(self) -> str:
         """Its `*IDN?`."""
         return self._identity
-
-    @property
-    def resource(self) -> str:
-        """Address of the controller."""
-        return self._link.resource
 
     def check(self) -> None:
         """Refuse a fault (an open interlock, overheating) and temperatures out of limits."""
@@ -183,12 +198,20 @@ class TLB6700(AbstractLaser):
             )
 
     def switch(self, on: bool) -> None:
-        """Emission on or off; on only where `check` finds nothing. Waits until it has happened."""
+        """Emission on or off; on only where `check` finds nothing. Waits until it has happened.
+
+        The controller may be set to switch on up to 60 s late (`ONDELAY`).
+        """
         if on:
             self.check()
         self._set(commands.OUTPUT, str(int(on)))
-        self._wait_until_done(THRESHOLDS.switch_s)
-        if self.emits() != on:
+        seconds = THRESHOLDS.switch_s + on * THRESHOLDS.on_delay_s
+        until = self._link.now() + seconds
+        self._wait_until_done(seconds)
+        while not (there := self.emits() == on) and self._link.now() < until:
+            self._check_status(f"{commands.OUTPUT}?")
+            self._link.sleep(THRESHOLDS.poll_s)
+        if not there:
             raise self._error(
                 f"{commands.OUTPUT}?",
                 str(int(not on)),
@@ -196,17 +219,28 @@ class TLB6700(AbstractLaser):
                 "Look at its key.",
             )
 
-    def scan_wavelength(self, begin_nm: float, end_nm: float, *, nm_per_s: float) -> None:
-        """Start a slow scan by the motor, forth at that speed; `stop_scan` ends it."""
+    def scan_wavelength(
+        self, begin_nm: float, end_nm: float, *, nm_per_s: float, scans: int = 1
+    ) -> None:
+        """Start slow scans by the motor, back and forth at that speed; `stop_scan` ends them.
+
+        `scans`: how many, 1 to 9999. Raises `InstrumentError` too where another scan is on, or a
+        voltage at the rear sets the wavelength. Whether the laser is off while a scan returns is
+        left as it is set (`SCANCFG`; `scan_option` in `snapshot`).
+        """
         for nm in (begin_nm, end_nm):
             self.limits.check("wavelength_nm", nm)
         if not nm_per_s > 0:
             raise ValueError(f"Argument `nm_per_s` must be positive, but is {nm_per_s}.")
+        if not 1 <= scans <= 9999:
+            raise ValueError(f"Argument `scans` must be 1 to 9999, but is {scans}.")
+        self.settings()
         near = THRESHOLDS.wavelength_tolerance_nm
         self._set(commands.SCAN_FROM, f"{begin_nm:.2f}", begin_nm, near)
         self._set(commands.SCAN_TO, f"{end_nm:.2f}", end_nm, near)
         self._set(commands.SPEED_UP, f"{nm_per_s:.2f}", nm_per_s, near)
         self._set(commands.SPEED_BACK, f"{nm_per_s:.2f}", nm_per_s, near)
+        self._set(commands.SCANS, str(scans), float(scans), 0.0)
         self._set(commands.SCAN_RESET)
         self._set(commands.SCAN_BEGIN)
 
@@ -216,19 +250,25 @@ class TLB6700(AbstractLaser):
 
     def snapshot(self) -> dict[str, str]:
         """Every setting and sensed value, as the controller reports it."""
-        settings = {
-            "head": commands.MODEL, "emits": commands.OUTPUT, "tracking": commands.TRACK,
-            "wavelength_set_nm": commands.WAVELENGTH, "piezo_set_percent": commands.PIEZO,
-            "current_set_ma": commands.CURRENT,
-        }  # fmt: skip
-        sensed = {
-            "wavelength_nm": commands.SENSED_WAVELENGTH, "piezo_percent": commands.SENSED_PIEZO,
-            "current_ma": commands.SENSED_CURRENT, "diode_c": commands.DIODE_TEMPERATURE,
-            "cavity_c": commands.CAVITY_TEMPERATURE,
-        }  # fmt: skip
-        queries = {name: f"{query}?" for name, query in settings.items()} | sensed
-        values = {name: self._query_text(query, r".+", "") for name, query in queries.items()}
-        return {"identity": self.identity} | values
+        settings = {name: f"{query}?" for name, query in _SETTINGS.items()}
+        return {"identity": self.identity} | self._texts(settings | _SENSED)
+
+    def settings(self) -> dict[str, str]:
+        """The settings among them.
+
+        Raises `InstrumentError` where the motor moves, or something else than the drive sets the
+        wavelength.
+        """
+        settings = self._texts({name: f"{query}?" for name, query in _SETTINGS.items()})
+        for name, what in (
+            ("tracking", "The motor follows the set wavelength, and would answer the piezo."),
+            ("wavelength_input", "A voltage at the rear sets the wavelength."),
+        ):
+            if settings[name] not in ("0", "OFF"):
+                raise self._error(f"{_SETTINGS[name]}?", settings[name], what, _SOMEBODY)
+        if self._query_text(commands.DONE, r"[01]", "This is no answer to it.") != "1":
+            raise self._error(commands.DONE, "0", "The motor moves: a scan is on.", _SOMEBODY)
+        return settings
 
     def close(self) -> None:
         """Stop scan and tracking, return control to the front panel, and disconnect."""
@@ -301,6 +341,16 @@ class TLB6700(AbstractLaser):
             self._link.sleep(THRESHOLDS.poll_s)
         self._check_status(commands.DONE)
 
+    def _identify(self) -> str:
+        """The identity; asked for again where a part of one comes."""
+        for _ in range(THRESHOLDS.identity_tries - 1):
+            line = self._link.query("*IDN?").strip()
+            if re.fullmatch(commands.IDENTITY, line, re.IGNORECASE):
+                return line
+            if not commands.is_stray(line):
+                break
+        return self._query_text("*IDN?", commands.IDENTITY, "This is another instrument.")
+
     def _query_number(self, query: str) -> float:
         line = self._link.query(query)
         try:
@@ -309,6 +359,9 @@ class TLB6700(AbstractLaser):
             raise self._error(
                 query, line, f"The answer cannot be used: {error}.", "Ask again."
             ) from None
+
+    def _texts(self, queries: dict[str, str]) -> dict[str, str]:
+        return {name: self._query_text(query, r".+", "") for name, query in queries.items()}
 
     def _query_text(self, query: str, pattern: str, why: str) -> str:
         line = self._link.query(query).strip()

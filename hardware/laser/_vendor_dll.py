@@ -16,11 +16,12 @@ from ._link import AbstractLaserLink, select_answer
 
 PRODUCT = 0x100A
 _INFO_BYTES = 4096
-_MARK = "SN"
 
 
 class VendorDllLink(AbstractLaserLink):
     """The controller with serial number `serial` ("SN1012"), through the vendor's library.
+
+    Also as the vendor's programs name it, "6700 SN1012".
 
     The library is the vendor's and does not come with this package: install the vendor's
     application, and give the folder or put it on the search path.
@@ -29,10 +30,13 @@ class VendorDllLink(AbstractLaserLink):
     def __init__(
         self, serial: str, *, library: str = "usbdll.dll", timeout_s: float = 2.0, dll: Any = None
     ) -> None:
-        """`dll`: a loaded library, instead of loading `library`. Raises `InstrumentError`."""
+        """`dll`: a loaded library, instead of loading `library`.
+
+        Raises `InstrumentError`, and `ValueError` for what is no serial number.
+        """
         self.resource = f"{library} {serial}"
         self.timeout_s = timeout_s
-        self._serial = serial if serial.startswith(_MARK) else f"{_MARK}{serial}"
+        self._serial = commands.serial_number(serial)
         self._dll = self._loaded(library) if dll is None else dll
         self._id: int | None = None
         self._open()

@@ -20,6 +20,8 @@ from .instruments._tlb6700 import SimulatedTLB6700
 from .laser._digitizer import Digitizer
 
 INTERFEROMETER, CAVITY, MEASUREMENT = 1, 2, 3  # connectors of the oscilloscope
+# Samples from a drive's start to a record's end, and codes of all its periods: more is refused.
+_MOST = 1 << 24
 _FINE = (16, -10.0, 10.0)  # before the oscilloscope's own converter
 
 
@@ -72,13 +74,23 @@ class WiredLaboratory:
     def _light(
         self, now_s: float, first_s: float, count: int, sample_hz: float
     ) -> dict[int, np.ndarray] | None:
-        """What the photodiodes give about the next trigger; nothing while none comes."""
+        """What the photodiodes give about the next trigger; nothing while none comes.
+
+        Nothing, too, where the record lies so far from the trigger that it would not fit in memory.
+        """
         waveform = self.generator.output(1)
         if waveform is None or not self.trigger_connected:
             return None
+        if self._controller and not self.laser.emits:
+            return {n: np.zeros(count) for n in (INTERFEROMETER, CAVITY, MEASUREMENT)}
         last_s = first_s + (count - 1) / sample_hz
         rate = waveform.frequency_hz
         periods = max(int(np.ceil(last_s * rate)), 1)
+        margin_s = max(-first_s, last_s - periods / rate, 0.0) + 2 / sample_hz
+        samples = (periods / rate + 2 * margin_s) * sample_hz
+        steps = 0 if self.laboratory.device.repeats else periods * waveform.codes.size
+        if max(samples, steps, count) > _MOST:
+            return None
         bits, low, high = _FINE
         fine = Digitizer(sample_hz, bits, low, high)
         lab = dataclasses.replace(self.laboratory, digitizer=fine)
@@ -91,7 +103,7 @@ class WiredLaboratory:
             rng,
             periods=periods,
             start_s=now_s - self._began,
-            margin_s=max(-first_s, last_s - periods / rate, 0.0) + 2 / sample_hz,
+            margin_s=margin_s,
         )
         begin = round((first_s - fringes.start_s) * sample_hz)
         part = slice(begin, begin + count)

@@ -70,7 +70,7 @@ def bench_range(
     )
     from hardware import dry_run as dry
     from rapi_jax.internal import located
-    from rapi_jax.io import FringeWriter, OutputError, printable, read_drive
+    from rapi_jax.io import FringeWriter, OutputError, printable, read_drive, write_atomic
 
     drivers = plugin_classes(load_plugins(plugin), AbstractDriver)
     file = read_bench(bench, drivers=drivers)
@@ -106,6 +106,7 @@ def bench_range(
                 ),
                 store=writer.append,
             )
+        write_atomic(output / "settings.json", opened.settings + "\n")
     except BaseException:  # an error, an interrupt, a request to stop
         kept = f"{writer.written} record(s) written to {output}" if writer.written else ""
         out.print(kept or "nothing was recorded", markup=False, soft_wrap=True)

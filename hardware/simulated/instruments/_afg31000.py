@@ -9,11 +9,18 @@ from rapi_jax import AfgWaveform
 from rapi_jax.internal import FULL, POINTS
 
 from ._afg_output import AfgOutput, Seen
+from ._afg_states import AfgStates
 from ._messages import Unit
-from ._scpi_instrument import AbstractScpiInstrument, Handler, number, one
+from ._scpi_instrument import AbstractScpiInstrument, Handler, boolean, number, one
 from ._status import ScpiFault
 
 IDENTITY = "TEKTRONIX,AFG31052,C000001,SCPI:99.0 FV:1.6.2"
+_CYCLE = np.linspace(0.0, 1.0, 1000, endpoint=False)
+_BUILT_IN = {  # codes of one period, by shape
+    "SIN": np.rint(FULL / 2 * (1 + np.sin(2 * np.pi * _CYCLE))).astype(np.uint16),
+    "RAMP": np.rint(FULL * (1 - np.abs(2 * _CYCLE - 1))).astype(np.uint16),
+    "DC": np.full(1000, FULL // 2, np.uint16),
+}
 
 
 class SimulatedAFG31052(AbstractScpiInstrument):
@@ -23,6 +30,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
     - `upload_s`: how long it is busy with an upload, so that `*OPC?` answers later.
     - `digits`: levels are rounded to 0.1 mV or so many digits; 5 for 0.1 mV up to 10 V.
     - `ignores`: headers (upper case, as sent) of commands that it silently does not obey.
+    - `first_memory`: how it names the first memory in answers, "EMEM1" or "EMEM".
 
     `seen` holds, for each channel, the voltages that its load has seen: the extremes while the
     output was on, and the largest jump by a level or a relay.
@@ -36,10 +44,13 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         upload_s: float = 0.0,
         digits: int = 4,
         ignores: tuple[str, ...] = (),
+        first_memory: str = "EMEM1",
     ) -> None:
         self.upload_s = upload_s
+        self._names = {"EMEM1": first_memory}
         self.trigger = {"source": "TIM", "output": "TRIG"}
         self._outputs = {n: AfgOutput(load_ohm, digits) for n in (1, 2)}
+        self._states = AfgStates(self._outputs)
         self._memory = {n: np.full(1000, FULL // 2, np.uint16) for n in (1, 2)}
         super().__init__(identity, self._outputs, ignores=ignores)
 
@@ -49,23 +60,29 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         return {n: output.seen for n, output in self._outputs.items()}
 
     def output(self, n: int) -> AfgWaveform | None:
-        """What channel `n` puts into its load, `None` while it is off."""
+        """What channel `n` puts into its load, `None` while it is off.
+
+        In sequence mode a sine comes out at the channel's levels, whatever its memory holds.
+        """
         out = self._outputs[n]
-        if not out.on or out.shape != f"EMEM{n}":
+        if not out.on:
             return None
         low, high = out.at_load()
-        return AfgWaveform(self._memory[n], low, high, out.frequency_hz)
+        if self._states.sequence:
+            return AfgWaveform(_BUILT_IN["SIN"], low, high, out.play.frequency_hz)
+        memory = self._memory.get({"EMEM1": 1, "EMEM2": 2}.get(out.shape, 0))
+        return out.play.play(_BUILT_IN[out.shape] if memory is None else memory, low, high)
 
     def commands(self) -> dict[str, Handler]:
         """Of basic mode."""
 
         def level(name: str) -> Callable[[int, Unit], None]:
-            return lambda n, unit: self._outputs[n].set_level(name, number(unit))
+            return lambda n, unit: self._states.set_level(name, n, number(unit, quantity="V"))
 
         def query(name: str) -> Callable[[int, Unit], str]:
             return lambda n, unit: f"{self._outputs[n].level(name):.4E}"
 
-        return {
+        return self._states.commands() | {
             "*RST": self._reset,
             "OUTPut{n}[:STATe]": self._switch,
             "OUTPut{n}[:STATe]?": lambda n, unit: str(int(self._outputs[n].on)),
@@ -77,9 +94,11 @@ class SimulatedAFG31052(AbstractScpiInstrument):
             "TRIGger[:SEQuence]:SOURce?": lambda n, unit: self.trigger["source"],
             "SOURce{n}:PHASe:INITiate": lambda n, unit: None,
             "SOURce{n}:FUNCtion[:SHAPe]": self._set_shape,
-            "SOURce{n}:FUNCtion[:SHAPe]?": lambda n, unit: self._outputs[n].shape,
+            "SOURce{n}:FUNCtion[:SHAPe]?": lambda n, unit: self._shape(n),
             "SOURce{n}:FREQuency[:CW]": self._set_frequency,
-            "SOURce{n}:FREQuency[:CW]?": lambda n, u: f"{self._outputs[n].frequency_hz:.10E}",
+            "SOURce{n}:FREQuency:FIXed": self._set_frequency,
+            "SOURce{n}:FREQuency:FIXed?": lambda n, u: f"{self._outputs[n].play.frequency_hz:.10E}",
+            "SOURce{n}:FREQuency[:CW]?": lambda n, u: f"{self._outputs[n].play.frequency_hz:.10E}",
             "SOURce{n}:VOLTage[:LEVel][:IMMediate]:HIGH": level("high"),
             "SOURce{n}:VOLTage[:LEVel][:IMMediate]:HIGH?": query("high"),
             "SOURce{n}:VOLTage[:LEVel][:IMMediate]:LOW": level("low"),
@@ -96,18 +115,14 @@ class SimulatedAFG31052(AbstractScpiInstrument):
     def _reset(self, n: int, unit: Unit) -> None:
         for output in self._outputs.values():
             output.reset()
+        self._states.reset()
 
     def _switch(self, n: int, unit: Unit) -> None:
-        state = one(unit).upper()
-        if state not in ("ON", "OFF", "1", "0"):
-            raise ScpiFault(-224, state)
-        self._outputs[n].switch(state in ("ON", "1"))
+        self._outputs[n].switch(boolean(unit))
 
     def _set_load(self, n: int, unit: Unit) -> None:
         word = one(unit).upper()
-        ohm = math.inf if word in ("INF", "INFINITY") else number(unit)
-        if not 1 <= ohm <= 10_000 and not math.isinf(ohm):
-            raise ScpiFault(-222, word)
+        ohm = math.inf if word in ("INF", "INFINITY") else number(unit, 1.0, 1e4, "OHM")
         self._outputs[n].set_load(ohm)
 
     def _query_load(self, n: int, unit: Unit) -> str:
@@ -127,12 +142,17 @@ class SimulatedAFG31052(AbstractScpiInstrument):
     def _set_shape(self, n: int, unit: Unit) -> None:
         word = one(unit).upper()
         memory = word.replace("EMEMORY", "EMEM")
-        if memory not in ("EMEM1", "EMEM2", "SIN", "SINUSOID", "DC", "RAMP"):
+        shape = {"EMEM": "EMEM1", "SINUSOID": "SIN"}.get(memory, memory)
+        if shape not in ("EMEM1", "EMEM2", *_BUILT_IN):
             raise ScpiFault(-224, word)
-        self._outputs[n].shape = memory
+        self._outputs[n].shape = shape
+
+    def _shape(self, n: int) -> str:
+        shape = self._outputs[n].shape
+        return self._names.get(shape, shape)
 
     def _set_frequency(self, n: int, unit: Unit) -> None:
-        self._outputs[n].frequency_hz = round(number(unit, 1e-6, 25e6), 6)
+        self._states.set_frequency(n, round(number(unit, 1e-6, 25e6, "HZ"), 6))
 
     def _upload(self, n: int, unit: Unit) -> None:
         number, content = _memory(unit), unit.block

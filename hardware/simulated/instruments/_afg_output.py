@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+from ._afg_playback import Playback
 from ._status import ScpiFault
 
 _OPEN_V = 10.0  # most into high impedance, either sign
@@ -15,6 +16,7 @@ class Seen:
 
     - `low_v`, `high_v`: extremes while the output was on. `jump_v`: the largest change of a level
       meanwhile. `relay_v`: the largest voltage at which the relay opened or closed.
+    - `fastest_hz`: the highest rate at which the waveform was repeated meanwhile, Hz.
     """
 
     low_v: float = math.inf
@@ -22,10 +24,14 @@ class Seen:
     jump_v: float = 0.0
     relay_v: float = 0.0
     times_on: int = 0
+    fastest_hz: float = 0.0
 
 
 class AfgOutput:
-    """Settings of one channel, in volts at the load that is set, and their rules."""
+    """Settings of one channel, in volts at the load that is set, and their rules.
+
+    `play`: how the waveform is played; after a change of it, `record` keeps what the load saw.
+    """
 
     def __init__(self, load_ohm: float, digits: int) -> None:
         """`load_ohm`: what is really connected; `digits`: of a level."""
@@ -40,12 +46,16 @@ class AfgOutput:
         self.switch(False)
         self.set_ohm = 50.0
         self.shape = "SIN"
-        self.frequency_hz = 1e6
+        self.unit = "VPP"
+        self.play = Playback()
         self._volts = {"low": -0.5, "high": 0.5, "clamp_low": -5.0, "clamp_high": 5.0}
 
     def level(self, name: str) -> float:
-        """`low`, `high`, `clamp_low` or `clamp_high`, V."""
-        return self._volts[name]
+        """`low`, `high`, `clamp_low`, `clamp_high`, `offset` or `amplitude`, V."""
+        low, high = self._volts["low"], self._volts["high"]
+        if name == "offset":
+            return (low + high) / 2
+        return high - low if name == "amplitude" else self._volts[name]
 
     def at_load(self) -> tuple[float, float]:
         """The levels at what is really connected, V."""
@@ -53,20 +63,16 @@ class AfgOutput:
         return self._volts["low"] * gain, self._volts["high"] * gain
 
     def set_level(self, name: str, value: float) -> None:
-        """Set it, or leave it and raise `ScpiFault`."""
-        value = round(float(f"{value:.{self._digits}g}"), 4)
-        new, share = self._volts | {name: value}, _share(self.set_ohm)
-        if abs(value) > _OPEN_V * share * (1 + 1e-9):
-            raise ScpiFault(-222, f"{value:g} V")
-        if not new["clamp_low"] < new["clamp_high"]:
-            raise ScpiFault(-221, "limits cross")
-        if new["high"] - new["low"] < _LEAST_PP * share * (1 - 1e-9):
-            raise ScpiFault(-221, "high level below low level")
-        if new["low"] < new["clamp_low"] or new["high"] > new["clamp_high"]:
-            raise ScpiFault(-221 if "clamp" in name else -222, "voltage limit")
-        before = self.at_load()
-        self._volts = new
-        self._record_voltages(before)
+        """Set it, or leave it and raise `ScpiFault`.
+
+        An offset keeps the amplitude, and an amplitude the offset: both move the two levels.
+        """
+        if name in ("offset", "amplitude"):
+            offset = value if name == "offset" else self.level("offset")
+            half = (value if name == "amplitude" else self.level("amplitude")) / 2
+            self._set({"low": self._round(offset - half), "high": self._round(offset + half)})
+        else:
+            self._set({name: self._round(value)})
 
     def set_load(self, ohm: float) -> None:
         """Set another load: the same source, other voltages."""
@@ -74,7 +80,7 @@ class AfgOutput:
         ratio = _share(ohm) / _share(self.set_ohm)
         self._volts = {name: value * ratio for name, value in self._volts.items()}
         self.set_ohm = ohm
-        self._record_voltages(before)
+        self.record(before)
 
     def switch(self, on: bool) -> None:
         """Close or open the relay."""
@@ -83,15 +89,37 @@ class AfgOutput:
             self.seen.times_on += on
         self.on = on
         if on:
-            self._record_voltages(self.at_load())
+            self.record()
 
-    def _record_voltages(self, before: tuple[float, float]) -> None:
+    def record(self, before: tuple[float, float] | None = None) -> None:
+        """Keep what the load sees now; `before`: the levels that it has just left, V."""
         if not self.on:
             return
         low, high = self.at_load()
+        before = (low, high) if before is None else before
         seen = self.seen
         seen.low_v, seen.high_v = min(seen.low_v, low), max(seen.high_v, high)
         seen.jump_v = max(seen.jump_v, abs(low - before[0]), abs(high - before[1]))
+        seen.fastest_hz = max(seen.fastest_hz, self.play.fastest_hz)
+
+    def _set(self, volts: dict[str, float]) -> None:
+        new, share = self._volts | volts, _share(self.set_ohm)
+        for value in volts.values():
+            if abs(value) > _OPEN_V * share * (1 + 1e-9):
+                raise ScpiFault(-222, f"{value:g} V")
+        if not new["clamp_low"] < new["clamp_high"]:
+            raise ScpiFault(-221, "limits cross")
+        if new["high"] - new["low"] < _LEAST_PP * share * (1 - 1e-9):
+            raise ScpiFault(-221, "high level below low level")
+        if new["low"] < new["clamp_low"] or new["high"] > new["clamp_high"]:
+            clamped = any("clamp" in name for name in volts)
+            raise ScpiFault(-221 if clamped else -222, "voltage limit")
+        before = self.at_load()
+        self._volts = new
+        self.record(before)
+
+    def _round(self, value: float) -> float:
+        return round(float(f"{value:.{self._digits}g}"), 4)
 
 
 def _share(ohm: float) -> float:

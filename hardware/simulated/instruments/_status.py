@@ -8,12 +8,14 @@ ERRORS = {
     -102: "Syntax error",
     -108: "Parameter not allowed",
     -109: "Missing parameter",
+    -131: "Invalid suffix",
     -113: "Undefined header",
     -161: "Invalid block data",
     -221: "Settings conflict",
     -222: "Data out of range",
     -223: "Too much data",
     -224: "Illegal parameter value",
+    -430: "Query DEADLOCKED",
     -350: "Queue overflow",
 }
 
@@ -27,10 +29,15 @@ class ScpiFault(Exception):
 
 
 class Status:
-    """Event register (`*ESR?`) and error queue (`SYSTem:ERRor?`)."""
+    """Event register (`*ESR?`), status byte (`*STB?`) and error queue (`SYSTem:ERRor?`).
+
+    `event_mask`, `service_mask`: what `*ESE` and `*SRE` have set.
+    """
 
     def __init__(self) -> None:
         self._event = 128  # power on
+        self.event_mask = 0
+        self.service_mask = 0
         self._queue: list[tuple[int, str]] = []
 
     def report(self, code: int, detail: str = "") -> None:
@@ -47,6 +54,18 @@ class Status:
         """`*CLS`."""
         self._event = 0
         self._queue.clear()
+
+    def complete(self) -> None:
+        """`*OPC`: nothing is under way."""
+        self._event |= 1
+
+    def byte(self, answers_wait: bool) -> str:
+        """`*STB?`: errors in the queue, an answer that waits, an event, and a request for service.
+
+        After IEEE 488.2; bit 2 is SCPI's for the error queue.
+        """
+        value = 4 * bool(self._queue) + 16 * answers_wait + 32 * bool(self._event & self.event_mask)
+        return str(value + 64 * bool(value & self.service_mask & ~64))
 
     def event(self) -> str:
         """`*ESR?`, which clears it."""

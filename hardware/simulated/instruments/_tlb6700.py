@@ -12,6 +12,7 @@ from ._messages import header_pattern
 
 IDENTITY = "New_Focus 6700 v2.4 03/19/14 SN1012"
 _MOST = 1024  # bytes without an end that it takes in
+_QUEUE = 32  # faults that wait, at most
 _RANGES = {"wavelength": (765.0, 781.0), "piezo": (0.0, 100.0), "current": (0.0, 165.0)}
 _TRACK_NM_S = 8.0  # the motor, when it follows the set wavelength
 _SETTLES = 1e-4  # of what was asked: how far sensed values lie off
@@ -24,6 +25,8 @@ class SimulatedTLB6700(AbstractInstrument):
     - `head`, `identity`: what it says they are. `key`: the key switch. `interlock`: closed or not.
     - `emits`: whether the diode is on at first.
     - `stray_every`: after so many answers it adds its identity to one, as real ones do; 0: never.
+    - `stray_ok`: "before" or "after": an `OK` that it adds to values. `cut_identities`: so many of
+      its first answers to `*IDN?` lack their beginning. `on_delay_s`: until it emits, s.
 
     `trip` reports a fault as if it had happened, and does what the controller does then.
     """
@@ -38,16 +41,23 @@ class SimulatedTLB6700(AbstractInstrument):
         interlock: bool = True,
         emits: bool = False,
         stray_every: int = 0,
+        stray_ok: str = "",
+        cut_identities: int = 0,
+        on_delay_s: float = 0.0,
     ) -> None:
         self.identity, self.head = identity, head
         self.key, self.interlock = key, interlock
         self.diode_c, self.cavity_c = 20.0, 30.0
-        self.stray_every = stray_every
+        self.stray_every, self.stray_ok = stray_every, stray_ok
+        self.on_delay_s = on_delay_s
+        self._cut, self._on_s = cut_identities, -math.inf
         self.output, self.tracking, self.remote = emits, False, False
         self.set = {
             "wavelength": 770.0, "piezo": 50.0, "current": 120.0,
             "from": 768.0, "to": 772.0, "forth": 1.0, "back": 1.0,
         }  # fmt: skip
+        self.flags = {"wavelength_input": False, "constant_power": False, "scan_option": False}
+        self.scans = 1
         self._clock = clock
         self._at_nm, self._goals = 770.0, [770.0]
         self._speed = _TRACK_NM_S
@@ -73,9 +83,14 @@ class SimulatedTLB6700(AbstractInstrument):
                 self._buffer.append(byte)
         return answers
 
+    @property
+    def emits(self) -> bool:
+        """Whether there is light."""
+        return self.output and self._clock() >= self._on_s
+
     def trip(self, code: int) -> None:
         """A fault happens."""
-        self._faults.append(code)
+        self._report(code)
         if code in (424, 501, 502, 514, 524, 902, 919):
             self.output = False
         if code in (802, 803):
@@ -103,6 +118,9 @@ class SimulatedTLB6700(AbstractInstrument):
         reply = self._execute(header.upper(), parameter.strip())
         self._answered += 1
         data = f"{reply}\r\n"[: table.MOST_BYTES]
+        if reply != "OK":
+            before, after = ("OK\r\n" if self.stray_ok == at else "" for at in ("before", "after"))
+            data = before + data + after
         if self.stray_every and self._answered % self.stray_every == 0:
             data += f"{self.identity}\r\n"
         return Answer(data.encode("ascii"))
@@ -113,9 +131,9 @@ class SimulatedTLB6700(AbstractInstrument):
                 try:
                     return run(parameter) or "OK"
                 except _Refused as refused:
-                    self._faults.append(refused.code)
+                    self._report(refused.code)
                     return table.FAULTS[refused.code]
-        self._faults.append(116)
+        self._report(116)
         return "COMMAND NOT VALID"
 
     def _commands(self) -> dict[str, Callable[[str], str | None]]:
@@ -126,7 +144,8 @@ class SimulatedTLB6700(AbstractInstrument):
             return put, lambda _: f"{self.set[name]:.2f}"
 
         commands: dict[str, Callable[[str], str | None]] = {
-            "*IDN?": lambda _: self.identity,
+            "*IDN?": lambda _: self._identify(),
+            "ONDELAY?": lambda _: f"{1e3 * self.on_delay_s:.0f}",
             "*OPC?": lambda _: str(int(not self._moving())),
             "*STB?": lambda _: str(table.FAULTS_WAITING if self._waiting() else 0),
             "*RST": lambda _: None,
@@ -136,18 +155,26 @@ class SimulatedTLB6700(AbstractInstrument):
             "SYSTem:MCONtrol": self._control,
             "SYSTem:MCONtrol?": lambda _: "REM" if self.remote else "LOC",
             "OUTPut:STATe": self._switch,
-            "OUTPut:STATe?": lambda _: str(int(self.output)),
+            "OUTPut:STATe?": lambda _: str(int(self.emits)),
             "OUTPut:TRACk": self._track,
             "OUTPut:TRACk?": lambda _: str(int(self.tracking)),
+            "SOURce:WAVE:DESSCANS": self._set_scans,
+            "SOURce:WAVE:DESSCANS?": lambda _: str(self.scans),
             "OUTPut:SCAN:START": self._scan,
             "OUTPut:SCAN:STOP": lambda _: self._stop(),
             "OUTPut:SCAN:RESET": self._to_begin,
             "SENSe:WAVElength": lambda _: f"{self.wavelength():.3f}",
             "SENSe:VOLTage:PIEZo": lambda _: f"{self.set['piezo'] * (1 + _SETTLES):.2f}",
-            "SENSe:CURRent:DIODe": lambda _: f"{self.set['current'] * self.output:.2f}",
+            "SENSe:CURRent:DIODe": lambda _: f"{self.set['current'] * self.emits:.2f}",
             "SENSe:TEMPerature:DIODe": lambda _: f"{self.diode_c:.2f}",
             "SENSe:TEMPerature:CAVity": lambda _: f"{self.cavity_c:.2f}",
         }
+        for header, name in {
+            "SYSTem:WINPut": "wavelength_input",
+            "SOURce:CPOWer": "constant_power",
+            "SOURce:WAVE:SCANCFG": "scan_option",
+        }.items():
+            commands[header], commands[f"{header}?"] = self._flagged(name)
         for header, name in {
             "SOURce:WAVElength": "wavelength",
             "SOURce:VOLTage:PIEZo": "piezo",
@@ -183,6 +210,8 @@ class SimulatedTLB6700(AbstractInstrument):
             raise _Refused(902)
         if on and not self.interlock:
             raise _Refused(501)
+        if on and not self.output:
+            self._on_s = self._clock() + self.on_delay_s
         self.output = on
 
     def _track(self, parameter: str) -> None:
@@ -194,7 +223,7 @@ class SimulatedTLB6700(AbstractInstrument):
 
     def _scan(self, parameter: str) -> None:
         del parameter
-        self._go(self.set["forth"], self.set["to"], self.set["from"])
+        self._go(self.set["forth"], *(self.set["to"], self.set["from"]) * self.scans)
 
     def _to_begin(self, parameter: str) -> None:
         del parameter
@@ -218,10 +247,29 @@ class SimulatedTLB6700(AbstractInstrument):
             self.trip(501)
         return bool(self._faults)
 
+    def _report(self, code: int) -> None:
+        if len(self._faults) < _QUEUE:  # one that is not read does not grow for ever
+            self._faults.append(code)
+
     def _oldest(self) -> str:
         code = self._faults.pop(0) if self._faults else 0
         text = table.FAULTS.get(code, "NO ERROR")
         return f'{code},"{text}"'
+
+    def _identify(self) -> str:
+        self._cut, cut = max(self._cut - 1, 0), self._cut > 0
+        return self.identity[len(self.identity) // 2 :] if cut else self.identity
+
+    def _flagged(self, name: str) -> tuple[Callable[[str], None], Callable[[str], str]]:
+        def put(parameter: str) -> None:
+            self.flags[name] = self._flag(parameter)
+
+        return put, lambda _: str(int(self.flags[name]))
+
+    def _set_scans(self, parameter: str) -> None:
+        if not re.fullmatch(r"\d{1,4}", parameter) or not int(parameter):
+            raise _Refused(201)
+        self.scans = int(parameter)
 
     def _flag(self, parameter: str) -> bool:
         if parameter not in ("0", "1"):

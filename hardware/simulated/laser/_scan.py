@@ -5,6 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+_MOST_PERIODS = 64  # copied one after the other; beyond, samples are looked up one by one
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Scan:
@@ -44,6 +46,8 @@ class Scan:
         place = np.arange(count) * (step_s * self.steps_per_s)
         place += (start_s * self.steps_per_s - (not self.held) * 0.5) % self.nu.size
         index = place.astype(np.int64)
+        if index[-1] > _MOST_PERIODS * self.nu.size:
+            return self._far(place, index)
         nu = np.take(self.nu, index, mode="wrap")
         if not self.held:
             place -= index
@@ -59,6 +63,8 @@ class Scan:
         place -= self.nu.size * np.floor(place[0] / self.nu.size)
         index = place.astype(np.int64)  # positive: the same as rounding down
         more = int(index[-1]) // self.nu.size + 1
+        if more > _MOST_PERIODS:
+            return self._far(place, index)
         nu = np.tile(self.nu, more) if more > 1 else self.nu
         if self.held:
             return nu[index]
@@ -69,3 +75,12 @@ class Scan:
         there *= place
         there += here
         return there
+
+    def _far(self, place: np.ndarray, index: np.ndarray) -> np.ndarray:
+        """`at` and `even` over many periods, without a copy of each.
+
+        NumPy's "wrap" takes one period off at a time.
+        """
+        within = index % self.nu.size
+        nu = self.nu[within]
+        return nu if self.held else nu + (place - index) * self._rise[within]

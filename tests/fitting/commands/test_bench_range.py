@@ -49,6 +49,9 @@ def test_records_are_taken(tmp_path, drive, server, capsys):
         assert code == 0
         assert served.parked()
     told = json.loads(capsys.readouterr().out)
+    settings = json.loads((output / "settings.json").read_text())
+    assert settings["generator"]["OUTP1:POL"] == "NORM" and settings["laser"]["tracking"] == "0"
+    assert settings["digitizer"]["CHAN3:INV"] == "0"
     records = read_fringe_records(output)
     assert told["count"] == len(records.records) == 2
     assert told["samples"] == records.records[0].size

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("filelock", reason="filelock is not installed (extra `lab`)")
 
 from hardware import InstrumentError  # noqa: E402
-from hardware.bench._lock import lock_instruments  # noqa: E402
+from hardware.bench._lock import lock_instruments, normalised_address  # noqa: E402
 
 HOLD = """
 import sys
@@ -85,3 +85,44 @@ def test_without_the_extra_it_is_named(monkeypatch, package):
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(InstrumentError, match=r"rapi-jax\[lab\]"), lock_instruments(["GPIB::1"]):
         raise AssertionError("it must not be opened")
+
+
+@pytest.mark.parametrize(
+    "spellings",
+    [
+        ("TCPIP::10.0.0.1", "TCPIP0::10.0.0.1::INSTR", "tcpip0::10.0.0.1::inst0::instr"),
+        ("TCPIP::lab-afg::5025::SOCKET", "TCPIP0::LAB-AFG::5025::socket"),
+        ("TCPIP::10.0.0.1::hislip0::INSTR", "TCPIP0::10.0.0.1::hislip0,4880::INSTR"),
+        ("TCPIP::localhost::hislip0,99::INSTR", "TCPIP0::127.0.0.1::hislip0,99"),
+        ("USB::0x0699::0x0358::C012345::INSTR", "USB0::1689::856::C012345::0::INSTR"),
+        ("GPIB::5", "GPIB0::5::INSTR"),
+        ("ASRL1", "ASRL1::INSTR"),
+        ("SN1012", "sn1012"),
+    ],
+)
+def test_spellings_of_one_address(spellings):
+    assert len({normalised_address(one) for one in spellings}) == 1
+
+
+def test_other_addresses_are_others():
+    several = (
+        "TCPIP::10.0.0.1::INSTR", "TCPIP::10.0.0.2::INSTR", "TCPIP1::10.0.0.1::INSTR",
+        "TCPIP::10.0.0.1::inst1::INSTR", "TCPIP::10.0.0.1::5025::SOCKET",
+        "TCPIP::10.0.0.1::5026::SOCKET", "TCPIP::10.0.0.1::hislip0,99::INSTR",
+        "TCPIP::10.0.0.1::hislip0::INSTR", "USB::1", "USB::2", "GPIB::5", "GPIB::6", "ASRL1",
+        "ASRL2", "", "::", "TCPIP", "SN1012",
+    )  # fmt: skip
+    assert len({normalised_address(one) for one in several}) == len(several)
+
+
+def test_another_spelling_is_locked_too(other):
+    for spelling in ("TCPIP0::10.0.0.1::INSTR", "tcpip::10.0.0.1"):
+        with pytest.raises(InstrumentError, match="Another program") as caught:
+            with lock_instruments([spelling]):
+                pass
+        assert caught.value.resource == spelling
+
+
+def test_two_spellings_in_one_program_are_one_lock():
+    with lock_instruments(["TCPIP::10.0.0.9::INSTR", "TCPIP0::10.0.0.9"]):
+        pass

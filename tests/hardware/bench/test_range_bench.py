@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from benches import bench_file
 
-from hardware import dry_run, read_bench
+from hardware import InstrumentError, dry_run, read_bench
 from hardware.simulated import ConstantVelocity, Interferometer, MeasurementArm, Target
 from rapi_jax import DataError, LimitError, triangle
 from rapi_jax.ranging import AirState
@@ -117,6 +117,21 @@ def test_each_record_is_handed_over_at_once(tmp_path):
         last = bench.record_fringes(DRIVE, records=3, store=store)
     assert seen == ["record00", "record01", "record02"]
     assert [record.name for record in last] == ["record02"]
+
+
+def test_a_setting_that_changes_between_records_ends_it(tmp_path):
+    dry = rehearsed(tmp_path)
+    seen = []
+
+    def store(records):
+        seen.append(records)
+        dry.laboratory.generator.feed(b"SOUR1:VOLT:OFFS 3.01\n")
+
+    with dry.bench as bench:
+        with pytest.raises(InstrumentError, match="changed the setting"):
+            bench.record_fringes(DRIVE, records=3, store=store)
+        assert len(seen) == 1 and dry.laboratory.generator.output(1) is None
+        assert '"OUTP1:POL": "NORM"' in bench.settings
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])

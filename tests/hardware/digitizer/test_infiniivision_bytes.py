@@ -15,11 +15,12 @@ ASKED = Acquisition({"interferometer": Input(1, -0.2, 1.2)}, before_s=1e-3, afte
 # Headers as the programmer's guide of the series writes them.
 TABLE = """
 :STOP :SINGle :OPERegister:CONDition
-:ACQuire:TYPE :ACQuire:SRATe
+:ACQuire:MODE :ACQuire:TYPE :ACQuire:SRATe
 :TIMebase:MODE :TIMebase:REFerence :TIMebase:RANGe :TIMebase:POSition
 :CHANnel1:DISPlay :CHANnel1:COUPling :CHANnel1:INVert :CHANnel1:PROBe :CHANnel1:RANGe
-:CHANnel1:OFFSet :CHANnel1:IMPedance
+:CHANnel1:OFFSet :CHANnel1:IMPedance :CHANnel1:BWLimit :CHANnel1:UNITs :CHANnel1:PROBe:SKEW
 :TRIGger:MODE :TRIGger:EDGE:SOURce :TRIGger:EDGE:SLOPe :TRIGger:EDGE:LEVel :TRIGger:SWEep
+:TRIGger:EDGE:COUPling :TRIGger:EDGE:REJect :TRIGger:HFReject :TRIGger:NREJect :TRIGger:HOLDoff
 :EXTernal:PROBe
 :WAVeform:SOURce :WAVeform:POINts:MODE :WAVeform:POINts :WAVeform:FORMat :WAVeform:BYTeorder
 :WAVeform:UNSigned :WAVeform:PREamble :WAVeform:DATA
@@ -34,24 +35,33 @@ def put(header, value, *, reads=None):
 
 CONFIGURE = (
     *command(":STOP"),
-    *command(":ACQ:TYPE NORM"),
-    *command(":TIM:MODE MAIN"),
-    *command(":TIM:REF LEFT"),
+    *put(":ACQ:MODE", "RTIM"),
+    *put(":ACQ:TYPE", "NORM"),
+    *put(":TIM:MODE", "MAIN"),
+    *put(":TIM:REF", "LEFT"),
     *put(":TIM:RANG", "1.020000E-02", reads="+1.02000E-02"),
     (":TIM:RANG?", "+1.02000E-02"),
     *put(":TIM:POS", "1.000000E-05"),
-    *command(":CHAN1:DISP 1"),
-    *command(":CHAN1:COUP DC"),
-    *command(":CHAN1:INV 0"),
+    *put(":CHAN1:DISP", "1"),
+    *put(":CHAN1:COUP", "DC"),
+    *put(":CHAN1:INV", "0"),
+    *put(":CHAN1:BWL", "0"),
+    *put(":CHAN1:UNIT", "VOLT"),
     *put(":CHAN1:PROB", "1.000000E+00", reads="+1.00E+00"),
+    *put(":CHAN1:PROB:SKEW", "0.000000E+00", reads="+0.0E+00"),
     *put(":CHAN1:RANG", "1.400000E+00", reads="+1.60E+00"),  # the next that it has
     *put(":CHAN1:OFFS", "5.000000E-01"),
-    *command(":TRIG:MODE EDGE"),
-    *command(":TRIG:EDGE:SOUR EXT"),
-    *command(":TRIG:EDGE:SLOP POS"),
+    *put(":TRIG:MODE", "EDGE"),
+    *put(":TRIG:EDGE:SOUR", "EXT", reads="EXTernal"),  # as some firmware writes it
+    *put(":TRIG:EDGE:SLOP", "POS"),
+    *put(":TRIG:EDGE:COUP", "DC"),
+    *put(":TRIG:EDGE:REJ", "OFF"),
+    *put(":TRIG:HFR", "0"),
+    *put(":TRIG:NREJ", "0"),
+    *put(":TRIG:SWE", "NORM"),
+    *put(":TRIG:HOLD", "6.000000E-08", reads="+6.0E-08"),
     *put(":EXT:PROB", "1.000000E+00", reads="+1.000E+00"),
     *put(":TRIG:EDGE:LEV", "1.500000E+00"),
-    *command(":TRIG:SWE NORM"),
 )
 ARM = command(":SING")
 RUNNING, STOPPED = (":OPER:COND?", "+8"), (":OPER:COND?", "+0")
@@ -67,9 +77,14 @@ READ = (
     (":WAV:DATA?", b"#800220000" + CODES.astype(">i2").tobytes()),
 )
 SNAPSHOT = {
-    ":TIM:RANG": "+1.02E-02", ":TIM:POS": "+1.0E-05", ":ACQ:SRAT": "+1.0E+07",
-    ":TRIG:EDGE:SOUR": "EXT", ":TRIG:EDGE:LEV": "+1.5", ":CHAN1:RANG": "+1.6",
-    ":CHAN1:OFFS": "+0.5", ":CHAN1:PROB": "+1.0", ":CHAN1:IMP": "ONEM",
+    ":ACQ:MODE": "RTIM", ":ACQ:TYPE": "NORM", ":TIM:MODE": "MAIN", ":TIM:REF": "LEFT",
+    ":TIM:RANG": "+1.02E-02", ":TIM:POS": "+1.0E-05", ":CHAN1:DISP": "1", ":CHAN1:COUP": "DC",
+    ":CHAN1:INV": "0", ":CHAN1:BWL": "0", ":CHAN1:UNIT": "VOLT", ":CHAN1:PROB": "+1.0",
+    ":CHAN1:PROB:SKEW": "+0.0E+00", ":CHAN1:RANG": "+1.6", ":CHAN1:OFFS": "+0.5",
+    ":TRIG:MODE": "EDGE", ":TRIG:EDGE:SOUR": "EXT", ":TRIG:EDGE:SLOP": "POS",
+    ":TRIG:EDGE:COUP": "DC", ":TRIG:EDGE:REJ": "OFF", ":TRIG:HFR": "0", ":TRIG:NREJ": "0",
+    ":TRIG:SWE": "NORM", ":TRIG:HOLD": "+6.0E-08", ":EXT:PROB": "+1.0",
+    ":TRIG:EDGE:LEV": "+1.5", ":ACQ:SRAT": "+1.0E+07", ":CHAN1:IMP": "ONEM",
 }  # fmt: skip
 ASK = tuple((f"{header}?", reply) for header, reply in SNAPSHOT.items())
 
@@ -130,6 +145,15 @@ def test_a_setting_that_was_not_taken_is_refused():
     lines[at] = (":TRIG:EDGE:LEV?", "+0.0")
     with Transcript(*lines[: at + 1]) as link:
         with pytest.raises(InstrumentError, match="TRIG:EDGE:LEV"):
+            scope_after(link)
+
+
+def test_a_state_that_was_not_taken_is_refused():
+    lines = [*OPEN, *CONFIGURE]
+    at = lines.index((":CHAN1:INV?", "0"))
+    lines[at] = (":CHAN1:INV?", "1")
+    with Transcript(*lines[: at + 1]) as link:
+        with pytest.raises(InstrumentError, match="CHAN1:INV 0.*another setting"):
             scope_after(link)
 
 

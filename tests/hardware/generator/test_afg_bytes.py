@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from transcript import Transcript, command
 
-from hardware import AFG31000, DriveLimits, Scpi
+from hardware import AFG31000, DriveLimits, InstrumentError, Scpi
 from hardware.generator._levels import Levels
 from hardware.generator._port import AfgPort
+from hardware.simulated import SimulatedAFG31052, SimulatedLink
 
 IDN = "TEKTRONIX,AFG31052,C012345,SCPI:99.0 FV:1.6.1"
 OPEN = (("*IDN?", IDN), ("*CLS", None), ("*OPC?", "1"))
@@ -91,6 +92,29 @@ def test_the_second_channel_has_its_own_memory():
         assert port.read_back(2).tolist() == [0, 1]
 
 
+@pytest.mark.parametrize("name", ["EMEM", "EMEM1", "EMEMory1", "EMEMORY"])
+def test_the_first_memory_may_be_named_without_its_number(name):
+    lines = (*command("SOUR1:FUNC:SHAP EMEM1"), ("SOUR1:FUNC:SHAP?", name))
+    with Transcript(*lines) as link:
+        AfgPort(Scpi(link), 1).select()
+
+
+@pytest.mark.parametrize(("n", "name"), [(1, "EMEM2"), (2, "EMEM"), (2, "EMEM1"), (1, "SIN")])
+def test_another_memory_is_refused(n, name):
+    lines = (*command(f"SOUR{n}:FUNC:SHAP EMEM{n}"), (f"SOUR{n}:FUNC:SHAP?", name))
+    with Transcript(*lines) as link, pytest.raises(InstrumentError, match="another form"):
+        AfgPort(Scpi(link), n).select()
+
+
+def test_a_run_on_an_instrument_that_says_emem():
+    instrument = SimulatedAFG31052(first_memory="EMEM")
+    with AFG31000(Scpi(SimulatedLink(instrument))) as afg:
+        channel = afg.channel(1, limits=DriveLimits(0.0, 7.5, 2000.0, 0.5, 100.0))
+        channel.load(np.array([1.0, 1.2, 1.4, 1.2]), 20.0)
+        channel.start()
+        assert channel.settings()["SOUR1:FUNC:SHAP"] == "EMEM" and instrument.output(1) is not None
+
+
 def test_the_longest_upload_has_262144_bytes():
     codes = (np.arange(131072) % 16383).astype(np.uint16)
     sent = b"DATA:DATA EMEM1,#6262144" + codes.astype(">u2").tobytes()
@@ -108,11 +132,30 @@ def test_trigger():
 
 
 def test_a_channel_is_off_then_loaded_then_clamped():
+    """As another user left it: inverted, and coupled to channel 2."""
     low, high = "SOUR1:VOLT:LEV:IMM:LOW", "SOUR1:VOLT:LEV:IMM:HIGH"
     lines = (
+        ("SEQC:STAT?", "0"),
+        ("SOUR1:VOLT:CONC:STAT?", "0"),
+        ("SOUR2:VOLT:CONC:STAT?", "1"),
+        *command("SOUR2:VOLT:CONC:STAT OFF"),
+        ("SOUR2:VOLT:CONC:STAT?", "0"),
+        ("SOUR1:FREQ:CONC:STAT?", "0"),
+        ("SOUR2:FREQ:CONC:STAT?", "0"),
         ("OUTP1:STAT?", "0"),
         *command("OUTP1:STAT OFF"),
         ("OUTP1:STAT?", "0"),
+        ("SOUR1:FREQ:MODE?", "CW"),
+        ("SOUR1:AM:STAT?", "0"),
+        ("SOUR1:FM:STAT?", "0"),
+        ("SOUR1:PM:STAT?", "0"),
+        ("SOUR1:FSK:STAT?", "0"),
+        ("SOUR1:PWM:STAT?", "0"),
+        ("SOUR1:BURS:STAT?", "0"),
+        ("OUTP1:POL?", "INV"),
+        *command("OUTP1:POL NORM"),
+        ("OUTP1:POL?", "NORM"),
+        ("SOUR1:PHAS:ADJ?", "0.0000E+00"),
         *command("OUTP1:IMP INF"),
         ("OUTP1:IMP?", "9.9E+37"),
         ("SOUR1:VOLT:LIM:LOW?", "-1.0000E+01"),
@@ -132,3 +175,4 @@ def test_a_channel_is_off_then_loaded_then_clamped():
     with Transcript(*OPEN, *lines) as link:
         channel = AFG31000(Scpi(link)).channel(1, limits=limits)
         assert not channel.on
+        assert channel.undone == ("SOUR2:VOLT:CONC:STAT", "OUTP1:POL")

@@ -28,6 +28,15 @@ IDENTITY = "New_Focus 6700 v2.4 03/19/14 SN1012"
     [
         (IDENTITY, True),
         ("v2.4 03/19/14 SN1012", True),
+        ("New_Focus 6700 v2.4 03/19/14 SN", True),
+        ("New_Focus 6700 v2", True),
+        (".4 03/19/14 SN1012", True),
+        ("us 6700 v2.4 03/19/14 SN1012", True),
+        ("Newport 6700 v2.4 03/19/14", True),
+        ("6700 SN1012", True),
+        ("6712", False),
+        ("VALUE OUT OF RANGE", False),
+        ('501,"LDD INTERLOCK FLT"', False),
         ("OK", False),
         ("770.50", False),
         ("TLB-6712", False),
@@ -41,6 +50,10 @@ def test_an_identity_is_told_from_an_answer(line, stray):
 def test_the_line_that_answers():
     assert select_answer("SOURce:WAVElength?", ["770.50", IDENTITY]) == "770.50"
     assert select_answer("*IDN?", [IDENTITY]) == IDENTITY
+    assert select_answer("SENSe:WAVElength", ["OK", "770.50"]) == "770.50"
+    assert select_answer("SOURce:WAVElength?", ["770.50", "OK", IDENTITY]) == "770.50"
+    with pytest.raises(ValueError, match="no line"):
+        select_answer("SOURce:WAVElength?", ["OK"])
     with pytest.raises(ValueError, match="no line"):
         select_answer("OUTPut:STATe 1", [IDENTITY])
     with pytest.raises(ValueError, match="more than one"):
@@ -101,7 +114,10 @@ def test_peers_that_misbehave(peer):
 
 
 def test_noise_never_becomes_an_answer():
-    """10 000 answers of random bytes: a line as it was sent, or an error."""
+    """10 000 answers of random bytes: a line as it was sent, or an error.
+
+    The first line that is no `OK`, which no query is answered by.
+    """
     rng, instrument = random.Random(5), SimulatedTLB6700()
     for _ in range(10_000):
         data = bytes(rng.choice(b'OK0129.,"\r\n\x00\xffv ') for _ in range(rng.randint(0, 90)))
@@ -112,7 +128,8 @@ def test_noise_never_becomes_an_answer():
         except InstrumentError as error:
             assert all(32 <= ord(letter) <= 126 for letter in str(error))
             continue
-        assert said.encode() == data.split(b"\n")[0].removesuffix(b"\r") and len(said) <= 64
+        lines = [line.removesuffix(b"\r") for line in data.split(b"\n")]
+        assert said.encode() == next(line for line in lines if line != b"OK") and len(said) <= 64
 
 
 class Library:
@@ -166,6 +183,22 @@ def test_the_vendors_library():
         library.empty_reads = 2  # the identity comes in place of the answer, which comes later
         assert link.query("OUTPut:TRACk?") == "1"
     assert library.opened == 0
+
+
+@pytest.mark.parametrize("serial", ["SN1012", "1012", "6700 SN1012", "sn1012", "TLB-6700 SN 1012"])
+def test_serial_numbers_as_they_are_written(serial):
+    with VendorDllLink(serial, dll=Library(SimulatedTLB6700())) as link:
+        assert link.query("*IDN?") == IDENTITY
+
+
+@pytest.mark.parametrize("serial", ["", "SN", "6700", "SN1012; DROP"])
+def test_what_is_no_serial_number(serial):
+    if serial == "6700":  # a number alone is one
+        with pytest.raises(InstrumentError, match="no controller SN6700"):
+            VendorDllLink(serial, dll=Library(SimulatedTLB6700()))
+        return
+    with pytest.raises(ValueError, match="no serial number"):
+        VendorDllLink(serial, dll=Library(SimulatedTLB6700()))
 
 
 def test_the_vendors_library_fails():

@@ -57,13 +57,29 @@ def greeting():
         line("SYSTem:LASer:MODEL?", "TLB-6712"),
         line("ERRSTR?", '0,"NO ERROR"'),
         *done("SYSTem:MCONtrol REM"),
+        *done("OUTPut:SCAN:STOP"),
         *done("OUTPut:TRACk 0", read=("OUTPut:TRACk?", "0")),
+        line("SYSTem:WINPut?", "0"),
         line("*STB?", "0"),
         line("SENSe:TEMPerature:DIODe", "20.00"),
         line("SENSe:TEMPerature:CAVity", "30.00"),
     )
 
 
+REST = (  # at rest, as it is looked at before a scan
+    line("SYSTem:LASer:MODEL?", "TLB-6712"),
+    line("SYSTem:MCONtrol?", "REM"),
+    line("OUTPut:STATe?", "1"),
+    line("OUTPut:TRACk?", "0"),
+    line("SYSTem:WINPut?", "0"),
+    line("SOURce:CPOWer?", "0"),
+    line("SOURce:WAVElength?", "770.00"),
+    line("SOURce:VOLTage:PIEZo?", "50.00"),
+    line("SOURce:CURRent:DIODe?", "120.00"),
+    line("SOURce:WAVE:SCANCFG?", "0"),
+    line("SOURce:WAVE:DESSCANS?", "5"),
+    line("*OPC?", "1"),
+)
 FAREWELL = (
     *done("OUTPut:SCAN:STOP"),
     *done("OUTPut:TRACk 0", read=("OUTPut:TRACk?", "0")),
@@ -116,10 +132,12 @@ FAREWELL = (
         (
             lambda laser: laser.scan_wavelength(768.0, 772.0, nm_per_s=2.0),
             (
+                *REST,
                 *done("SOURce:WAVE:START 768.00", read=("SOURce:WAVE:START?", "768.00")),
                 *done("SOURce:WAVE:STOP 772.00", read=("SOURce:WAVE:STOP?", "772.00")),
                 *done("SOURce:WAVE:SLEW:FORWard 2.00", read=("SOURce:WAVE:SLEW:FORWard?", "2.0")),
                 *done("SOURce:WAVE:SLEW:RETurn 2.00", read=("SOURce:WAVE:SLEW:RETurn?", "2.0")),
+                *done("SOURce:WAVE:DESSCANS 1", read=("SOURce:WAVE:DESSCANS?", "1")),
                 *done("OUTPut:SCAN:RESET"),
                 *done("OUTPut:SCAN:START"),
             ),
@@ -165,8 +183,89 @@ def test_the_piezo_never_jumps():
 
 
 @pytest.mark.parametrize(
+    "settings",
+    [
+        {"identity": "New_Focus 6700 v2.4 03/19/14 SN1012"},
+        {"identity": "NEW_FOCUS 6700 v2.4 03/19/14 SN1012"},
+        {"identity": "NEW_FOCUS, 6700, v2.4"},
+        {"identity": "New Focus 6700 v1.2 11/02/10 SN7"},
+        {"identity": "NewFocus TLB-6700 v2.4"},
+        {"identity": "Newport 6700 v2.4 03/19/14 SN1012"},
+        {"identity": "Newport New_Focus TLB-6700 v3.0"},
+        {"identity": "Newport,6700,SN1012"},
+        {"identity": "New_Focus 6700 v2"},
+        {"identity": "6700 SN1012"},
+        {"stray_ok": "before"},
+        {"stray_ok": "after"},
+        {"stray_ok": "after", "stray_every": 2},
+        {"cut_identities": 2},
+    ],
+    ids=repr,
+)
+def test_reply_forms_of_real_controllers(settings):
+    pair = Pair(**settings)
+    with pair.laser() as laser:
+        laser.set_piezo(48.5)
+        laser.set_current(110.0)
+        assert laser.piezo() == 48.5 and laser.wavelength() == 770.0
+        assert laser.snapshot()["current_set_ma"] == "110.00"
+        assert laser.identity == pair.instrument.identity
+
+
+def test_an_ok_that_nobody_asked_for_hides_no_refusal():
+    pair = Pair(stray_ok="after")
+    wider = LaserLimits((700.0, 800.0), (0.0, 100.0), (30.0, 140.0), (0.0, 99.0), (0.0, 99.0))
+    with pair.laser(wider) as laser:
+        with pytest.raises(InstrumentError, match="VALUE OUT OF RANGE"):
+            laser.set_wavelength(790.0)
+
+
+@pytest.mark.parametrize("seconds", [3.0, 60.0])
+def test_emission_may_be_delayed(seconds):
+    pair = Pair(on_delay_s=seconds)
+    with pair.laser() as laser:
+        began = pair.link.clock_s
+        laser.switch(True)
+        assert laser.emits() and seconds <= pair.link.clock_s - began < seconds + 1.0
+
+
+def test_emission_that_never_comes_is_an_error():
+    pair = Pair(on_delay_s=1e3)
+    with pair.laser() as laser, pytest.raises(InstrumentError, match="told otherwise"):
+        laser.switch(True)
+
+
+@pytest.mark.parametrize(
+    ("left", "says"),
+    [
+        ("OUTPut:TRACk 1", "follows the set wavelength"),
+        ("SYSTem:WINPut 1", "voltage at the rear"),
+        ("OUTPut:SCAN:START", "a scan is on"),
+    ],
+)
+def test_what_another_user_switched_on_is_seen_before_a_scan(left, says):
+    pair = Pair()
+    with pair.laser() as laser:
+        pair.instrument.feed(left.encode() + b"\r\n")
+        with pytest.raises(InstrumentError, match=says):
+            laser.scan_wavelength(768.0, 769.0, nm_per_s=0.5)
+
+
+def test_as_many_scans_as_asked_for():
+    pair = Pair()
+    with pair.laser() as laser:
+        pair.instrument.feed(b"SOURce:WAVE:DESSCANS 500\r\n")
+        laser.scan_wavelength(770.0, 771.0, nm_per_s=1.0, scans=2)
+        assert pair.instrument.scans == 2 and laser.snapshot()["scan_option"] == "0"
+        with pytest.raises(ValueError, match="1 to 9999"):
+            laser.scan_wavelength(770.0, 771.0, nm_per_s=1.0, scans=0)
+
+
+@pytest.mark.parametrize(
     ("settings", "says"),
     [
+        ({"identity": "Newport 1830-R v1.0"}, "another instrument"),
+        ({"identity": "SN1012"}, "another instrument"),
         ({"identity": "NEWPORT 1918-C v1.0 01/01/10 SN5"}, "another instrument"),
         ({"head": "TLB-6728"}, "head is another one"),
         ({"interlock": False}, "LDD INTERLOCK FLT"),

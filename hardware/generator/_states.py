@@ -1,0 +1,74 @@
+"""States of the generator that a scan needs, and what any other would do to it.
+
+Another user may have left any of them. Each is asked for first and sent only where it differs: a
+command that has nothing to change may be refused. Headers as in the AFG31000 series' programmer
+manual; `{n}` is the channel.
+"""
+
+from typing import NamedTuple
+
+OFF = r"0|(?i:OFF)"
+
+
+class State(NamedTuple):
+    """One setting: `header`; the `value` that is sent; `answer`: a pattern of its reply.
+
+    `otherwise`: what becomes of a scan with any other, as a sentence.
+    """
+
+    header: str
+    value: str
+    answer: str
+    otherwise: str
+
+
+def _modulation(name: str, header: str) -> State:
+    otherwise = f"With {name} on, something else than the loaded waveform is played."
+    return State(f"SOUR{{n}}:{header}:STAT", "OFF", OFF, otherwise)
+
+
+SEQUENCE = State(
+    "SEQC:STAT", "OFF", OFF, "In sequence mode the instrument does not play the loaded waveform."
+)
+# Of both channels: either one would carry the other's changes over.
+COUPLINGS = tuple(
+    State(
+        f"SOUR{n}:{quantity}:CONC:STAT",
+        "OFF",
+        OFF,
+        f"Where {words} of the channels are coupled, whoever sets the other channel sets this one.",
+    )
+    for quantity, words in (("VOLT", "levels"), ("FREQ", "rates"))
+    for n in (1, 2)
+)
+CONTINUOUS = (
+    State(
+        "SOUR{n}:FREQ:MODE",
+        "CW",
+        r"(?i:CW|FIX(ED)?)",
+        "In a sweep the rate is another one than was set.",
+    ),
+    *(
+        _modulation(name, header)
+        for name, header in (
+            ("amplitude modulation", "AM"),
+            ("frequency modulation", "FM"),
+            ("phase modulation", "PM"),
+            ("frequency-shift keying", "FSK"),
+            ("pulse-width modulation", "PWM"),
+            ("burst mode", "BURS"),
+        )
+    ),
+    State(
+        "OUTP{n}:POL",
+        "NORM",
+        r"(?i:NORM(AL)?)",
+        "With inverted polarity the drive is mirrored.",
+    ),
+    State(
+        "SOUR{n}:PHAS:ADJ",
+        "0",
+        r"[+-]?0*\.?0*([eE][+-]?\d+)?",
+        "With a phase the drive begins elsewhere in its period than the trigger says.",
+    ),
+)

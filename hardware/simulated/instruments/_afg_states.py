@@ -1,0 +1,148 @@
+"""Commands of the simulated generator for what a user may leave switched on.
+
+Headers as in the AFG31000 series' programmer manual.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+
+from ._afg_output import AfgOutput
+from ._messages import Unit
+from ._scpi_instrument import Handler, boolean, number, word
+
+_MODULATIONS = {"AM": "AM:STATe", "FM": "FM:STATe", "PM": "PM:STATe", "FSK": "FSKey[:STATe]"}
+_MODULATIONS |= {"PWM": "PWM:STATe"}
+_VALUES = {  # header: field of `Playback`, smallest, largest, unit
+    "PHASe[:ADJust]": ("phase_rad", -math.pi, math.pi, "RAD"),
+    "AM:INTernal:FREQuency": ("modulation_hz", 2e-3, 1e6, "HZ"),
+    "FM:INTernal:FREQuency": ("modulation_hz", 2e-3, 1e6, "HZ"),
+    "PM:INTernal:FREQuency": ("modulation_hz", 2e-3, 1e6, "HZ"),
+    "FSKey:INTernal:RATE": ("modulation_hz", 2e-3, 1e6, "HZ"),
+    "FM[:DEViation]": ("fm_hz", 0.0, 25e6, "HZ"),
+    "PM[:DEViation]": ("pm_rad", 0.0, math.pi, "RAD"),
+    "FSKey:FREQuency": ("fsk_hz", 1e-6, 25e6, "HZ"),
+    "FREQuency:STARt": ("sweep_from_hz", 1e-6, 25e6, "HZ"),
+    "FREQuency:STOP": ("sweep_to_hz", 1e-6, 25e6, "HZ"),
+    "SWEep:TIME": ("sweep_s", 1e-3, 500.0, "S"),
+    "BURSt:NCYCles": ("burst_cycles", 1.0, 1e6, ""),
+}
+
+
+class AfgStates:
+    """Coupling of the channels, and how each plays; `outputs`: by number."""
+
+    def __init__(self, outputs: Mapping[int, AfgOutput]) -> None:
+        self._outputs = outputs
+        self.reset()
+
+    def reset(self) -> None:
+        """Nothing is coupled; basic mode; the internal reference."""
+        self._coupled: dict[str, set[int]] = {"VOLTage": set(), "FREQuency": set()}
+        self.sequence = False
+        self.reference = "INT"
+
+    def set_level(self, name: str, n: int, value: float) -> None:
+        """A level of a channel, and of the other where their voltages are coupled."""
+        for one in self._follow("VOLTage", n):
+            self._outputs[one].set_level(name, value)
+
+    def set_frequency(self, n: int, hertz: float) -> None:
+        """The rate of a channel, and of the other where their rates are coupled."""
+        for one in self._follow("FREQuency", n):
+            self._outputs[one].play.frequency_hz = hertz
+            self._outputs[one].record()
+
+    def commands(self) -> dict[str, Handler]:
+        """By header."""
+        table: dict[str, Handler] = {
+            "OUTPut{n}:POLarity": self._set_polarity,
+            "OUTPut{n}:POLarity?": lambda n, _: "INV" if self._play(n).inverted else "NORM",
+            "SOURce{n}:FREQuency:MODE": self._set_mode,
+            "SOURce{n}:FREQuency:MODE?": lambda n, unit: self._play(n).mode,
+            "SOURce{n}:BURSt[:STATe]": self._set_burst,
+            "SOURce{n}:BURSt[:STATe]?": lambda n, unit: str(int(self._play(n).burst)),
+            "SOURce{n}:VOLTage:UNIT": self._set_unit,
+            "SOURce{n}:VOLTage:UNIT?": lambda n, unit: self._outputs[n].unit,
+            "SOURce{n}:AM[:DEPTh]": self._set_depth,
+            "SEQControl[:STATe]": lambda n, unit: setattr(self, "sequence", boolean(unit)),
+            "SEQControl[:STATe]?": lambda n, unit: str(int(self.sequence)),
+            "[SOURce:]ROSCillator:SOURce": self._set_reference,
+            "[SOURce:]ROSCillator:SOURce?": lambda n, unit: self.reference,
+        }
+        for quantity in self._coupled:
+            header = f"SOURce{{n}}:{quantity}:CONCurrent[:STATe]"
+            table[header], table[f"{header}?"] = self._coupling(quantity)
+        for name, header in _MODULATIONS.items():
+            header = f"SOURce{{n}}:{header}"
+            table[header], table[f"{header}?"] = self._modulation(name)
+        for header, value in _VALUES.items():
+            header = f"SOURce{{n}}:{header}"
+            table[header], table[f"{header}?"] = self._value(*value)
+        for name, header in {"offset": "OFFSet", "amplitude": "AMPLitude"}.items():
+            header = f"[:{header}]" if name == "amplitude" else f":{header}"
+            header = f"SOURce{{n}}:VOLTage[:LEVel][:IMMediate]{header}"
+            table[header], table[f"{header}?"] = self._level(name)
+        return table
+
+    def _play(self, n: int):
+        return self._outputs[n].play
+
+    def _follow(self, quantity: str, n: int) -> tuple[int, ...]:
+        return tuple(self._outputs) if self._coupled[quantity] else (n,)
+
+    def _coupling(self, quantity: str) -> tuple[Handler, Handler]:
+        def put(n: int, unit: Unit) -> None:
+            if not boolean(unit):
+                self._coupled[quantity].discard(n)
+                return
+            self._coupled[quantity].add(n)  # at once the other takes what this channel has
+            if quantity == "FREQuency":
+                self.set_frequency(n, self._play(n).frequency_hz)
+                return
+            for name in ("offset", "amplitude"):
+                self.set_level(name, n, self._outputs[n].level(name))
+
+        return put, lambda n, unit: str(int(n in self._coupled[quantity]))
+
+    def _modulation(self, name: str) -> tuple[Handler, Handler]:
+        def put(n: int, unit: Unit) -> None:
+            (self._play(n).modulation.add if boolean(unit) else self._play(n).modulation.discard)(
+                name
+            )
+            self._outputs[n].record()
+
+        return put, lambda n, unit: str(int(name in self._play(n).modulation))
+
+    def _value(self, field: str, low: float, high: float, quantity: str) -> tuple[Handler, Handler]:
+        def put(n: int, unit: Unit) -> None:
+            setattr(self._play(n), field, number(unit, low, high, quantity))
+            self._outputs[n].record()
+
+        return put, lambda n, unit: f"{getattr(self._play(n), field):.10E}"
+
+    def _level(self, name: str) -> tuple[Handler, Callable[[int, Unit], str]]:
+        return (
+            lambda n, unit: self.set_level(name, n, number(unit, quantity="V")),
+            lambda n, unit: f"{self._outputs[n].level(name):.4E}",
+        )
+
+    def _set_polarity(self, n: int, unit: Unit) -> None:
+        self._play(n).inverted = word(unit, ("NORMal", "INVerted")) == "INV"
+
+    def _set_mode(self, n: int, unit: Unit) -> None:
+        mode = word(unit, ("CW", "FIXed", "SWEep"))
+        self._play(n).mode = "SWE" if mode == "SWE" else "CW"
+        self._outputs[n].record()
+
+    def _set_burst(self, n: int, unit: Unit) -> None:
+        self._play(n).burst = boolean(unit)
+
+    def _set_unit(self, n: int, unit: Unit) -> None:
+        self._outputs[n].unit = word(unit, ("VPP", "VRMS", "DBM"))
+
+    def _set_depth(self, n: int, unit: Unit) -> None:
+        self._play(n).am_depth = number(unit, 0.0, 120.0, "PCT") / 100
+
+    def _set_reference(self, n: int, unit: Unit) -> None:
+        del n
+        self.reference = word(unit, ("INTernal", "EXTernal"))

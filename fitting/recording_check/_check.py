@@ -67,8 +67,8 @@ def check_recording(recording: Any) -> RecordingCheck:
     The checks are those that `identify` makes before its fit. What shows only beside a model (mode
     hops, runs that do not belong) is not looked for.
 
-    Raises `ValueError` where `recording` is not a `Recording`, `DataError` where a run has no reading
-    that is a number.
+    Raises `ValueError` where `recording` is not a `Recording`, `DataError` where a run has no
+    reading that is a number.
     """
     if not isinstance(recording, Recording):
         raise ValueError(

@@ -41,8 +41,8 @@ def render_recording_check(check: "RecordingCheck", name: str) -> Group:
 
 def _tabulate(check: "RecordingCheck") -> Table:
     drive, response = check.recording.drive_unit, check.recording.response_unit
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column("run", overflow="fold")
+    table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("run", overflow="fold", min_width=5)
     for head in (
         "rate\nHz", "periods", "samples", "sampling\nHz", f"swing\n{drive}", f"bias\n{drive}",
         f"span\n{response}", f"noise\n{response}",

@@ -83,7 +83,7 @@ import sys
 from fitting.commands.run import run
 from fitting.cli import app
 assert run(app, []) == 0
-for name in (None, "fit", "predict", "demo", "check"):
+for name in (None, "fit", "predict", "demo", "check", "import"):
     arguments = ["--help"] if name is None else [name, "--help"]
     assert run(app, arguments) == 0
     assert "jax" not in sys.modules and "numpy" not in sys.modules, arguments

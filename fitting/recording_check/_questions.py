@@ -4,17 +4,16 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any, Literal
 
-from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification._thresholds import THRESHOLDS as FITTING
 from fitting.identification.data_checks._data_checks import Fault
 from fitting.identification.data_checks._drive_character import describe_repetition
 from fitting.identification.data_checks.holds._sweeps import single_sweep
 from rapi_jax import Recording
 
 from ._runs import RunSummary
+from ._thresholds import THRESHOLDS
 
 Answer = Literal["yes", "partly", "no"]
-ENOUGH_PERIODS = 3  # two repeat, three also tell a first period from rest and a drift
-SWINGS_APART = 1.2  # factor between swings that shows how thresholds grow; as for scan rates
 
 
 @dataclasses.dataclass(frozen=True)
@@ -77,7 +76,7 @@ def _ask_noise(recording: Recording, runs: Sequence[RunSummary]) -> Question:
             f"{len(repeated)} of {len(runs)} runs repeat; of the others it is read off what a fit "
             "leaves.", _more_periods(),
         )  # fmt: skip
-    if fewest < ENOUGH_PERIODS:
+    if fewest < THRESHOLDS.enough_periods:
         return Question(
             name, "yes", f"measured from {fewest} periods, which is few.", _more_periods()
         )
@@ -90,7 +89,7 @@ def _more_periods() -> str:
 
 def _ask_rates(recording: Recording) -> Question:
     name, rates = "rate dependence", recording.rates
-    if max(rates) > THRESHOLDS.one_rate * min(rates) > 0:
+    if max(rates) > FITTING.one_rate * min(rates) > 0:
         return Question(
             name, "yes", f"{len(rates)} scan rates, {min(rates):.6g} to {max(rates):.6g} Hz."
         )
@@ -106,7 +105,7 @@ def _ask_rates(recording: Recording) -> Question:
 
 def _ask_amplitudes(recording: Recording) -> Question:
     name, swings, unit = "the law of the swing", recording.amplitudes, recording.drive_unit
-    if swings[-1] > SWINGS_APART * max(swings[0], 1e-300):
+    if swings[-1] > THRESHOLDS.swings_apart * max(swings[0], 1e-300):
         shown = f"{len(swings)} swings, {swings[0]:.4g} to {swings[-1]:.4g} {unit} peak to peak."
         return Question(name, "yes", shown)
     one = f"one swing, {swings[0]:.4g} {unit} peak to peak"
@@ -134,10 +133,10 @@ def _ask_effects(
     if faults:
         return Question(name, "no", "on faulty data no effect is named.", "See the faults.")
     missing = []
-    if min(run.periods for run in runs) < ENOUGH_PERIODS:
+    if min(run.periods for run in runs) < THRESHOLDS.enough_periods:
         missing.append("three periods")
     rates = recording.rates
-    if not max(rates) > THRESHOLDS.one_rate * min(rates):
+    if not max(rates) > FITTING.one_rate * min(rates):
         missing.append("several rates")
     if len(recording.amplitudes) < 2:
         missing.append("two swings")

@@ -51,7 +51,12 @@ class RunSummary:
         low, high = float(drive.value.min()), float(drive.value.max())
         index = np.flatnonzero(usable(run, response_lag_s))
         index = index if index.size else np.flatnonzero(run.valid)
-        noise, repeated = measure_run_noise(run, index, _less_drive(run, index))
+        # A drive that does not repeat is no noise of the reading, and noise of the drive is none.
+        (noise, repeated), (less, _) = (
+            measure_run_noise(run, index, one)
+            for one in (run.response[index], _less_drive(run, index))
+        )
+        noise = min(noise, less)
         return cls(
             name=run.name,
             waveform=drive.waveform,
@@ -83,10 +88,7 @@ class RunSummary:
 
 
 def _less_drive(run: Run, index: Int[np.ndarray, " used"]) -> Float[np.ndarray, " used"]:
-    """The reading less its cubic in the drive: what of a drive does not repeat is no noise of it.
-
-    About the mean period of that, a reading is noise, whatever the device is.
-    """
+    """The reading less its cubic in the drive; about its mean period that is noise, too."""
     y, u = run.response[index], run.drive.value[index]
     if run.drive.u_pp == 0 or index.size < 8:
         return y - y.mean()

@@ -3,8 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-_SHORTEST = 5  # samples
-_RATIO = 6.0  # times as long as at the level beside; the top of a sine is 2.4 times as long
+from ._thresholds import THRESHOLDS
 
 
 def find_flat(value: Float[np.ndarray, " samples"]) -> list[tuple[int, int]]:
@@ -19,10 +18,14 @@ def find_flat(value: Float[np.ndarray, " samples"]) -> list[tuple[int, int]]:
     found = []
     for top, beside in ((levels[-1], levels[-2]), (levels[0], levels[1])):
         here, there = _stretches(value == top), _stretches(value == beside)
-        if np.sum(value == top) < _RATIO * np.sum(value == beside):
+        if np.sum(value == top) < THRESHOLDS.flat_ratio * np.sum(value == beside):
             continue
         usual = max(b - a + 1 for a, b in there)
-        found += [(a, b) for a, b in here if b - a + 1 >= max(_SHORTEST, _RATIO * usual)]
+        found += [
+            (a, b)
+            for a, b in here
+            if b - a + 1 >= max(THRESHOLDS.flat_samples, THRESHOLDS.flat_ratio * usual)
+        ]
     return sorted(found)
 
 

@@ -8,14 +8,11 @@ from jaxtyping import Float
 from rapi_jax._errors import DataError
 from rapi_jax.sampling._clock import check_clock
 
+from ._thresholds import THRESHOLDS
+
 Samples = Float[np.ndarray, " samples"]
 Grid = Float[np.ndarray, " grid"]
 Stretch = tuple[int, int]  # first sample, and one past the last
-
-_GAP = 1.5  # usual steps; as in the check of a recording's clock
-_FEW_GAPS = 0.01  # of the steps; more are no gaps but another rate
-_NEAR = 50  # samples over which a sampling rate is read
-_UNEVEN = 0.01  # of a step; less is the rounding of a printed time
 
 
 def even_clock(time: Samples, label: str) -> tuple[Samples, list[Stretch], list[str]]:
@@ -57,8 +54,8 @@ def even_clock(time: Samples, label: str) -> tuple[Samples, list[Stretch], list[
         )
         return line, [(0, time.size)], [note] if kinds.size > 1 else []
     usual = float(np.median(step))
-    gaps = np.flatnonzero(step > _GAP * usual) if usual > 0 else np.arange(step.size)
-    if gaps.size > max(_FEW_GAPS * step.size, 1):
+    gaps = np.flatnonzero(step > THRESHOLDS.gap * usual) if usual > 0 else np.arange(step.size)
+    if gaps.size > max(THRESHOLDS.few_gaps * step.size, 1):
         return time, [(0, time.size)], []
     edges = [0, *(int(i) + 1 for i in gaps), time.size]
     stretches = list(zip(edges[:-1], edges[1:], strict=True))
@@ -73,7 +70,7 @@ def even_clock(time: Samples, label: str) -> tuple[Samples, list[Stretch], list[
         if b - a < 3:
             continue
         even = np.linspace(time[a], time[b - 1], b - a)
-        if np.abs(time[a:b] - even).max() <= _UNEVEN * usual:
+        if np.abs(time[a:b] - even).max() <= THRESHOLDS.uneven_step * usual:
             time[a:b] = even
     return time, stretches, notes
 
@@ -95,11 +92,11 @@ def resample(time: Samples, columns: list[Samples]) -> tuple[Grid, list[Grid], f
     """
     keep = np.r_[True, np.diff(time) > 0]
     time, columns = time[keep], [column[keep] for column in columns]
-    few = min(_NEAR, time.size - 1)
+    few = min(THRESHOLDS.rate_window, time.size - 1)
     step = (time[few:] - time[:-few]) / few  # over some samples, so that jitter is no rate
     long = float(np.quantile(step, 0.95))
     grid = time[0] + long * np.arange(int((time[-1] - time[0]) / long + 1e-9) + 1)
-    dense = float(np.quantile(step, 0.05)) < long / _GAP
+    dense = float(np.quantile(step, 0.05)) < long / THRESHOLDS.gap
     take = (lambda c: average_at(grid, long, time, c)) if dense else (
         lambda c: np.interp(grid, time, c)
     )  # fmt: skip
@@ -136,7 +133,7 @@ def join_clocks(one: tuple[Any, Any], other: tuple[Any, Any]) -> tuple[Grid, Gri
         )
     values = []
     for (time, value), step in zip((one, other), steps, strict=True):
-        finer = step < slow / _GAP
+        finer = step < slow / THRESHOLDS.gap
         values.append(
             average_at(grid, slow, time, value) if finer else np.interp(grid, time, value)
         )

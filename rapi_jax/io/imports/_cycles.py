@@ -8,13 +8,9 @@ from jaxtyping import Float
 from rapi_jax._recording import Waveform
 from rapi_jax.sampling._phase import turning_samples
 
-Samples = Float[np.ndarray, " samples"]
+from ._thresholds import THRESHOLDS
 
-_TURN = 0.05  # of the swing; a drive that turns by less is noisy there
-_SHAPE = 0.03  # of the swing, rms; a drive nearer than this has that waveform
-_ROUND = 5e-4  # relative; a rate so near one of three digits is that one, if phases stay as good
-_LATE = 0.03  # of a period; a cycle that is off by more is of another rate
-_SLIP = 0.02  # periods over the whole run
+Samples = Float[np.ndarray, " samples"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -37,7 +33,7 @@ def find_cycles(drive: Samples, step_s: float) -> list[Cycle]:
     """The complete cycles of a drive, between its minima or its maxima, whichever are more."""
     if not np.ptp(drive) > 0:
         return []
-    turns = turning_samples(drive, _TURN)
+    turns = turning_samples(drive, THRESHOLDS.turn)
     both = [_cycles(drive, _of_kind(drive, turns, sign), step_s) for sign in (1.0, -1.0)]
     return max(both, key=lambda cycles: sum(c.last - c.first for c in cycles))
 
@@ -52,7 +48,10 @@ def _of_kind(drive: Samples, turns: np.ndarray, sign: float) -> list[int]:
             continue
         if k in (0, turns.size - 1) and turns.size > 2:
             inner = [level[j] for j in range(max(k - 2, 0), min(k + 3, turns.size)) if j != k]
-            if level[k] > min(inner) + _TURN * (max(inner) - min(inner)) and turns.size > 3:
+            if (
+                level[k] > min(inner) + THRESHOLDS.turn * (max(inner) - min(inner))
+                and turns.size > 3
+            ):
                 continue
         kept.append(int(turn))
     return kept
@@ -81,7 +80,7 @@ def refine_rate(drive: Samples, cycles: list[Cycle], step_s: float) -> tuple[flo
     if time.size > 2 and np.isfinite(time).all():
         usual = float(np.median(np.diff(time)))
         off = time - number * usual
-        late = np.abs(off - np.median(off)) > _LATE * usual
+        late = np.abs(off - np.median(off)) > THRESHOLDS.late_cycle * usual
         first, last = int(np.argmin(late)), time.size - int(np.argmin(late[::-1]))
         if not late.all():
             cycles, time, number = cycles[first:last], time[first:last], number[first:last]
@@ -92,7 +91,11 @@ def refine_rate(drive: Samples, cycles: list[Cycle], step_s: float) -> tuple[flo
         rate = _one_rate(drive, cycles, step_s)
     plain = float(f"{rate:.3g}")
     slip = abs(rate - plain) / rate * len(cycles)
-    return (plain if slip < _SLIP and abs(rate - plain) < _ROUND * rate else rate), cycles
+    return (
+        plain
+        if slip < THRESHOLDS.rate_slip and abs(rate - plain) < THRESHOLDS.round_rate * rate
+        else rate
+    ), cycles
 
 
 def _one_rate(drive: Samples, cycles: list[Cycle], step_s: float) -> float:
@@ -138,7 +141,7 @@ def name_waveform(drive: Samples, cycles: list[Cycle], rate: float, step_s: floa
     angle = 2.0 * np.pi * phase
     design = np.stack([np.ones(u.size), np.cos(angle), np.sin(angle)], axis=1)
     left = u - design @ np.linalg.lstsq(design, u, rcond=None)[0]
-    if float(np.sqrt(np.mean(left**2))) < _SHAPE:
+    if float(np.sqrt(np.mean(left**2))) < THRESHOLDS.shape:
         return "sine"
     if float(np.mean((u > 0.1) & (u < 0.9))) < 0.1:
         return "step"
@@ -147,4 +150,4 @@ def name_waveform(drive: Samples, cycles: list[Cycle], rate: float, step_s: floa
         for shape in (np.where(phase < rise, phase / rise, (1 - phase) / (1 - rise)),):
             for one in (shape, 1.0 - shape):
                 straight.append(float(np.sqrt(np.mean((u - one) ** 2))))
-    return "triangle" if min(straight) < _SHAPE else "multisine"
+    return "triangle" if min(straight) < THRESHOLDS.shape else "multisine"

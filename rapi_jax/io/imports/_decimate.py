@@ -6,7 +6,7 @@ import numpy as np
 
 from rapi_jax._recording import Run
 
-PER_PERIOD = 500  # samples that a period keeps; a fit loses nothing of its shape
+from ._thresholds import THRESHOLDS
 
 
 def decimate(runs: list[Run], every: int | None, most: int) -> tuple[list[Run], list[str]]:
@@ -20,7 +20,9 @@ def decimate(runs: list[Run], every: int | None, most: int) -> tuple[list[Run], 
         factors.append(factor)
         made.append(_average(run, factor))
     if max(factors) == 1:
-        return runs, [f"{whole} samples, which the periods need to keep {PER_PERIOD} each"]
+        return runs, [
+            f"{whole} samples, which the periods need to keep {THRESHOLDS.period_samples} each"
+        ]
     size = sum(run.drive.size for run in made)
     shown = " to ".join(str(n) for n in dict.fromkeys((min(factors), max(factors))))
     why = "as asked" if every else f"more than {most}"
@@ -33,7 +35,9 @@ def decimate(runs: list[Run], every: int | None, most: int) -> tuple[list[Run], 
 def _automatic(run: Run, factor: int) -> int:
     rate = run.drive.rate
     if rate:
-        factor = min(factor, max(int(1.0 / (rate * run.drive.step_s) / PER_PERIOD), 1))
+        factor = min(
+            factor, max(int(1.0 / (rate * run.drive.step_s) / THRESHOLDS.period_samples), 1)
+        )
     return factor
 
 

@@ -6,8 +6,7 @@ from jaxtyping import Float
 from rapi_jax._errors import DataError
 
 from ._options import MadeDrive
-
-_EXPLAINED = 0.5  # of the variance; a response to another rate averages out over its periods
+from ._thresholds import THRESHOLDS
 
 
 def make_drive(made: MadeDrive, time: Float[np.ndarray, " samples"]) -> np.ndarray:
@@ -35,7 +34,7 @@ def check_made(
     count = np.maximum(np.bincount(place, minlength=bins), 1)
     mean = np.bincount(place, y, minlength=bins) / count
     explained = float(np.var(mean[place])) / max(float(np.var(y)), 1e-300)
-    if float(np.ptp(cycles)) > 1.5 and explained < _EXPLAINED:
+    if float(np.ptp(cycles)) > 1.5 and explained < THRESHOLDS.made_explained:
         raise DataError(
             f"the response does not repeat at {made.rate:g} Hz (its mean period explains "
             f"{100 * explained:.0f} % of it): the rate of the drive is another one. Correct "

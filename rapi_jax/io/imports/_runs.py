@@ -10,15 +10,9 @@ from rapi_jax._recording import Run, Waveform
 
 from ._cycles import Cycle, find_cycles, name_waveform, refine_rate
 from ._options import ImportOptions
+from ._thresholds import THRESHOLDS
 
 Samples = Float[np.ndarray, " samples"]
-
-_SAME_RATE = 0.1  # relative; cycles within it are of one run
-_SAME_LEVEL = 0.03  # of the swing
-_STATED_RATE = 0.02  # relative; a rate that was said may be off by so much
-_EARLY = 0.004  # of a period; so that the last period is whole, and the first still begins here
-_SHARED = 0.02  # of a period; what neighbouring runs may share
-_REPEATS = 0.03  # of the swing; a broken end that differs by less belongs to the run
 
 
 @dataclasses.dataclass(frozen=True)
@@ -101,9 +95,9 @@ def _group(cycles: list[Cycle]) -> list[list[Cycle]]:
 def _alike(one: Cycle, other: Cycle) -> bool:
     swing = max(one.swing, other.swing)
     return (
-        abs(one.rate - other.rate) < _SAME_RATE * max(one.rate, other.rate)
-        and abs(one.low - other.low) < _SAME_LEVEL * swing
-        and abs(one.high - other.high) < _SAME_LEVEL * swing
+        abs(one.rate - other.rate) < THRESHOLDS.same_rate * max(one.rate, other.rate)
+        and abs(one.low - other.low) < THRESHOLDS.same_level * swing
+        and abs(one.high - other.high) < THRESHOLDS.same_level * swing
     )
 
 
@@ -112,7 +106,7 @@ def _stated(found: float, options: ImportOptions, label: str) -> float:
     if not options.rates:
         return found
     near = min(options.rates, key=lambda rate: abs(np.log(rate / found)))
-    if abs(near - found) <= _STATED_RATE * found:
+    if abs(near - found) <= THRESHOLDS.stated_rate * found:
         return near
     said = ", ".join(f"{rate:g}" for rate in options.rates)
     factor = near / found
@@ -128,7 +122,7 @@ def _extend(drive: Samples, group: list[Cycle], rate: float, step_s: float) -> t
     """The ends of a run: its cycles, and as much before and after as the drive repeats."""
     first, last = group[0].first, group[-1].last
     period = 1.0 / (rate * step_s)
-    least = _REPEATS * max(cycle.swing for cycle in group)
+    least = THRESHOLDS.repeats * max(cycle.swing for cycle in group)
     at = np.arange(drive.size)
     for _ in range(int(period)):
         if first == 0 or abs(drive[first - 1] - np.interp(first - 1 + period, at, drive)) > least:
@@ -152,7 +146,7 @@ def _apart(
         if found[k].last < found[k + 1].first:
             continue
         turn = _turn(groups[k + 1], 1.0 / (rates[k + 1] * step_s))
-        shared = turn - 1 + int(_SHARED / (rates[k] * step_s))
+        shared = turn - 1 + int(THRESHOLDS.shared_samples / (rates[k] * step_s))
         last = max(min(found[k].last, shared), groups[k][-1].last)
         found[k] = dataclasses.replace(found[k], last=last)
         found[k + 1] = dataclasses.replace(found[k + 1], first=max(turn, found[k + 1].first))
@@ -162,8 +156,8 @@ def _apart(
 def _turn(group: list[Cycle], period: float) -> int:
     """Where the first cycle begins, by all of them: noise displaces each turn; rather early."""
     first = np.median([cycle.first - k * period for k, cycle in enumerate(group)])
-    near = abs(first - group[0].first) < 2.0 * _SHARED * period
-    return max(int((first if near else group[0].first) - _EARLY * period), 0)
+    near = abs(first - group[0].first) < 2.0 * THRESHOLDS.shared_samples * period
+    return max(int((first if near else group[0].first) - THRESHOLDS.early_start * period), 0)
 
 
 def _dropped(pieces: list[Piece], size: int, step_s: float) -> list[str]:
@@ -214,7 +208,7 @@ def _not_periodic(
 ) -> tuple[list[Piece], list[str]]:
     rates = [cycle.rate for cycle in cycles]
     usual = float(np.median(rates))
-    one = all(abs(rate - usual) < _SAME_RATE * usual for rate in rates)
+    one = all(abs(rate - usual) < THRESHOLDS.same_rate * usual for rate in rates)
     rate = options.rates[0] if options.rates else float(f"{usual:.4g}") if one else None
     swings = sorted(cycle.swing for cycle in cycles)
     note = (

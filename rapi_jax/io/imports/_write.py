@@ -1,5 +1,6 @@
 """An imported recording on the disk: whole or not at all, and over nothing that is not its own."""
 
+import dataclasses
 import os
 import tomllib
 from pathlib import Path
@@ -69,27 +70,20 @@ def _check_parent(target: Path, label: str, cure: str) -> None:
 
 
 def write_import(imported: Imported, path: StrPath, *, picture: bytes | None = None) -> list[Path]:
-    """Write the recording, and `picture` (a PNG) beside it; the paths written.
+    """Write the recording, and `picture` (a PNG) in it or beside it; the paths written.
 
     A folder with `manifest.toml` and a CSV file a run, or a netCDF-4 file where `path` ends in
     `.nc`. An earlier import at `path` is replaced, anything else is refused with `OutputError`.
     """
-    import dataclasses
-
     check_output(path)
     recording, target = imported.recording, Path(path)
+    again = target.is_file() or (target / MANIFEST).exists()
     target.parent.mkdir(parents=True, exist_ok=True)
     provenance = recording.provenance | {"imported_sha256": recording.sha256()}
     write_recording(dataclasses.replace(recording, provenance=provenance), path)
     written = [target]
-    if picture is not None:
-        place = target / PICTURE if target.is_dir() else target.with_suffix(".png")
-        if target.is_dir() or not place.exists() or _is_png(place):
-            write_atomic(place, picture)
-            written.append(place)
+    place = target / PICTURE if target.is_dir() else target.with_suffix(f".{PICTURE}")
+    if picture is not None and (again or not place.exists()):
+        write_atomic(place, picture)
+        written.append(place)
     return written
-
-
-def _is_png(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(8) == b"\x89PNG\r\n\x1a\n"

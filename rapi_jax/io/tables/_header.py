@@ -49,7 +49,7 @@ def read_header(
         columns.append(Column(name, bare, units.get(place) or unit))
         kept.append(k)
     _name_the_clock(columns, rows, use)
-    _add_vertical_units(columns, about)
+    _add_stated_units(columns, about)
     text = "\n".join(" ".join(row) for row in (*lines, *(rows if beside else ())))
     step = _step(text.replace(",", ".") if decimal == "," else text) or _rigol_step(lines)
     drop = [k for k, place in enumerate(use) if place in counts] if step else []
@@ -114,8 +114,12 @@ def _name_the_clock(
         columns[0] = dataclasses.replace(first, unit="s")
 
 
-def _add_vertical_units(columns: list[Column], about: dict[str, Sequence[str]]) -> None:
-    """Units from a line such as `Vertical Units,V,V` or `Vertical Units,CH1:V,CH2:V`."""
+def _add_stated_units(columns: list[Column], about: dict[str, Sequence[str]]) -> None:
+    """From lines such as `Horizontal Units,s` and `Vertical Units,V,V` (or `CH1:V,CH2:V`)."""
+    clock = next((known_unit(cell) for cell in about.get("horizontal units", ()) if cell), None)
+    for k, column in enumerate(columns):
+        if column.is_time and column.unit is None and clock:
+            columns[k] = dataclasses.replace(column, unit=clock)
     said = [cell for cell in about.get("vertical units", ()) if cell]
     traces = [k for k, column in enumerate(columns) if not column.is_time]
     for k, cell in zip(traces, said, strict=False):

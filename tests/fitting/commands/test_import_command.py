@@ -75,7 +75,7 @@ def test_dry_run_writes_nothing_and_json_says_all(rapi, tmp_path):
     code, out, err = rapi("import", path, "-o", tmp_path / "r.nc", *SCOPE, "--json")
     table = json.loads(out, parse_constant=pytest.fail)
     assert (code, err, table["schema"]) == (0, "", "rapi.import/1")
-    assert [Path(one).name for one in table["written"]] == ["r.nc", "r.png"]
+    assert [Path(one).name for one in table["written"]] == ["r.nc", "r.preview.png"]
     assert [one["excitation_hz"] for one in table["check"]["runs"]] == [10.0, 20.0, 40.0]
     assert read_recording(tmp_path / "r.nc").sha256() == table["check"]["data_sha256"]
 
@@ -98,7 +98,7 @@ def test_a_drive_from_the_command_line(rapi, tmp_path):
 
 def wrong_column(folder):
     return (scope(folder), "--drive", "CH1", "--response", "CH", *SCOPE[4:]), 3, (
-        "no column 'CH' for --response", "Did you mean 'CH2'?", "0 'TIME', 1 'CH1' (V)",
+        "no column 'CH' for --response", "Did you mean 'CH2'?", "0 'TIME' (s), 1 'CH1' (V)",
     )  # fmt: skip
 
 

@@ -74,6 +74,15 @@ def test_numbers_of_a_run_are_those_it_was_made_with():
     assert run.noise_from == "periods" and run.holds == 0
 
 
+def test_noise_of_a_measured_drive_is_none_of_the_reading():
+    recording = recorded(*wide(10), noise=0.05)
+    run = recording.runs[0]
+    shaken = run.drive.value + 0.02 * np.random.default_rng(1).standard_normal(run.drive.size)
+    noisy = dataclasses.replace(run, drive=dataclasses.replace(run.drive, value=shaken))
+    (found,) = check_recording(Recording((noisy,))).runs
+    np.testing.assert_allclose(found.noise, 0.05, rtol=0.06)
+
+
 def test_noise_of_one_period_is_what_changes_from_sample_to_sample():
     (run,) = check_recording(recorded(*wide(10, periods=1), noise=0.05)).runs
     assert run.noise_from == "samples"

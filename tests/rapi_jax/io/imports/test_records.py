@@ -198,6 +198,9 @@ def test_output_is_replaced_only_where_it_is_its_own(tmp_path):
     manifest.write_text(manifest.read_text().replace("excitation_hz = 10.0", "excitation_hz = 9.0"))
     with pytest.raises(OSError, match="was changed after it was imported"):
         write_import(made, tmp_path / "r")
+    (tmp_path / "own.preview.png").write_text("mine")
+    assert len(write_import(made, tmp_path / "own.nc", picture=b"\x89PNG\r\n\x1a\n")) == 1
+    assert (tmp_path / "own.preview.png").read_text() == "mine"
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("mine")
     with pytest.raises(OSError, match="is there and is no recording"):

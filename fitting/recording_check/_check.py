@@ -104,6 +104,19 @@ def _sampling_notes(runs: tuple[RunSummary, ...]) -> list[str]:
     if masked:
         named = ", ".join(f"{run.masked} of run {run.name!r}" for run in masked[:3])
         notes.append(f"masked: readings that are not finite are left out ({named}).")
+    held = [run for run in runs if run.holds]
+    if held:
+        named = ", ".join(f"{run.holds} in run {run.name!r}" for run in held[:3])
+        notes.append(
+            f"holds: the drive rests ({named}). Creep shows there, and nothing of hysteresis does."
+        )
+    started = [run for run in runs if run.noise_from == "samples" and not run.periods]
+    if started:
+        named = ", ".join(repr(run.name) for run in started[:3])
+        notes.append(
+            f"uncycled start: run {named} does not repeat, so what the device did before is not "
+            "known and is fitted, too. Let the drive run for two periods before recording."
+        )
     whole = sum(run.samples for run in runs)
     if whole > THRESHOLDS.fitted_samples:
         notes.append(

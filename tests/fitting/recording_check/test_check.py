@@ -10,7 +10,7 @@ from bad_input import clipped, data, good, put
 from fitting import check_recording
 from fitting.cli import app
 from fitting.commands.run import run as rapi
-from rapi_jax import Recording, Run, predict, sine, triangle
+from rapi_jax import Drive, Recording, Run, predict, sine, triangle
 from rapi_jax.examples import paper_device
 from rapi_jax.io import read_recording, write_recording
 
@@ -107,6 +107,16 @@ def test_a_single_sweep_and_swapped_columns():
     swapped = dataclasses.replace(drive, value=made.runs[0].response)
     other = Recording((Run(swapped, drive.value),))
     assert "columns swapped" in [fault.kind for fault in check_recording(other).faults]
+
+
+def test_holds_and_an_uncycled_start_are_noted():
+    time = np.arange(1200) / 1000.0
+    value = 3.0 + 2.0 * np.sin(2 * np.pi * np.clip(time, 0.0, 0.8) / 0.4)
+    value[800:] = value[800]
+    notes = " ".join(check_recording(recorded(Drive(time, value))).notes)
+    assert "holds: the drive rests (1 in run 'run00')" in notes
+    assert "uncycled start: run 'run00' does not repeat" in notes
+    assert check_recording(recorded(*wide(10, 20))).notes == ()
 
 
 def test_an_unusable_run_and_a_wrong_argument():

@@ -1,11 +1,13 @@
 """Files that are damaged, or made to do harm, are refused in one line."""
 
 import pickle
+import random
 import zipfile
 
 import h5py
 import numpy as np
 import pytest
+from scope_files import MAKERS, put, scanned
 
 from rapi_jax import DataError
 from rapi_jax.io import ImportOptions, import_recording
@@ -74,3 +76,33 @@ def test_refused(tmp_path, name):
     with pytest.raises(DataError) as caught:
         import_recording(tmp_path / name, ImportOptions(drive="0", response="1"))
     assert words in str(caught.value) and str(caught.value).isprintable()
+
+
+def mutated(text: str, rng: random.Random) -> str:
+    """A file that was cut, edited, or had a part written twice."""
+    for _ in range(rng.randint(1, 5)):
+        i = rng.randrange(len(text) + 1)
+        choice = rng.randrange(4)
+        if choice == 0:
+            text = text[:i] + rng.choice(',;\t\n .-e"\u221enan\0#%:') + text[i:]
+        elif choice == 1:
+            text = text[:i] + text[i + rng.randint(1, 40) :]
+        elif choice == 2:
+            text = text + text[i : i + 200]
+        else:
+            text = text[: max(i, 1)]
+    return text
+
+
+@pytest.mark.parametrize("maker", MAKERS)
+def test_damaged_text_is_read_or_refused_in_one_line(tmp_path, maker):
+    t, u, y = scanned((10.0, 2, 4.5), (20.0, 2, 4.5), sample_hz=400.0)
+    write, drive, response = MAKERS[maker]
+    rng, whole = random.Random(maker), write(t, u, y)
+    options = ImportOptions(drive=drive, response=response, drive_unit="V", response_unit="GHz")
+    for _ in range(40):
+        path = put(tmp_path / "a.csv", mutated(whole, rng))
+        try:
+            import_recording(path, options)
+        except DataError as error:
+            assert str(error).isprintable(), error

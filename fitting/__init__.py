@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from .population._check_against import check_against as check_against
     from .population._fit_population import fit_population as fit_population
     from .population._population import Population as Population
+    from .recording_check._check import RecordingCheck as RecordingCheck
+    from .recording_check._check import check_recording as check_recording
     from .solver._least_squares import SolverOptions as SolverOptions
     from .solver._least_squares import least_squares as least_squares
     from .solver._optimum import LeastSquares as LeastSquares
@@ -66,12 +68,14 @@ _HOME = {
     "Population": "population._population",
     "PredictionBand": "uncertainty.bands._prediction",
     "ProfileInterval": "uncertainty._profile",
+    "RecordingCheck": "recording_check._check",
     "SolverOptions": "solver._least_squares",
     "UntrustedFit": "identification._result",
     "UntrustedPosterior": "uncertainty.posterior._convergence",
     "Verdict": "identification.assessment._verdict",
     "check_against": "population._check_against",
     "check_claim": "claim_check._prediction",
+    "check_recording": "recording_check._check",
     "check_scan": "claim_check._scan",
     "choose_order": "identification._model_order",
     "compare": "comparison",

@@ -40,6 +40,27 @@ def png(figure: Figure) -> bytes:
     return buffer.getvalue()
 
 
+def overview(recording: Recording) -> Figure:
+    """Drive and response of each run over time, and its loop: what was imported."""
+    rows = _chosen(recording, 6)
+    figure = Figure(figsize=(9.6, 2.6 * len(rows) + 0.4), layout="constrained")
+    axes = figure.subplots(len(rows), 2, squeeze=False, width_ratios=(2.0, 1.0))
+    for (left, right), row in zip(axes, rows, strict=True):
+        run = recording.runs[row]
+        thin = slice(None, None, max(1, run.drive.size // 8000))
+        time, drive, response = run.drive.time[thin], run.drive.value[thin], run.response[thin]
+        left.plot(time, drive, lw=0.8, color=_MEASURED)
+        left.set_ylabel(f"drive ({recording.drive_unit})", color="black", fontsize=8)
+        other = left.twinx()
+        other.plot(time, response, lw=0.8, color=_MODEL)
+        other.set_ylabel(f"response ({recording.response_unit})", color=_MODEL, fontsize=8)
+        left.set_title(_title(run), fontsize=10)
+        right.plot(drive, response, lw=0.8, color=_UP)
+    axes[-1, 0].set_xlabel("time (s)")
+    axes[-1, 1].set_xlabel(f"drive ({recording.drive_unit})")
+    return figure
+
+
 def loops(recording: Recording, predicted: Sequence[np.ndarray] | None = None) -> Figure:
     """Response against drive for each run: measured and, where given, modelled (Fig. 6)."""
     rows = _chosen(recording)

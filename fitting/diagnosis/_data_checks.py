@@ -9,6 +9,7 @@ from jaxtyping import Float
 from fitting.identification._fit import Posed, default_free, solver_options
 from fitting.identification._parameter_vector import ParameterVector
 from fitting.identification.data_checks._data_checks import Fault, check_usable, find_faults
+from fitting.identification.data_checks._drive_noise import find_swapped_columns
 from fitting.identification.data_checks._run_changes import (
     DIFFERS_WITH_RATE as DIFFERS_WITH_RATE,
 )
@@ -88,7 +89,7 @@ def find_inconsistencies(recording: Recording, operator: AbstractOperator) -> li
     But for `DIFFERS_WITH_RATE`, which an effect may explain, too. `operator`: the base, from which
     all runs are fitted once more, without effects.
     """
-    swapped = _find_swapped_columns(recording)
+    swapped = find_swapped_columns(recording)
     plain = find_faults(recording)
     if swapped or plain:  # a plain fault is said as it is
         return swapped or [fault for fault in plain if _hides_effects(fault, recording)]
@@ -114,25 +115,6 @@ def _hides_effects(fault: Fault, recording: Recording) -> bool:
     if fault.kind == "unsettled start":
         return all(run.drive.periods < 2 for run in recording.runs)
     return fault.kind in ("wrong period", "broadband drive", "response turns back")
-
-
-def _find_swapped_columns(recording: Recording) -> list[Fault]:
-    """Readings that are commanded waveforms, under drives that were measured."""
-    found = []
-    for run in recording.runs:
-        reading = np.diff(run.response[run.valid], 3)
-        drive = np.diff(run.drive.value, 3)
-        usual = [
-            float(np.median(np.abs(fast))) / max(size, 1e-300)
-            for fast, size in ((reading, run.span), (drive, run.drive.u_pp))
-        ]
-        if usual[0] < THRESHOLDS.commanded < usual[1]:
-            text = (
-                f"run {run.name!r}: the response is as smooth as a command and the drive as rough "
-                "as a measurement: the columns `drive` and `response` are swapped."
-            )
-            found.append(Fault("columns swapped", run.name, text, ((0, run.drive.size - 1),)))
-    return found if len(found) == len(recording.runs) else []
 
 
 def shown_faults(

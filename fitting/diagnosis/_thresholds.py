@@ -9,9 +9,6 @@ from rapi_jax.internal import threshold
 class DiagnosisThresholds:
     """Limits of the data checks."""
 
-    commanded: float = threshold(
-        1e-9, unit="of the span, from sample to sample", origin="rounding of a command"
-    )
     consistency_steps: int = threshold(
         120, unit="steps", origin="as in a fit; from the base, which is near"
     )

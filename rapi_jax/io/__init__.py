@@ -15,6 +15,12 @@ from .drives._limits_file import read_limits as read_limits
 from .fringes._read import read_fringe_records as read_fringe_records
 from .fringes._write import FringeWriter as FringeWriter
 from .fringes._write import write_fringe_records as write_fringe_records
+from .imports._import import Imported as Imported
+from .imports._import import import_recording as import_recording
+from .imports._options import ImportOptions as ImportOptions
+from .imports._options import MadeDrive as MadeDrive
+from .imports._write import check_output as check_output
+from .imports._write import write_import as write_import
 from .recordings._oscilloscope import join_runs as join_runs
 from .recordings._oscilloscope import read_oscilloscope as read_oscilloscope
 from .recordings._read_write import read_recording as read_recording

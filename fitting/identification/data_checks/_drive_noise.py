@@ -1,4 +1,4 @@
-"""A drive whose reading carries noise that the response does not follow."""
+"""Drives that carry noise the response does not follow; drive and response exchanged."""
 
 import numpy as np
 
@@ -46,6 +46,25 @@ def find_drive_noise(recording: Recording, errors: list[np.ndarray]) -> list[Fau
                 )
             found.append(Fault("noisy drive", run.name, text, ((0, run.drive.size - 1),)))
     return found
+
+
+def find_swapped_columns(recording: Recording) -> list[Fault]:
+    """Readings that are commanded waveforms, under drives that were measured."""
+    found = []
+    for run in recording.runs:
+        reading = np.diff(run.response[run.valid], 3)
+        drive = np.diff(run.drive.value, 3)
+        usual = [
+            float(np.median(np.abs(fast))) / max(size, 1e-300)
+            for fast, size in ((reading, run.span), (drive, run.drive.u_pp))
+        ]
+        if usual[0] < THRESHOLDS.commanded < usual[1]:
+            text = (
+                f"run {run.name!r}: the response is as smooth as a command and the drive as rough "
+                "as a measurement: the columns `drive` and `response` are swapped."
+            )
+            found.append(Fault("columns swapped", run.name, text, ((0, run.drive.size - 1),)))
+    return found if len(found) == len(recording.runs) else []
 
 
 def _alternates(fast: np.ndarray) -> bool:

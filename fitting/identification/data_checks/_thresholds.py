@@ -72,6 +72,9 @@ class DataCheckThresholds:
         unit="correlation of third differences",
         origin="half of what is left from sample to sample; of 2000 samples of noise 0.03",
     )
+    commanded: float = threshold(
+        1e-9, unit="of the span, from sample to sample", origin="rounding of a command"
+    )
     drive_noise_calm: float = threshold(
         6.0, unit="usual third differences of the drive", origin="four deviations of noise"
     )

@@ -26,7 +26,8 @@ def read_folder(folder: Path, *, nan: NanPolicy) -> Recording:
     label = printable(folder / MANIFEST)
     if not os.path.lexists(folder / MANIFEST):
         raise DataError(
-            f"{printable(folder)}: no {MANIFEST} in this folder, so it is no recording."
+            f"{printable(folder)}: no {MANIFEST} in this folder, so it is no recording. `rapi "
+            "import` makes one from an oscilloscope's files."
         )
     table = load_manifest(folder, label)
     with located(label):

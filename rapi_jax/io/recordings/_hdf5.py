@@ -27,17 +27,18 @@ _SPARE_SECONDS = 3  # of processor time, for what is not data
 _FILTERS = {1: "deflate", 2: "shuffle", 3: "fletcher32"}  # others may load a plug-in
 _LINKS = {1: "a soft link", 64: "an external link"}
 _CURE = "Write the recording again, all of it in one file."
-_EXACT = {"f2", "f4", "f8", "i1", "i2", "i4", "u1", "u2", "u4"}  # kinds that float64 holds
+EXACT = {"f2", "f4", "f8", "i1", "i2", "i4", "u1", "u2", "u4"}  # kinds that float64 holds
 
 
 class Refused(Exception):
     """Why the file is not read."""
 
 
-def check(file: h5py.File, stored: int) -> int:
+def check(file: h5py.File, stored: int, *, foreign: bool = False) -> int:
     """Refuse links, foreign storage, unknown filters and types, and sizes beyond the caps.
 
-    `stored`: bytes that the file really stores. Returns the bytes that it declares.
+    `stored`: bytes that the file really stores. `foreign`: a file of another program, which may
+    also hold types that are not read. Returns the bytes that it declares.
     """
     root = h5o.open(file.id, b"/")
     about = h5o.get_info(root)
@@ -66,8 +67,8 @@ def check(file: h5py.File, stored: int) -> int:
             if isinstance(item, h5g.GroupID):
                 groups.append((item, place))
             elif isinstance(item, h5d.DatasetID):
-                declared += _dataset_bytes(item, place)
-            else:
+                declared += _dataset_bytes(item, place, foreign)
+            elif not foreign:
                 raise Refused(f"'{place}' is neither group nor dataset. {_CURE}")
             declared += _attribute_bytes(item, place)
             if declared > MAX_DECLARED or declared > MAX_RATIO * stored:
@@ -79,7 +80,7 @@ def check(file: h5py.File, stored: int) -> int:
     return declared
 
 
-def _dataset_bytes(dataset: Any, place: str) -> int:
+def _dataset_bytes(dataset: Any, place: str, foreign: bool) -> int:
     plan = dataset.get_create_plist()
     layout = plan.get_layout()  # before the shape: that of a virtual dataset may open its sources
     if layout == h5d.VIRTUAL:
@@ -92,7 +93,7 @@ def _dataset_bytes(dataset: Any, place: str) -> int:
             known = ", ".join(_FILTERS.values())
             raise Refused(f"'{place}' uses filter {code}; only {known} are read. {_CURE}")
     kind = dataset.get_type()
-    if kind.get_class() not in (h5t.INTEGER, h5t.FLOAT):
+    if kind.get_class() not in (h5t.INTEGER, h5t.FLOAT) and not foreign:
         raise Refused(f"'{place}' does not hold plain numbers. {_CURE}")
     samples = math.prod(dataset.shape or ())
     # A chunk may be larger than what is declared of it, and is unpacked whole.
@@ -131,7 +132,7 @@ def _column(group: Any, name: str, key: str) -> h5py.Dataset:
     column = group.get(key)
     if not isinstance(column, h5py.Dataset):
         raise Refused(f"'{name}' has no `{key}`, so it is no run. Write it again.")
-    if column.ndim != 1 or column.dtype.str[1:] not in _EXACT:
+    if column.ndim != 1 or column.dtype.str[1:] not in EXACT:
         raise Refused(
             f"`{key}` of '{name}' must be one column of float64 or narrower numbers, but is "
             f"{column.dtype} of {column.ndim} dimension(s). Write it again."
@@ -142,7 +143,7 @@ def _column(group: Any, name: str, key: str) -> h5py.Dataset:
 def main(stored: int) -> None:
     """Check the file on standard input, and write what it holds to standard output."""
     out = sys.stdout.buffer
-    _limit(0)
+    limit(0)
     try:
         with os.fdopen(0, "rb") as raw, h5py.File(raw, "r") as file:
             declared = check(file, stored)
@@ -155,7 +156,7 @@ def main(stored: int) -> None:
                     runs.append({"name": name, "size": sizes, "attributes": attributes(group)})
                     columns += run
             said = {"attributes": attributes(file), "runs": runs}
-            _limit(declared)
+            limit(declared)
             data = [np.asarray(column[:], dtype="<f8").tobytes() for column in columns]
     except Refused as error:
         said, data = {"refused": str(error)}, []
@@ -167,7 +168,7 @@ def main(stored: int) -> None:
     out.flush()
 
 
-def _limit(declared: int) -> None:
+def limit(declared: int) -> None:
     """Let this process be ended by the system where it needs far more than `declared` bytes do."""
     try:
         import resource

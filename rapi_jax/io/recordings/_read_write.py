@@ -54,7 +54,7 @@ def _read_file(path: Path, nan: NanPolicy) -> Recording:
         raise DataError(f"{label}: netCDF-3. Convert it with `nccopy -k nc4`.")
     raise DataError(
         f"{label}: neither a netCDF-4 file nor a folder with a {MANIFEST}. For CSV files, put a "
-        f"{MANIFEST} beside them and give the folder."
+        f"{MANIFEST} beside them and give the folder, or make one with `rapi import`."
     )
 
 

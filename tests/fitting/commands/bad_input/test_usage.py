@@ -82,7 +82,9 @@ HELP = """
 import sys
 from fitting.commands.run import run
 from fitting.cli import app
-for arguments in ([], ["--help"], ["fit", "--help"], ["predict", "--help"], ["demo", "--help"]):
+assert run(app, []) == 0
+for name in (None, "fit", "predict", "demo", "check", "import"):
+    arguments = ["--help"] if name is None else [name, "--help"]
     assert run(app, arguments) == 0
     assert "jax" not in sys.modules and "numpy" not in sys.modules, arguments
 assert run(app, ["fit", "--strats"]) == 2

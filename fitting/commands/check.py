@@ -1,0 +1,63 @@
+"""`rapi check`: what is in a recording and what it allows, without a fit."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+
+def check(
+    recording: Path,
+    *recordings: Path,
+    nan: Literal["raise", "mask"] = "raise",
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Say what is in RECORDING, what is wrong with it, and what may be asked of it.
+
+    Nothing is fitted and nothing is written. Exit code 0: nothing speaks against a fit; 4: a fit
+    would not be trusted, and the reasons are listed; 3: a recording cannot be read.
+
+    Parameters
+    ----------
+    recording
+        A folder with a `manifest.toml`, or a netCDF-4 file.
+    recordings
+        More of them; one that cannot be read is said, and the others are checked.
+    nan
+        What to do with readings that are not finite: refuse, or leave those samples out.
+    json
+        Print one object on standard output (a list with several recordings).
+    """
+    from fitting._json import replace_nonfinite
+    from fitting.commands.shared._out import console, print_json
+    from fitting.recording_check._check import check_recording
+    from fitting.report.recording_check._terminal import render_recording_check
+    from rapi_jax import DataError
+    from rapi_jax.internal import located
+    from rapi_jax.io import printable, read_recording
+
+    from .run import BAD_DATA, DONE, UNTRUSTED, fail
+
+    out, code = console(json), DONE
+    tables: list[dict[str, Any]] = []
+    for path in (recording, *recordings):
+        label = printable(path)
+        try:
+            data = read_recording(path, nan=nan)
+            with located(label):
+                found = check_recording(data)
+        except DataError as error:
+            if not recordings:
+                raise
+            fail("bad data", error)
+            code = BAD_DATA
+            continue
+        if not found.sound and code == DONE:
+            code = UNTRUSTED
+        if json:
+            tables.append({"recording": str(path), **replace_nonfinite(found.to_dict())})
+        else:
+            out.print(render_recording_check(found, label), soft_wrap=False)
+    if json:
+        print_json(tables if recordings else tables[0])
+    return code

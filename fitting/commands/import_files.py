@@ -1,0 +1,208 @@
+"""`rapi import`: files of oscilloscopes and other programs as a recording."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import CycloptsError, Parameter, validators
+
+if TYPE_CHECKING:
+    from rapi_jax.io import MadeDrive
+
+Positive = Annotated[float | None, Parameter(validator=validators.Number(gt=0))]
+Count = Annotated[int | None, Parameter(validator=validators.Number(gte=1))]
+
+
+def import_files(
+    file: Path,
+    *files: Path,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    time: str | None = None,
+    drive: str | None = None,
+    response: str | None = None,
+    drive_file: Path | None = None,
+    time_unit: str | None = None,
+    drive_unit: str | None = None,
+    response_unit: str | None = None,
+    drive_scale: float = 1.0,
+    response_scale: float = 1.0,
+    sample_rate: Positive = None,
+    drive_amplitude: Positive = None,
+    drive_offset: float = 0.0,
+    drive_rate: Positive = None,
+    drive_phase: float = 0.0,
+    drive_waveform: Literal["triangle", "sine"] = "triangle",
+    rate: Annotated[tuple[float, ...], Parameter(negative="", show_default=False)] = (),
+    waveform: Literal["triangle", "sine", "multisine", "step", "other"] | None = None,
+    cut: bool = True,
+    decimate: Count = None,
+    max_samples: Annotated[int, Parameter(validator=validators.Number(gte=1000))] = 400_000,
+    nan: Literal["raise", "mask"] = "raise",
+    response_origin: Literal["session", "run"] = "session",
+    response_lag: Annotated[float, Parameter(validator=validators.Number(gte=0))] = 0.0,
+    recorded_at: str | None = None,
+    temperature: str | None = None,
+    picture: bool = True,
+    dry_run: Annotated[bool, Parameter(negative="")] = False,
+    json: Annotated[bool, Parameter(negative="")] = False,
+) -> int:
+    """Make a recording from FILE: a table of an oscilloscope or another program.
+
+    Read are text (commas, semicolons with decimal commas, tabs, spaces; headers of Tektronix,
+    Keysight, Rigol, Siglent, Rohde & Schwarz, PicoScope), .mat, .npy, .npz, HDF5, netCDF-4 and
+    TDMS. A record of several scan rates or swings is cut into runs. What was found, done and
+    assumed is listed, and kept in the manifest; then follows what `rapi check` says.
+
+    Parameters
+    ----------
+    file
+        A table with columns of time, drive and response.
+    files
+        More of them, of the same session, each as runs that follow.
+    output
+        Folder for the recording, or a file that ends in .nc. An earlier import there is replaced,
+        anything else is left and refused.
+    time
+        Column of the time: its name, or its number from 0; by default one that is called so.
+    drive
+        Column of the drive.
+    response
+        Column of the response.
+    drive_file
+        File that holds the drive, where each channel has a file of its own.
+    time_unit
+        s, ms, us, ns, min or h; by default the file's, else s.
+    drive_unit
+        V, mV, uV, kV, m, mm, um, nm or pm; by default the file's.
+    response_unit
+        GHz, MHz, kHz, Hz, THz, V, mV, uV, kV, m, mm, um, nm or pm; by default the file's.
+    drive_scale
+        Factor on the drive, such as an amplifier's gain; its unit is then to be given.
+    response_scale
+        Factor on the response, such as a sensor's um per V; its unit is then to be given.
+    sample_rate
+        Samples a second (Hz), where the file has no times.
+    drive_amplitude
+        Of a drive that was not recorded: peak to peak, in `--drive-unit`.
+    drive_offset
+        Its centre.
+    drive_rate
+        Its rate, Hz.
+    drive_phase
+        Where it is at the first sample, in periods after its minimum.
+    drive_waveform
+        What it is.
+    rate
+        Scan rate in Hz; by default found in the drive. May be given several times.
+    waveform
+        Of the drive; by default found.
+    cut
+        Make a run of each stretch of one rate and swing.
+    decimate
+        Make one sample of so many, by their average.
+    max_samples
+        Above so many in all, samples are averaged without being asked.
+    nan
+        What to do with readings that are missing: refuse, or keep them as gaps.
+    response_origin
+        Whether all runs share one zero of the response (session), or have one each (run).
+    response_lag
+        Known latency of the reading, s.
+    recorded_at
+        When it was recorded, such as 2026-11-24T10:00:00Z.
+    temperature
+        Of the device, deg C: a number, or a column.
+    picture
+        Write a picture of all runs beside the recording.
+    dry_run
+        Write nothing: show what would be written.
+    json
+        Print one JSON object on standard output.
+    """
+    made = _made_drive(
+        drive_amplitude, drive_offset, drive_rate, drive_phase, drive_waveform,
+        column=drive is not None or drive_file is not None,
+    )  # fmt: skip
+    if drive_file is not None and files:
+        _refuse("--drive-file goes with one FILE alone.")
+    from fitting._json import replace_nonfinite
+    from fitting.commands.shared._out import console, print_json
+    from fitting.recording_check._check import check_recording
+    from fitting.report.recording_check._terminal import render_recording_check
+    from rapi_jax.io import (
+        ImportOptions,
+        check_output,
+        import_recording,
+        printable,
+        write_import,
+    )
+
+    options = ImportOptions(
+        time=time, drive=drive, response=response,
+        drive_file=None if drive_file is None else str(drive_file),
+        time_unit=time_unit, drive_unit=drive_unit, response_unit=response_unit,
+        drive_scale=drive_scale, response_scale=response_scale,
+        sample_rate=sample_rate, made=made, rates=rate, waveform=waveform, cut=cut,
+        decimate=decimate, max_samples=max_samples, nan=nan, response_origin=response_origin,
+        response_lag_s=response_lag, recorded_at=recorded_at, temperature_c=temperature,
+    )  # fmt: skip
+    check_output(output)  # now, before a long file is read
+    imported = import_recording([file, *files], options)
+    checked = check_recording(imported.recording)
+    written: list[Path] = []
+    if not dry_run:
+        written = write_import(imported, output, picture=_picture(imported) if picture else None)
+    if json:
+        table: dict[str, Any] = {
+            "schema": "rapi.import/1",
+            "recording": str(output),
+            "written": [str(path) for path in written],
+            "notes": list(imported.notes),
+            "check": replace_nonfinite(checked.to_dict()),
+        }
+        print_json(table)
+        return 0
+    out = console(json)
+    for note in imported.notes:
+        out.print(f"  - {note}", markup=False, soft_wrap=True)
+    out.print(render_recording_check(checked, printable(output)))
+    done = "nothing was written (--dry-run); this would be: " if dry_run else "written to "
+    named = [path.name for path in written[1:]]
+    out.print(
+        f"{done}{printable(output)}" + (f", with {', '.join(named)}" if named else ""),
+        markup=False,
+        soft_wrap=True,
+    )
+    return 0
+
+
+def _refuse(message: str) -> None:
+    raise CycloptsError(msg=message, command_chain=("import",))
+
+
+def _made_drive(
+    amplitude: float | None,
+    offset: float,
+    rate: float | None,
+    phase: float,
+    waveform: Literal["triangle", "sine"],
+    *,
+    column: bool,
+) -> "MadeDrive | None":
+    if amplitude is None and rate is None:
+        if offset or phase:
+            _refuse("--drive-offset and --drive-phase go with --drive-amplitude and --drive-rate.")
+        return None
+    if amplitude is None or rate is None:
+        _refuse("--drive-amplitude and --drive-rate go together: a drive is made from both.")
+        return None
+    if column:
+        _refuse("give a column of the drive, or --drive-amplitude and --drive-rate, not both.")
+    from rapi_jax.io import MadeDrive
+
+    return MadeDrive(amplitude, rate, offset, phase, waveform)
+
+
+def _picture(imported: Any) -> bytes:
+    from rapi_jax.plot import overview, png
+
+    return png(overview(imported.recording))

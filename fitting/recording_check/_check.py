@@ -1,0 +1,125 @@
+"""A recording checked without a fit: its runs, its faults, and what may be asked of it."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from fitting.identification.data_checks._data_checks import Fault, check_usable, find_faults
+from fitting.identification.data_checks._drive_noise import find_swapped_columns
+from fitting.identification.data_checks._thresholds import THRESHOLDS
+from fitting.identification.data_checks.holds._sweeps import describe_creep, single_sweep
+from rapi_jax import DataError, Identified, Recording
+
+from ._questions import Question, ask
+from ._runs import RunSummary
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class RecordingCheck:
+    """What `check_recording` found.
+
+    - `recording`: what was checked. `runs`: each run in numbers.
+    - `faults`: what a fit would not be trusted for, with run and samples. `questions`: what may be
+      asked. `notes`: what does not speak against a fit.
+    """
+
+    recording: Recording
+    runs: tuple[RunSummary, ...]
+    faults: tuple[Fault, ...]
+    questions: tuple[Question, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def sound(self) -> bool:
+        """Whether nothing was found for which a fit would not be trusted."""
+        return self.questions[0].answer == "yes"
+
+    @property
+    def noise(self) -> float:
+        """Rms of the noise over all runs, in the response's unit."""
+        weight = [run.samples - run.masked for run in self.runs]
+        return float(np.sqrt(np.average([run.noise**2 for run in self.runs], weights=weight)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, text and lists, as `rapi check --json` prints them."""
+        data = self.recording
+        return {
+            "schema": "rapi.check/1",
+            "sound": self.sound,
+            "response_unit": data.response_unit,
+            "drive_unit": data.drive_unit,
+            "response_origin": data.response_origin,
+            "response_lag_s": data.response_lag_s,
+            "noise": self.noise,
+            "identified": Identified.of(data).to_dict(),
+            "runs": [run.to_dict() for run in self.runs],
+            "faults": [dataclasses.asdict(fault) for fault in self.faults],
+            "questions": [question.to_dict() for question in self.questions],
+            "notes": list(self.notes),
+            "data_sha256": data.sha256(),
+        }
+
+
+def check_recording(recording: Any) -> RecordingCheck:
+    """What is in `recording`, what is wrong with it, and what it allows; without a fit.
+
+    The checks are those that `identify` makes before its fit. What shows only beside a model (mode
+    hops, runs that do not belong) is not looked for.
+
+    Raises `ValueError` where `recording` is not a `Recording`, `DataError` where a run has no
+    reading that is a number.
+    """
+    if not isinstance(recording, Recording):
+        raise ValueError(
+            f"Argument `recording` must be a Recording, but is a {type(recording).__name__}. "
+            "Files are read by `rapi_jax.io.read_recording`."
+        )
+    unusable = _find_unusable(recording)
+    if any(not run.valid.any() for run in recording.runs):
+        raise DataError(unusable[0].message)
+    faults = [*unusable, *find_faults(recording), *find_swapped_columns(recording)]
+    runs = tuple(RunSummary.of(run, recording.response_lag_s) for run in recording.runs)
+    questions = ask(recording, runs, faults)
+    notes = [] if single_sweep(recording) else describe_creep(recording)
+    return RecordingCheck(
+        recording, runs, tuple(faults), tuple(questions), (*notes, *_sampling_notes(runs))
+    )
+
+
+def _find_unusable(recording: Recording) -> list[Fault]:
+    """Runs without a complete period, or with a lag that is too long for them, as faults."""
+    found = []
+    for run in recording.runs:
+        try:
+            check_usable(dataclasses.replace(recording, runs=(run,)))
+        except DataError as error:
+            found.append(Fault("unusable run", run.name, str(error), ((0, run.drive.size - 1),)))
+    return found
+
+
+def _sampling_notes(runs: tuple[RunSummary, ...]) -> list[str]:
+    notes = []
+    masked = [run for run in runs if run.masked]
+    if masked:
+        named = ", ".join(f"{run.masked} of run {run.name!r}" for run in masked[:3])
+        notes.append(f"masked: readings that are not finite are left out ({named}).")
+    held = [run for run in runs if run.holds]
+    if held:
+        named = ", ".join(f"{run.holds} in run {run.name!r}" for run in held[:3])
+        notes.append(
+            f"holds: the drive rests ({named}). Creep shows there, and nothing of hysteresis does."
+        )
+    started = [run for run in runs if run.noise_from == "samples" and not run.periods]
+    if started:
+        named = ", ".join(repr(run.name) for run in started[:3])
+        notes.append(
+            f"uncycled start: run {named} does not repeat, so what the device did before is not "
+            "known and is fitted, too. Let the drive run for two periods before recording."
+        )
+    whole = sum(run.samples for run in runs)
+    if whole > THRESHOLDS.fitted_samples:
+        notes.append(
+            f"long recording: a fit looks at {THRESHOLDS.fitted_samples} of {whole} samples."
+        )
+    return notes

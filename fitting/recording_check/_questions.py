@@ -1,0 +1,146 @@
+"""What may be asked of a recording, what may not, and what to record to change that."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any, Literal
+
+from fitting.identification._thresholds import THRESHOLDS as FITTING
+from fitting.identification.data_checks._data_checks import Fault
+from fitting.identification.data_checks._drive_character import describe_repetition
+from fitting.identification.data_checks.holds._sweeps import single_sweep
+from rapi_jax import Recording
+
+from ._runs import RunSummary
+from ._thresholds import THRESHOLDS
+
+Answer = Literal["yes", "partly", "no"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Question:
+    """One thing that a recording may answer.
+
+    `answer`: "yes", "partly" (assumed, or less certain) or "no"; `because`: the reason, a sentence;
+    `record`: what to record or say to change it, empty where nothing is to be changed.
+    """
+
+    name: str
+    answer: Answer
+    because: str
+    record: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain text, for a file."""
+        return dataclasses.asdict(self)
+
+
+def ask(
+    recording: Recording, runs: Sequence[RunSummary], faults: Sequence[Fault]
+) -> list[Question]:
+    """Every question, in the order in which a laboratory meets them."""
+    return [
+        _ask_model(recording, faults),
+        _ask_noise(recording, runs),
+        _ask_rates(recording),
+        _ask_amplitudes(recording),
+        _ask_held_out(runs),
+        _ask_effects(recording, runs, faults),
+    ]
+
+
+def _ask_model(recording: Recording, faults: Sequence[Fault]) -> Question:
+    name = "a model (`rapi fit`)"
+    if faults:
+        kinds = ", ".join(dict.fromkeys(fault.kind for fault in faults))
+        return Question(name, "no", f"a fit would not be trusted: {kinds}.", "See the faults.")
+    sweep = single_sweep(recording)
+    if sweep is not None:
+        return Question(name, "no", sweep)
+    return Question(name, "yes", "nothing speaks against a fit.")
+
+
+def _ask_noise(recording: Recording, runs: Sequence[RunSummary]) -> Question:
+    name = "the noise"
+    repeated = [run for run in runs if run.noise_from == "periods" and run.periods > 1]
+    if not repeated:
+        cure = describe_repetition(recording)
+        one = any(run.periods == 1 for run in runs)
+        because = (
+            "one period only: " if one and cure is None else "nothing is said to repeat: "
+        ) + "it is read off what changes from sample to sample, or off what a fit leaves."
+        return Question(name, "partly", because, cure or _more_periods())
+    fewest = min(run.periods for run in repeated)
+    if len(repeated) < len(runs):
+        return Question(
+            name, "partly",
+            f"{len(repeated)} of {len(runs)} runs repeat; of the others it is read off what a fit "
+            "leaves.", _more_periods(),
+        )  # fmt: skip
+    if fewest < THRESHOLDS.enough_periods:
+        return Question(
+            name, "yes", f"measured from {fewest} periods, which is few.", _more_periods()
+        )
+    return Question(name, "yes", f"measured from {fewest} periods or more of each run.")
+
+
+def _more_periods() -> str:
+    return "Record three periods or more of each drive."
+
+
+def _ask_rates(recording: Recording) -> Question:
+    name, rates = "rate dependence", recording.rates
+    if max(rates) > FITTING.one_rate * min(rates) > 0:
+        return Question(
+            name, "yes", f"{len(rates)} scan rates, {min(rates):.6g} to {max(rates):.6g} Hz."
+        )
+    cure = "Record a second rate, at least twice as high or half as high."
+    if max(rates) == 0:
+        return Question(name, "no", "no run has a scan rate.", "Give `excitation_hz`. " + cure)
+    some = (
+        "some runs have no scan rate." if min(rates) == 0 else f"one scan rate, {rates[0]:.6g} Hz."
+    )
+    because = f"{some} A lag cannot be told from hysteresis, and no other rate be predicted."
+    return Question(name, "no", because, cure)
+
+
+def _ask_amplitudes(recording: Recording) -> Question:
+    name, swings, unit = "the law of the swing", recording.amplitudes, recording.drive_unit
+    if swings[-1] > THRESHOLDS.swings_apart * max(swings[0], 1e-300):
+        shown = f"{len(swings)} swings, {swings[0]:.4g} to {swings[-1]:.4g} {unit} peak to peak."
+        return Question(name, "yes", shown)
+    one = f"one swing, {swings[0]:.4g} {unit} peak to peak"
+    if len(swings) > 1:
+        one = f"swings of {swings[0]:.4g} to {swings[-1]:.4g} {unit} peak to peak, nearly one"
+    because = f"{one}: how thresholds grow is assumed."
+    return Question(name, "partly", because, "Record a second swing, half as large.")
+
+
+def _ask_held_out(runs: Sequence[RunSummary]) -> Question:
+    name = "whether other runs are predicted"
+    if len(runs) < 3:
+        return Question(
+            name, "partly",
+            f"{len(runs)} run(s): none lies between others, so only later periods are held out.",
+            "Record three rates or more: the middle one is predicted from its neighbours.",
+        )  # fmt: skip
+    return Question(name, "yes", f"each of {len(runs)} runs is left out in turn.")
+
+
+def _ask_effects(
+    recording: Recording, runs: Sequence[RunSummary], faults: Sequence[Fault]
+) -> Question:
+    name = "which effect is missing (`rapi diagnose`)"
+    if faults:
+        return Question(name, "no", "on faulty data no effect is named.", "See the faults.")
+    missing = []
+    if min(run.periods for run in runs) < THRESHOLDS.enough_periods:
+        missing.append("three periods")
+    rates = recording.rates
+    if not max(rates) > FITTING.one_rate * min(rates):
+        missing.append("several rates")
+    if len(recording.amplitudes) < 2:
+        missing.append("two swings")
+    if not missing:
+        return Question(name, "yes", "periods, rates and swings suffice.")
+    because = f"answered with wider probabilities without {', '.join(missing)}."
+    return Question(name, "partly", because, f"Record {', '.join(missing)} or more.")

@@ -1,0 +1,1 @@
+"""A checked recording on a terminal."""

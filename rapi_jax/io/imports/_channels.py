@@ -1,0 +1,213 @@
+"""Time, drive and response of one file, in the units of a recording and on one clock."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from rapi_jax._errors import DataError
+from rapi_jax.io._safe import printable
+from rapi_jax.io.tables._read import read_table
+from rapi_jax.io.tables._table import Table
+from rapi_jax.io.tables._units import (
+    DRIVES,
+    RESPONSES,
+    drive_factor,
+    known_unit,
+    response_factor,
+    time_factor,
+)
+
+from ._clipping import describe_flat
+from ._clock import join_clocks
+from ._made_drive import check_made, make_drive
+from ._options import ImportOptions
+
+Samples = Float[np.ndarray, " samples"]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Channels:
+    """Samples of one file: time in s, drive and response in a recording's units.
+
+    `columns`: which columns they are, in words. `notes`: what was done and assumed.
+    """
+
+    time: Samples
+    drive: Samples
+    response: Samples
+    drive_unit: str
+    response_unit: str
+    columns: str
+    notes: tuple[str, ...]
+    recorded_at: str | None
+    temperature_c: str | None
+
+
+def read_channels(path: str, options: ImportOptions) -> Channels:
+    """Read a file as `options` say. Raises `DataError` that names what is missing."""
+    table = read_table(path)
+    short = printable(Path(path).name)
+    notes = [f"{short}: {table.form}; columns {table.describe()}"]
+    response_at = _choose(table, options.response, "response")
+    response, response_unit, said = _scaled(table, response_at, "response", options)
+    time, clock = _time_of(table, response_at, response.size, options)
+    columns = [clock, f"response: {printable(table.columns[response_at].name, 40)} ({said})"]
+    response = _settle(response, table.label, options)
+    notes += [f"{short}: {line}" for line in describe_flat("response", response)]
+    if options.made is not None:
+        unit, factor = drive_factor(_required(options.drive_unit, "drive", table))
+        drive = factor * make_drive(options.made, time - time[0])
+        try:
+            turn = check_made(options.made, time - time[0], response)
+        except DataError as error:
+            raise DataError(f"{table.label}: {error}") from error
+        made = options.made
+        columns.insert(1, "drive: made")
+        notes.append(
+            f"{short}: no drive was recorded; assumed is a {made.waveform} at {made.rate:g} "
+            f"Hz, {made.amplitude:g} {options.drive_unit} peak to peak about {made.offset:g}, "
+            f"{made.phase:g} of a period after its minimum at the first sample; {turn}"
+        )
+        drive_unit = unit
+    else:
+        source = table if options.drive_file is None else read_table(options.drive_file)
+        other_short = short
+        if options.drive_file is not None:
+            other_short = printable(Path(options.drive_file).name)
+            notes.append(f"{other_short}: {source.form}; columns {source.describe()}")
+        drive_at = _choose(source, options.drive, "drive")
+        drive, drive_unit, said = _scaled(source, drive_at, "drive", options)
+        if source is table and drive_at == response_at:
+            raise DataError(
+                f"{table.label}: drive and response are the same column, "
+                f"'{printable(table.columns[drive_at].name, 40)}'. Name another one."
+            )
+        _check_drive(drive, source.label)
+        columns.insert(1, f"drive: {printable(source.columns[drive_at].name, 40)} ({said})")
+        notes += [f"{other_short}: {line}" for line in describe_flat("drive", drive)]
+        other, _ = _time_of(source, drive_at, drive.size, options)
+        if other.size != time.size or not np.array_equal(other, time):
+            try:
+                time, drive, response, said = join_clocks((other, drive), (time, response))
+            except DataError as error:
+                raise DataError(f"{table.label}: {error}") from error
+            notes.append(f"{short}: {said}")
+    warm = _temperature(table, options)
+    return Channels(
+        time, drive, response, drive_unit, response_unit, ", ".join(columns), tuple(notes),
+        table.recorded_at, warm,
+    )  # fmt: skip
+
+
+def _choose(table: Table, key: str | None, what: str) -> int:
+    if key is not None:
+        return table.find(key, f"--{what}")
+    named = [i for i, c in enumerate(table.columns) if what in [n.lower() for n in c.names]]
+    if len(named) == 1:
+        return named[0]
+    raise DataError(
+        f"{table.label}: which column is the {what}? Name it by --{what}. Columns, by number or "
+        f"name: {table.describe()}."
+    )
+
+
+def _required(unit: str | None, what: str, table: Table) -> str:
+    if unit is None:
+        allowed = ", ".join(DRIVES if what == "drive" else RESPONSES)
+        raise DataError(
+            f"{table.label}: the unit of the {what} is not known. Give --{what}-unit, one of "
+            f"{allowed}. No unit is assumed."
+        )
+    return unit
+
+
+def _scaled(
+    table: Table, place: int, what: str, options: ImportOptions
+) -> tuple[Samples, str, str]:
+    """A column in the unit of a recording, that unit, and the conversion in words."""
+    said = getattr(options, f"{what}_unit")
+    scale = float(getattr(options, f"{what}_scale"))
+    column = table.columns[place]
+    unit = said if said is not None or scale != 1.0 else column.unit
+    factor_of = drive_factor if what == "drive" else response_factor
+    target, factor = factor_of(_required(unit, what, table))
+    unit = known_unit(str(unit)) or str(unit)
+    (values,) = table.load([place])
+    factor *= scale
+    text = unit if unit == target else f"{unit} as {target}"
+    text += f", times {scale:g}" if scale != 1.0 else ""
+    text += "" if said is not None else ", the file's unit"
+    return (values if factor == 1.0 else values * factor), target, text
+
+
+def _time_of(table: Table, place: int, size: int, options: ImportOptions) -> tuple[Samples, str]:
+    """Times of a column's samples, s, and where they are from."""
+    column = table.columns[place]
+    if options.sample_rate is not None:
+        return np.arange(size) / options.sample_rate, f"time: {options.sample_rate:g} Hz, as said"
+    at = table.find(options.time, "--time") if options.time is not None else table.find_time()
+    if at == place and options.time is not None:
+        raise DataError(
+            f"{table.label}: --time and another column are the same, "
+            f"'{printable(column.name, 40)}'. Name another one."
+        )
+    if at is not None and at != place:
+        clock = table.columns[at]
+        unit = options.time_unit or clock.unit or "s"
+        (time,) = table.load([at])
+        if time.size != size:
+            raise DataError(
+                f"{table.label}: '{printable(clock.name, 40)}' has {time.size} samples, but "
+                f"'{printable(column.name, 40)}' has {size}. Choose another --time."
+            )
+        known = "" if options.time_unit or clock.unit else ", assumed"
+        name = printable(clock.name, 40)
+        return time_factor(unit) * time, f"time: {name} ({known_unit(unit)}{known})"
+    step = column.step_s or table.step_s
+    if step is None:
+        raise DataError(
+            f"{table.label}: no column is a time. Name it by --time, or give --sample-rate. "
+            f"Columns, by number or name: {table.describe()}."
+        )
+    return column.start_s + step * np.arange(size), f"time: every {step:g} s, by the header"
+
+
+def _settle(response: Samples, label: str, options: ImportOptions) -> Samples:
+    bad = np.flatnonzero(~np.isfinite(response))
+    if not bad.size:
+        return response
+    if options.nan == "raise":
+        raise DataError(
+            f"{label}: the response has {bad.size} reading(s) that are missing or beyond the "
+            f"range, the first at sample {bad[0]}. Readings are never interpolated: record again, "
+            "or keep them as gaps by `--nan mask`, here and in `rapi fit`."
+        )
+    return np.where(np.isfinite(response), response, np.nan)
+
+
+def _check_drive(drive: Samples, label: str) -> None:
+    bad = np.flatnonzero(~np.isfinite(drive))
+    if bad.size:
+        raise DataError(
+            f"{label}: the drive has {bad.size} value(s) that are missing or beyond the range, the "
+            f"first at sample {bad[0]}. A drive is never guessed: record again, or give what was "
+            "sent by --drive-amplitude, --drive-offset and --drive-rate."
+        )
+    if not np.ptp(drive) > 0:
+        raise DataError(
+            f"{label}: the drive rests at {drive[0]:g}. Choose another --drive column, or give "
+            "what was sent by --drive-amplitude, --drive-offset and --drive-rate."
+        )
+
+
+def _temperature(table: Table, options: ImportOptions) -> str | None:
+    said = options.temperature_c
+    if said is None:
+        return None
+    try:
+        return f"{float(said):g}"
+    except ValueError:
+        (values,) = table.load([table.find(said, "--temperature")])
+        return f"{float(np.nanmean(values)):.6g}"

@@ -1,0 +1,136 @@
+"""Files of other programs as one recording, with a record of what was done and assumed."""
+
+import dataclasses
+import hashlib
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from rapi_jax._errors import DataError
+from rapi_jax._recording import Drive, Recording, Run
+from rapi_jax.io import _units
+from rapi_jax.io._safe import StrPath, open_regular, printable
+
+from ._channels import Channels, read_channels
+from ._clock import even_clock, is_even, resample
+from ._decimate import decimate
+from ._options import ImportOptions
+from ._runs import cut_record, describe_run
+
+WRITER = "rapi import"
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Imported:
+    """A recording made from files; `notes`: what was found, done and assumed, a sentence each."""
+
+    recording: Recording
+    notes: tuple[str, ...]
+
+
+def import_recording(
+    files: Sequence[StrPath] | StrPath, options: ImportOptions | None = None
+) -> Imported:
+    """A recording from tables of other programs; nothing is written.
+
+    Oscilloscopes' CSV files and other text, `.mat`, `.npy`, `.npz`, HDF5, netCDF-4 and TDMS (with
+    the package nptdms). A record of several rates or swings is cut into runs of one each; several
+    files follow each other in the order given. `write_import` writes what comes back.
+
+    Raises `DataError`, in one line with the file, where something is missing, wrong or damaged.
+    """
+    options = options or ImportOptions()
+    paths = [files] if isinstance(files, str | os.PathLike) else list(files)
+    if not paths:
+        raise ValueError("Argument `files` must name at least one file.")
+    if options.drive_file is not None and len(paths) > 1:
+        raise ValueError("`drive_file` goes with one file alone.")
+    runs: list[Run] = []
+    notes: list[str] = []
+    provenance: dict[str, str] = {"imported_by": WRITER}
+    units: dict[tuple[str, str], str] = {}
+    start, stamp, warm = 0.0, options.recorded_at, None
+    for number, path in enumerate(paths):
+        label = printable(path)
+        channels = read_channels(str(path), options)
+        units.setdefault((channels.drive_unit, channels.response_unit), label)
+        stamp, warm = stamp or channels.recorded_at, warm or channels.temperature_c
+        found, said = _runs_of(channels, options, label, start, len(runs))
+        runs += found
+        notes += [*channels.notes, *(f"{printable(Path(path).name)}: {line}" for line in said)]
+        start += float(channels.time[-1] - channels.time[0])
+        provenance[f"file{number:02d}"] = f"{Path(path).name} sha256 {_digest(path)}"
+        provenance[f"columns{number:02d}"] = channels.columns
+    if len(units) > 1:
+        said = "; ".join(f"{u[0]} and {u[1]} in {label}" for u, label in units.items())
+        raise DataError(
+            f"the files have different units ({said}). Import them apart, or give --drive-unit "
+            "and --response-unit."
+        )
+    if len(paths) > 1:
+        notes.append("assumed: the files follow each other without a pause, in the order given")
+    runs, fewer = decimate(runs, options.decimate, options.max_samples)
+    notes += fewer
+    (drive_unit, response_unit) = next(iter(units))
+    provenance |= {"recorded_at": stamp} if stamp else {}
+    provenance |= {"temperature_c": warm} if warm else {}
+    provenance |= {f"import{k:02d}": printable(note, 1000) for k, note in enumerate(notes)}
+    recording = Recording(
+        tuple(runs),
+        response_unit=response_unit,
+        drive_unit=drive_unit,
+        response_origin=options.response_origin,
+        response_lag_s=options.response_lag_s,
+        provenance=provenance,
+    )
+    _units.check_plausible(recording)
+    return Imported(recording, tuple(notes))
+
+
+def _runs_of(
+    channels: Channels, options: ImportOptions, label: str, start_s: float, number: int
+) -> tuple[list[Run], list[str]]:
+    """The runs of one file, named from `number` on; its first sample is at `start_s`."""
+    time, drive, response = channels.time, channels.drive, channels.response
+    time, stretches, notes = even_clock(time, label)
+    if len(stretches) == 1 and (uneven := is_even(time)):
+        time, (drive, response), step = resample(time, [drive, response])
+        stretches = [(0, time.size)]
+        notes.append(f"sampling is uneven ({uneven}); both are resampled to every {step:.6g} s")
+    runs: list[Run] = []
+    for a, b in stretches:
+        if b - a < 3:
+            notes.append(f"dropped {b - a} sample(s) between two gaps")
+            continue
+        if uneven := is_even(time[a:b]):
+            raise DataError(f"{label}: samples {a} to {b - 1}: {uneven}. Cut the file there.")
+        part = slice(a, b)
+        step = float(time[b - 1] - time[a]) / (b - 1 - a)
+        pieces, said = cut_record(drive[part], step, options, label)
+        place = f"samples {a}-{b - 1}: " if len(stretches) > 1 else ""
+        for piece in pieces:
+            rows = slice(a + piece.first, a + piece.last + 1)
+            begin = float(time[rows][0])
+            one = Drive(
+                time[rows] - begin,
+                drive[rows],
+                piece.excitation_hz,
+                piece.waveform,
+                start_s + begin - float(time[0]),
+            )
+            runs.append(Run(one, response[rows], f"run{number + len(runs):02d}"))
+            notes.append(describe_run(runs[-1], a + piece.first))
+        notes += [place + line for line in said]
+    if not runs:
+        raise DataError(
+            f"{label}: no stretch without a gap is long enough for a run. Record again."
+        )
+    return runs, notes
+
+
+def _digest(path: StrPath) -> str:
+    digest = hashlib.sha256()
+    with open_regular(path) as file:
+        while block := file.read(2**20):
+            digest.update(block)
+    return digest.hexdigest()[:16]

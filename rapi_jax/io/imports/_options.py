@@ -1,0 +1,86 @@
+"""What is known of files that a recording is to be made from."""
+
+import dataclasses
+from typing import Literal, get_args
+
+from rapi_jax._recording import WAVEFORMS, Origin, Waveform
+from rapi_jax.io.recordings._build import NanPolicy, check_nan_policy
+
+MOST_SAMPLES = 400_000  # what a fit looks at; more only slows reading
+
+
+@dataclasses.dataclass(frozen=True)
+class MadeDrive:
+    """A drive that was sent and not recorded: it begins `phase` periods after its minimum.
+
+    `amplitude` is peak to peak and `offset` the centre, both in the drive's unit; `rate` is in Hz.
+    """
+
+    amplitude: float
+    rate: float
+    offset: float = 0.0
+    phase: float = 0.0
+    waveform: Literal["triangle", "sine"] = "triangle"
+
+    def __post_init__(self) -> None:
+        for name in ("amplitude", "rate"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"Argument `{name}` of a drive must be positive.")
+
+
+@dataclasses.dataclass(frozen=True)
+class ImportOptions:
+    """Which columns of a file are what, and how they become runs.
+
+    Columns are names, or numbers from 0 as text.
+
+    - `time`, `drive`, `response`: columns; by default those called so. `drive_file`: another file
+      that holds the drive (with its own clock), for one response file.
+    - `time_unit`, `drive_unit`, `response_unit`: by default what the file says; a time without a
+      unit is in s. `drive_scale`, `response_scale`: factors, after which the unit holds.
+    - `sample_rate`: Hz, where no column is a time. `made`: a drive that was not recorded.
+    - `rates`: scan rates, Hz; by default found in the drive. `waveform`: by default found.
+    - `cut`: whether to make a run of each stretch of one rate and swing.
+    - `decimate`: of how many samples one is made, by their average; by default one, or as many as
+      bring all runs below `max_samples`.
+    - `nan`: "raise" refuses readings that are not finite, "mask" keeps them as NaN.
+    - `response_origin`, `response_lag_s`: as in a `Recording`. `recorded_at`, `temperature_c`: as
+      in its provenance; the temperature may also be a column (deg C), whose mean is taken.
+    """
+
+    time: str | None = None
+    drive: str | None = None
+    response: str | None = None
+    drive_file: str | None = None
+    time_unit: str | None = None
+    drive_unit: str | None = None
+    response_unit: str | None = None
+    drive_scale: float = 1.0
+    response_scale: float = 1.0
+    sample_rate: float | None = None
+    made: MadeDrive | None = None
+    rates: tuple[float, ...] = ()
+    waveform: Waveform | None = None
+    cut: bool = True
+    decimate: int | None = None
+    max_samples: int = MOST_SAMPLES
+    nan: NanPolicy = "raise"
+    response_origin: Origin = "session"
+    response_lag_s: float = 0.0
+    recorded_at: str | None = None
+    temperature_c: str | None = None
+
+    def __post_init__(self) -> None:
+        check_nan_policy(self.nan)
+        if self.waveform is not None and self.waveform not in WAVEFORMS:
+            raise ValueError(f"Argument `waveform` must be one of {', '.join(WAVEFORMS)}.")
+        if self.response_origin not in get_args(Origin):
+            raise ValueError('Argument `response_origin` must be "session" or "run".')
+        for name in ("sample_rate", "decimate"):
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise ValueError(f"Argument `{name}` must be positive, but is {value}.")
+        if any(not rate > 0 for rate in self.rates):
+            raise ValueError("Argument `rates` must be positive.")
+        if self.made is not None and (self.drive or self.drive_file):
+            raise ValueError("Give a column of the drive, or a drive that is made, not both.")

@@ -1,0 +1,83 @@
+"""Numbers that decide how files become runs, with unit and origin."""
+
+import dataclasses
+
+from rapi_jax._threshold import threshold
+
+
+@dataclasses.dataclass(frozen=True)
+class ImportThresholds:
+    """Numbers that decide about clocks, cycles and runs of an import."""
+
+    gap: float = threshold(
+        1.5, unit="steps that are usual", origin="as in the check of the clock of a recording"
+    )
+    few_gaps: float = threshold(
+        0.01, unit="of the steps", origin="convention; more are no gaps but uneven sampling"
+    )
+    uneven_step: float = threshold(
+        0.01, unit="of a step", origin="rounding of printed times; less is made even"
+    )
+    rate_window: int = threshold(
+        50, unit="samples", origin="set by trial; over so many, jitter is no sampling rate"
+    )
+    made_explained: float = threshold(
+        0.5,
+        unit="of the variance",
+        origin="a response to another rate averages out over its periods",
+    )
+    flat_samples: int = threshold(
+        5, unit="samples", origin="set by trial; shorter ones hide no part of a loop"
+    )
+    flat_ratio: float = threshold(
+        6.0,
+        unit="times the level beside",
+        origin="derivation: the top of a digitised sine holds 2.4 times the samples of the next",
+    )
+    turn: float = threshold(
+        0.05, unit="of the swing", origin="set by trial; a drive that turns by less is noisy there"
+    )
+    shape: float = threshold(
+        0.03,
+        unit="of the swing, rms",
+        origin="as the period check has it; a drive that is nearer has that waveform",
+    )
+    round_rate: float = threshold(
+        5e-4, unit="relative", origin="a setting of three digits; beside `rate_slip`"
+    )
+    late_cycle: float = threshold(
+        0.03,
+        unit="of a period",
+        origin="set by trial; a cycle that is off by more is of another rate",
+    )
+    rate_slip: float = threshold(
+        0.02, unit="periods over a run", origin="phases stay as good as they are known"
+    )
+    same_rate: float = threshold(
+        0.1, unit="relative", origin="set by trial; noise displaces a turn by so much of a period"
+    )
+    same_level: float = threshold(
+        0.03, unit="of the swing", origin="set by trial; above the noise of a reading of eight bits"
+    )
+    stated_rate: float = threshold(
+        0.02, unit="relative", origin="convention; a rate that was said may be off by so much"
+    )
+    early_start: float = threshold(
+        0.004,
+        unit="of a period",
+        origin="below `period_edge`: the first period still begins there, and the last is whole",
+    )
+    shared_samples: float = threshold(
+        0.02, unit="of a period", origin="set by trial; what noise displaces a turn by"
+    )
+    repeats: float = threshold(
+        0.03,
+        unit="of the swing",
+        origin="as `same_level`; a broken end that differs by less is of the run",
+    )
+    period_samples: int = threshold(
+        500, unit="samples a period", origin="as a fit thins; it loses nothing of the shape"
+    )
+
+
+THRESHOLDS = ImportThresholds()

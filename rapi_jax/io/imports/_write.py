@@ -1,0 +1,89 @@
+"""An imported recording on the disk: whole or not at all, and over nothing that is not its own."""
+
+import dataclasses
+import os
+import tomllib
+from pathlib import Path
+
+from rapi_jax._errors import DataError
+from rapi_jax.io._atomic import OutputError, write_atomic
+from rapi_jax.io._safe import StrPath, printable
+from rapi_jax.io._toml import MANIFEST
+from rapi_jax.io.recordings._read_write import read_recording, write_recording
+
+from ._import import WRITER, Imported
+
+PICTURE = "preview.png"
+
+
+def check_output(path: StrPath) -> None:
+    """Refuse an output that is there and was not written by an import, or was changed since.
+
+    Raises `OutputError`.
+    """
+    target = Path(path)
+    label = printable(path)
+    cure = "Choose another with `-o`."
+    if target.is_dir():
+        if not any(target.iterdir()):
+            return
+        if not (target / MANIFEST).exists():
+            raise OutputError(f"the output {label} is there and is no recording. {cure}")
+    elif not target.exists():
+        _check_parent(target, label, cure)
+        return
+    elif not os.fspath(path).endswith(".nc"):
+        raise OutputError(f"the output {label} is there and is not a folder. {cure}")
+    try:
+        there = read_recording(target, nan="mask")
+        made = there.provenance
+    except (DataError, tomllib.TOMLDecodeError) as error:
+        raise OutputError(f"the output {label} is there and is no recording. {cure}") from error
+    if made.get("imported_by") != WRITER:
+        raise OutputError(
+            f"the output {label} is there and is a recording that `rapi import` did not write. "
+            f"{cure}"
+        )
+    if made.get("imported_sha256") != there.sha256():
+        raise OutputError(
+            f"the output {label} was changed after it was imported, and is not written over. {cure}"
+        )
+    if target.is_dir():
+        own = {MANIFEST, PICTURE, *(entry.name for entry in target.glob("run*.csv"))}
+        other = [entry.name for entry in target.iterdir() if entry.name not in own]
+        if other:
+            raise OutputError(
+                f"the output {label} also holds '{printable(other[0], 60)}', which `rapi import` "
+                f"did not write. {cure}"
+            )
+
+
+def _check_parent(target: Path, label: str, cure: str) -> None:
+    """Before anything is read: whether the folder that is to hold the output can be written to."""
+    above = Path(os.path.realpath(target)).parent
+    while not above.exists() and above != above.parent:
+        above = above.parent
+    if not above.is_dir() or not os.access(above, os.W_OK | os.X_OK):
+        raise OutputError(
+            f"cannot write to {printable(above)}, which is to hold the output {label}. {cure}"
+        )
+
+
+def write_import(imported: Imported, path: StrPath, *, picture: bytes | None = None) -> list[Path]:
+    """Write the recording, and `picture` (a PNG) in it or beside it; the paths written.
+
+    A folder with `manifest.toml` and a CSV file a run, or a netCDF-4 file where `path` ends in
+    `.nc`. An earlier import at `path` is replaced, anything else is refused with `OutputError`.
+    """
+    check_output(path)
+    recording, target = imported.recording, Path(path)
+    again = target.is_file() or (target / MANIFEST).exists()
+    target.parent.mkdir(parents=True, exist_ok=True)
+    provenance = recording.provenance | {"imported_sha256": recording.sha256()}
+    write_recording(dataclasses.replace(recording, provenance=provenance), path)
+    written = [target]
+    place = target / PICTURE if target.is_dir() else target.with_suffix(f".{PICTURE}")
+    if picture is not None and (again or not place.exists()):
+        write_atomic(place, picture)
+        written.append(place)
+    return written

@@ -1,0 +1,133 @@
+"""Columns of numbers by name, wherever they come from."""
+
+import dataclasses
+import difflib
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from rapi_jax._errors import DataError
+from rapi_jax.io._safe import printable
+
+_TIMES = {"time", "t", "time_s", "times", "second", "seconds", "zeit", "x", "x-axis", "in s"}
+_SHOWN = 12  # columns in a message
+
+
+@dataclasses.dataclass(frozen=True)
+class Column:
+    """What a file says of one column.
+
+    `name`: as the file writes it; `bare`: without a unit in it. `unit`: as the file writes it,
+    `None` where it says none. `step_s`, `start_s`: a clock of its own, s, where it has one.
+    """
+
+    name: str
+    bare: str = ""
+    unit: str | None = None
+    step_s: float | None = None
+    start_s: float = 0.0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What it may be called."""
+        return tuple(dict.fromkeys(name for name in (self.name, self.bare) if name))
+
+    @property
+    def is_time(self) -> bool:
+        """Whether its name is that of a clock."""
+        return any(name.lower() in _TIMES for name in self.names)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Table:
+    """The columns of one file, loaded when asked for.
+
+    - `label`: the file, printable. `form`: what kind of file it is, in words.
+    - `load`: the values of columns by number, each one-dimensional float64.
+    - `step_s`: sampling interval that a header states, s; `None` where none does.
+    - `recorded_at`: time of the first sample, where the file states it with its offset from UTC.
+    """
+
+    label: str
+    form: str
+    columns: tuple[Column, ...]
+    load: Callable[[Sequence[int]], list[np.ndarray]]
+    step_s: float | None = None
+    recorded_at: str | None = None
+
+    def describe(self) -> str:
+        """The columns by number, name and unit, on one line."""
+        shown = []
+        for i, column in enumerate(self.columns[:_SHOWN]):
+            name = printable(column.name, 40)
+            unit = f" ({printable(column.unit, 12)})" if column.unit else ""
+            unit = "" if column.unit and column.unit in column.name else unit
+            shown.append((f"{i} '{name}'" if name != str(i) else f"{i}") + unit)
+        more = len(self.columns) - _SHOWN
+        return ", ".join(shown) + (f" and {more} more" if more > 0 else "")
+
+    def find(self, key: str, option: str) -> int:
+        """The number of the column `key`, a name or a number from 0.
+
+        Raises `DataError` naming `option`, the nearest name and all columns where there is none.
+        """
+        for same in (str, str.lower):
+            places = [
+                i for i, column in enumerate(self.columns) if same(key) in map(same, column.names)
+            ]
+            if len(places) == 1:
+                return places[0]
+            if places:
+                raise DataError(
+                    f"{self.label}: several columns are called '{printable(key, 40)}': give "
+                    f"{option} the number of one of {places}."
+                )
+        if key.isascii() and key.isdigit() and int(key) < len(self.columns):
+            return int(key)
+        names = [name for column in self.columns for name in column.names]
+        near = difflib.get_close_matches(key[:60], names[:1000], n=1, cutoff=0.5)
+        meant = f" Did you mean '{printable(near[0], 40)}'?" if near else ""
+        raise DataError(
+            f"{self.label}: no column '{printable(key, 40)}' for {option}.{meant} Columns, by "
+            f"number or name: {self.describe() or 'none'}."
+        )
+
+    def find_time(self) -> int | None:
+        """The column that is a clock by its name or its unit; `None` where none is alone."""
+        found = [i for i, column in enumerate(self.columns) if column.is_time]
+        return found[0] if found else None
+
+
+def columns_of(name: str, array: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    """An array as columns: itself, each of its fields, or its columns along the shorter axis.
+
+    Arrays that are not of real numbers, or have more than two dimensions, give none.
+    """
+    if array.dtype.names:
+        fields = ((f"{name}.{field}".lstrip("."), array[field]) for field in array.dtype.names)
+        return [pair for field, part in fields for pair in columns_of(field, part)]
+    if array.dtype.kind not in "fiub":
+        return []
+    array = np.squeeze(array)
+    if array.ndim == 1 and array.size > 1:
+        return [(name, array)]
+    if array.ndim != 2:
+        return []
+    table = array if array.shape[0] >= array.shape[1] else array.T
+    prefix = f"{name}:" if name else ""
+    return [(f"{prefix}{i}", table[:, i]) for i in range(table.shape[1])]
+
+
+def table_of(label: str, form: str, pairs: Sequence[tuple[str, np.ndarray]]) -> Table:
+    """A table of arrays that are in memory."""
+
+    def load(use: Sequence[int]) -> list[np.ndarray]:
+        return [np.ascontiguousarray(pairs[i][1], dtype=np.float64) for i in use]
+
+    columns = []
+    for name, _ in pairs:
+        from ._units import split_unit
+
+        bare, unit = split_unit(name)
+        columns.append(Column(name, bare, unit))
+    return Table(label, form, tuple(columns), load)

@@ -1,0 +1,85 @@
+"""Units as files write them, and the factors to those of a recording."""
+
+import re
+
+from rapi_jax._errors import DataError
+from rapi_jax.io._safe import printable
+
+_MICRO = "\u00b5\u03bc"  # the micro sign and the Greek letter
+_TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+_VOLT = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "kV": 1e3}
+_LENGTH = {"m": 1e6, "mm": 1e3, "um": 1.0, "nm": 1e-3, "pm": 1e-6}  # in um
+_OPTICAL = {"GHz": 1.0, "MHz": 1e-3, "kHz": 1e-6, "Hz": 1e-9, "THz": 1e3}
+_WORDS = {
+    "second": "s", "seconds": "s", "sec": "s", "volt": "V", "volts": "V", "v": "V",
+    "millivolt": "mV", "millivolts": "mV", "micron": "um", "microns": "um", "hertz": "Hz",
+    "msec": "ms", "usec": "us", "minutes": "min", "hours": "h",
+}  # fmt: skip
+_KNOWN = {*_TIME, *_VOLT, *_LENGTH, *_OPTICAL}
+
+DRIVES = {
+    **{unit: ("V", factor) for unit, factor in _VOLT.items()},
+    **{unit: ("um", factor) for unit, factor in _LENGTH.items()},
+}
+RESPONSES = {
+    **{unit: ("GHz", factor) for unit, factor in _OPTICAL.items()},
+    **{unit: ("V", factor) for unit, factor in _VOLT.items()},
+    **{unit: ("um", factor) for unit, factor in _LENGTH.items()},
+    "nm": ("nm", 1.0),
+    "pm": ("nm", 1e-3),
+}
+
+
+def known_unit(text: str) -> str | None:
+    """The unit that `text` is, in this package's spelling; `None` where it is none of them."""
+    plain = text.strip().strip("()[]").strip()
+    for sign in _MICRO:
+        plain = plain.replace(sign, "u")
+    return plain if plain in _KNOWN else _WORDS.get(plain.lower())
+
+
+_FORMS = (
+    re.compile(r"(?P<name>.*?)\s*[(\[]\s*(?P<unit>[^()\[\]]{1,12})\s*[)\]]"),
+    re.compile(r"(?P<name>.*?)\s*\bin\s+(?P<unit>\S{1,12})"),
+    re.compile(r"(?P<name>.+?)\s*[/_]\s*(?P<unit>[^\s/_]{1,12})"),
+)
+
+
+def split_unit(name: str) -> tuple[str, str | None]:
+    """A name without the unit in it, and that unit: "CH1 (mV)", "C1 in V", "time_s"."""
+    for form in _FORMS:
+        found = form.fullmatch(name)
+        unit = known_unit(found["unit"]) if found else None
+        if found and unit:
+            return found["name"].strip(), unit
+    return name, None
+
+
+def time_factor(unit: str) -> float:
+    """Seconds in one `unit`. Raises `DataError` where that is no unit of time."""
+    found = known_unit(unit)
+    if found not in _TIME:
+        raise DataError(_refusal("--time-unit", unit, _TIME))
+    return _TIME[found]
+
+
+def drive_factor(unit: str) -> tuple[str, float]:
+    """The drive unit of a recording that `unit` becomes, and the factor; or `DataError`."""
+    found = known_unit(unit)
+    if found not in DRIVES:
+        raise DataError(_refusal("--drive-unit", unit, DRIVES))
+    return DRIVES[found]
+
+
+def response_factor(unit: str) -> tuple[str, float]:
+    """The response unit of a recording that `unit` becomes, and the factor; or `DataError`."""
+    found = known_unit(unit)
+    if found not in RESPONSES:
+        raise DataError(_refusal("--response-unit", unit, RESPONSES))
+    return RESPONSES[found]
+
+
+def _refusal(option: str, unit: str, allowed: dict) -> str:
+    scale = option.replace("unit", "scale")
+    cure = "" if option == "--time-unit" else f" Of another quantity, give its factor by {scale}."
+    return f"{option} must be one of {', '.join(allowed)}, not '{printable(unit, 30)}'.{cure}"

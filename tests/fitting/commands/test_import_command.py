@@ -1,0 +1,255 @@
+"""`rapi import`: from an oscilloscope's file to a fit, and twelve natural mistakes."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_output import assert_one_line
+from scope_files import MAKERS, put, rows, scanned
+
+from fitting.cli import app
+from fitting.commands.run import run
+from rapi_jax.examples import paper_device
+from rapi_jax.io import read_recording
+
+T, U, Y = scanned((10.0, 3, 4.5), (20.0, 3, 4.5), (40.0, 3, 4.5), sample_hz=8000.0)
+SCOPE = ("--drive", "CH1", "--response", "CH2", "--response-scale", "1", "--response-unit", "GHz")
+
+
+@pytest.fixture
+def rapi(capfd) -> Callable[..., tuple[int, str, str]]:
+    """`rapi` in this process: exit code, standard output, standard error."""
+
+    def call(*arguments: object) -> tuple[int, str, str]:
+        capfd.readouterr()
+        code = run(app, [str(a) for a in arguments])
+        said = capfd.readouterr()
+        return code, said.out, said.err
+
+    return call
+
+
+def scope(folder: Path, t=T, u=U, y=Y, maker: str = "Tektronix") -> Path:
+    """A file of a maker."""
+    return put(folder / "scope.csv", MAKERS[maker][0](t, u, y))
+
+
+def test_from_a_scope_file_to_a_model_close_to_the_true_one(rapi, tmp_path):
+    path, data = scope(tmp_path), tmp_path / "r"
+    code, out, err = rapi("import", path, "-o", data, *SCOPE)
+    assert (code, err) == (0, "")
+    for word in ("scope.csv: text, separated by commas", "40 Hz", "nothing speaks against a fit"):
+        assert word in out
+    assert out.splitlines()[-1] == f"written to {data}, with preview.png"
+    assert (data / "preview.png").read_bytes().startswith(b"\x89PNG")
+    assert rapi("check", data)[0] == 0
+    options = ("--starts", 2, "--no-plots", "--plays", 8)
+    code, _, _ = rapi("fit", data, "-o", tmp_path / "fit", *options)
+    assert code == 0
+    model = json.loads((tmp_path / "fit" / "model.json").read_text())
+    assert model["rmse"] < 1.5 * 0.02  # GHz: the noise
+    _check_predictions(rapi, tmp_path, paper_device)
+
+
+def _check_predictions(rapi, folder: Path, device) -> None:
+    """A rate that was not recorded is predicted to a thousandth of the span."""
+    from rapi_jax import Recording, predict, triangle
+    from rapi_jax.io import write_recording
+
+    (drive,) = triangle(30.0, amplitude=4.5, bias=3.0, samples=800, periods=2)
+    truth = np.asarray(predict(device(), drive))
+    write_recording(Recording.of([drive], [truth]), folder / "new")
+    code, _, _ = rapi("predict", folder / "fit", folder / "new", "-o", folder / "p", "--no-plots")
+    table = np.loadtxt(folder / "p" / "run00.csv", delimiter=",", skiprows=1)
+    assert code == 0
+    assert float(np.sqrt(np.mean((table[:, 3] - truth) ** 2))) < 1e-3 * np.ptp(truth)
+
+
+def test_dry_run_writes_nothing_and_json_says_all(rapi, tmp_path):
+    path = scope(tmp_path)
+    code, out, _ = rapi("import", path, "-o", tmp_path / "r", *SCOPE, "--dry-run")
+    assert code == 0 and "nothing was written (--dry-run); this would be" in out
+    assert list(tmp_path.iterdir()) == [path]
+    code, out, err = rapi("import", path, "-o", tmp_path / "r.nc", *SCOPE, "--json")
+    table = json.loads(out, parse_constant=pytest.fail)
+    assert (code, err, table["schema"]) == (0, "", "rapi.import/1")
+    assert [Path(one).name for one in table["written"]] == ["r.nc", "r.preview.png"]
+    assert [one["excitation_hz"] for one in table["check"]["runs"]] == [10.0, 20.0, 40.0]
+    assert read_recording(tmp_path / "r.nc").sha256() == table["check"]["data_sha256"]
+
+
+def test_a_drive_from_the_command_line(rapi, tmp_path):
+    t, u, y = scanned((10.0, 3, 4.5), sample_hz=8000.0)
+    path = put(tmp_path / "a.txt", "reading\n" + rows(y))
+    line = (
+        "--response", "reading", "--response-unit", "GHz", "--sample-rate", 8000, "--drive-unit",
+        "V", "--drive-amplitude", 4.5, "--drive-offset", 3.0, "--drive-rate", 10,
+    )  # fmt: skip
+    code, out, _ = rapi("import", path, "-o", tmp_path / "r", *line, "--no-picture")
+    assert code == 0 and "no drive was recorded; assumed is a triangle at 10 Hz" in out
+    run = read_recording(tmp_path / "r").runs[0]
+    np.testing.assert_allclose(run.drive.value, u, atol=1e-6)
+
+
+# Twelve natural mistakes: what is typed, the exit code, and what the one line must say.
+
+
+def wrong_column(folder):
+    return (scope(folder), "--drive", "CH1", "--response", "CH", *SCOPE[4:]), 3, (
+        "no column 'CH' for --response", "Did you mean 'CH2'?", "0 'TIME' (s), 1 'CH1' (V)",
+    )  # fmt: skip
+
+
+def wrong_unit(folder):
+    return (scope(folder), *SCOPE[:-1], "Gigahertz"), 3, (
+        "--response-unit must be one of GHz", "not 'Gigahertz'", "--response-scale",
+    )  # fmt: skip
+
+
+def unit_that_is_off(folder):
+    """Readings in MHz that are called GHz."""
+    return (scope(folder, y=1e3 * Y), *SCOPE), 3, ("spans", "GHz", 'response_unit = "MHz"')
+
+
+def no_columns_named(folder):
+    return (scope(folder),), 3, ("which column is the response?", "--response", "2 'CH2' (V)")
+
+
+def missing_reading(folder):
+    y = Y.copy()
+    y[500:503] = np.nan
+    return (scope(folder, y=y), *SCOPE), 3, (
+        "3 reading(s) that are missing", "the first at sample 500", "--nan mask",
+    )  # fmt: skip
+
+
+def wrong_rate(folder):
+    t, u, y = scanned((10.0, 3, 4.5), sample_hz=8000.0)
+    return (scope(folder, t, u, y), *SCOPE, "--rate", 12), 3, (
+        "the drive repeats at 10 Hz, not at 12 Hz as said", "Correct --rate, or leave it out",
+    )  # fmt: skip
+
+
+def folder_of_another_program(folder):
+    (folder / "export").mkdir()
+    scope(folder / "export")
+    return (folder / "export", *SCOPE), 3, ("a folder, and no file", "/*.csv")
+
+
+def unknown_option(folder):
+    return (scope(folder), *SCOPE, "--respons-unit", "V"), 2, ("--respons-unit", "Did you mean")
+
+
+def no_permission(folder):
+    return (scope(folder), *SCOPE, "-o", "/proc/self/r"), 3, (
+        "cannot write", "Choose another with `-o`",
+    )  # fmt: skip
+
+
+def output_exists(folder):
+    (folder / "mine").mkdir()
+    (folder / "mine" / "thesis.txt").write_text("mine")
+    return (scope(folder), *SCOPE, "-o", folder / "mine"), 3, (
+        "is there and is no recording", "Choose another with `-o`",
+    )  # fmt: skip
+
+
+def no_clock(folder):
+    path = put(folder / "a.csv", "drive,response\n" + rows(U, Y))
+    return (path, "--drive-unit", "V", "--response-unit", "GHz"), 3, (
+        "no column is a time", "--sample-rate",
+    )  # fmt: skip
+
+
+def a_letter_in_a_number(folder):
+    path = scope(folder)
+    lines = path.read_text().splitlines()
+    lines[100] = lines[100].replace("e", "o")
+    path.write_text("\n".join(lines))
+    return (path, *SCOPE), 3, ("line 101: column 2 must be a number", "Correct that line")
+
+
+MISTAKES = (
+    wrong_column, wrong_unit, unit_that_is_off, no_columns_named, missing_reading, wrong_rate,
+    folder_of_another_program, unknown_option, no_permission, output_exists, no_clock,
+    a_letter_in_a_number,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_mistakes_are_said_in_one_line(rapi, tmp_path, mistake):
+    if mistake is no_permission and not Path("/proc/self").is_dir():
+        pytest.skip("no folder here that nobody may write to")
+    arguments, expected, words = mistake(tmp_path)
+    output = () if "-o" in arguments else ("-o", tmp_path / "out")
+    code, out, err = rapi("import", *arguments, *output)
+    assert (code, out) == (expected, "")
+    assert_one_line(err, *words)
+    assert not (tmp_path / "out").exists()
+    assert sorted(p.name for p in (tmp_path / "mine").glob("*")) in ([], ["thesis.txt"])
+
+
+# Mistakes that are none: what other programs refuse is read, and said.
+
+
+@pytest.mark.parametrize("maker", ["PicoScope, decimal commas"])
+def test_semicolons_and_decimal_commas_are_read(rapi, tmp_path, maker):
+    path = scope(tmp_path, maker=maker)
+    line = ("--drive", "Kanal A", "--response", "Kanal B", "--response-scale", "0.001",
+            "--response-unit", "GHz")  # fmt: skip
+    code, out, _ = rapi("import", path, "-o", tmp_path / "r", *line)
+    assert code == 0 and "separated by semicolons, decimal commas" in out
+
+
+def test_one_period_only_is_imported_and_said(rapi, tmp_path):
+    t, u, y = scanned((10.0, 1, 4.5), sample_hz=8000.0)
+    code, out, _ = rapi("import", scope(tmp_path, t, u, y), "-o", tmp_path / "r", *SCOPE)
+    text = " ".join(out.split())
+    assert code == 0 and "one period only: its rate is read off the record's length" in text
+    assert "Record three periods or more" in text
+
+
+def test_a_folder_without_a_manifest_is_led_to_the_import(rapi, tmp_path):
+    scope(tmp_path)
+    code, out, err = rapi("check", tmp_path)
+    assert (code, out) == (3, "")
+    assert_one_line(err, "no manifest.toml in this folder", "rapi import")
+
+
+def test_missing_readings_are_kept_as_gaps_where_asked(rapi, tmp_path):
+    y = Y.copy()
+    y[500:503] = np.nan
+    code, _, _ = rapi("import", scope(tmp_path, y=y), "-o", tmp_path / "r", *SCOPE, "--nan", "mask")
+    assert code == 0
+    assert rapi("check", tmp_path / "r")[0] == 3
+    code, out, _ = rapi("check", tmp_path / "r", "--nan", "mask")
+    assert code == 0 and "masked" in out
+
+
+def test_a_second_import_replaces_the_first(rapi, tmp_path):
+    path = scope(tmp_path)
+    assert rapi("import", path, "-o", tmp_path / "r", *SCOPE)[0] == 0
+    assert rapi("import", path, "-o", tmp_path / "r", *SCOPE, "--decimate", 2)[0] == 0
+    sizes = [run.drive.size for run in read_recording(tmp_path / "r").runs]
+    assert sum(sizes) < 0.52 * T.size and len(list((tmp_path / "r").glob("*.csv"))) == 3
+
+
+USAGE = {
+    "half a drive": (("--drive-rate", 10), "go together"),
+    "column and made drive": (
+        ("--drive", "CH1", "--drive-rate", 10, "--drive-amplitude", 1), "not both",
+    ),
+    "an offset alone": (("--drive-offset", 1), "go with --drive-amplitude"),
+    "several files": (("b.csv", "--drive-file", "c.csv"), "one FILE alone"),
+    "a rate of no sense": (("--sample-rate", 0), "--sample-rate"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", USAGE)
+def test_usage(rapi, tmp_path, name):
+    arguments, words = USAGE[name]
+    code, out, err = rapi("import", "a.csv", "-o", tmp_path / "r", *arguments)
+    assert (code, out) == (2, "")
+    assert_one_line(err, "usage:", words)

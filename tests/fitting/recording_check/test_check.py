@@ -1,0 +1,163 @@
+"""What is said of simulated recordings whose content, faults and noise are known."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from bad_input import clipped, data, good, put
+
+from fitting import check_recording
+from fitting.cli import app
+from fitting.commands.run import run as rapi
+from rapi_jax import Drive, Recording, Run, predict, sine, triangle
+from rapi_jax.examples import paper_device
+from rapi_jax.io import read_recording, write_recording
+
+QUESTIONS = ("model", "noise", "rate", "swing", "other runs", "effect")
+
+
+def recorded(*drives, noise=0.05, seed=0) -> Recording:
+    """The paper's device under `drives`, with white noise."""
+    rng = np.random.default_rng(seed)
+    clean = [np.asarray(predict(paper_device(), drive)) for drive in drives]
+    return Recording.of(drives, [y + noise * rng.standard_normal(y.size) for y in clean])
+
+
+def answers(recording: Recording) -> list[str]:
+    """The answers, in the order of `QUESTIONS`."""
+    return [question.answer for question in check_recording(recording).questions]
+
+
+def wide(*frequencies, amplitude=4.0, periods=4):
+    """A triangle at each of `frequencies`, Hz."""
+    return triangle(
+        [float(hz) for hz in frequencies],
+        amplitude=amplitude,
+        bias=3.0,
+        samples=400 * periods,
+        periods=periods,
+    )
+
+
+def test_everything_may_be_asked_of_three_rates_and_two_swings():
+    found = check_recording(recorded(*wide(10, 20, 40), *wide(20, amplitude=2.0)))
+    assert found.sound and found.faults == ()
+    assert [question.answer for question in found.questions] == ["yes"] * 6
+    assert all(question.record == "" for question in found.questions)
+
+
+@pytest.mark.parametrize(
+    ("drives", "expected", "words"),
+    [
+        (wide(10), "yes yes no partly partly partly", "Record a second rate"),
+        (wide(10, 20), "yes yes yes partly partly partly", "Record a second swing"),
+        (wide(10, periods=1), "yes partly no partly partly partly", "one period only"),
+        (wide(10, 20, 40, periods=2), "yes yes yes partly yes partly", "which is few"),
+    ],
+)
+def test_what_is_missing_is_said_with_what_to_record(drives, expected, words):
+    recording = recorded(*drives)
+    assert answers(recording) == expected.split()
+    assert words in json.dumps(check_recording(recording).to_dict())
+
+
+def test_numbers_of_a_run_are_those_it_was_made_with():
+    (drive,) = sine(25.0, amplitude=3.0, bias=2.0, samples=1500, periods=5)
+    recording = recorded(drive, noise=0.08)
+    (run,) = check_recording(recording).runs
+    assert (run.excitation_hz, run.periods, run.samples, run.waveform) == (25.0, 5, 1500, "sine")
+    np.testing.assert_allclose(run.sample_hz, 7500.0, rtol=1e-12)
+    np.testing.assert_allclose((run.swing, run.bias), (3.0, 2.0), rtol=1e-12)
+    np.testing.assert_allclose(run.samples_a_period, 300.0, rtol=1e-12)
+    np.testing.assert_allclose(run.noise, 0.08, rtol=0.06)
+    assert run.noise_from == "periods" and run.holds == 0
+
+
+def test_noise_of_a_measured_drive_is_none_of_the_reading():
+    recording = recorded(*wide(10), noise=0.05)
+    run = recording.runs[0]
+    shaken = run.drive.value + 0.02 * np.random.default_rng(1).standard_normal(run.drive.size)
+    noisy = dataclasses.replace(run, drive=dataclasses.replace(run.drive, value=shaken))
+    (found,) = check_recording(Recording((noisy,))).runs
+    np.testing.assert_allclose(found.noise, 0.05, rtol=0.06)
+
+
+def test_noise_of_one_period_is_what_changes_from_sample_to_sample():
+    (run,) = check_recording(recorded(*wide(10, periods=1), noise=0.05)).runs
+    assert run.noise_from == "samples"
+    np.testing.assert_allclose(run.noise, 0.05, rtol=0.2)
+
+
+def test_faults_are_those_of_the_data_checks(tmp_path):
+    data(clipped(None, 0.8))(tmp_path / "r")
+    found = check_recording(read_recording(tmp_path / "r"))
+    assert [fault.kind for fault in found.faults] == ["clipped"]
+    assert not found.sound and [q.answer for q in found.questions[::5]] == ["no", "no"]
+
+
+def test_a_single_sweep_and_swapped_columns():
+    (drive,) = wide(10)
+    half = dataclasses.replace(
+        drive, time=drive.time[:200], value=drive.value[:200], excitation_hz=None, waveform="other"
+    )
+    question = check_recording(recorded(half)).questions[0]
+    assert question.answer == "no" and "single sweep" in question.because
+    made = recorded(drive)
+    swapped = dataclasses.replace(drive, value=made.runs[0].response)
+    other = Recording((Run(swapped, drive.value),))
+    assert "columns swapped" in [fault.kind for fault in check_recording(other).faults]
+
+
+def test_holds_and_an_uncycled_start_are_noted():
+    time = np.arange(1200) / 1000.0
+    value = 3.0 + 2.0 * np.sin(2 * np.pi * np.clip(time, 0.0, 0.8) / 0.4)
+    value[800:] = value[800]
+    notes = " ".join(check_recording(recorded(Drive(time, value))).notes)
+    assert "holds: the drive rests (1 in run 'run00')" in notes
+    assert "uncycled start: run 'run00' does not repeat" in notes
+    assert check_recording(recorded(*wide(10, 20))).notes == ()
+
+
+def test_an_unusable_run_and_a_wrong_argument():
+    (drive,) = wide(10)
+    slow = dataclasses.replace(drive, excitation_hz=1.0)
+    found = check_recording(recorded(slow))
+    assert found.faults[0].kind == "unusable run" and "excitation_hz" in found.faults[0].message
+    with pytest.raises(ValueError, match="Argument `recording` must be a Recording"):
+        check_recording("recording")  # pyright: ignore[reportArgumentType]
+
+
+def test_command_in_words_and_as_json(tmp_path, capsys):
+    write_recording(good(), tmp_path / "r")
+    assert rapi(app, ["check", str(tmp_path / "r")]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    for word in ("4 run(s)", "run03", "40", "nothing speaks against a fit", "one swing, 4.5 V"):
+        assert word in text, word
+    assert rapi(app, ["check", str(tmp_path / "r"), "--json"]) == 0
+    table = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    assert table["schema"] == "rapi.check/1" and table["sound"] is True
+    assert [one["excitation_hz"] for one in table["runs"]] == [10.0, 20.0, 30.0, 40.0]
+    assert table["data_sha256"] == read_recording(tmp_path / "r").sha256()
+    assert list((tmp_path).iterdir()) == [tmp_path / "r"]
+
+
+def test_exit_codes_of_faulty_missing_and_several(tmp_path, capsys):
+    data(clipped(None, 0.8))(tmp_path / "faulty")
+    write_recording(good(), tmp_path / "good")
+    assert rapi(app, ["check", str(tmp_path / "faulty")]) == 4
+    assert "x clipped" in capsys.readouterr().out
+    assert rapi(app, ["check", str(tmp_path / "none")]) == 3
+    both = [str(tmp_path / name) for name in ("none", "faulty", "good")]
+    assert rapi(app, ["check", *both, "--json"]) == 3
+    said = capsys.readouterr()
+    assert [one["sound"] for one in json.loads(said.out)] == [False, True]
+    assert "no such file" in said.err
+
+
+def test_missing_readings_are_refused_or_masked(tmp_path, capsys):
+    data(put(1, 2, slice(50, 53), float("nan")))(tmp_path / "r")
+    assert rapi(app, ["check", str(tmp_path / "r")]) == 3
+    assert "--nan mask" in capsys.readouterr().err
+    assert rapi(app, ["check", str(tmp_path / "r"), "--nan", "mask"]) == 0
+    assert "3 of run 'run01'" in " ".join(capsys.readouterr().out.split())

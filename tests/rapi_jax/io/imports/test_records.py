@@ -1,0 +1,208 @@
+"""Long records cut into runs; clocks with gaps, jitter and few digits; averages; made drives."""
+
+import numpy as np
+import pytest
+from scope_files import scanned
+
+from rapi_jax import DataError
+from rapi_jax.io import ImportOptions, MadeDrive, import_recording, write_import
+
+
+def taken(folder, t, u, y, **more):
+    """What is made of these columns."""
+    np.savez(folder / "a.npz", time=t, drive=u, response=y)
+    units = {"drive_unit": "V", "response_unit": "GHz"}
+    return import_recording(folder / "a.npz", ImportOptions(**{**units, **more}))
+
+
+def said(imported) -> str:
+    """All notes."""
+    return " | ".join(imported.notes)
+
+
+def test_four_rates_and_a_second_swing_after_a_rest(tmp_path):
+    parts = [(10.0, 3, 4.5), (20.0, 4, 4.5), (40.0, 5, 4.5), (20.0, 4, 2.0)]
+    t, u, y = scanned(*parts)
+    rest = 3000
+    u, y = np.r_[np.full(rest, 3.0), u], np.r_[np.full(rest, 15.0), y]
+    made = taken(tmp_path, np.arange(u.size) / 20e3, u, y)
+    runs = made.recording.runs
+    assert [run.drive.excitation_hz for run in runs] == [10.0, 20.0, 40.0, 20.0]
+    assert [run.drive.periods for run in runs] == [3, 4, 5, 4]
+    np.testing.assert_allclose([run.drive.u_pp for run in runs], [4.5, 4.5, 4.5, 2.0], rtol=0.04)
+    begin = np.cumsum([rest / 20e3, *(n / hz for hz, n, _ in parts[:-1])])
+    np.testing.assert_allclose([run.drive.start_s for run in runs], begin, atol=2e-3)
+    assert "dropped" in said(made) and "belong to no whole period" in said(made)
+
+
+def test_broken_ends_stay_for_settling(tmp_path):
+    t, u, y = scanned((10.0, 4, 4.5))
+    part = slice(500, 7400)
+    made = taken(tmp_path, t[part], u[part], y[part])
+    (run,) = made.recording.runs
+    assert (run.drive.size, run.drive.periods, run.drive.excitation_hz) == (6900, 2, 10.0)
+    assert "broken ends stay, for settling (0.75 of a period before and 0.7" in said(made)
+
+
+def test_a_noisy_drive_of_eight_bits_at_an_odd_rate(tmp_path):
+    t, u, y = scanned((13.37, 4, 4.5), (26.91, 6, 4.5))
+    u = np.round((u + 0.01 * np.random.default_rng(1).standard_normal(u.size)) * 32) / 32
+    runs = taken(tmp_path, t, u, y).recording.runs
+    np.testing.assert_allclose([run.drive.rate for run in runs], [13.37, 26.91], rtol=1e-3)
+    assert [run.drive.periods for run in runs] == [4, 6]
+
+
+def test_cycles_of_growing_swing_are_one_run_that_does_not_repeat(tmp_path):
+    t, u, y = scanned(*[(10.0, 1, swing) for swing in (1.0, 1.5, 2.0, 2.5, 3.0, 3.5)])
+    made = taken(tmp_path, t, u - np.interp(t * 10, np.arange(6), np.zeros(6)), y)
+    (run,) = made.recording.runs
+    assert (run.drive.waveform, run.drive.excitation_hz, run.drive.size) == ("other", 10.0, t.size)
+    assert "cycles that do not repeat" in said(made)
+
+
+def test_a_single_sweep_and_no_cutting(tmp_path):
+    t, u, y = scanned((10.0, 1, 4.5), (10.0, 4, 4.5), (20.0, 4, 4.5))
+    (run,) = taken(tmp_path, t[:900], u[:900], y[:900]).recording.runs
+    assert (run.drive.waveform, run.drive.excitation_hz) == ("other", None)
+    (run,) = taken(tmp_path, t, u, y, cut=False).recording.runs
+    assert run.drive.size == t.size and run.drive.excitation_hz == 10.0
+
+
+def test_gaps_part_a_record(tmp_path):
+    t, u, y = scanned((10.0, 8, 4.5))
+    keep = np.r_[0:7000, 7300:16000]
+    made = taken(tmp_path, t[keep], u[keep], y[keep])
+    assert [run.drive.periods for run in made.recording.runs] in ([3, 3], [3, 4])
+    assert "gap after sample 6999: 0.01505 s without samples" in said(made)
+
+
+def test_times_of_few_digits_and_a_jittering_clock(tmp_path):
+    t, u, y = scanned((10.0, 4, 4.5))
+    made = taken(tmp_path, np.round(t, 4), u, y)
+    assert "times are printed in steps of 0.0001 s" in said(made)
+    np.testing.assert_allclose(made.recording.runs[0].drive.step_s, 5e-5, rtol=1e-3)
+    rng = np.random.default_rng(0)
+    late = t + 2e-5 * rng.uniform(-1, 1, t.size)
+    made = taken(tmp_path, late, np.interp(late, t, u), np.interp(late, t, y))
+    assert "sampling is uneven" in said(made) and "resampled" in said(made)
+    run = made.recording.runs[0]
+    np.testing.assert_allclose(
+        run.drive.value, np.interp(run.drive.time + late[0], t, u), atol=0.01
+    )
+
+
+def test_two_sampling_rates_are_brought_to_the_slower(tmp_path):
+    t, u, y = scanned((10.0, 8, 4.5), noise=0.0)
+    keep = np.r_[0:8000, 8000:16000:4]
+    made = taken(tmp_path, t[keep], u[keep], y[keep])
+    assert "several sampling rates" in said(made) and "resampled to every 0.0002 s" in said(made)
+    (run,) = made.recording.runs
+    assert run.drive.periods >= 7
+    at = run.drive.time + run.drive.start_s
+    np.testing.assert_allclose(run.response[1:-1], np.interp(at, t, y)[1:-1], atol=0.1)
+
+
+def test_drive_and_response_with_clocks_of_their_own(tmp_path):
+    t, u, y = scanned((10.0, 4, 4.5), noise=0.0)
+    np.savez(tmp_path / "u.npz", time=t, drive=u)
+    np.savez(tmp_path / "y.npz", time=t[100::5], response=y[100::5])
+    units = {"drive_unit": "V", "response_unit": "GHz"}
+    options = ImportOptions(drive_file=str(tmp_path / "u.npz"), **units)
+    made = import_recording(tmp_path / "y.npz", options)
+    assert "clocks of their own (steps of 5e-05 and 0.00025 s)" in said(made)
+    (run,) = made.recording.runs
+    np.testing.assert_allclose(run.drive.value, u[100::5], atol=0.02)
+    np.testing.assert_array_equal(run.response, y[100::5])
+
+
+def test_an_average_of_samples_is_said_and_keeps_no_folded_tone(tmp_path):
+    t, u, y = scanned((10.0, 4, 4.5), noise=0.0)
+    tone = np.sin(2 * np.pi * 2000.0 * t)  # every tenth sample would see it at rest
+    made = taken(tmp_path, t, u, y + tone, decimate=10)
+    run = made.recording.runs[0]
+    assert run.drive.size == 800 and "the average of 10" in said(made)
+    np.testing.assert_allclose(run.response, y.reshape(-1, 10).mean(axis=1), atol=1e-9)
+    np.testing.assert_allclose(run.drive.value, u.reshape(-1, 10).mean(axis=1), atol=1e-9)
+    np.testing.assert_allclose(run.drive.start_s, 4.5 * 5e-5)
+
+
+def test_too_many_samples_are_averaged_without_being_asked(tmp_path):
+    t, u, y = scanned((10.0, 4, 4.5), (20.0, 4, 4.5))
+    made = taken(tmp_path, t, u, y, max_samples=6100)
+    assert [round(run.drive.step_s / 5e-5) for run in made.recording.runs] == [2, 2]
+    assert "decimated (more than 6100)" in said(made)
+    assert "decimated" not in said(taken(tmp_path, t, u, y))
+
+
+def test_flat_parts_are_listed(tmp_path):
+    t, u, y = scanned((10.0, 4, 4.5))
+    top = float(np.quantile(y, 0.9))
+    made = taken(tmp_path, t, u, np.minimum(y, top))
+    assert "the response is flat at its extreme for up to" in said(made)
+    digitised = np.round(y * 5) / 5
+    assert "flat" not in said(taken(tmp_path, t, np.round(u * 40) / 40, digitised))
+    sine = 3.0 - 2.0 * np.cos(2 * np.pi * 10.0 * t)
+    assert "flat" not in said(taken(tmp_path, t, np.round(sine * 32) / 32, y))
+
+
+def test_a_drive_that_was_not_recorded(tmp_path):
+    t, u, y = scanned((10.0, 4, 4.5))
+    made = taken(tmp_path, t, u, y, made=MadeDrive(4.5, 10.0, offset=3.0))
+    (run,) = made.recording.runs
+    np.testing.assert_allclose(run.drive.value, u, atol=1e-9)
+    assert "no drive was recorded; assumed is a triangle at 10 Hz" in said(made)
+    with pytest.raises(DataError, match="does not repeat at 13 Hz .* Correct --drive-rate"):
+        taken(tmp_path, t, u, y, made=MadeDrive(4.5, 13.0, offset=3.0))
+
+
+def test_sampling_rate_stated_rates_and_several_files(tmp_path):
+    t, u, y = scanned((10.0, 4, 4.5))
+    for name in ("a", "b"):
+        np.savez(tmp_path / f"{name}.npz", drive=u, response=y)
+    units = {"drive_unit": "V", "response_unit": "GHz"}
+    options = ImportOptions(sample_rate=20e3, rates=(10.0, 40.0), **units)
+    made = import_recording([tmp_path / "a.npz", tmp_path / "b.npz"], options)
+    assert [run.name for run in made.recording.runs] == ["run00", "run01"]
+    np.testing.assert_allclose(made.recording.runs[1].drive.start_s, 0.4, rtol=1e-3)
+    assert "assumed: the files follow each other without a pause" in said(made)
+    options = ImportOptions(sample_rate=40e3, rates=(10.0,), **units)
+    with pytest.raises(DataError, match="repeats at 20 Hz, not at 10 Hz as said. Correct --rate"):
+        import_recording(tmp_path / "a.npz", options)
+
+
+def test_time_stamps_and_temperature(tmp_path):
+    t, u, y = scanned((10.0, 3, 4.5), sample_hz=1000.0)
+    lines = [
+        f"2026-11-24T10:00:{s:09.6f}+01:00;{a};{b};21.5".replace(".", ",", 1)
+        for s, a, b in zip(t.tolist(), u.tolist(), y.tolist(), strict=True)
+    ]
+    text = "when;drive;response;lab\n" + "\n".join(lines).replace(",", ".")
+    (tmp_path / "a.csv").write_text(text)
+    units = {"drive_unit": "V", "response_unit": "GHz"}
+    made = import_recording(tmp_path / "a.csv", ImportOptions(temperature_c="lab", **units))
+    assert made.recording.temperature_c == 21.5
+    assert made.recording.recorded_at is not None and made.recording.recorded_at.hour == 9
+    np.testing.assert_allclose(made.recording.runs[0].drive.step_s, 1e-3, rtol=1e-6)
+
+
+def test_output_is_replaced_only_where_it_is_its_own(tmp_path):
+    t, u, y = scanned((10.0, 3, 4.5), sample_hz=2000.0)
+    made = taken(tmp_path, t, u, y)
+    for name in ("r", "r.nc"):
+        paths = write_import(made, tmp_path / name, picture=b"\x89PNG\r\n\x1a\n")
+        assert len(paths) == 2 and all(path.exists() for path in paths)
+        write_import(made, tmp_path / name, picture=b"\x89PNG\r\n\x1a\n")
+    assert sorted(path.name for path in (tmp_path / "r").iterdir())[0] == "manifest.toml"
+    assert len(list((tmp_path / "r").glob("*.csv"))) == 1
+    manifest = tmp_path / "r" / "manifest.toml"
+    manifest.write_text(manifest.read_text().replace("excitation_hz = 10.0", "excitation_hz = 9.0"))
+    with pytest.raises(OSError, match="was changed after it was imported"):
+        write_import(made, tmp_path / "r")
+    (tmp_path / "own.preview.png").write_text("mine")
+    assert len(write_import(made, tmp_path / "own.nc", picture=b"\x89PNG\r\n\x1a\n")) == 1
+    assert (tmp_path / "own.preview.png").read_text() == "mine"
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes.txt").write_text("mine")
+    with pytest.raises(OSError, match="is there and is no recording"):
+        write_import(made, tmp_path / "mine")
+    assert (tmp_path / "mine" / "notes.txt").read_text() == "mine"

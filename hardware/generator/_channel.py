@@ -182,7 +182,8 @@ class AfgChannel(AbstractOutput, AbstractReadBack):
     def off(self) -> None:
         """Ramp to park, then off, queried back. Nothing is sent where the output is off.
 
-        Where the ramp fails or is interrupted, the output is switched off at once. Raises
+        Where the ramp fails or is interrupted, the output is switched off at once; where channels
+        were coupled meanwhile, it is tried once more without. Raises
         `InstrumentError` that says so where the output may still be on.
         """
         if not self.on:
@@ -192,7 +193,7 @@ class AfgChannel(AbstractOutput, AbstractReadBack):
             port.scpi.resynchronise()
             try:
                 if port.output():
-                    self._ramp(self._park)
+                    self._ramp_to_park()
             finally:
                 port.switch(False)
                 self.on = False
@@ -208,6 +209,18 @@ class AfgChannel(AbstractOutput, AbstractReadBack):
                 "told to switch it off.",
                 cure="Switch it off at the instrument now.",
             ) from error
+
+    def _ramp_to_park(self) -> None:
+        """To park; where that fails and another user had coupled the channels, decoupled first.
+
+        A level that the other channel cannot take is refused for both.
+        """
+        try:
+            self._ramp(self._park)
+        except InstrumentError:
+            if not require_states(self._port, COUPLINGS):
+                raise
+            self._ramp(self._park)
 
     def _ramp(self, goal: Levels) -> None:
         port, now = self._port, self._port.levels()

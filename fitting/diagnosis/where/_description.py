@@ -49,7 +49,8 @@ def _describe_tones(profiles: dict[str, Any] | None) -> str:
     if not tones:
         return ""
     hertz = " and ".join(f"{line['hz']:.4g} Hz" for line in tones[:2])
-    return f", and {hertz} stands out whatever the scan does"
+    verb = "stand" if len(tones) > 1 else "stands"
+    return f", and {hertz} {verb} out whatever the scan does"
 
 
 def _best_part(entries: list[dict[str, Any]]) -> tuple[float, float, str]:

@@ -92,6 +92,9 @@ CHANGED = {
     "channel 2, with coupled levels": (
         GENERATOR, "OUTP2:IMP INF\nSOUR1:VOLT:CONC ON\nSOUR2:VOLT:OFFS 5", "SOUR1:VOLT:CONC:STAT",
     ),
+    "channel 2, with coupled levels that it cannot follow": (
+        GENERATOR, "SOUR1:VOLT:CONC ON\nSOUR2:VOLT:OFFS 5", "SOUR1:VOLT:CONC:STAT",
+    ),
     "sequence mode": (GENERATOR, "SEQC:STAT ON", "SEQC:STAT"),
     "another shape": (GENERATOR, "SOUR1:FUNC RAMP", "SOUR1:FUNC:SHAP"),
     "a shorter memory": (GENERATOR, "DATA:DATA EMEM1,#14\0\0\x3f\xfe", "DATA:POIN"),

@@ -86,8 +86,13 @@ def format_interval(fraction: Any) -> str:
 
 
 def format_with_error(value: Any, stderr: Any, unit: str) -> str:
-    """`0.0210 ± 0.0012 1/decade`, in the digits of its standard error; `(1.04 ± 0.03)×10⁻⁴ s`."""
+    """`0.0210 ± 0.0012 1/decade`, in the digits of its standard error; `(1.04 ± 0.03)×10⁻⁴ s`.
+
+    Without a finite standard error the data say nothing of the value, and it is not shown.
+    """
     x, error = finite_or_none(value), finite_or_none(stderr)
+    if x is not None and error is None:
+        return "not determined"
     if x is None or not error or error < 0:
         return format_quantity(value, unit, digits=4)
     power = math.floor(math.log10(max(abs(x), error)))

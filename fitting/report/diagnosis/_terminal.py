@@ -9,17 +9,14 @@ from rich.table import Table
 from rich.text import Text
 
 from ._detectability import describe_size
+from ._numbers import format_interval, format_with_error
 from ._text import describe_linearity_gain
+
+_LEAST_SHOWN = 5e-4  # probability; less is 0.000 in the table
 
 
 def _format_number(value: Any, digits: int = 3) -> str:
     return "-" if value is None else f"{value:.{digits}g}"
-
-
-def _format_interval(closed: dict[str, float] | None) -> str:
-    if closed is None:
-        return "-"
-    return f"{closed['value']:.0%} ({closed['low']:.0%} to {closed['high']:.0%})"
 
 
 def render_lines(diagnosis: dict[str, Any]) -> Group:
@@ -58,17 +55,19 @@ def _tabulate_hypotheses(diagnosis: dict[str, Any]) -> Table:
     table = Table(title="Hypotheses", title_justify="left")
     for name in ("effect", "probability", "gap closed, held out", "parameters"):
         table.add_column(name, justify="right" if name == "probability" else "left")
+    shown = set(diagnosis["verdict"]["set"])
     for h in diagnosis["hypotheses"][:6]:
+        if h["name"] not in shown and h["probability"] < _LEAST_SHOWN:
+            continue
         found = h.get("parameters", {}) | h.get("derived", {})
         values = ", ".join(
-            f"{name} {_format_number(p['value'], 4)} ± {_format_number(p['stderr'], 2)}"
-            + (f" {p['unit']}" if p["unit"] != "1" else "")
+            f"{name} {format_with_error(p['value'], p['stderr'], p['unit'])}"
             for name, p in found.items()
         )
         table.add_row(
             escape(h["name"]),
             f"{h['probability']:.3f}",
-            _format_interval(h.get("closed_fraction")),
+            format_interval(h.get("closed_fraction")),
             escape(values),
         )
     return table

@@ -282,7 +282,7 @@ def test_unit_of_the_page(unit, size, shown, text):
 
 def test_error_sets_the_digits():
     assert spaced(format_with_error(0.02104, 0.00061, "1/decade")) == "0.02104 ± 0.00061 1/decade"
-    assert spaced(format_with_error(-3.14, None, "GHz")) == "\N{MINUS SIGN}3.140 GHz"
+    assert format_with_error(-3.14, None, "GHz") == "not determined"
     assert spaced(format_with_error(2.0, 0.0, "1")) == "2.000"
     assert spaced(format_with_error(1.04e-4, 3e-6, "s")) == "(1.040 ± 0.030)×10⁻⁴ s"
     assert spaced(format_with_error(-2.5e7, 4e5, "Hz")) == "(\N{MINUS SIGN}2.500 ± 0.040)×10⁷ Hz"

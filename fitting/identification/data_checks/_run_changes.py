@@ -275,8 +275,14 @@ def _fault(recording: Recording, change: Change) -> Fault:
         "rate": f"the run behaves as if its rate were {100 * size:+.3g} % from the one written: a "
         "wrong clock or rate, or the response of another run",
     }[change.kind]
-    lawful = change.kind in ("gain", "shift", "rate") and set(rows) in _rate_cuts(recording)
-    those = "these runs" if len(rows) > 1 else "this run"
+    lawful = set(rows) in _rate_cuts(recording) and (
+        change.kind in ("shift", "rate")
+        or (
+            change.kind == "gain"
+            and 1.0 / THRESHOLDS.lawful_gain < 1.0 + size < THRESHOLDS.lawful_gain
+        )
+    )
+    those = "these runs" if rows[1:] else "this run"
     doubt = (
         " No other run has such a rate: it may be the device that differs there; record another."
     )

@@ -26,6 +26,12 @@ class DataCheckThresholds:
         unit="of the squared gap",
         origin="set by trial; large changes explain 0.7 or more to first order",
     )
+    lawful_gain: float = threshold(
+        2.0,
+        unit="times, either way",
+        origin="a lag or a resonance changes the gain at one rate by less, a wrong unit or sign by "
+        "more; half: no change of gain is left to an effect, double: one of 3 is, too",
+    )
     changed_runs_explained: float = threshold(
         0.95,
         unit="of the squared gap",

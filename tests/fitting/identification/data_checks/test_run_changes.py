@@ -108,6 +108,17 @@ def test_a_run_alone_at_the_end_of_the_rates_may_show_a_law_of_the_device(row, c
     assert "as if its rate were" in fault.message and "record another" in fault.message
 
 
+@pytest.mark.parametrize(
+    ("gain", "lawful"), [(1.1, True), (0.9, True), (10.0, False), (-1.0, False)]
+)
+def test_no_law_of_a_device_is_a_wrong_unit_or_sign(gain, lawful):
+    columns = healthy(19)
+    columns.response[3] = gain * columns.response[3]
+    (fault,) = faults(columns)
+    assert "'run03'" in fault.message
+    assert fault.kind == (DIFFERS_WITH_RATE if lawful else "run does not belong")
+
+
 def test_one_of_two_runs_at_the_fastest_rate_is_no_law():
     columns = healthy(18)
     columns.time[2], columns.drive[2] = columns.time[3].copy(), columns.drive[3].copy()

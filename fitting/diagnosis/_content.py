@@ -23,7 +23,7 @@ from .which._base import FittedBase
 from .which._candidate import Candidate, mechanism_name
 from .which._forward_selection import Attribution
 from .which._ranking import RankedCandidates, choose_refit, needs_flexible_base
-from .which._signature import describe_signatures
+from .which.signature._signature import describe_signatures
 
 
 def describe_gap(whitened: WhitenedModel, fitted: FittedBase, none: Candidate) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import pytest
 from silent import session
 from worlds import TRUTHS
 
-from fitting.diagnosis.which._signature import describe_signatures
+from fitting.diagnosis.which.signature._signature import describe_signatures
 from rapi_jax.effects import (
     ALL,
     Creep,

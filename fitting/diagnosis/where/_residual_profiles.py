@@ -46,7 +46,7 @@ def residual_profiles(
     `own_origin`: the runs have a zero each, so their means are left out.
     """
     if own_origin:
-        errors = [_remove_mean(e, b) for e, b in zip(errors, blocks, strict=True)]
+        errors = [remove_mean(e, b) for e, b in zip(errors, blocks, strict=True)]
     found = find_tones(errors, blocks, spectrum)
     lines = find_harmonics(errors, blocks, spectrum, found)
     names = [run.name for run in recording.runs]
@@ -72,7 +72,8 @@ def residual_profiles(
     }
 
 
-def _remove_mean(error: np.ndarray, block: PeriodBlock) -> np.ndarray:
+def remove_mean(error: np.ndarray, block: PeriodBlock) -> np.ndarray:
+    """Errors of a run ("periods phases") about their mean; 0 where no reading is in use."""
     mean = (error * block.use).sum() / max(block.use.sum(), 1.0)
     return (error - mean) * block.use
 
@@ -147,9 +148,7 @@ def _profile_since_turn(
         for turn, rising in (("low", True), ("high", False)):
             at = np.broadcast_to((up == rising)[None, :], error.shape)
             grouped[(turn, drive.excitation_hz)].append((seconds, -error, block.use * at))
-    longest = max(float(s.max()) for s in since)
-    shortest = min(max(min(b.step_s for b in blocks), longest * 1e-5), longest / 2)
-    edges = np.geomspace(shortest, longest * (1 + 1e-9), _TIME_BINS + 1)
+    edges = since_turn_edges(since, blocks)
     rows = []
     for (turn, hertz), parts in grouped.items():
         place = [
@@ -163,6 +162,13 @@ def _profile_since_turn(
         )
         rows.append({"turn": turn, "excitation_hz": hertz, "mean": to_numbers(mean)})
     return {"seconds": to_numbers(np.sqrt(edges[1:] * edges[:-1])), "rows": rows}
+
+
+def since_turn_edges(since: list[np.ndarray], blocks: list[PeriodBlock]) -> np.ndarray:
+    """Edges of bins that grow with the time since a turn (`since`, s, one row a run)."""
+    longest = max(float(s.max()) for s in since)
+    shortest = min(max(min(b.step_s for b in blocks), longest * 1e-5), longest / 2)
+    return np.geomspace(shortest, longest * (1 + 1e-9), _TIME_BINS + 1)
 
 
 def time_since_turn(drive: Drive, block: PeriodBlock) -> tuple[np.ndarray, np.ndarray]:

@@ -87,7 +87,7 @@ def is_even(time: Samples) -> str | None:
 def resample(time: Samples, columns: list[Samples]) -> tuple[Grid, list[Grid], float]:
     """Even samples of columns that were not: at the longest step that is usual.
 
-    Denser stretches are averaged over a step, so that nothing folds down; others are interpolated
+    Denser stretches are averaged over a step, against aliasing; others are interpolated
     linearly. Returns the step, s, too.
     """
     keep = np.r_[True, np.diff(time) > 0]

@@ -1,4 +1,4 @@
-"""Fewer samples, by averages: nothing above the new sampling rate folds down."""
+"""Fewer samples, by averages: what is faster than the new sampling folds down weakened."""
 
 import dataclasses
 
@@ -27,7 +27,7 @@ def decimate(runs: list[Run], every: int | None, most: int) -> tuple[list[Run], 
     shown = " to ".join(str(n) for n in dict.fromkeys((min(factors), max(factors))))
     why = "as asked" if every else f"more than {most}"
     return made, [
-        f"decimated ({why}): each sample is the average of {shown}, so that nothing folds down; "
+        f"decimated ({why}): each sample is the average of {shown}, against aliasing; "
         f"{size} of {whole} samples are left"
     ]
 

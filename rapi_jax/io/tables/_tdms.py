@@ -52,7 +52,7 @@ def read_tdms_table(path: Path) -> Table:
             try:
                 content = TdmsFile.read(file)
                 return [np.array(content[keys[i][0]][keys[i][1]][:], dtype=np.float64) for i in use]
-            except Exception as error:
+            except Exception as error:  # as above: the channels are read here
                 raise DataError(
                     f"{label}: damaged or cut short ({cause(error)}). Export it again."
                 ) from error

@@ -1,7 +1,6 @@
 """`rapi import`: from an oscilloscope's file to a fit, and twelve natural mistakes."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -9,26 +8,11 @@ import pytest
 from command_output import assert_one_line
 from scope_files import MAKERS, put, rows, scanned
 
-from fitting.cli import app
-from fitting.commands.run import run
 from rapi_jax.examples import paper_device
 from rapi_jax.io import read_recording
 
 T, U, Y = scanned((10.0, 3, 4.5), (20.0, 3, 4.5), (40.0, 3, 4.5), sample_hz=8000.0)
 SCOPE = ("--drive", "CH1", "--response", "CH2", "--response-scale", "1", "--response-unit", "GHz")
-
-
-@pytest.fixture
-def rapi(capfd) -> Callable[..., tuple[int, str, str]]:
-    """`rapi` in this process: exit code, standard output, standard error."""
-
-    def call(*arguments: object) -> tuple[int, str, str]:
-        capfd.readouterr()
-        code = run(app, [str(a) for a in arguments])
-        said = capfd.readouterr()
-        return code, said.out, said.err
-
-    return call
 
 
 def scope(folder: Path, t=T, u=U, y=Y, maker: str = "Tektronix") -> Path:

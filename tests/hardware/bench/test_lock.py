@@ -124,5 +124,9 @@ def test_another_spelling_is_locked_too(other):
 
 
 def test_two_spellings_in_one_program_are_one_lock():
-    with lock_instruments(["TCPIP::10.0.0.9::INSTR", "TCPIP0::10.0.0.9"]):
-        pass
+    spellings = ["TCPIP::10.0.0.9::INSTR", "TCPIP0::10.0.0.9"]
+    assert len({normalised_address(one) for one in spellings}) == 1
+    held = False
+    with lock_instruments(spellings):  # as two locks the second would wait for the first
+        held = True
+    assert held

@@ -97,6 +97,7 @@ def test_the_first_memory_may_be_named_without_its_number(name):
     lines = (*command("SOUR1:FUNC:SHAP EMEM1"), ("SOUR1:FUNC:SHAP?", name))
     with Transcript(*lines) as link:
         AfgPort(Scpi(link), 1).select()
+        assert link.whole
 
 
 @pytest.mark.parametrize(("n", "name"), [(1, "EMEM2"), (2, "EMEM"), (2, "EMEM1"), (1, "SIN")])

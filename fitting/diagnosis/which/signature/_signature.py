@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from fitting.diagnosis.noise._periods import PeriodBlock
-from fitting.diagnosis.where._residual_profiles import to_numbers
+from fitting.diagnosis.where._residual_profiles import remove_mean, to_numbers
 from rapi_jax import Recording
 from rapi_jax.effects import AbstractEffect
 
@@ -45,7 +45,10 @@ def describe_signatures(
     """
     model = [_predict(e, b) for e, b in zip(with_effects, blocks, strict=True)]
     if own_origin:
-        without, with_effects = (_remove_means(e, blocks) for e in (without, with_effects))
+        without, with_effects = (
+            [remove_mean(e, b) for e, b in zip(errors, blocks, strict=True)]
+            for errors in (without, with_effects)
+        )
     out: list[dict[str, Any]] = []
     seen: set[tuple[str, float | None]] = set()
     for effect in effects:
@@ -115,13 +118,6 @@ def _predict(error: np.ndarray, block: PeriodBlock) -> np.ndarray:
     used = block.use > 0
     value = error + np.where(used, block.data, 0.0)
     return np.where(used, value, value[used][0] if used.any() else 0.0)
-
-
-def _remove_means(errors: Errors, blocks: list[PeriodBlock]) -> Errors:
-    return [
-        (e - (e * b.use).sum() / max(b.use.sum(), 1.0)) * b.use
-        for e, b in zip(errors, blocks, strict=True)
-    ]
 
 
 def _rms(rows: list[dict[str, Any]], key: str) -> float:

@@ -7,7 +7,7 @@ from jaxtyping import Float, Int
 
 from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.where._branches import branches, scan_phase
-from fitting.diagnosis.where._residual_profiles import time_since_turn
+from fitting.diagnosis.where._residual_profiles import since_turn_edges, time_since_turn
 from rapi_jax import Recording
 from rapi_jax.effects import AbstractEffect, SignatureAxis
 
@@ -86,9 +86,7 @@ def _linear(
 
 def _since_turn(blocks: list[PeriodBlock], recording: Recording) -> Places:
     found = [time_since_turn(recording.runs[k].drive, b) for k, b in enumerate(blocks)]
-    longest = max(float(seconds.max()) for _, seconds in found)
-    shortest = min(max(min(b.step_s for b in blocks), 1e-5 * longest), longest / 2)
-    edges = np.geomspace(shortest, longest * (1 + 1e-9), _BINS // 2 + 1)
+    edges = since_turn_edges([seconds for _, seconds in found], blocks)
     rows: dict[str, list[np.ndarray]] = {}
     for k, (up, seconds) in enumerate(found):
         at = np.digitize(seconds, edges) - 1  # -1 at the turn itself

@@ -1,6 +1,5 @@
-"""Commands in this process, and a fit that they may read."""
+"""A fit that commands may read."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -8,19 +7,6 @@ from bad_input import FAST, data
 
 from fitting.cli import app
 from fitting.commands.run import run
-
-
-@pytest.fixture
-def rapi(capfd) -> Callable[..., tuple[int, str, str]]:
-    """`rapi` in this process: exit code, standard output, standard error."""
-
-    def call(*arguments: object) -> tuple[int, str, str]:
-        capfd.readouterr()
-        code = run(app, [str(a) for a in arguments])
-        said = capfd.readouterr()
-        return code, said.out, said.err
-
-    return call
 
 
 @pytest.fixture(scope="session")

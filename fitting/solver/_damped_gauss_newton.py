@@ -24,7 +24,8 @@ class Damping:
     increase: float  # factor after one that does not
     smallest: float
     largest: float
-    attempts: int  # steps tried from one linearisation
+    attempts: int  # dampings tried from one linearisation
+    shares: tuple[float, ...] = ()  # of a step that does not lower the cost, tried before more
 
 
 @dataclasses.dataclass(frozen=True)
@@ -75,9 +76,9 @@ def minimise_damped(
     for _ in range(max_steps):
         equations = linearise(state, width)
         for _ in range(damping.attempts):
-            trial = move(state, equations.step(level))
-            reached = cost(trial)
-            if np.isfinite(reached) and reached < lowest:
+            step = equations.step(level)
+            trial, reached = _shortened(step, (1.0, *damping.shares), state, move, cost, lowest)
+            if reached < lowest:
                 break
             level = min(level * damping.increase, damping.largest)
         else:
@@ -91,3 +92,26 @@ def minimise_damped(
         if stop.negligible(decrease, lowest) or slow_steps == stop.slow_steps:
             return state
     return state
+
+
+def _shortened(
+    step: np.ndarray,
+    shares: tuple[float, ...],
+    state: State,
+    move: Callable[[State, np.ndarray], State],
+    cost: Callable[[State], float],
+    lowest: float,
+) -> tuple[State, float]:
+    """The first of the shortened steps that lowers the cost, or the last, and its cost.
+
+    Along a curved valley the undamped direction is right, and only too long; damping turns it to
+    the valley's walls.
+    """
+    trial, reached = state, np.inf
+    for share in shares:
+        trial = move(state, share * step)
+        found = cost(trial)
+        reached = found if np.isfinite(found) else np.inf
+        if reached < lowest:
+            break
+    return trial, reached

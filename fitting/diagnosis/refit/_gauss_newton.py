@@ -183,6 +183,7 @@ class Refit:
                 smallest=limits.least_damping,
                 largest=limits.greatest_damping,
                 attempts=limits.damping_trials,
+                shares=limits.shorter_steps,
             ),
             stop=StoppingRule(
                 negligible=lambda gain, cost: gain < limits.least_gain,

@@ -46,9 +46,9 @@ class RefitThresholds:
     shorter_steps: tuple[float, ...] = threshold(
         (0.3, 0.1),
         unit="of a step",
-        origin="tried before more damping: a null with a base that is not quite the model's, on the "
-        "flexible base, ends at a chi-square a line of 1.08 (60 steps: 1.04) in place of 1.15 or "
-        "1.36, as rounding has it; with 0.1 alone at 1.13 to 1.17, with 0.03 besides as without it",
+        origin="tried before more damping: a null whose base is not quite the model's ends, on the "
+        "flexible base, at a chi-square a line of 1.08 (60 steps: 1.04) in place of 1.15 or 1.36, "
+        "as rounding has it; with 0.1 alone at 1.13 to 1.17, with 0.03 besides the same",
     )
     initial_damping: float = threshold(1e-4, unit="1", origin="set by trial")
     damping_growth: float = threshold(12.0, unit="1", origin="set by trial")

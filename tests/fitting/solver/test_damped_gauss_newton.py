@@ -1,5 +1,7 @@
 """The host-side damped Gauss-Newton driver, on problems with known minima."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -48,6 +50,29 @@ def test_rosenbrock_is_minimised_from_its_classical_start():
 def test_the_limit_of_steps_holds_and_the_cost_never_rises():
     costs = [float(np.sum(rosenbrock(minimise_rosenbrock(n)) ** 2)) for n in range(12)]
     assert (np.diff(costs) <= 0).all() and costs[0] == pytest.approx(24.2)
+
+
+def minimise_arctan(shares, max_steps):
+    """From 3 an undamped step for arctan(p) = 0 goes to -9.5, where it is larger."""
+    return minimise_damped(
+        np.array([3.0]),
+        cost=lambda p: float(np.arctan(p) @ np.arctan(p)),
+        linearise=lambda p, width: linearised(np.arctan(p), np.diag(1.0 / (1.0 + p**2))),
+        move=lambda p, step: p + step,
+        damping=dataclasses.replace(DAMPING, shares=shares),
+        stop=TO_ROUNDING,
+        max_steps=max_steps,
+    )
+
+
+def test_a_step_that_overshoots_is_shortened_before_it_is_damped():
+    step = -10.0 * np.arctan(3.0) / (1.0 + DAMPING.initial)
+    assert minimise_arctan((0.3, 0.1), 1) == pytest.approx([3.0 + 0.3 * step], rel=1e-12)
+    assert minimise_arctan((0.95, 0.1), 1) == pytest.approx([3.0 + 0.1 * step], rel=1e-12)
+    damped = minimise_arctan((), 1)
+    assert damped[0] != pytest.approx(3.0 + 0.3 * step) and abs(damped[0]) < 3.0
+    for shares in ((), (0.3, 0.1)):
+        assert minimise_arctan(shares, 50) == pytest.approx([0.0], abs=1e-8)
 
 
 def test_secants_narrow_where_a_kink_is_nearer_than_they_are_wide():

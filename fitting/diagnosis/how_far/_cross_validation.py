@@ -1,6 +1,7 @@
 """Cross-validation of effects: rates, amplitudes and last periods are held out in turn.
 
-Both models, with the effect and without, are refitted to what remains, from their full fits.
+Both models, with the effect and without, are refitted to what remains, from their full fits. Parts
+that what remains does not determine are listed, and say nothing.
 """
 
 import dataclasses
@@ -17,6 +18,7 @@ from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import Recording
 
 from ._bootstrap import closed_fraction
+from ._determination import prediction_variance
 from ._thresholds import THRESHOLDS
 
 
@@ -73,8 +75,21 @@ def _groups(recording: Recording) -> list[tuple[str, np.ndarray]]:
     return out
 
 
-def held_out_errors(refit: Refit, fold: Fold, state: State) -> list[np.ndarray]:
-    """Errors on what `fold` holds, of the model refitted to what it leaves."""
+@dataclasses.dataclass(frozen=True, eq=False)
+class Prediction:
+    """Errors on what a fold holds, and whether what it leaves determines the prediction there."""
+
+    errors: list[np.ndarray]
+    determined: bool
+
+
+def predict_held_out(refit: Refit, fold: Fold, state: State) -> Prediction:
+    """The model refitted to what `fold` leaves, on what it holds.
+
+    Determined where errors of parameters are less than those of the readings: where the variance of
+    the prediction is below that of the mean periods held out. Later periods of the same drives
+    always are.
+    """
     whitened = dataclasses.replace(refit.whitened, blocks=fold.seen)
     whitener = Whitener(fold.seen, refit.whitener.spectrum, whitened.own_origin, use=fold.use)
     own = dataclasses.replace(refit, whitened=whitened, whitener=whitener)
@@ -84,12 +99,20 @@ def held_out_errors(refit: Refit, fold: Fold, state: State) -> list[np.ndarray]:
         THRESHOLDS.refit_tolerance,
     )
     held = list(zip(fold.runs, fold.held, strict=True))
-    return refit.whitened.block_errors(whitener, end.effects, end.operator_response, held)[0]
+    errors = refit.whitened.block_errors(whitener, end.effects, end.operator_response, held)[0]
+    if fold.use.all():
+        return Prediction(errors, True)
+    others = Whitener(fold.seen, whitener.spectrum, whitened.own_origin, use=~fold.use)
+    readings = sum(block.left.shape[1] for block in fold.held)
+    return Prediction(errors, prediction_variance(own, end, others) < readings)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class CrossValidation:
-    """Errors before and after on all that was held out, and each part's closed fraction."""
+    """Errors before and after on what was held out, and each part's closed fraction.
+
+    Of parts that are determined; where none is, of all, and `closed` is `None`.
+    """
 
     parts: list[dict]
     before: list[np.ndarray]
@@ -115,8 +138,8 @@ def cross_validate(
     parts = folds(whitened)
 
     @cache
-    def without(fold: Fold) -> list[np.ndarray]:
-        return held_out_errors(none[0], fold, none[1])
+    def without(fold: Fold) -> Prediction:
+        return predict_held_out(none[0], fold, none[1])
 
     return [_validate(whitened, parts, without, candidate, progress) for candidate in candidates]
 
@@ -124,34 +147,38 @@ def cross_validate(
 def _validate(
     whitened: WhitenedModel,
     parts: Sequence[Fold],
-    without: Callable[[Fold], list[np.ndarray]],
+    without: Callable[[Fold], Prediction],
     candidate: tuple[Refit, State],
     progress: Callable[[str], None],
 ) -> CrossValidation | None:
-    before: list[np.ndarray] = []
-    after: list[np.ndarray] = []
-    held: list[PeriodBlock] = []
-    rows = []
     refit, state = candidate
     spectrum, own = refit.whitener.spectrum, whitened.own_origin
+    rows, found = [], []
     for fold in parts:
         if not _has_enough_data(fold, state):
             continue
         progress(f"held out: {fold.name}")
-        pair = without(fold), held_out_errors(refit, fold, state)
+        before, after = without(fold), predict_held_out(refit, fold, state)
+        determined = before.determined and after.determined
+        errors = before.errors, after.errors
         rows.append(
             {
                 "part": fold.name,
-                "before": rms(pair[0], own),
-                "after": rms(pair[1], own),
-                "closed_fraction": _closed(*pair, fold.held, spectrum, own),
+                "before": rms(before.errors, own),
+                "after": rms(after.errors, own),
+                "determined": determined,
+                "closed_fraction": _closed(*errors, fold.held, spectrum, own)
+                if determined
+                else None,
             }
         )
-        before, after = before + pair[0], after + pair[1]
-        held = held + fold.held
+        found.append((determined, *errors, fold.held))
     if not rows:
         return None
-    closed = _closed(before, after, held, spectrum, own)
+    some = any(determined for determined, *_ in found)
+    used = [parts for determined, *parts in found if determined or not some]
+    before, after, held = ([x for part in kind for x in part] for kind in zip(*used, strict=True))
+    closed = _closed(before, after, held, spectrum, own) if some else None
     return CrossValidation(rows, before, after, held, closed)
 
 

@@ -62,6 +62,8 @@ def _summarise_parts(parts: list[dict]) -> str:
         for p in parts
         if (value := finite_or_none((p.get("closed_fraction") or {}).get("value"))) is not None
     ]
+    if not known and any(p.get("determined") is False for p in parts):
+        return "The data that are left determine the model in none of the parts left out."
     if not known:
         return "No part left out had a gap to close."
     (least, where), most = min(known), max(known)[0]
@@ -76,7 +78,9 @@ def _tabulate_part(p: dict, start: float, scale: Scale) -> dict[str, Any]:
         "name": str(p.get("part") or "?"),
         "before": scale.bare(p.get("before")),
         "after": scale.bare(p.get("after")),
-        "closed": format_interval(p.get("closed_fraction")),
+        "closed": "not determined by the rest"
+        if p.get("determined") is False
+        else format_interval(p.get("closed_fraction")),
         "whisker": _place_interval(p.get("closed_fraction"), start),
     }
 

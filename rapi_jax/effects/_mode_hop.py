@@ -17,6 +17,8 @@ from ._first_order_lags import respond_from_rest
 from ._residual_summary import ResidualSummary
 from ._thresholds import THRESHOLDS
 
+_ONE_PLACE = 1e-9  # of the span: readings closer than this tell no slope
+
 
 class ModeHop(AbstractSwitch):
     r"""A jump at a threshold in frequency, back at a lower one: $\nu + \Delta$ while hopped.
@@ -176,7 +178,8 @@ def _find_steps(summary: ResidualSummary, direction: int, count: int) -> list[tu
     for i in range(THRESHOLDS.hop_line_bins, place.size - THRESHOLDS.hop_line_bins + 1):
         edge = (place[i - 1] + place[i]) / 2.0
         sides = (slice(i - THRESHOLDS.hop_line_bins, i), slice(i, i + THRESHOLDS.hop_line_bins))
-        lines = [np.polyfit(place[s] - edge, mean[s], 1) for s in sides if np.ptp(place[s]) > 0]
+        apart = _ONE_PLACE * summary.span
+        lines = [np.polyfit(place[s] - edge, mean[s], 1) for s in sides if np.ptp(place[s]) > apart]
         if len(lines) < 2:
             continue
         off = [np.polyval(c, place[s] - edge) - mean[s] for c, s in zip(lines, sides, strict=True)]

@@ -75,43 +75,32 @@ def _groups(recording: Recording) -> list[tuple[str, np.ndarray]]:
     return out
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Prediction:
-    """Errors on what a fold holds, and whether what it leaves determines the prediction there."""
+def held_out_errors(refit: Refit, fold: Fold, state: State) -> list[np.ndarray] | None:
+    """Errors on what `fold` holds, of the model refitted to what it leaves.
 
-    errors: list[np.ndarray]
-    determined: bool
-
-
-def predict_held_out(refit: Refit, fold: Fold, state: State) -> Prediction:
-    """The model refitted to what `fold` leaves, on what it holds.
-
-    Determined where errors of parameters are less than those of the readings: where the variance of
-    the prediction is below that of the mean periods held out. Later periods of the same drives
-    always are.
+    `None` where that does not determine the prediction: where errors of parameters make it less
+    certain than the mean periods held out are. Later periods of the same drives always are.
     """
     whitened = dataclasses.replace(refit.whitened, blocks=fold.seen)
-    whitener = Whitener(fold.seen, refit.whitener.spectrum, whitened.own_origin, use=fold.use)
-    own = dataclasses.replace(refit, whitened=whitened, whitener=whitener)
-    end = own.minimise(
-        own.evaluate(state.values, state.effects),
-        THRESHOLDS.refit_steps,
-        THRESHOLDS.refit_tolerance,
-    )
+    spectrum, own_origin = refit.whitener.spectrum, whitened.own_origin
+    whitener = Whitener(fold.seen, spectrum, own_origin, use=fold.use)
+    seen = dataclasses.replace(refit, whitened=whitened, whitener=whitener)
+    start = seen.evaluate(state.values, state.effects)
+    if not fold.use.all():
+        others = Whitener(fold.seen, spectrum, own_origin, use=~fold.use)
+        readings = sum(block.left.shape[1] for block in fold.held)
+        if prediction_variance(seen, start, others) >= readings:
+            return None
+    end = seen.minimise(start, THRESHOLDS.refit_steps, THRESHOLDS.refit_tolerance)
     held = list(zip(fold.runs, fold.held, strict=True))
-    errors = refit.whitened.block_errors(whitener, end.effects, end.operator_response, held)[0]
-    if fold.use.all():
-        return Prediction(errors, True)
-    others = Whitener(fold.seen, whitener.spectrum, whitened.own_origin, use=~fold.use)
-    readings = sum(block.left.shape[1] for block in fold.held)
-    return Prediction(errors, prediction_variance(own, end, others) < readings)
+    return refit.whitened.block_errors(whitener, end.effects, end.operator_response, held)[0]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class CrossValidation:
-    """Errors before and after on what was held out, and each part's closed fraction.
+    """Errors before and after on all that was held out, and each part's closed fraction.
 
-    Of parts that are determined; where none is, of all, and `closed` is `None`.
+    `parts` lists those that are not determined, too; they take no part in anything else.
     """
 
     parts: list[dict]
@@ -138,8 +127,8 @@ def cross_validate(
     parts = folds(whitened)
 
     @cache
-    def without(fold: Fold) -> Prediction:
-        return predict_held_out(none[0], fold, none[1])
+    def without(fold: Fold) -> list[np.ndarray] | None:
+        return held_out_errors(none[0], fold, none[1])
 
     return [_validate(whitened, parts, without, candidate, progress) for candidate in candidates]
 
@@ -147,39 +136,46 @@ def cross_validate(
 def _validate(
     whitened: WhitenedModel,
     parts: Sequence[Fold],
-    without: Callable[[Fold], Prediction],
+    without: Callable[[Fold], list[np.ndarray] | None],
     candidate: tuple[Refit, State],
     progress: Callable[[str], None],
 ) -> CrossValidation | None:
+    before: list[np.ndarray] = []
+    after: list[np.ndarray] = []
+    held: list[PeriodBlock] = []
+    rows = []
     refit, state = candidate
     spectrum, own = refit.whitener.spectrum, whitened.own_origin
-    rows, found = [], []
     for fold in parts:
         if not _has_enough_data(fold, state):
             continue
         progress(f"held out: {fold.name}")
-        before, after = without(fold), predict_held_out(refit, fold, state)
-        determined = before.determined and after.determined
-        errors = before.errors, after.errors
+        old = without(fold)
+        new = None if old is None else held_out_errors(refit, fold, state)
+        if old is None or new is None:
+            rows.append(_row(fold, None, None, None))
+            continue
         rows.append(
-            {
-                "part": fold.name,
-                "before": rms(before.errors, own),
-                "after": rms(after.errors, own),
-                "determined": determined,
-                "closed_fraction": _closed(*errors, fold.held, spectrum, own)
-                if determined
-                else None,
-            }
+            _row(fold, rms(old, own), rms(new, own), _closed(old, new, fold.held, spectrum, own))
         )
-        found.append((determined, *errors, fold.held))
-    if not rows:
+        before, after = before + old, after + new
+        held = held + fold.held
+    if not held:
         return None
-    some = any(determined for determined, *_ in found)
-    used = [parts for determined, *parts in found if determined or not some]
-    before, after, held = ([x for part in kind for x in part] for kind in zip(*used, strict=True))
-    closed = _closed(before, after, held, spectrum, own) if some else None
+    closed = _closed(before, after, held, spectrum, own)
     return CrossValidation(rows, before, after, held, closed)
+
+
+def _row(
+    fold: Fold, before: float | None, after: float | None, closed: dict[str, float] | None
+) -> dict:
+    return {
+        "part": fold.name,
+        "determined": before is not None,
+        "before": before,
+        "after": after,
+        "closed_fraction": closed,
+    }
 
 
 def _closed(

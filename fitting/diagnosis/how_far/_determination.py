@@ -19,8 +19,8 @@ _RANK = 1e-9  # of a column's length squared: rounding
 def prediction_variance(seen: Refit, state: State, held: Whitener) -> float:
     """Chi-square by which errors of parameters alone are expected to move a prediction.
 
-    `seen`: the problem of the runs that were seen, with its priors; `state`: the model refitted to
-    them. `held`: the whitening in which the others count alone. To first order in the parameters.
+    `seen`: the problem of the runs that were seen, with its priors, about `state`. `held`: the
+    whitening in which the others count alone. To first order in the parameters.
     """
     known = seen.normal_equations(state)[0]
     free = np.full_like(seen.base.prior_std, np.inf)

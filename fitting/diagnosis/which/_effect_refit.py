@@ -38,18 +38,15 @@ def free_eta(refit: Refit, eta_fixed: State) -> State:
 def refit_from_no_hysteresis(
     refit: Refit, without: tuple[Refit, State], screened: list[Screened]
 ) -> State | None:
-    """A joint refit that starts without hysteresis: the effect first, then all together.
+    """A joint refit that starts without hysteresis: the effect first, then a few steps together.
 
     At one rate a lag and a loop look alike, and a refit that starts with the loop keeps it.
-    `without`: see `refit_without_hysteresis`.
+    `without`: see `refit_without_hysteresis`. What is promising is refitted in full, as any other.
     """
     polynomial, state = without
     steps = THRESHOLDS.long_short_factor * THRESHOLDS.short_steps
     start = _refit_guesses(polynomial, state, screened, steps)
-    if start is None:
-        return None
-    end = _refit_to_convergence(polynomial, refit, start, state.cost)
-    return refit.minimise(end, THRESHOLDS.full_steps)
+    return None if start is None else refit.minimise(start, steps)
 
 
 def refit_without_hysteresis(refit: Refit, state: State) -> tuple[Refit, State] | None:

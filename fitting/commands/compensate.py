@@ -75,7 +75,8 @@ def compensate(
     json
         Print `certificate.json` on standard output.
     """
-    from fitting.commands.shared._out import console, print_json, progress
+    from fitting.commands.shared._out import console, print_json
+    from fitting.commands.shared._progress import progress
 
     with progress("compensating", json) as report_step:
         made, report, drive_unit, written = compensate_into(

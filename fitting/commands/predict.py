@@ -43,8 +43,9 @@ def predict(
         Print the errors of each run as JSON on standard output.
     """
     from fitting.commands.shared._model import load_model
-    from fitting.commands.shared._out import console, output_folder, print_json, progress
+    from fitting.commands.shared._out import console, output_folder, print_json
     from fitting.commands.shared._plugins import plugin_effects, plugin_operators
+    from fitting.commands.shared._progress import progress
     from rapi_jax.io import read_recording
 
     ecdl, about = load_model(model, plugin_effects(plugin), plugin_operators(plugin))

@@ -8,6 +8,8 @@ from jaxtyping import Float
 from matplotlib.figure import Figure
 
 from .._recording import Recording
+from ..io._readable_unit import quantity as quantity
+from ..io._readable_unit import readable_unit
 
 MEASURED, MODEL = "#9aa5b1", "#d1495b"
 UP, DOWN = "#00798c", "#edae49"
@@ -72,19 +74,7 @@ def shown_runs(recording: Recording, most: int = 12) -> list[int]:
 
 def fine_unit(largest: float, unit: str) -> tuple[str, float]:
     """The unit in which `largest`, given in `unit`, reads best, and the factor to it."""
-    smaller = {"GHz": ("MHz", "kHz", "Hz"), "um": ("nm", "pm"), "V": ("mV", "uV")}
-    factor = 1.0
-    for name in smaller.get(unit, ()):
-        if not 0.0 < factor * abs(largest) < 1.0:
-            break
-        unit, factor = name, 1e3 * factor
-    return unit, factor
-
-
-def quantity(value: float, unit: str) -> str:
-    """A size with three digits, in the unit in which it reads best: 42.7 MHz."""
-    unit, factor = fine_unit(value, unit)
-    return f"{factor * value:.3g} {unit}"
+    return readable_unit(unit, (largest,))
 
 
 def draw_spread(

@@ -94,6 +94,7 @@ def correlation(
     picture = axis.imshow(matrix, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
     axis.set_xticks(range(len(names)), names, rotation=90, fontsize=8)
     axis.set_yticks(range(len(names)), names, fontsize=8)
+    axis.set_xlabel("parameter")
     figure.colorbar(picture, ax=axis, label="correlation", shrink=0.8)
     axis.set_title("correlation of the parameters' errors", fontsize=10)
     return figure

@@ -8,8 +8,8 @@ from jaxtyping import Float
 from matplotlib.figure import Figure
 
 from .._recording import Recording
-from ..io._readable_unit import quantity as quantity
-from ..io._readable_unit import readable_unit
+from ..display._readable_unit import quantity as quantity
+from ..display._readable_unit import readable_unit
 
 MEASURED, MODEL = "#9aa5b1", "#d1495b"
 UP, DOWN = "#00798c", "#edae49"

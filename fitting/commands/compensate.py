@@ -308,13 +308,14 @@ def _write_drives(
     from fitting._json import json_text
     from fitting._result_files import begin_result, hash_files
     from fitting.report import save_figure
+    from fitting.report.compensation._page import PAGE, render_page
     from rapi_jax import AfgWaveform, Recording, Run
     from rapi_jax.io import write_afg, write_atomic, write_drive, write_model, write_recording
 
     written: list[Path] = []
     kinds = ("csv", "afg", "nc")
     names = [f"{_stem(one)}.{kind}" for one in made for kind in kinds]
-    names += ["inverse.rapi"] * (inverse is not None) + ["compensation.png"] * plots
+    names += ["inverse.rapi"] * (inverse is not None) + ["compensation.png", PAGE] * plots
     earlier = begin_result(folder, "certificate.json", names)  # no certificate, no drive
     for one in made:
         paths = [folder / f"{_stem(one)}.{kind}" for kind in kinds]
@@ -342,6 +343,8 @@ def _write_drives(
 
         figure = plot.compensation(made, about["response_unit"], about["drive_unit"])
         written.append(save_figure(figure, folder / "compensation.png"))
+        write_atomic(folder / PAGE, render_page(report, written[-1].read_bytes()))
+        written.append(folder / PAGE)
     report["files"] = hash_files(written) | earlier
     write_atomic(folder / "certificate.json", json_text(report))
     return [*written, folder / "certificate.json"]

@@ -50,7 +50,7 @@ def population(found: Any, change: Any = None) -> Picture:
             measured = one.measured - (one.expected - one.expected_at_mean)
             colour = DOWN if change.changed and one.name in change.set else "black"
             axis.errorbar([new], [measured], [one.stderr], fmt="D", ms=5, color=colour, label="new")
-        axis.settitle(parameter.name, fontsize=10)
+        axis.set_title(parameter.name, fontsize=10)
         axis.set_ylabel("" if parameter.unit == "1" else parameter.unit)
         axis.set_xlabel("days since the first" if timed else "recording")
     axes[0].legend(frameon=False, fontsize=7)

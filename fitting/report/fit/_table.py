@@ -49,7 +49,7 @@ def render_tables(
     lines: list[Text | Table] = [
         render_verdict(result),
         *(Text(f"  x {reason}", style="red") for reason in result.verdict.reasons),
-        Text(_describe_model(result)),
+        Text(describe_model(result)),
         *(Text(f"  - {first_sentence(note) if folded else note}") for note in shown),
     ]
     if folded and any(first_sentence(note) != note for note in shown):
@@ -101,7 +101,7 @@ def render_verdict(result: "FitResult") -> Text:
     )
 
 
-def _describe_model(result: "FitResult") -> str:
+def describe_model(result: "FitResult") -> str:
     """What was fitted and how closely, and where the claim holds."""
     unit, claim = result.recording.response_unit, result.claim
     operator = result.ecdl.operator

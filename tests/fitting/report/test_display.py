@@ -5,8 +5,10 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from parsed_page import Page
 
 from fitting.identification._fit import fit
+from fitting.report.fit._page import render_page
 from rapi_jax import (
     ECDL,
     RAPI,
@@ -126,6 +128,19 @@ def test_pictures_of_a_fit(result):
     axis = own.subplots()
     assert result.plot.residuals(run=1, ax=axis) is own and "40 Hz" in axis.get_title()
     assert plot.svg(own) == plot.svg(own) and b"<svg" in plot.svg(own)
+
+
+def test_the_page_of_a_fit_is_one_small_file_without_a_script(result):
+    text = render_page(result)
+    page = Page(text)
+    assert len(text) < 1_000_000 and not page.scripts
+    pictures = [dict(attrs)["src"] for tag, attrs in page.tags if tag == "img"]
+    assert len(pictures) == 4 and all(x.startswith("data:image/png;base64,") for x in pictures)
+    first = next(words for tag, words in page.texts if tag == "h1")
+    assert first.startswith("The model is NOT to be trusted")  # one start alone
+    for reason in result.verdict.reasons:
+        assert " ".join(reason.split()) in page.text
+    assert "run<0" not in text and "alpha" in page.text
 
 
 def test_units_that_read_well():

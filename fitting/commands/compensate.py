@@ -104,9 +104,11 @@ def compensate(
     out.print(_table(made, drive_unit))
     expected = report["expected"]
     if expected is not None:
+        from fitting._units import quantity
+
         out.print(
-            f"expected of the device: at most {expected['high']:.2g} {expected['unit']} rms off "
-            "a straight line on either branch (97.5 %), from runs that were left out.",
+            f"Expected of the device: at most {quantity(expected['high'], expected['unit'])} rms "
+            "off a straight line on either branch (97.5 %), from runs that were left out.",
             markup=False,
         )
     else:

@@ -22,6 +22,7 @@ from ._style import (
 )
 
 SPECTRAL_SEGMENT = 4096  # samples, of Welch's average
+STEPS_A_DECADE = 24
 
 
 def residuals(
@@ -64,7 +65,8 @@ def spectrum(
 ) -> Any:
     """Amplitude spectral density of what each run leaves, by Welch's method.
 
-    White noise is level, slow noise falls with frequency, and a resonance or a pickup is a line.
+    Power is averaged in 24 steps a decade. White noise is level, slow noise falls with frequency,
+    and a resonance or a pickup is a line.
     """
     from scipy.signal import welch
 
@@ -77,12 +79,24 @@ def spectrum(
         hertz, power = welch(
             error, 1.0 / one.drive.step_s, nperseg=min(error.size, SPECTRAL_SEGMENT)
         )
-        axis.loglog(hertz[1:], np.sqrt(power[1:]), lw=1, color=PALETTE[i], label=title(one))
+        at, mean = _average_in_steps(hertz[1:], power[1:])
+        axis.loglog(at, np.sqrt(mean), lw=1.2, color=PALETTE[i], label=title(one))
     axis.set_xlabel("frequency (Hz)")
     axis.set_ylabel(f"residual ({recording.response_unit}/√Hz)")
     axis.set_title("what the model leaves, over frequency", fontsize=10)
     axis.legend(frameon=False, fontsize=8)
     return figure
+
+
+def _average_in_steps(
+    hertz: Float[np.ndarray, " lines"], power: Float[np.ndarray, " lines"]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean power in steps of equal ratio of frequency, so that noise does not fill the picture."""
+    step = np.floor(STEPS_A_DECADE * np.log10(hertz / hertz[0]) + 1e-9).astype(int)
+    count = np.bincount(step)
+    full = count > 0
+    at = np.bincount(step, hertz)[full] / count[full]
+    return at, np.bincount(step, power)[full] / count[full]
 
 
 def correlation(

@@ -25,10 +25,10 @@ class Picture(Figure):
         return png(self)
 
 
-def png(figure: Figure) -> bytes:
-    """A figure as the bytes of a PNG file."""
+def png(figure: Figure, *, dpi: int = 120) -> bytes:
+    """A figure as the bytes of a PNG file, with `dpi` dots an inch."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=120)
+    figure.savefig(buffer, format="png", dpi=dpi)
     return buffer.getvalue()
 
 

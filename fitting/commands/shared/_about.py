@@ -1,6 +1,7 @@
 """What a recording holds and how long the work on it takes, in a line before it begins."""
 
 import dataclasses
+import math
 from typing import Any, Literal
 
 from rapi_jax.internal import threshold
@@ -71,5 +72,5 @@ def _between(values: Any) -> str:
 
 def _round_seconds(seconds: float) -> str:
     if seconds < 90:
-        return f"{max(5, 5 * round(seconds / 5)):d} s"
+        return f"{max(5, 5 * math.ceil(seconds / 5)):d} s"
     return f"{round(seconds / 60):d} minutes"

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from fitting.identification._result import FitResult
 
 PAGE = "fit.html"
+PAGE_DPI = 80  # keeps a page of twelve runs below 1 MB
 
 
 def render_page(result: "FitResult") -> str:
@@ -54,7 +55,7 @@ def _sections(result: "FitResult") -> list[Section]:
     def png(figure: Any) -> bytes:
         from rapi_jax.plot import png
 
-        return png(figure)
+        return png(figure, dpi=PAGE_DPI)
 
     plot = result.plot
     residual = (

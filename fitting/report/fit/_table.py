@@ -44,8 +44,9 @@ def render_tables(
     `intervals`: both ends of the 95 % interval of each parameter, where they are to be shown.
     `notes`: "full", the first sentence of each ("folded"), or "none".
     """
-    shown = () if notes == "none" else result.verdict.notes
     folded = notes == "folded"
+    shown = () if notes == "none" else result.verdict.notes
+    shown = fold_runs(shown) if folded else shown
     lines: list[Text | Table] = [
         render_verdict(result),
         *(Text(f"  x {reason}", style="red") for reason in result.verdict.reasons),
@@ -60,6 +61,20 @@ def render_tables(
         _tabulate_runs(result),
         _tabulate_held_out(result),
         _tabulate_starts(result),
+    )
+
+
+def fold_runs(notes: Sequence[str]) -> tuple[str, ...]:
+    """Notes with those that say the same of several runs said once, of the first of them."""
+    kinds: dict[str, list[str]] = {}
+    for note in notes:
+        about = re.match(r"run '[^']*': (.*)", note)
+        # The same but for numbers.
+        key = note if about is None else re.sub(r"\d[\d.e+-]*", "#", about[1])
+        kinds.setdefault(key, []).append(note)
+    return tuple(
+        same[0] if len(same) == 1 else f"{first_sentence(same[0])} ({len(same)} runs are alike.)"
+        for same in kinds.values()
     )
 
 

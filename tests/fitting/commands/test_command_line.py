@@ -83,7 +83,7 @@ def recording() -> Recording:
 
 def test_what_is_about_to_be_worked_on():
     data = recording()
-    text = describe_recording(data, 62.0)
+    text = describe_recording(data, 58.0)
     assert text == "4 runs of 4 periods at 10 to 40 Hz, two swings, noise 20 MHz rms; about 60 s"
     assert describe_recording(data, 190.0).endswith("about 3 minutes")
     assert estimate_seconds(data, "fit") < estimate_seconds(data, "diagnose")

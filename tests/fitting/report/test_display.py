@@ -9,6 +9,7 @@ from parsed_page import Page
 
 from fitting.identification._fit import fit
 from fitting.report.fit._page import render_page
+from fitting.report.fit._table import fold_notes, fold_runs
 from rapi_jax import (
     ECDL,
     RAPI,
@@ -148,3 +149,16 @@ def test_units_that_read_well():
     assert quantity(2e-5, "V") == "20 uV" and quantity(0.0, "GHz") == "0 GHz"
     empty = Summary("Nothing")
     assert empty.text() == "Nothing" and "<table>" not in empty.html()
+
+
+def test_notes_are_folded_and_said_once():
+    rest = "of play 1 is 0, not positive: that play has no hysteresis there."
+    notes = (
+        f"run 'a': threshold {rest}",
+        "one rate: a lag. Record more.",
+        f"run 'b': threshold {rest}",
+    )
+    first, second = fold_runs(notes)
+    assert first == f"run 'a': threshold {rest} (2 runs are alike.)" and second == notes[1]
+    folded = fold_notes({"monday": notes[1:2], "tuesday": notes[1:2], "friday": ()})
+    assert folded == ["2 of 3 recordings: one rate: a lag."]

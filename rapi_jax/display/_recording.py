@@ -18,7 +18,7 @@ def summarise_recording(recording: Any) -> Summary:
             significant(run.drive.excitation_hz) if run.drive.excitation_hz else "-",
             str(run.drive.periods),
             str(run.drive.size),
-            significant(1.0 / run.drive.step_s),
+            significant(1.0 / run.drive.step_s, 6),
             significant(run.drive.u_pp),
             quantity(run.span, unit) if run.valid.any() else "no response",
             str(int((~run.valid).sum())),

@@ -143,8 +143,9 @@ def _check_misfit(
         left = quantity(gap, problem.recording.response_unit)
         return [
             f"poor fit: beyond noise the model leaves {left} rms, {100 * gap / curved:.0f} % of "
-            "what the response curves by, so that a compensated scan would keep as much. More plays (`plays`) or order, a drift, a wrong "
-            "lag, or an effect the model lacks (`rapi diagnose`)."
+            "what the response curves by, so that a compensated scan would keep as much. More "
+            "plays (`plays`) or order, a drift, a wrong lag, or an effect the model lacks "
+            "(`rapi diagnose`)."
         ]
     return []
 

@@ -1,26 +1,4 @@
 """The unit of a dimension in which a quantity is best read: 41 MHz, not 0.041 GHz."""
 
-from collections.abc import Iterable
-
-import numpy as np
-
-_LADDERS = (
-    {"THz": 1e12, "GHz": 1e9, "MHz": 1e6, "kHz": 1e3, "Hz": 1.0},
-    {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "pm": 1e-12},
-)
-
-
-def readable_unit(unit: str, sizes: Iterable[float]) -> tuple[str, float]:
-    """The largest unit of `unit`'s dimension in which the largest of `sizes` is at least 1.
-
-    With the factor to it from `unit`. A unit of no family known stays as it is. `sizes`, in `unit`;
-    what is not finite does not count.
-    """
-    largest = max((abs(x) for x in sizes if np.isfinite(x)), default=0.0)
-    for ladder in _LADDERS:
-        if unit in ladder and largest > 0:
-            for name, size in ladder.items():
-                factor = ladder[unit] / size
-                if largest * factor >= 1.0:
-                    return name, factor
-    return unit, 1.0
+from rapi_jax.internal import quantity as quantity
+from rapi_jax.internal import readable_unit as readable_unit

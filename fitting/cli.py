@@ -6,27 +6,30 @@ from typing import Annotated, Any
 
 from cyclopts import App, Parameter
 
+from .commands.shared._help import FilledHelp, description
+from .commands.shared._listing import COMMANDS, FIRST_STEPS
+
 app = App(
     name="rapi",
-    help="Identify, compensate and diagnose piezo-scanned lasers, and range with them.",
+    help="Identify, compensate and diagnose piezo-scanned lasers, and measure distances with them.",
     version="0.1.0",
     help_format="plaintext",
+    help_formatter=FilledHelp(),
+    help_epilogue="`rapi` alone says where to begin; `rapi COMMAND --help` has examples.",
     suppress_keyboard_interrupt=False,  # `run` says so, and exits with 130
 )
-app.command("fitting.commands.batch:batch", name="batch")
-app.command("fitting.commands.bench.app:app", name="bench")
-app.command("fitting.commands.blind:app", name="blind")
-app.command("fitting.commands.cache:cache", name="cache")
-app.command("fitting.commands.check:check", name="check")
-app.command("fitting.commands.compensate:compensate", name="compensate")
-app.command("fitting.commands.demo:demo", name="demo")
-app.command("fitting.commands.diagnose:diagnose", name="diagnose")
-app.command("fitting.commands.fit:fit", name="fit")
-app.command("fitting.commands.import_files:import_files", name="import")
-app.command("fitting.commands.measure:measure", name="measure")
-app.command("fitting.commands.population.command:population", name="population")
-app.command("fitting.commands.predict:predict", name="predict")
-app.command("fitting.commands.range:range_command", name="range")
+for _place, (_name, _one) in enumerate(COMMANDS.items()):
+    if _one.examples:
+        app.command(
+            _one.target,
+            name=_name,
+            help=_one.sentence,
+            sort_key=_place,
+            help_epilogue=_one.epilogue,
+        )
+    else:  # of several commands of its own
+        app.command(_one.target, name=_name, help=_one.sentence, sort_key=_place)
+app.register_install_completion_command()
 app.meta.end_of_options_delimiter = ""  # `--` is for the commands
 app.meta.suppress_keyboard_interrupt = False
 
@@ -47,8 +50,11 @@ def launch(
     no_compile_cache
         Neither read nor keep compiled programs (`rapi cache` tells where they are).
     """
+    if not tokens:
+        sys.stdout.write(FIRST_STEPS)
+        return 0
     command, bound, _ = app.parse_args(tokens, exit_on_error=False, print_error=False)
-    if isinstance(getattr(command, "__self__", None), App):  # help, version
+    if isinstance(getattr(command, "__self__", None), App):  # version
         return command(*bound.args, **bound.kwargs)
     from .commands.run import fail
     from .compile_cache import SWITCH, compiled_programs_kept
@@ -63,7 +69,12 @@ def main(arguments: list[str] | None = None) -> None:
     """Run `rapi` and exit with the code of the contract."""
     from .commands.run import run_and_leave
 
-    run_and_leave(app.meta, sys.argv[1:] if arguments is None else arguments)
+    given = sys.argv[1:] if arguments is None else arguments
+    if given and given[0] in COMMANDS and not {"--help", "-h"}.isdisjoint(given):
+        command = app[given[0]]
+        if command.default_command is not None:  # its sentence is for the list alone
+            command.help = description(command.default_command)
+    run_and_leave(app.meta, given)
 
 
 if __name__ == "__main__":

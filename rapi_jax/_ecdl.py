@@ -8,8 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ._parameter import parameters
 from ._precision import float64
 from ._recording import Drive
+from .display._results import summarise_model
 from .effects import (
     AbstractCouplingEffect,
     AbstractDriveEffect,
@@ -40,6 +42,13 @@ class ECDL(eqx.Module):
 
     operator: AbstractOperator
     effects: Effects = ()
+
+    def summary(self) -> str:
+        """The parameters as text for people."""
+        return summarise_model(self, parameters(self)).text()
+
+    def _repr_html_(self) -> str:
+        return summarise_model(self, parameters(self)).html()
 
     def __call__(
         self,

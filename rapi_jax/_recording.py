@@ -11,6 +11,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from ._errors import DataError
+from .display._recording import recording_dataframe, recording_dataset, summarise_recording
 from .sampling import _phase
 from .sampling._clock import check_clock
 
@@ -265,7 +266,7 @@ class Run:
         return (self.along >= ROI[0]) & (self.along <= ROI[1])
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """Runs of one session on one device; they may differ in length, rate and sampling.
 
@@ -333,6 +334,24 @@ class Recording:
             if not distinct or pp > 1.02 * distinct[-1]:
                 distinct.append(pp)
         return distinct
+
+    def summary(self) -> str:
+        """What the recording holds, as text for people: a row for each run."""
+        return summarise_recording(self).text()
+
+    def _repr_html_(self) -> str:
+        return summarise_recording(self).html()
+
+    def __repr__(self) -> str:
+        return f"<Recording: {len(self.runs)} runs, {self.response_unit} over {self.drive_unit}>"
+
+    def to_dataframe(self) -> Any:
+        """A pandas `DataFrame` with a row for each sample; `run` names its run."""
+        return recording_dataframe(self)
+
+    def to_dataset(self) -> Any:
+        """An xarray `Dataset` over `run` and `sample`; NaN where a run is shorter than others."""
+        return recording_dataset(self)
 
     def sha256(self) -> str:
         """A hash of all numbers and of all that changes their meaning."""

@@ -18,6 +18,9 @@ from ._recording import Waveform as Waveform
 from ._recording import parse_recorded_at as parse_recorded_at
 from ._recording import parse_temperature as parse_temperature
 from ._threshold import threshold as threshold
+from .display._readable_unit import quantity as quantity
+from .display._readable_unit import readable_unit as readable_unit
+from .display._recording import recording_dataset as recording_dataset
 from .inversion._inverse_effects import refuse as refuse
 from .io._safe import StrPath as StrPath
 from .io._safe import cause as cause

@@ -75,7 +75,8 @@ def compensate(
     json
         Print `certificate.json` on standard output.
     """
-    from fitting.commands.shared._out import console, print_json, progress
+    from fitting.commands.shared._out import console, print_json
+    from fitting.commands.shared._progress import progress
 
     with progress("compensating", json) as report_step:
         made, report, drive_unit, written = compensate_into(
@@ -103,9 +104,11 @@ def compensate(
     out.print(_table(made, drive_unit))
     expected = report["expected"]
     if expected is not None:
+        from fitting._units import quantity
+
         out.print(
-            f"expected of the device: at most {expected['high']:.2g} {expected['unit']} rms off "
-            "a straight line on either branch (97.5 %), from runs that were left out.",
+            f"Expected of the device: at most {quantity(expected['high'], expected['unit'])} rms "
+            "off a straight line on either branch (97.5 %), from runs that were left out.",
             markup=False,
         )
     else:
@@ -307,13 +310,14 @@ def _write_drives(
     from fitting._json import json_text
     from fitting._result_files import begin_result, hash_files
     from fitting.report import save_figure
+    from fitting.report.compensation._page import PAGE, render_page
     from rapi_jax import AfgWaveform, Recording, Run
     from rapi_jax.io import write_afg, write_atomic, write_drive, write_model, write_recording
 
     written: list[Path] = []
     kinds = ("csv", "afg", "nc")
     names = [f"{_stem(one)}.{kind}" for one in made for kind in kinds]
-    names += ["inverse.rapi"] * (inverse is not None) + ["compensation.png"] * plots
+    names += ["inverse.rapi"] * (inverse is not None) + ["compensation.png", PAGE] * plots
     earlier = begin_result(folder, "certificate.json", names)  # no certificate, no drive
     for one in made:
         paths = [folder / f"{_stem(one)}.{kind}" for kind in kinds]
@@ -341,6 +345,8 @@ def _write_drives(
 
         figure = plot.compensation(made, about["response_unit"], about["drive_unit"])
         written.append(save_figure(figure, folder / "compensation.png"))
+        write_atomic(folder / PAGE, render_page(report, written[-1].read_bytes()))
+        written.append(folder / PAGE)
     report["files"] = hash_files(written) | earlier
     write_atomic(folder / "certificate.json", json_text(report))
     return [*written, folder / "certificate.json"]

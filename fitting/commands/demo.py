@@ -43,7 +43,8 @@ def demo(
     json
         Print one JSON object on standard output.
     """
-    from fitting.commands.shared._out import console, output_folder, print_json, progress
+    from fitting.commands.shared._out import console, output_folder, print_json
+    from fitting.commands.shared._progress import progress
     from fitting.diagnosis import diagnose
     from fitting.identification._identify import identify
     from fitting.report import save_figure, write_fit
@@ -111,7 +112,7 @@ def demo(
         from fitting.report.diagnosis._terminal import render_lines
 
         out = console(json)
-        out.print(render_tables(result))
+        out.print(render_tables(result, notes="folded"))
         out.print(_table(rows))
         out.print(
             f"The recordings, the model, the drives and the pictures are in {folder.resolve()}; "

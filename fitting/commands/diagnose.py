@@ -60,9 +60,11 @@ def diagnose(
     several = [recording, *recordings]
     _check_options(len(several), compare, effects)
     from fitting.batch.jobs._find import name_jobs
+    from fitting.commands.shared._about import describe_recording, estimate_seconds
     from fitting.commands.shared._model import load_model
-    from fitting.commands.shared._out import console, output_folder, print_json, progress, read_json
+    from fitting.commands.shared._out import console, output_folder, print_json, read_json
     from fitting.commands.shared._plugins import plugin_effects, plugin_operators
+    from fitting.commands.shared._progress import progress
     from rapi_jax.effects import ALL
     from rapi_jax.io import read_limits, read_recording
 
@@ -83,7 +85,10 @@ def diagnose(
     out = console(json)
     for name, data in zip(name_jobs(several), read, strict=True):
         place = output_folder(folder / name) if recordings else folder
-        with progress(f"diagnosing {name}" if recordings else "diagnosing", json) as say:
+        seconds = estimate_seconds(data, "diagnose")
+        about = describe_recording(data, seconds)
+        label = f"diagnosing {name}" if recordings else "diagnosing"
+        with progress(label, json, about=about, expected_s=seconds) as say:
             written = diagnose_into(
                 data,
                 place,
@@ -129,7 +134,8 @@ def _compare_into(
     json: bool,
 ) -> int:
     """What changed between two recordings, called `names`; its files in `folder`."""
-    from fitting.commands.shared._out import console, print_json, progress, read_json
+    from fitting.commands.shared._out import console, print_json, read_json
+    from fitting.commands.shared._progress import progress
     from fitting.comparison import compare
 
     with progress("comparing", json) as say:

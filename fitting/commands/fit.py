@@ -108,8 +108,10 @@ def fit(
         raise CycloptsError(msg="--output is missing.", command_chain=("fit",))
     check_intervals(intervals, loss)
     from fitting.batch.jobs._find import name_jobs
-    from fitting.commands.shared._out import console, output_folder, print_json, progress, read_json
+    from fitting.commands.shared._about import describe_recording, estimate_seconds
+    from fitting.commands.shared._out import console, output_folder, print_json, read_json
     from fitting.commands.shared._plugins import find_operator
+    from fitting.commands.shared._progress import progress
     from rapi_jax.io import read_recording
 
     from .run import DONE, UNTRUSTED, fail
@@ -119,11 +121,15 @@ def fit(
     read = [read_recording(path, nan=nan) for path in several]  # all, before the first is fitted
     folder = output_folder(output)
     tables: list[dict[str, Any]] = []
+    notes: dict[str, Any] = {}
     out = console(json)
     trusted = True
     for name, data in zip(name_jobs(several), read, strict=True):
         place = output_folder(folder / name) if recordings else folder
-        with progress(f"fitting {name}" if recordings else "fitting", json) as report_step:
+        seconds = estimate_seconds(data, "fit")
+        about = describe_recording(data, seconds)
+        label = f"fitting {name}" if recordings else "fitting"
+        with progress(label, json, about=about, expected_s=seconds) as report_step:
             result, written = identify_into(
                 data,
                 place,
@@ -152,10 +158,17 @@ def fit(
 
         if recordings:
             out.rule(name)
-        out.print(render_tables(result, ends))
+        notes[name] = result.verdict.notes
+        out.print(render_tables(result, ends, notes="none" if recordings else "folded"))
         out.print(f"written to {place}: {', '.join(path.name for path in written)}", markup=False)
     if json:
         print_json(tables if recordings else tables[0])
+    elif recordings and any(notes.values()):
+        from fitting.report import fold_notes
+
+        out.rule("notes")
+        for line in fold_notes(notes):
+            out.print(f"  - {line}", markup=False)
     return DONE if trusted else UNTRUSTED
 
 
@@ -207,7 +220,8 @@ def _check_claim(
 ) -> int:
     """Hold a recording against the claim of a model, or the certificate of drives."""
     from fitting._json import json_text
-    from fitting.commands.shared._out import console, output_folder, print_json, progress
+    from fitting.commands.shared._out import console, output_folder, print_json
+    from fitting.commands.shared._progress import progress
     from fitting.report import render_claim_check
     from rapi_jax.io import read_recording, write_atomic
 

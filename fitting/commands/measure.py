@@ -55,14 +55,9 @@ def measure(
         Print one JSON object on standard output.
     """
     from fitting._result_files import check_belongs
-    from fitting.commands.shared._out import (
-        console,
-        output_folder,
-        print_json,
-        progress,
-        write_sent,
-    )
+    from fitting.commands.shared._out import console, output_folder, print_json, write_sent
     from fitting.commands.shared._plugins import load_plugins, plugin_classes
+    from fitting.commands.shared._progress import progress
     from hardware import (
         AbstractDriver,
         check_against_bench,

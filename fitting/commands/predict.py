@@ -20,6 +20,9 @@ def predict(
 ) -> int:
     """Predict the response of MODEL to the drives of RECORDING, and compare.
 
+    RECORDING may also be one drive without a response: a CSV file with the columns `time_s,drive`
+    that holds one period, as `rapi compensate` writes it.
+
     Writes `<run>.csv` with the columns `time_s,drive,response,predicted` for each run. The origin
     of the response is the model's; where the recording gives every run its own, it is taken from
     the run's mean.
@@ -29,7 +32,7 @@ def predict(
     model
         A folder that `rapi fit` wrote, or the `model.rapi` in it.
     recording
-        A folder with a `manifest.toml`, or a netCDF-4 file.
+        A folder with a `manifest.toml`, a netCDF-4 file, or a drive as CSV.
     output
         Folder for the results; made if missing.
     nan
@@ -43,12 +46,12 @@ def predict(
         Print the errors of each run as JSON on standard output.
     """
     from fitting.commands.shared._model import load_model
-    from fitting.commands.shared._out import console, output_folder, print_json, progress
+    from fitting.commands.shared._out import console, output_folder, print_json
     from fitting.commands.shared._plugins import plugin_effects, plugin_operators
-    from rapi_jax.io import read_recording
+    from fitting.commands.shared._progress import progress
 
     ecdl, about = load_model(model, plugin_effects(plugin), plugin_operators(plugin))
-    data = read_recording(recording, nan=nan)
+    data = _read(recording, about, nan)
     with progress("predicting", json):
         rows, series = _predict_runs(ecdl, about, data)
     folder = output_folder(output)
@@ -67,6 +70,21 @@ def predict(
     out.print(_table(rows, data.response_unit))
     out.print(f"written to {folder}: {', '.join(path.name for path in written)}", markup=False)
     return 0
+
+
+def _read(path: Path, about: dict[str, Any], nan: Any) -> Any:
+    """The recording at `path`, or the drive there as one of which nothing was measured."""
+    import numpy as np
+
+    from rapi_jax import Recording, Run
+    from rapi_jax.io import read_drive, read_recording
+
+    if path.suffix.lower() != ".csv" or not path.is_file():
+        return read_recording(path, nan=nan)
+    drive = read_drive(path)
+    run = Run(drive, np.full(drive.size, np.nan), path.stem)
+    units = {kind: about[kind] for kind in ("response_unit", "drive_unit")}
+    return Recording((run,), **units)
 
 
 def _predict_runs(
@@ -90,6 +108,10 @@ def _predict_runs(
         use = usable(run, data.response_lag_s)
         if not use.any():
             use = run.valid
+        if not use.any():  # a drive alone
+            rows.append(_describe_drive(run, data.response_unit))
+            series.append(response)
+            continue
         error = (response - run.response)[use]
         if data.response_origin == "run":
             response = response - error.mean()
@@ -110,6 +132,13 @@ def _predict_runs(
         )
         series.append(response)
     return rows, series
+
+
+def _describe_drive(run: Any, unit: str) -> dict[str, Any]:
+    """The row of a run of which nothing was measured."""
+    none = dict.fromkeys(("rmse", "std", "span", "rmse_fraction"))
+    rate = run.drive.excitation_hz
+    return {"run": run.name, "excitation_hz": rate, "samples": 0, "unit": unit} | none
 
 
 def _write_predictions(folder: Path, data: Any, series: list[Any], plots: bool) -> list[Path]:
@@ -140,6 +169,9 @@ def _table(rows: list[dict[str, Any]], unit: str) -> Any:
     from rich.markup import escape
     from rich.table import Table
 
+    from fitting._units import readable_unit
+
+    unit, factor = readable_unit(unit, (row["rmse"] for row in rows if row["rmse"] is not None))
     table = Table(title="Prediction against measurement", title_justify="left")
     for name in ("run", "rate (Hz)", f"rmse ({unit})", f"std ({unit})", "% of span"):
         table.add_column(name, justify="left" if name == "run" else "right")
@@ -149,8 +181,8 @@ def _table(rows: list[dict[str, Any]], unit: str) -> Any:
         table.add_row(
             escape(row["run"]),
             "-" if rate is None else f"{rate:g}",
-            f"{row['rmse']:.4g}",
-            f"{row['std']:.4g}",
+            "-" if row["rmse"] is None else f"{factor * row['rmse']:.4g}",
+            "-" if row["std"] is None else f"{factor * row['std']:.4g}",
             "-" if share is None else f"{100 * share:.3g}",
         )
     return table

@@ -43,19 +43,19 @@ def _usage_message(error: CycloptsError) -> str:
 
 def run(app: App, arguments: list[str]) -> int:
     """The exit code of `rapi ARGUMENTS`."""
+    as_json = "--json" in arguments
     try:
         code = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
-        fail("usage", _usage_message(error))
-        return USAGE
+        return _conclude(USAGE, "usage", _usage_message(error), as_json)
     except KeyboardInterrupt:
-        fail("interrupted", "no file is half-written; run it again to go on.")
-        return INTERRUPTED
+        message = "no file is half-written; run it again to go on."
+        return _conclude(INTERRUPTED, "interrupted", message, as_json)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except Exception as error:
-        return _report_error(error)
+        return _report_error(error, as_json)
     return code if isinstance(code, int) else DONE
 
 
@@ -83,24 +83,38 @@ def _resend_interrupt(dropped: Any) -> None:
         sys.__unraisablehook__(dropped)
 
 
-def _report_error(error: Exception) -> int:
+def _conclude(code: int, kind: str, message: str, as_json: bool) -> int:
+    """The exit code, with the message on standard error and, for machines, as an object."""
+    fail(kind, message)
+    if as_json:
+        from fitting._json import json_text
+
+        content = {"exit_code": code, "kind": kind, "message": one_line(message)}
+        sys.stdout.write(json_text({"schema": "rapi.error/1", **content}))
+    return code
+
+
+def _report_error(error: Exception, as_json: bool) -> int:
     """The exit code for `error`, which is told in one line."""
     code, kind, message = explain_error(error)
     if code == INTERNAL and kind == "internal error" and os.environ.get("RAPI_TRACEBACK"):
         traceback.print_exception(error)
-    fail(kind, message)
-    return code
+    return _conclude(code, kind, message, as_json)
 
 
 def explain_error(error: Exception) -> tuple[int, str, str]:
     """The exit code for `error`, what kind of error it is, and what it says."""
     from fitting.batch.jobs._job import BatchError
     from fitting.commands.shared._model import UntrustedModel
-    from rapi_jax import DataError, ModelError
+    from rapi_jax import DataError, LimitError, ModelError, NotInvertible
     from rapi_jax.io import OutputError
 
     if isinstance(error, UntrustedModel):
         return UNTRUSTED, "not to be trusted", str(error)
+    if isinstance(error, LimitError):
+        return BAD_DATA, "beyond the limits", str(error)
+    if isinstance(error, NotInvertible):
+        return BAD_DATA, "no inverse", str(error)
     if isinstance(error, DataError | ModelError):
         return BAD_DATA, "bad data", str(error)
     if isinstance(error, OutputError | FileNotFoundError | PermissionError | IsADirectoryError):

@@ -148,6 +148,38 @@ class FitResult:
 
         return render_html(self)
 
+    @property
+    def plot(self) -> Any:
+        """Pictures: `result.plot.loops()`, `.residuals()`, `.spectrum()`, `.correlation()`, ..."""
+        from fitting.report.fit._plots import FitPlots
+
+        return FitPlots(self)
+
+    def to_dataframe(self) -> Any:
+        """A pandas `DataFrame` with a row for each parameter: value, error, 95 % interval."""
+        import pandas as pd
+
+        rows = [
+            {
+                "value": p.value,
+                "stderr": p.stderr,
+                "low": p.interval()[0],
+                "high": p.interval()[1],
+                "unit": p.unit,
+                "at_bound": p.at_bound,
+                "held": p.held,
+            }
+            for p in self.parameters
+        ]
+        return pd.DataFrame(rows, index=pd.Index([p.name for p in self.parameters], name="name"))
+
+    def to_dataset(self) -> Any:
+        """The recording as an xarray `Dataset`, with `predicted`, and `used` (1 where fitted)."""
+        from rapi_jax.internal import recording_dataset
+
+        used = [used.astype(float) for used in self.used]
+        return recording_dataset(self.recording, predicted=list(self.predicted), used=used)
+
     def __repr__(self) -> str:
         word = "trusted" if self.verdict.trusted else "not to be trusted"
         unit = self.recording.response_unit

@@ -22,6 +22,7 @@ import numpy as np
 
 from rapi_jax._errors import NotInvertible
 from rapi_jax._precision import as_float64, float64
+from rapi_jax.display._results import summarise_certificate
 from rapi_jax.operators import AbstractOperator
 from rapi_jax.plays._contact_intervals import Band, Pieces
 
@@ -66,6 +67,13 @@ class Certificate:
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and lists, for a file."""
         return dataclasses.asdict(self)
+
+    def summary(self) -> str:
+        """The certificate as text for people."""
+        return summarise_certificate(self).text()
+
+    def _repr_html_(self) -> str:
+        return summarise_certificate(self).html()
 
     def require(self) -> None:
         """Raise `NotInvertible` where there is no inverse."""

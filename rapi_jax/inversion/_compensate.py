@@ -11,6 +11,7 @@ from rapi_jax._errors import LimitError, ModelError, NotInvertible
 from rapi_jax._limits import DriveLimits
 from rapi_jax._precision import as_float64, float64
 from rapi_jax._recording import Drive
+from rapi_jax.display._results import summarise_compensation
 from rapi_jax.effects import AbstractCouplingEffect
 from rapi_jax.operators._inverse_rapi import InverseRAPI
 
@@ -43,6 +44,13 @@ class Compensation:
     certificate: Certificate
     predicted: np.ndarray | None
     notes: tuple[str, ...]
+
+    def summary(self) -> str:
+        """The drive and its certificate as text for people."""
+        return summarise_compensation(self).text()
+
+    def _repr_html_(self) -> str:
+        return summarise_compensation(self).html()
 
     @property
     def bias(self) -> float:

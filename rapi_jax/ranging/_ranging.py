@@ -1,8 +1,11 @@
 """The result of ranging: scans, the target's track, scale and index."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
+
+from rapi_jax.display._results import ranging_dataframe, summarise_ranging
 
 from ._records import FringeRecords
 from ._scan_table import ScanShape, ScanTable
@@ -190,3 +193,13 @@ class Ranging:
         """One distance and one velocity of all scans together."""
         target = self.target
         return RangeSummary.of(target.distance, target.stderr, target.track, target.shared)
+
+    def __str__(self) -> str:
+        return summarise_ranging(self).text()
+
+    def _repr_html_(self) -> str:
+        return summarise_ranging(self).html()
+
+    def to_dataframe(self) -> Any:
+        """A pandas `DataFrame` with a row for each scan: time, direction, distance and error."""
+        return ranging_dataframe(self)

@@ -1,11 +1,13 @@
 """`read_fringes`: from raw photodiode records to optical frequency against time."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Drive, Run
+from rapi_jax.display._results import readout_dataset, summarise_readout
 
 from ._sample import resample_drive, sample_reading
 from .turns._drive_turns import drive_turns
@@ -71,6 +73,17 @@ class Readout:
     delay_stderr_s: float
     fringe_noise: float
     faults: tuple[str, ...]
+
+    def summary(self) -> str:
+        """The reading as text for people."""
+        return summarise_readout(self).text()
+
+    def _repr_html_(self) -> str:
+        return summarise_readout(self).html()
+
+    def to_dataset(self) -> Any:
+        """An xarray `Dataset` of frequency and standard error (GHz) over time (s)."""
+        return readout_dataset(self)
 
     def run(self, drive: Drive, samples: int | None = None, name: str = "run00") -> Run:
         """The run of `drive` with the frequency at its sample times, GHz.

@@ -1,6 +1,7 @@
 """What commands print and write, held against the contract."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +14,21 @@ def assert_one_line(text: str, *words: str) -> None:
     assert text.endswith("\n") and text.count("\n") == 1, text
     assert text[:-1].isprintable() and "Traceback" not in text and "internal error" not in text
     assert [word for word in words if word not in text] == [], text
+
+
+def without_progress(text: str) -> str:
+    """Standard error without what is said of the work before and while it is done."""
+    said = r"(fitting|diagnosing)[^:]*: .*(; about \d+ (s|minutes)| \(\d+ s\))"
+    return "".join(
+        line for line in text.splitlines(keepends=True) if not re.fullmatch(said, line.strip())
+    )
+
+
+def assert_failure(text: str, code: int) -> None:
+    """The object on standard output of a command that failed under `--json`."""
+    found = json.loads(text, parse_constant=pytest.fail)
+    assert found.keys() == {"schema", "exit_code", "kind", "message"}
+    assert (found["schema"], found["exit_code"]) == ("rapi.error/1", code)
 
 
 KEYS = {

@@ -13,7 +13,11 @@ Metres = Annotated[float, Parameter(validator=validators.Number(gte=0, lte=1000)
 Json = Annotated[bool, Parameter(negative="")]
 
 app = App(name="bench", help="A bench of instruments, real or simulated.", help_format="plaintext")
-app.command("fitting.commands.bench.range:bench_range", name="range")
+app.command(
+    "fitting.commands.bench.range:bench_range",
+    name="range",
+    help="Take fringe records of a target, for `rapi range`.",
+)
 
 
 @app.command

@@ -62,7 +62,8 @@ def population(
     json
         Print `population.json` on standard output, and messages on standard error.
     """
-    from fitting.commands.shared._out import console, output_folder, print_json, progress, read_json
+    from fitting.commands.shared._out import console, output_folder, print_json, read_json
+    from fitting.commands.shared._progress import progress
     from fitting.population import check_against, fit_population
     from fitting.report.population._files import write_population
 

@@ -1,14 +1,12 @@
-"""What commands share: the output folder, JSON, progress, pictures."""
+"""What commands share: the output folder, JSON, where people read."""
 
-import contextlib
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 
 def output_folder(path: Path) -> Path:
@@ -57,17 +55,3 @@ def read_json(path: Path) -> Any:
 def console(as_json: bool) -> Console:
     """Where people read: standard output, or standard error when that carries JSON."""
     return Console(stderr=as_json, highlight=False)
-
-
-@contextlib.contextmanager
-def progress(title: str, as_json: bool) -> Iterator[Callable[[str], None]]:
-    """A progress line on standard error; silent where that is no terminal."""
-    target = Console(stderr=True)
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=target, transient=True, disable=not target.is_terminal) as bar:
-        task = bar.add_task(title, total=None)
-
-        def report_step(line: str) -> None:
-            bar.update(task, description=f"{title}: {line}")
-
-        yield report_step

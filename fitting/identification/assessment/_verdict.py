@@ -7,6 +7,7 @@ import equinox as eqx
 import jax
 import numpy as np
 
+from fitting._units import quantity
 from fitting.identification._parameter_vector import as_device
 from fitting.identification._problem import Problem, Solution
 from fitting.identification._starts import Start
@@ -82,9 +83,10 @@ def judge(
 
 def _gap_note(rmse: float, noise: Noise, unit: str) -> str:
     known = "the noise" if noise.repeated.all() else "what changes from sample to sample"
+    left, total = quantity(rmse, unit), quantity(noise.total, unit)
     return (
-        f"gap: the model leaves {rmse:.3g} {unit} rms, {known} is {noise.total:.2g} {unit}. The "
-        "claim includes it; `rapi diagnose` says what causes it."
+        f"gap: the model leaves {left} rms, {known} is {total}. The claim includes it; "
+        "`rapi diagnose` says what causes it."
     )
 
 
@@ -138,11 +140,12 @@ def _check_misfit(
         ]
     gap, curved = noise.gap(rmse), np.inf if claim is None else claim.curvature
     if gap > THRESHOLDS.poor_gap * curved and gap > THRESHOLDS.exact_fit * span:
+        left = quantity(gap, problem.recording.response_unit)
         return [
-            f"poor fit: beyond noise the model leaves {gap:.3g} {problem.recording.response_unit} "
-            f"rms, {100 * gap / curved:.0f} % of what the response curves by, so that a "
-            "compensated scan would keep as much. More plays (`plays`) or order, a drift, a wrong "
-            "lag, or an effect the model lacks (`rapi diagnose`)."
+            f"poor fit: beyond noise the model leaves {left} rms, {100 * gap / curved:.0f} % of "
+            "what the response curves by, so that a compensated scan would keep as much. More "
+            "plays (`plays`) or order, a drift, a wrong lag, or an effect the model lacks "
+            "(`rapi diagnose`)."
         ]
     return []
 

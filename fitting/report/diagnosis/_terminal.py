@@ -9,24 +9,20 @@ from rich.table import Table
 from rich.text import Text
 
 from ._detectability import describe_size
-from ._numbers import format_interval, format_with_error
+from ._numbers import SPACE, Scale, format_interval, format_with_error
 from ._text import describe_linearity_gain
 
 _LEAST_SHOWN = 5e-4  # probability; less is 0.000 in the table
-
-
-def _format_number(value: Any, digits: int = 3) -> str:
-    return "-" if value is None else f"{value:.{digits}g}"
 
 
 def render_lines(diagnosis: dict[str, Any]) -> Group:
     """The diagnosis for a rich console, from the dictionary of `diagnosis.json`."""
     verdict, gap, unit = diagnosis["verdict"], diagnosis["gap"], diagnosis["unit"]
     head = Text(verdict["sentence"], style="bold")
-    parts = [f"gap {_format_number(gap['total'])} {unit} rms"]
+    scale = Scale.of(unit, [gap["total"]])
+    parts = [f"residual {scale(gap['total'])} rms".replace(SPACE, " ")]
     parts += [
-        f"{name} {_format_number(gap[name])}"
-        for name in ("parametric", "structural", "noise_floor")
+        f"{name} {scale.bare(gap[name])}" for name in ("parametric", "structural", "noise_floor")
     ]
     where = gap.get("sentence") or "no part of the scan stands out."
     rows: list[Any] = [head, Text(verdict["advice"]), Text(", ".join(parts).replace("_", " "))]
@@ -48,7 +44,7 @@ def _describe_detectability(diagnosis: dict[str, Any]) -> str:
     """The smallest effects that would show, in a line; empty where none is known."""
     found = [e for e in diagnosis.get("detectability") or [] if e.get("value") is not None]
     sizes = [f"{e['effect']} ({describe_size(e)[0]})" for e in found]
-    return f"would have shown, at 95 %: {', '.join(sizes)}" if sizes else ""
+    return f"smallest effects that would have shown (95 %): {', '.join(sizes)}" if sizes else ""
 
 
 def _tabulate_hypotheses(diagnosis: dict[str, Any]) -> Table:

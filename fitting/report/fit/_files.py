@@ -10,6 +10,8 @@ from fitting._versions import package_versions
 from rapi_jax import Identified
 from rapi_jax.io import write_atomic, write_model
 
+from ._page import PAGE, render_page
+
 if TYPE_CHECKING:
     from fitting.identification._result import FitResult
 
@@ -32,14 +34,15 @@ def write_fit(
     more: Mapping[str, Any] | None = None,
     files: Mapping[str, bytes] | None = None,
 ) -> list[Path]:
-    """Write the loadable model, the pictures and, last, `model.json`; return their paths.
+    """Write the loadable model, pictures, page and, last, `model.json`; return their paths.
 
     `more`: further keys of `model.json`. `files`: others that belong to the result, by name.
     """
     recording = result.recording
     pictures = ("loops.png", "residuals.png", "starts.png") if plots else ()
+    page = (PAGE,) if plots else ()
     others = dict(files or {})
-    earlier = begin_result(folder, TABLE, [MODEL, *pictures, *others])
+    earlier = begin_result(folder, TABLE, [MODEL, *pictures, *page, *others])
     write_model(
         folder / MODEL,
         result.ecdl,
@@ -57,18 +60,13 @@ def write_fit(
     )
     written = [folder / MODEL]
     if plots:
-        from rapi_jax import plot
-
-        traces = [(start.origin, start.trace, start.agrees) for start in result.starts]
-        figures = (
-            plot.loops(recording, result.predicted),
-            plot.residuals(recording, result.predicted, result.used),
-            plot.convergence(traces),
-        )
+        figures = (result.plot.loops(), result.plot.residuals(), result.plot.starts())
         written += [
             save_figure(figure, folder / name)
             for name, figure in zip(pictures, figures, strict=True)
         ]
+        write_atomic(folder / PAGE, render_page(result))
+        written.append(folder / PAGE)
     for name, content in others.items():
         write_atomic(folder / name, content)
         written.append(folder / name)

@@ -1,14 +1,17 @@
 """Tables of a fit, by rich: the same ones on a terminal, as text and as HTML."""
 
 import io
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from rich.console import Console, Group
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
+
+from fitting._units import quantity, readable_unit
 
 if TYPE_CHECKING:
     from fitting.identification._result import FitResult
@@ -30,29 +33,28 @@ def round_with_error(value: float, stderr: float) -> tuple[str, str]:
 
 
 Ends = Mapping[str, tuple[float, float]]
+Notes = Literal["full", "folded", "none"]
 
 
-def render_tables(result: "FitResult", intervals: Ends | None = None) -> Group:
+def render_tables(
+    result: "FitResult", intervals: Ends | None = None, *, notes: Notes = "full"
+) -> Group:
     """The verdict, the parameters, the runs, and the held-out data, for a rich console.
 
     `intervals`: both ends of the 95 % interval of each parameter, where they are to be shown.
+    `notes`: "full", the first sentence of each ("folded"), or "none".
     """
-    unit = result.recording.response_unit
-    colour, word = ("green", "trusted") if result.verdict.trusted else ("red", "NOT to be trusted")
-    head = Text(f"{type(result.ecdl.operator).__name__} with {result.ecdl.operator.count} plays: ")
-    head.append(word, style=f"bold {colour}")
-    head.append(f"   rmse {_format_number(result.rmse)} {unit}")
-    if np.isfinite(result.rmse_held_out):
-        head.append(f", held out {_format_number(result.rmse_held_out)} {unit}")
-    if result.loss != "squares":
-        head.append(f", loss {result.loss}")
-    lines: list[Text | Table] = [head]
-    if result.verdict.trusted:
-        lines += [Text(f"  {line}") for line in _claim_lines(result)]
-    for reason in result.verdict.reasons:
-        lines.append(Text(f"  x {reason}", style=colour))
-    for note in result.verdict.notes:
-        lines.append(Text(f"  - {note}"))
+    folded = notes == "folded"
+    shown = () if notes == "none" else result.verdict.notes
+    shown = fold_runs(shown) if folded else shown
+    lines: list[Text | Table] = [
+        render_verdict(result),
+        *(Text(f"  x {reason}", style="red") for reason in result.verdict.reasons),
+        Text(describe_model(result)),
+        *(Text(f"  - {first_sentence(note) if folded else note}") for note in shown),
+    ]
+    if folded and any(first_sentence(note) != note for note in shown):
+        lines.append(Text("  The notes in full are in model.json."))
     return Group(
         *lines,
         _tabulate_parameters(result, intervals),
@@ -62,24 +64,88 @@ def render_tables(result: "FitResult", intervals: Ends | None = None) -> Group:
     )
 
 
-def _claim_lines(result: "FitResult") -> list[str]:
-    """The claim in words, where there is one."""
-    claim = result.claim
-    if claim is None:
-        return []
-    unit, number = result.recording.response_unit, _format_number
+def fold_runs(notes: Sequence[str]) -> tuple[str, ...]:
+    """Notes with those that say the same of several runs said once, of the first of them."""
+    kinds: dict[str, list[str]] = {}
+    for note in notes:
+        about = re.match(r"run '[^']*': (.*)", note)
+        # The same but for numbers.
+        key = note if about is None else re.sub(r"\d[\d.e+-]*", "#", about[1])
+        kinds.setdefault(key, []).append(note)
+    return tuple(
+        same[0] if len(same) == 1 else f"{first_sentence(same[0])} ({len(same)} runs are alike.)"
+        for same in kinds.values()
+    )
 
-    def between(ends: tuple[float, float], unit: str) -> str:
-        low, high = (number(end) for end in ends)
-        return f"at {low} {unit}" if low == high else f"from {low} to {high} {unit}"
 
-    swings = between(claim.swings, result.recording.drive_unit)
+def fold_notes(notes: Mapping[str, Sequence[str]]) -> list[str]:
+    """The notes of several fits, by name of the recording: each kind once, and how many have it."""
+    kinds: dict[str, list[str]] = {}
+    for found in notes.values():
+        for note in found:
+            kinds.setdefault(note.split(":")[0], []).append(note)
     return [
-        f"predicts another run within {number(claim.rms, 2)} {unit} rms ({number(claim.low, 2)} to "
-        f"{number(claim.high, 2)} in 95 %), noise of {number(claim.noise, 2)} included, "
-        f"{between(claim.rates_hz, 'Hz')}, swings {swings}, as over the {number(claim.hours, 2)} h "
-        "recorded."
+        f"{len(same)} of {len(notes)} recordings: {first_sentence(same[0])}"
+        for same in kinds.values()
     ]
+
+
+def first_sentence(note: str) -> str:
+    """A note up to its first full stop that ends a sentence."""
+    return re.split(r"(?<=[.;])\s+(?=[A-Z`])", note, maxsplit=1)[0]
+
+
+def render_verdict(result: "FitResult") -> Text:
+    """Whether to trust the model, and what may be expected of it, as one sentence."""
+    unit, claim, verdict = result.recording.response_unit, result.claim, result.verdict
+    if not verdict.trusted:
+        count = len(verdict.reasons)
+        why = "for this reason:" if count == 1 else f"for {count} reasons:"
+        return Text(f"The model is NOT to be trusted, {why}", style="bold red")
+    text = "The model can be trusted"
+    if claim is None:
+        return Text(f"{text}; it leaves {quantity(result.rmse, unit)} rms.", style="bold green")
+    scale, factor = readable_unit(unit, (claim.rms,))
+    rms, low, high, noise = (
+        _format_number(factor * x, 2) for x in (claim.rms, claim.low, claim.high, claim.noise)
+    )
+    return Text(
+        f"{text}: it predicts another run within {rms} {scale} rms ({low} to {high} in 95 %), "
+        f"noise of {noise} {scale} included.",
+        style="bold green",
+    )
+
+
+def describe_model(result: "FitResult") -> str:
+    """What was fitted and how closely, and where the claim holds."""
+    unit, claim = result.recording.response_unit, result.claim
+    operator = result.ecdl.operator
+    text = (
+        f"{type(operator).__name__} with {operator.count} plays: rmse {quantity(result.rmse, unit)}"
+    )
+    if np.isfinite(result.rmse_held_out):
+        text += f", {quantity(result.rmse_held_out, unit)} held out"
+    text += f", loss {result.loss}." if result.loss != "squares" else "."
+    if claim is None or not result.verdict.trusted:
+        return text
+    rates = _between(claim.rates_hz, "Hz")
+    swings = _between(claim.swings, result.recording.drive_unit)
+    return (
+        f"{text} The prediction holds for rates {rates}, swings {swings}, and conditions as over "
+        f"the {_format_hours(claim.hours)} recorded."
+    )
+
+
+def _between(ends: tuple[float, float], unit: str) -> str:
+    low, high = (_format_number(end) for end in ends)
+    return f"of {low} {unit}" if low == high else f"of {low} to {high} {unit}"
+
+
+def _format_hours(hours: float) -> str:
+    for size, unit in ((1.0, "h"), (60.0, "min"), (3600.0, "s")):
+        if hours * size >= 1.0 or unit == "s":
+            return f"{_format_number(hours * size, 2)} {unit}"
+    raise AssertionError("the last unit takes all")
 
 
 def _tabulate_parameters(result: "FitResult", intervals: Ends | None) -> Table:
@@ -105,7 +171,7 @@ def _format_ends(ends: tuple[float, float] | None, stderr: float) -> str:
 
 
 def _tabulate_runs(result: "FitResult") -> Table:
-    unit = result.recording.response_unit
+    unit, factor = readable_unit(result.recording.response_unit, (r.rmse for r in result.runs))
     table = Table(title="Runs", title_justify="left")
     heads = (
         "run",
@@ -126,7 +192,7 @@ def _tabulate_runs(result: "FitResult") -> Table:
             str(run.periods),
             _format_number(100 * run.hysteresis, 3),
             _format_number(run.weight, 3),
-            _format_number(run.rmse),
+            _format_number(factor * run.rmse),
             _format_number(100 * run.rmse_fraction, 3),
             _format_number(run.rho, 3),
         )
@@ -134,7 +200,8 @@ def _tabulate_runs(result: "FitResult") -> Table:
 
 
 def _tabulate_held_out(result: "FitResult") -> Table:
-    unit = result.recording.response_unit
+    errors = [h.rmse for h in result.held_out]
+    unit, factor = readable_unit(result.recording.response_unit, errors)
     table = Table(title="Left out of the fit, then predicted", title_justify="left")
     for name in (
         "left out",
@@ -148,10 +215,10 @@ def _tabulate_held_out(result: "FitResult") -> Table:
         name = escape(h.scheme) + (" (own origin)" if h.origin_from_data else "")
         table.add_row(
             name,
-            _format_number(h.rmse),
-            _format_number(h.std),
+            _format_number(factor * h.rmse),
+            _format_number(factor * h.std),
             _format_number(100 * h.fraction, 3),
-            _format_number(h.train_rmse),
+            _format_number(factor * h.train_rmse),
         )
     return table
 
@@ -160,12 +227,14 @@ def _tabulate_starts(result: "FitResult") -> Table:
     table = Table(title="Starts", title_justify="left")
     for name in ("start", "steps", "cost", "end"):
         table.add_column(name, justify="right" if name in ("steps", "cost") else "left")
+    lowest = min((start.cost for start in result.starts), default=0.0)
     for start in result.starts:
+        end = "lowest cost" if start.cost == lowest else "the same optimum"
         table.add_row(
             start.origin,
             str(start.steps),
             _format_number(start.cost, 7),
-            "best" if start.agrees else "elsewhere",
+            end if start.agrees or start.cost == lowest else "another optimum",
         )
     return table
 

@@ -30,7 +30,10 @@ _KNOWN |= {"provenance"}
 
 
 def write_netcdf(recording: Recording, path: StrPath) -> None:
-    """Write the recording, whole or not at all. Raises `OutputError`."""
+    """Write the recording, whole or not at all. Raises `OutputError`.
+
+    Of one run the root holds the columns as well, so that `xarray.open_dataset` shows them.
+    """
     import xarray as xr
 
     from ._manifest import head
@@ -55,6 +58,13 @@ def write_netcdf(recording: Recording, path: StrPath) -> None:
             key: {"zlib": True, "complevel": 4, "fletcher32": True, "_FillValue": None}
             for key in HEADER
         }
+    if len(columns) == 1:
+        seen = {
+            key: ("sample", column, {"units": unit})
+            for key, column, unit in zip(HEADER, columns[0], units, strict=True)
+        }
+        groups["/"] = xr.Dataset(seen, attrs=whole)
+        encoding["/"] = encoding[next(iter(encoding))]
     tree = xr.DataTree.from_dict(groups)
     # To memory first, so that a full disk is met by one plain write.
     write_atomic(path, tree.to_netcdf(None, engine="h5netcdf", encoding=encoding))

@@ -1,5 +1,6 @@
 """What limits a distance: each source's standard error, predicted from models, or from records."""
 
+from ._conditions import Budget as Budget
 from ._conditions import BudgetLine as BudgetLine
 from ._conditions import Conditions as Conditions
 from ._conditions import Vibration as Vibration

@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from rapi_jax._errors import DataError
 from rapi_jax._metrics import SPEED_OF_LIGHT as C
+from rapi_jax.display._results import summarise_budget
 from rapi_jax.ranging.distance._estimators import BEST, estimator
 
 
@@ -17,6 +18,19 @@ class BudgetLine:
     source: str
     stderr: float
     note: str = ""
+
+
+class Budget(tuple[BudgetLine, ...]):
+    """The lines of a budget, one for each source; sources add in squares."""
+
+    __slots__ = ()
+
+    def summary(self) -> str:
+        """The lines as text for people, the largest first."""
+        return summarise_budget(self).text()
+
+    def _repr_html_(self) -> str:
+        return summarise_budget(self).html()
 
 
 @dataclasses.dataclass(frozen=True)

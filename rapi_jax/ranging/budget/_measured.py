@@ -7,7 +7,7 @@ import numpy as np
 
 from rapi_jax._metrics import SPEED_OF_LIGHT as C
 
-from ._conditions import BudgetLine, Conditions
+from ._conditions import Budget, BudgetLine, Conditions
 from ._light import measure_light
 from ._predicted import predicted_budget
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rapi_jax.ranging._ranging import Ranging
 
 
-def measured_budget(ranging: "Ranging") -> tuple[BudgetLine, ...]:
+def measured_budget(ranging: "Ranging") -> Budget:
     """The standard error of one scan's distance by each source, from one ranging, m.
 
     Noise of the light is told apart by its size on the two interferometers: that of detectors and
@@ -24,7 +24,7 @@ def measured_budget(ranging: "Ranging") -> tuple[BudgetLine, ...]:
     """
     good = np.isfinite(ranging.target.distance)
     if not good.any():
-        return ()
+        return Budget()
     several = _conditions(ranging, good)
     conditions = several[0]
     lines = _rms_of(tuple(predicted_budget(one) for one in several))
@@ -48,7 +48,7 @@ def measured_budget(ranging: "Ranging") -> tuple[BudgetLine, ...]:
         lines["cavity"] = BudgetLine("cavity", shared, "shared by all scans")
     elif not np.isfinite(scale.stderr_s):
         lines["cavity"] = BudgetLine("cavity", 0.0, "no cavity: the scale is as given")
-    return tuple(lines.values())
+    return Budget(lines.values())
 
 
 _KNOWN = ("nonlinearity", "linewidth", "detector", "digitizer")

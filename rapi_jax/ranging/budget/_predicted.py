@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ._conditions import BudgetLine, Conditions
+from ._conditions import Budget, BudgetLine, Conditions
 from ._sensitivity import (
     interpolation_spread,
     motion_weights,
@@ -11,13 +11,13 @@ from ._sensitivity import (
 )
 
 
-def predicted_budget(conditions: Conditions) -> tuple[BudgetLine, ...]:
+def predicted_budget(conditions: Conditions) -> Budget:
     """The standard error of one scan's distance by each source alone, m.
 
     Sources add in squares. `motion` is an offset, of opposite sign on up- and down-scans: a filter
     over both takes it out, and then the error of the velocity is what counts here.
     """
-    return (
+    lines = (
         _nonlinearity(conditions),
         _cavity(conditions),
         _motion(conditions),
@@ -27,6 +27,7 @@ def predicted_budget(conditions: Conditions) -> tuple[BudgetLine, ...]:
         _white(conditions, "digitizer", conditions.step_v / np.sqrt(12.0)),
         BudgetLine("air", conditions.distance_m * conditions.index_stderr),
     )
+    return Budget(lines)
 
 
 def _nonlinearity(conditions: Conditions) -> BudgetLine:

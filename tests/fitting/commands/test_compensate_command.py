@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from parsed_page import Page
 
 from fitting.cli import app
 from fitting.commands.run import run
@@ -58,6 +59,10 @@ def test_drives_make_the_device_scan_straight(model, tmp_path, capsys):
         wave = read_afg(tmp_path / "out" / f"drive_{rate}Hz.afg")
         assert wave.frequency_hz == float(rate) and wave.codes.size == 131072
     assert (tmp_path / "out" / "compensation.png").read_bytes().startswith(b"\x89PNG")
+    text = (tmp_path / "out" / "drives.html").read_text()
+    page = Page(text)
+    assert len(text) < 1_000_000 and not page.scripts and "drives.html" in report["files"]
+    assert f"straight scans of 75 GHz at {', '.join(map(str, RATES))} Hz" in page.text
 
 
 def test_bias_shape_and_limits_are_followed(model, tmp_path):

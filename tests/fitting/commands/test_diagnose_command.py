@@ -1,6 +1,7 @@
 """`rapi diagnose`: what it writes, exit codes, and every way it refuses; each run is a command."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -54,11 +55,23 @@ def assert_one_line(text: str, *words: str) -> None:
     assert [word for word in words if word not in text] == [], text
 
 
+ABOUT = r"diagnosing[^:]*: \d+ runs?.*; about \d+ "
+
+
+def assert_introduced(text: str, count: int = 1) -> None:
+    """A line for each recording says what is worked on; others tell a step and the time."""
+    lines = text.splitlines()
+    about = [re.match(ABOUT, line) is not None for line in lines]
+    assert sum(about) == count and about[0], text
+    assert all(re.search(r" \(\d+ s\)$", x) for x, y in zip(lines, about, strict=True) if not y)
+
+
 def test_one_recording(rapi, folder, tmp_path):
     """The verdict is shown, the files are written; the exit code does not depend on it."""
     output = tmp_path / "new" / "out"
     code, out, err = rapi(folder / "etalon", "-o", output, "--no-scan")
-    assert (code, err) == (0, "")
+    assert code == 0
+    assert_introduced(err)
     assert {p.name for p in output.iterdir()} == FILES
     said = json.loads((output / "diagnosis.json").read_text(), parse_constant=pytest.fail)
     assert said["verdict"]["name"] == "etalon" and said["recording"]["name"] == "etalon"
@@ -78,7 +91,8 @@ def test_several_recordings_have_a_folder_each(rapi, folder, tmp_path):
     output = tmp_path / "out"
     given = (folder / "plain", folder / "etalon", other)
     code, out, err = rapi(*given, "-o", output, "--json", "--no-scan")
-    assert (code, err) == (0, "")
+    assert code == 0
+    assert_introduced(err, 3)
     assert {p.name for p in output.iterdir()} == {"plain_1", "etalon", "plain_2"}
     listed = json.loads(out, parse_constant=pytest.fail)
     assert [one["verdict"]["name"] for one in listed] == ["none", "etalon", "none"]
@@ -98,13 +112,15 @@ def test_a_model_that_fit_wrote_and_one_that_diagnose_wrote(rapi, folder, tmp_pa
     arguments = ("--model", tmp_path / "fit", "-o", tmp_path / "first", "--json", "--no-scan")
     code, out, err = rapi(folder / "etalon", *arguments)
     first = json.loads(out)
-    assert (code, err, first["verdict"]["name"]) == (0, "", "etalon")
+    assert (code, first["verdict"]["name"]) == (0, "etalon")
+    assert_introduced(err)
     assert first["gap"]["total"] > 0.1
     for model in (tmp_path / "first", tmp_path / "first" / "model.rapi"):
         arguments = ("--model", model, "-o", tmp_path / "second", "--json", "--no-scan")
         code, out, err = rapi(folder / "etalon", *arguments)
         second = json.loads(out)
-        assert (code, err, second["verdict"]["name"]) == (0, "", "none")
+        assert (code, second["verdict"]["name"]) == (0, "none")
+        assert_introduced(err)
         assert second["model"]["effects"] == ["Etalon"]
         assert second["gap"]["total"] == pytest.approx(0.02, rel=0.1)
 
@@ -120,7 +136,8 @@ def test_masked_readings(rapi, folder, tmp_path):
     assert (code, out) == (3, "") and not (tmp_path / "out").exists()
     assert_one_line(err, "run00.csv", "--nan mask")
     code, out, err = rapi(path, "-o", tmp_path / "out", "--nan", "mask", "--json", "--no-scan")
-    assert (code, err) == (0, "") and json.loads(out)["verdict"]["name"] == "none"
+    assert code == 0 and json.loads(out)["verdict"]["name"] == "none"
+    assert_introduced(err)
 
 
 def test_a_dead_sensor_is_refused_and_noise_is_not(rapi, tmp_path):
@@ -132,7 +149,8 @@ def test_a_dead_sensor_is_refused_and_noise_is_not(rapi, tmp_path):
     hiss = Recording.of(runs, [20.0 * rng.standard_normal(d.size) for d in runs])
     write_recording(hiss, tmp_path / "hiss")
     code, out, err = rapi(tmp_path / "hiss", "-o", tmp_path / "out", "--no-scan")
-    assert (code, err) == (0, "") and "nothing explained" in out
+    assert code == 0 and "nothing explained" in out
+    assert_introduced(err)
     assert not read_model(tmp_path / "out" / "model.rapi")[1]["trusted"]
 
 

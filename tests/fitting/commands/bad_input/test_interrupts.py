@@ -7,7 +7,7 @@ import time
 
 import pytest
 from bad_input import FAST, data, put
-from command_output import assert_model, assert_one_line, process
+from command_output import assert_model, assert_one_line, process, without_progress
 
 NAN = float("nan")
 
@@ -54,9 +54,9 @@ def test_as_a_process(fitted, tmp_path):
     assert json.loads(said[0][0])["schema"] == "rapi.prediction/1" and said[0][1] == ""
     assert said[2][0] == said[3][0] == ""
     assert_one_line(said[2][1], "--starts")
-    assert_one_line(said[3][1], "run00.csv", "sample 3")
+    assert_one_line(without_progress(said[3][1]), "run00.csv", "sample 3")
     assert_model(tmp_path / "q", said[4][0])
-    assert said[4][1] == ""
+    assert without_progress(said[4][1]) == ""
 
 
 @pytest.mark.process

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 from bad_input import data, head, put
-from command_output import assert_one_line
+from command_output import assert_failure, assert_one_line
 
 NAN = float("nan")
 
@@ -89,7 +89,8 @@ def test_predict_refuses_bad_data_and_masks_on_request(rapi, fitted, tmp_path):
     data(put(1, 2, 57, NAN))(tmp_path / "r")
     arguments = ("predict", fitted, tmp_path / "r", "-o", tmp_path / "o", "--no-plots", "--json")
     code, out, err = rapi(*arguments)
-    assert (code, out) == (3, "")
+    assert code == 3
+    assert_failure(out, 3)
     assert_one_line(err, "run01.csv", "sample 57")
     code, out, err = rapi(*arguments, "--nan", "mask")
     report = json.loads(out)

@@ -75,7 +75,8 @@ def test_paths_with_escape_sequences_and_markup_are_shown_as_text(rapi, tmp_path
 def test_markup_in_a_run_name_is_text(rapi, tmp_path):
     data(entry(name="[red]x[-red]"))(tmp_path / "r")
     code, out, err = rapi("fit", tmp_path / "r", "-o", tmp_path / "o", *FAST)
-    assert (code, err) == (0, "") and "[red]x" in out and "\x1b" not in out
+    assert code == 0 and "[red]x" in out and "\x1b" not in out + err
+    assert_one_line(err, "fitting: ", "; about ")
 
 
 HELP = """

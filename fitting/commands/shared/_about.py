@@ -1,0 +1,76 @@
+"""What a recording holds and how long the work on it takes, in a line before it begins."""
+
+import dataclasses
+import math
+from typing import Any, Literal
+
+from rapi_jax.internal import threshold
+
+Work = Literal["fit", "diagnose"]
+_COUNTS = ("no", "one", "two", "three", "four", "five")
+
+
+@dataclasses.dataclass(frozen=True)
+class TimeThresholds:
+    """What an estimate of the time is made of."""
+
+    fit_s: float = threshold(
+        7.0, unit="s", origin="measured, two cores: a first fit of 20 000 samples, compilation too"
+    )
+    fit_s_per_sample: float = threshold(
+        7.5e-6, unit="s/sample", origin="measured: 400 000 samples take 3 s more than 20 000"
+    )
+    diagnose_s: float = threshold(
+        18.0, unit="s", origin="measured, two cores: a first diagnosis, compilation too"
+    )
+    diagnose_s_per_sample: float = threshold(
+        1e-4, unit="s/sample", origin="measured: 21 s for 31 200 samples in a cold process"
+    )
+
+
+THRESHOLDS = TimeThresholds()
+
+
+def estimate_seconds(recording: Any, work: Work) -> float:
+    """About how long `work` on `recording` takes in a process that has compiled nothing yet, s."""
+    samples = sum(run.drive.size for run in recording.runs)
+    fit = THRESHOLDS.fit_s + THRESHOLDS.fit_s_per_sample * samples
+    if work == "fit":
+        return fit
+    return THRESHOLDS.diagnose_s + THRESHOLDS.diagnose_s_per_sample * samples
+
+
+def describe_recording(recording: Any, seconds: float) -> str:
+    """Such as `5 runs of 4 periods at 10 to 40 Hz, two swings, noise 20 MHz rms; about 30 s`."""
+    import numpy as np
+
+    from fitting._units import quantity
+    from fitting.recording_check._runs import RunSummary
+
+    runs = recording.runs
+    text = f"{len(runs)} run{'s' if len(runs) != 1 else ''}"
+    periods = sorted({run.drive.periods for run in runs})
+    if periods != [0]:
+        text += f" of {_between(periods)} period{'s' if periods[-1] != 1 else ''}"
+    rates = recording.rates
+    if rates[-1] > 0:
+        text += f" at {_between(rates)} Hz"
+    swings = len(recording.amplitudes)
+    text += f", {_COUNTS[swings] if swings < len(_COUNTS) else swings} swing"
+    text += "s" if swings != 1 else ""
+    if all(run.valid.any() for run in runs):
+        noise = [RunSummary.of(run, recording.response_lag_s).noise for run in runs]
+        whole = float(np.sqrt(np.mean(np.square(noise))))
+        text += f", noise {quantity(float(f'{whole:.2g}'), recording.response_unit)} rms"
+    return f"{text}; about {_round_seconds(seconds)}"
+
+
+def _between(values: Any) -> str:
+    low, high = f"{values[0]:g}", f"{values[-1]:g}"
+    return low if low == high else f"{low} to {high}"
+
+
+def _round_seconds(seconds: float) -> str:
+    if seconds < 90:
+        return f"{max(5, 5 * math.ceil(seconds / 5)):d} s"
+    return f"{round(seconds / 60):d} minutes"

@@ -1,0 +1,74 @@
+"""A page of a result: a headline, facts, sections with a picture and a table. No script."""
+
+import base64
+import dataclasses
+import functools
+from collections.abc import Sequence
+from typing import Any
+
+import jinja2
+from markupsafe import Markup
+
+from ._pages import load_template, read_style
+
+Pairs = Sequence[tuple[str, str]]
+# Pictures are drawn on white, also where the page is dark.
+_MORE = Markup(
+    ".picture { margin: 0 0 1.5rem; } .picture img { max-width: 100%; height: auto; "
+    "background: #ffffff; padding: 0.4rem; } .plain td { white-space: normal; }"
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class Section:
+    """One part of a page.
+
+    - `shows`: what the reader should see, a sentence or two; beside the picture where there is one.
+    - `png`: a picture. `heads`, `rows`: a table. `lines`: a list.
+    """
+
+    heading: str
+    shows: str = ""
+    png: bytes = b""
+    heads: Sequence[str] = ()
+    rows: Sequence[Sequence[str]] = ()
+    lines: Sequence[str] = ()
+
+    @property
+    def picture(self) -> str:
+        """The picture in base 64."""
+        return base64.b64encode(self.png).decode()
+
+
+def render_result(
+    *,
+    title: str,
+    headline: str,
+    facts: Pairs,
+    sections: Sequence[Section],
+    provenance: Pairs,
+    advice: str = "",
+    cautions: Sequence[str] = (),
+) -> str:
+    """The page as one HTML file that needs nothing but itself; text is shown as text."""
+    return _load_template().render(
+        title=title,
+        headline=headline,
+        advice=advice,
+        cautions=cautions,
+        facts=facts,
+        sections=sections,
+        provenance=provenance,
+        style=read_style(),
+        more=_MORE,
+    )
+
+
+def list_versions(versions: dict[str, Any]) -> str:
+    """Packages and their versions in one line."""
+    return ", ".join(f"{name} {number}" for name, number in versions.items() if number)
+
+
+@functools.cache
+def _load_template() -> jinja2.Template:
+    return load_template("fitting.report", "result.html")

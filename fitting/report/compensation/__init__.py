@@ -1,0 +1,1 @@
+"""Report of drives that were made."""

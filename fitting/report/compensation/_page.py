@@ -1,0 +1,73 @@
+"""The page of drives that were made: scans, drives, certificate, what to expect of the device."""
+
+from typing import Any
+
+from fitting._units import quantity
+from fitting.report._result_page import Section, list_versions, render_result
+
+PAGE = "drives.html"
+
+
+def render_page(report: dict[str, Any], picture: bytes) -> str:
+    """The content of `certificate.json` as one page, with `picture` (PNG) of scans and drives."""
+    drives, unit, volts = report["drives"], report["unit"], report["drive_unit"]
+    rates = ", ".join(f"{one['excitation_hz']:g}" for one in drives)
+    expected = report["expected"]
+    return render_result(
+        title="Drives",
+        headline=f"Drives for straight scans of {drives[0]['span']:g} {unit} at {rates} Hz.",
+        advice="Play them (`rapi measure`), then hold the new scans against this certificate: "
+        "`rapi fit NEW-SCANS --check` and this folder.",
+        cautions=report["notes"],
+        facts=[
+            ("Inverse", drives[0]["inverse"]),
+            ("Expected", "nothing is claimed" if expected is None else _expected(expected)),
+            ("Limits", "from a file" if report["limits_from"] == "file" else "as identified"),
+        ],
+        sections=[
+            Section(
+                "Scans and drives",
+                "Top: the scan asked for. Middle: the drive for it. Bottom: how far the drive is "
+                "from one that is as straight as the scan.",
+                picture,
+            ),
+            Section(
+                "Each drive",
+                "The smallest slope of the response over every history of drives within the range "
+                "is positive, so the model can be inverted there. The last column is what the "
+                "model itself leaves of a straight line.",
+                heads=(
+                    "rate", f"drive ({volts})", f"steepest ({volts}/s)",
+                    f"smallest slope ({unit}/{volts})", "nonlinearity up, down", "file",
+                ),
+                rows=[_row(one, unit) for one in drives],
+            ),
+            Section(
+                "Limits that were kept",
+                heads=("limit", "value"),
+                rows=[(name, f"{value:.6g}") for name, value in report["limits"].items()],
+            ),
+        ],
+        provenance=[
+            ("Versions", list_versions(report["versions"])),
+            ("Format", report["schema"]),
+            ("Data, SHA-256", str(report["data_sha256"])),
+        ],
+    )  # fmt: skip
+
+
+def _expected(expected: dict[str, Any]) -> str:
+    return f"at most {quantity(expected['high'], expected['unit'])} rms off a line (97.5 %)"
+
+
+def _row(one: dict[str, Any], unit: str) -> tuple[str, ...]:
+    slope = one["certificate"]
+    up, down = (quantity(one["nonlinearity"][side], unit) for side in ("up", "down"))
+    return (
+        f"{one['excitation_hz']:g} Hz",
+        f"{one['drive_min']:.4g} to {one['drive_max']:.4g}",
+        f"{one['slew_max']:.4g}",
+        f"{slope['slope_min']:.4g} at {slope['slope_at']:.4g}",
+        f"{up}, {down}",
+        one["file"],
+    )

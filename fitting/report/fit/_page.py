@@ -1,0 +1,116 @@
+"""The page of a fit: verdict, what the model leaves, loops, parameters, held-out errors."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fitting._units import quantity, readable_unit
+from fitting._versions import package_versions
+from fitting.report._result_page import Section, list_versions, render_result
+
+from ._table import describe_model, render_verdict, round_with_error
+
+if TYPE_CHECKING:
+    from fitting.identification._result import FitResult
+
+PAGE = "fit.html"
+PAGE_DPI = 80  # keeps a page of twelve runs below 1 MB
+
+
+def render_page(result: "FitResult") -> str:
+    """The fit as one page, with its pictures in it."""
+    unit, verdict = result.recording.response_unit, result.verdict
+    facts = [("Verdict", "trusted" if verdict.trusted else "not to be trusted")]
+    facts.append(("Residual", f"{quantity(result.rmse, unit)} rms"))
+    if np.isfinite(result.rmse_held_out):
+        facts.append(("Held out", f"{quantity(result.rmse_held_out, unit)} rms"))
+    if result.claim is not None:
+        facts.append(("Noise", f"{quantity(result.claim.noise, unit)} rms"))
+    facts.append(("Runs", str(len(result.runs))))
+    return render_result(
+        title="Fit",
+        headline=render_verdict(result).plain.rstrip(":"),
+        advice=_advice(result),
+        cautions=verdict.reasons,
+        facts=facts,
+        sections=_sections(result),
+        provenance=[
+            ("Model", describe_model(result)),
+            ("Time taken", f"{result.seconds:.3g} s"),
+            ("Versions", list_versions(package_versions())),
+            ("Data, SHA-256", result.data_sha256 or result.recording.sha256()),
+        ],
+    )
+
+
+def _advice(result: "FitResult") -> str:
+    if not result.verdict.trusted:
+        return "Mend what is listed here and fit again; `rapi check` looks at the recording alone."
+    if result.verdict.with_gap:
+        return "The residual is more than noise: `rapi diagnose` finds its cause."
+    return "`rapi compensate` makes drives from this model."
+
+
+def _sections(result: "FitResult") -> list[Section]:
+    def png(figure: Any) -> bytes:
+        from rapi_jax.plot import png
+
+        return png(figure, dpi=PAGE_DPI)
+
+    plot = result.plot
+    residual = (
+        "Noise is the same everywhere along the scan. A shape that repeats from run to run is "
+        "something that the model does not describe."
+    )
+    return [
+        Section("What the model leaves", residual, png(plot.residuals())),
+        Section(
+            "Measured and modelled loops",
+            "A straight line is taken off each loop, so that hysteresis and curvature show.",
+            png(plot.loops()),
+        ),
+        Section(
+            "Parameters",
+            "Values with standard errors that account for correlated residuals.",
+            heads=("parameter", "value", "standard error", "unit", "remark"),
+            rows=[_parameter_row(p) for p in result.parameters],
+        ),
+        Section(
+            "Left out of the fit, then predicted",
+            "Each line is a fit without a part of the data, held against that part.",
+            heads=("left out", "rmse", "of the span", "fitted part"),
+            rows=_held_out_rows(result),
+        ),
+        Section(
+            "What is left, over frequency",
+            "White noise is level. A line is a resonance or a pickup; a slope is slow noise.",
+            png(plot.spectrum()),
+        ),
+        Section(
+            "Parameters that are determined only together",
+            "A correlation near 1 or −1: the data fix the combination better than either.",
+            png(plot.correlation()),
+        ),
+        Section("Notes", "" if result.verdict.notes else "None.", lines=result.verdict.notes),
+    ]
+
+
+def _parameter_row(p: Any) -> tuple[str, ...]:
+    value, error = round_with_error(p.value, p.stderr)
+    remark = "held" if p.held else "at a bound" if p.at_bound else ""
+    return p.name, value, "" if p.held else error, "" if p.unit == "1" else p.unit, remark
+
+
+def _held_out_rows(result: "FitResult") -> list[tuple[str, ...]]:
+    name, factor = readable_unit(
+        result.recording.response_unit, [held.rmse for held in result.held_out]
+    )
+    return [
+        (
+            held.scheme + (" (own origin)" if held.origin_from_data else ""),
+            f"{factor * held.rmse:.3g} {name}",
+            f"{100 * held.fraction:.2g} %",
+            f"{factor * held.train_rmse:.3g} {name}",
+        )
+        for held in result.held_out
+    ]

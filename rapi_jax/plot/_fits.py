@@ -1,0 +1,142 @@
+"""Pictures of a fit: residuals over phase and over frequency, starts, correlation."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from .._recording import Recording
+from ._style import (
+    DOWN,
+    MEASURED,
+    PALETTE,
+    UP,
+    draw_spread,
+    fine_unit,
+    grid,
+    one_axis,
+    quantity,
+    shown_runs,
+    title,
+)
+
+SPECTRAL_SEGMENT = 4096  # samples, of Welch's average
+STEPS_A_DECADE = 24
+
+
+def residuals(
+    recording: Recording,
+    predicted: Sequence[np.ndarray],
+    used: Sequence[np.ndarray],
+    *,
+    run: int | None = None,
+    ax: Any = None,
+) -> Any:
+    """Measured less modelled over the scan phase, up and down branches apart.
+
+    Many readings are drawn as their median and the band that holds 95 % of them. `run`: that run
+    alone; `ax`: axes to draw it (the first, unless one is given) into.
+    """
+    rows = shown_runs(recording) if run is None and ax is None else [run or 0]
+    figure, axes = grid(len(rows), 2.6) if ax is None else (ax.figure, [ax])
+    for axis, row in zip(axes, rows, strict=True):
+        one = recording.runs[row]
+        error = one.response - predicted[row]
+        rms = float(np.sqrt(np.nanmean(error[used[row]] ** 2)))
+        unit, factor = fine_unit(rms, recording.response_unit)
+        for branch, colour, name in ((one.drive.up, UP, "up"), (~one.drive.up, DOWN, "down")):
+            part = branch & used[row]
+            draw_spread(axis, one.drive.phase[part], factor * error[part], colour, name)
+        axis.axhline(0.0, lw=0.8, color="black")
+        axis.set_title(f"{title(one)}: {quantity(rms, recording.response_unit)} rms", fontsize=10)
+        axis.set_xlabel("scan phase since the drive's minimum")
+        axis.set_ylabel(f"residual ({unit})")
+    axes[0].legend(frameon=False, markerscale=4)
+    return figure
+
+
+def spectrum(
+    recording: Recording,
+    predicted: Sequence[np.ndarray],
+    used: Sequence[np.ndarray],
+    *,
+    ax: Any = None,
+) -> Any:
+    """Amplitude spectral density of what each run leaves, by Welch's method.
+
+    Power is averaged in 24 steps a decade. White noise is level, slow noise falls with frequency,
+    and a resonance or a pickup is a line.
+    """
+    from scipy.signal import welch
+
+    figure, axis = one_axis(ax)
+    for i, row in enumerate(shown_runs(recording, len(PALETTE))):
+        one = recording.runs[row]
+        error = (one.response - predicted[row])[used[row]]
+        if error.size < 16:
+            continue
+        hertz, power = welch(
+            error, 1.0 / one.drive.step_s, nperseg=min(error.size, SPECTRAL_SEGMENT)
+        )
+        at, mean = _average_in_steps(hertz[1:], power[1:])
+        axis.loglog(at, np.sqrt(mean), lw=1.2, color=PALETTE[i], label=title(one))
+    axis.set_xlabel("frequency (Hz)")
+    axis.set_ylabel(f"residual ({recording.response_unit}/√Hz)")
+    axis.set_title("what the model leaves, over frequency", fontsize=10)
+    axis.legend(frameon=False, fontsize=8)
+    return figure
+
+
+def _average_in_steps(
+    hertz: Float[np.ndarray, " lines"], power: Float[np.ndarray, " lines"]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean power in steps of equal ratio of frequency, so that noise does not fill the picture."""
+    step = np.floor(STEPS_A_DECADE * np.log10(hertz / hertz[0]) + 1e-9).astype(int)
+    count = np.bincount(step)
+    full = count > 0
+    at = np.bincount(step, hertz)[full] / count[full]
+    return at, np.bincount(step, power)[full] / count[full]
+
+
+def correlation(
+    names: Sequence[str], matrix: Float[np.ndarray, "names names"], *, ax: Any = None
+) -> Any:
+    """Correlation of the parameters' errors: those near 1 or -1 are fixed only together."""
+    size = 2.2 + 0.34 * len(names)
+    figure, axis = one_axis(ax, (size + 1.0, size))
+    picture = axis.imshow(matrix, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
+    axis.set_xticks(range(len(names)), names, rotation=90, fontsize=8)
+    axis.set_yticks(range(len(names)), names, fontsize=8)
+    axis.set_xlabel("parameter")
+    figure.colorbar(picture, ax=axis, label="correlation", shrink=0.8)
+    axis.set_title("correlation of the parameters' errors", fontsize=10)
+    return figure
+
+
+def convergence(
+    traces: Sequence[tuple[str, Sequence[tuple[int, float]], bool]], *, ax: Any = None
+) -> Any:
+    """Cost against solver steps of each start: (name, (step, cost) pairs, reached the optimum)."""
+    figure, axis = one_axis(ax)
+    reached = sum(agrees for _, _, agrees in traces)
+    names = {
+        True: f"reached the optimum kept ({reached} of {len(traces)})",
+        False: f"ended elsewhere ({len(traces) - reached})",
+    }
+    for _, trace, agrees in sorted(traces, key=lambda one: one[2]):
+        steps, costs = zip(*trace, strict=True)
+        axis.plot(
+            steps, np.maximum(costs, 1e-300), "o-" if agrees else "x--", ms=4, lw=1.2,
+            color=UP if agrees else MEASURED, label=names.pop(agrees, None),
+        )  # fmt: skip
+    axis.set_yscale("log")
+    low, high = axis.get_ylim()
+    if high < 10.0 * low:  # starts that begin at the optimum
+        axis.set_ylim(low / 3.0, 3.0 * high)
+    axis.set_xlim(-0.5, max(1.5, axis.get_xlim()[1]))
+    axis.set_xlabel("solver steps")
+    axis.set_ylabel("cost (half the weighted sum of squares)")
+    axis.set_title("the starts of the fit", fontsize=10)
+    axis.legend(frameon=False, fontsize=8)
+    return figure

@@ -1,0 +1,57 @@
+"""The picture of a population of fits."""
+
+from typing import Any
+
+import numpy as np
+
+from ._style import DOWN, MODEL, UP, Picture, grid
+
+
+def population(found: Any, change: Any = None) -> Picture:
+    """Each parameter of a `Population` over time at the mean temperature, with its 95 % bands.
+
+    The inner band is of the expectation, the outer one of recordings without errors of their own.
+    Where time is no covariate, recordings stand in their order. `change`: of a new recording.
+    """
+    recordings, warm = found.recordings, "temperature" in found.covariates.names
+    timed = "time" in found.covariates.names
+    place = np.array([one.days if timed else i for i, one in enumerate(recordings)], dtype=float)
+    mean = found.covariates.means[found.covariates.names.index("temperature")] if warm else 0.0
+    off = np.array([one.temperature_c - mean if warm else 0.0 for one in recordings])
+    outlier = np.array([one.outlier for one in recordings])
+    new = place.max() + 0.04 * np.ptp(place)
+    if change is not None and timed and change.days is not None:
+        new = change.days
+    ends = (min(place.min(), new), max(place.max(), new)) if change else (place.min(), place.max())
+    days = np.linspace(*ends, 200)
+    curve = [found.expectation(days=float(day) if timed else None) for day in days]
+    figure, axes = grid(len(found.parameters), 2.4)
+    for j, (axis, parameter) in enumerate(zip(axes, found.parameters, strict=True)):
+        slope = parameter.temperature.value if warm else 0.0
+        value = np.array([one.values[j] for one in recordings]) - slope * off
+        error = np.array([one.stderr[j] for one in recordings])
+        middle, *bands = (
+            np.array([getattr(one, name)[j] for one in curve])
+            for name in ("values", "spread", "stderr")
+        )
+        for band, alpha in zip(bands, (0.15, 0.3), strict=True):
+            low, high = middle - 1.96 * band, middle + 1.96 * band
+            axis.fill_between(days, low, high, color=MODEL, alpha=alpha, lw=0)
+        axis.plot(days, middle, "-", lw=1, color=MODEL, label="population")
+        for part, colour, name in ((~outlier, UP, "recordings"), (outlier, "black", "outliers")):
+            if part.any():
+                style = "o" if colour == UP else "x"
+                axis.errorbar(
+                    place[part], value[part], error[part], fmt=style, ms=3, lw=0.8, color=colour,
+                    label=name,
+                )  # fmt: skip
+        if change is not None:
+            one = change.parameters[j]
+            measured = one.measured - (one.expected - one.expected_at_mean)
+            colour = DOWN if change.changed and one.name in change.set else "black"
+            axis.errorbar([new], [measured], [one.stderr], fmt="D", ms=5, color=colour, label="new")
+        axis.set_title(parameter.name, fontsize=10)
+        axis.set_ylabel("" if parameter.unit == "1" else parameter.unit)
+        axis.set_xlabel("days since the first" if timed else "recording")
+    axes[0].legend(frameon=False, fontsize=7)
+    return figure

@@ -1,0 +1,102 @@
+"""Pictures of recordings, alone and beside a model."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .._recording import Recording
+from ._style import MEASURED, MODEL, UP, Picture, grid, quantity, shown_runs, title
+
+
+def overview(recording: Recording) -> Picture:
+    """Drive and response of each run over time, and its loop: what was imported."""
+    rows = shown_runs(recording, 6)
+    figure = Picture(figsize=(9.6, 2.6 * len(rows) + 0.4), layout="constrained")
+    axes = figure.subplots(len(rows), 2, squeeze=False, width_ratios=(2.0, 1.0))
+    for (left, right), row in zip(axes, rows, strict=True):
+        run = recording.runs[row]
+        thin = slice(None, None, max(1, run.drive.size // 8000))
+        time, drive, response = run.drive.time[thin], run.drive.value[thin], run.response[thin]
+        left.plot(time, drive, lw=0.8, color=MEASURED)
+        left.set_ylabel(f"drive ({recording.drive_unit})", color="black", fontsize=8)
+        other = left.twinx()
+        other.plot(time, response, lw=0.8, color=MODEL)
+        other.set_ylabel(f"response ({recording.response_unit})", color=MODEL, fontsize=8)
+        left.set_title(title(run), fontsize=10)
+        right.plot(drive, response, lw=0.8, color=UP)
+    axes[-1, 0].set_xlabel("time (s)")
+    axes[-1, 1].set_xlabel(f"drive ({recording.drive_unit})")
+    return figure
+
+
+def loops(
+    recording: Recording,
+    predicted: Sequence[np.ndarray] | None = None,
+    *,
+    run: int | None = None,
+    ax: Any = None,
+) -> Any:
+    """Hysteresis loops: response less its least-squares line in the drive (after Fig. 6).
+
+    `predicted`: the model's response to each run, drawn beside the measured one. `run`: that run
+    alone; `ax`: axes to draw it (the first, unless one is given) into.
+    """
+    rows = shown_runs(recording) if run is None and ax is None else [run or 0]
+    figure, axes = grid(len(rows)) if ax is None else (ax.figure, [ax])
+    for axis, row in zip(axes, rows, strict=True):
+        one = recording.runs[row]
+        _draw_loop(axis, recording, one, None if predicted is None else predicted[row])
+    axes[0].legend(frameon=False, markerscale=4)
+    return figure
+
+
+def _draw_loop(axis: Any, recording: Recording, run: Any, model: np.ndarray | None) -> None:
+    drive, unit = run.drive, recording.response_unit
+    keep = run.valid & ((drive.period == drive.periods - 1) | (drive.periods == 0))
+    if not keep.any():
+        keep = run.valid
+    u, y = drive.value[keep], run.response[keep]
+    line = np.polyfit(u, y, 1) if drive.u_pp > 0 else np.array([0.0, y.mean()])
+    thin = slice(None, None, max(1, u.size // 4000))
+    straight = np.polyval(line, u)
+    axis.plot(u[thin], (y - straight)[thin], ".", ms=3, color=MEASURED, label="measured")
+    name = title(run)
+    if model is not None:
+        axis.plot(u[thin], (model[keep] - straight)[thin], "-", lw=1.2, color=MODEL, label="model")
+        error = model[keep] - y
+        off = quantity(float(np.sqrt(np.mean(error**2))), unit)
+        name += f": the model is off by {off} rms"
+    axis.set_title(name, fontsize=10)
+    axis.set_xlabel(f"drive ({recording.drive_unit})")
+    axis.set_ylabel(f"response less a straight line ({unit})", fontsize=9)
+
+
+def predictions(recording: Recording, predicted: Sequence[np.ndarray]) -> Picture:
+    """Response and prediction over time, with the difference below, for each run.
+
+    Of a run without any reading the prediction alone is drawn.
+    """
+    rows = shown_runs(recording, 6)
+    figure = Picture(figsize=(8.0, 3.6 * len(rows) + 0.4), layout="constrained")
+    pairs = figure.subplots(2 * len(rows), 1, squeeze=False).ravel()
+    for i, row in enumerate(rows):
+        run, top, bottom = recording.runs[row], pairs[2 * i], pairs[2 * i + 1]
+        thin = slice(None, None, max(1, run.drive.size // 8000))
+        measured = run.valid.any()
+        if measured:
+            top.plot(
+                run.drive.time[thin], run.response[thin], color=MEASURED, lw=2, label="measured"
+            )
+        top.plot(run.drive.time[thin], predicted[row][thin], color=MODEL, lw=1, label="predicted")
+        top.set_title(title(run), fontsize=10)
+        top.set_ylabel(recording.response_unit)
+        bottom.set_visible(bool(measured))
+        if not measured:
+            top.set_xlabel("time (s)")
+            continue
+        bottom.plot(run.drive.time[thin], (run.response - predicted[row])[thin], lw=0.8, color=UP)
+        bottom.set_ylabel(f"difference ({recording.response_unit})", fontsize=8)
+        bottom.set_xlabel("time (s)")
+    pairs[0].legend(frameon=False)
+    return figure

@@ -1,0 +1,120 @@
+"""Pictures of scans: drives that were made, scans before and after, learning, word lengths."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .._metrics import linearity
+from .._recording import Recording, Run
+from ._style import (
+    DOWN,
+    MEASURED,
+    PALETTE,
+    UP,
+    Picture,
+    draw_spread,
+    fine_unit,
+    quantity,
+    shown_runs,
+)
+
+
+def compensation(made: Sequence[Any], unit: str, drive_unit: str) -> Picture:
+    """Each target and the drive for it over one period, and the drive less a straight one."""
+    figure = Picture(figsize=(8.0, 7.5), layout="constrained")
+    top, middle, bottom = figure.subplots(3, 1, sharex=True)
+    for i, one in enumerate(made):
+        drive, label = one.drive, f"{one.drive.rate:g} Hz"
+        phase = drive.time * drive.rate
+        top.plot(phase, one.target.value, color=PALETTE[i % len(PALETTE)], lw=1, label=label)
+        middle.plot(phase, drive.value, color=PALETTE[i % len(PALETTE)], lw=1)
+        straight = drive.value.min() + drive.u_pp * one.target.value / one.target.span
+        bottom.plot(phase, drive.value - straight, color=PALETTE[i % len(PALETTE)], lw=1)
+    top.set_ylabel(f"scan asked for ({unit})")
+    top.legend(frameon=False, ncols=4, fontsize=8)
+    middle.set_ylabel(f"drive ({drive_unit})")
+    bottom.set_ylabel(f"drive less a straight one ({drive_unit})", fontsize=8)
+    bottom.axhline(0.0, lw=0.8, color="black")
+    bottom.set_xlabel("scan phase since the drive's minimum")
+    return figure
+
+
+def scans(before: Recording, after: Recording) -> Picture:
+    """Scans with and without compensation, and what a straight line leaves of each (Fig. 9).
+
+    Below the scans each rate has a row of its own; where readings are many, a line is their median
+    and the band holds 95 % of them.
+    """
+    count = max(len(shown_runs(one, 6)) for one in (before, after))
+    heights = (2.0, *(1.0 for _ in range(count)))
+    figure = Picture(figsize=(9.0, 2.8 + 1.5 * count), layout="constrained")
+    axes = figure.subplots(1 + count, 2, sharex=True, squeeze=False, height_ratios=heights)
+    for column, (recording, name) in enumerate(
+        ((before, "without compensation"), (after, "with compensation"))
+    ):
+        unit = recording.response_unit
+        top = axes[0, column]
+        for spare in axes[1 + len(shown_runs(recording, 6)) :, column]:
+            spare.set_visible(False)
+        for i, run in enumerate(recording.runs[:count]):
+            phase, colour = np.mod(run.drive.time * run.drive.rate, 1.0), PALETTE[i]
+            order = np.argsort(phase)
+            about = run.response - np.nanmean(run.response)  # fringes give no common origin
+            top.plot(phase[order], about[order], lw=1, color=colour, label=f"{run.drive.rate:g} Hz")
+            _draw_nonlinearity(axes[1 + i, column], run, unit, colour)
+        top.set_title(name, fontsize=11)
+        axes[-1, column].set_xlabel("scan phase since the drive's minimum")
+    axes[0, 0].set_ylabel(f"scan about its mean ({before.response_unit})")
+    axes[0, 0].legend(frameon=False, fontsize=8)
+    return figure
+
+
+def _draw_nonlinearity(axis: Any, run: Run, unit: str, colour: str) -> None:
+    scan = linearity(run)
+    fine, factor = fine_unit(max(scan.rms_ghz), unit)
+    for branch, begin in ((scan.up, scan.turning[0]), (scan.down, scan.turning[1])):
+        at = np.mod(begin + branch.time * run.drive.rate, 1.0)
+        draw_spread(axis, at, factor * branch.residual, colour)
+    up, down = (quantity(rms, unit) for rms in scan.rms_ghz)
+    axis.set_title(f"{run.drive.rate:g} Hz: {up} rms up, {down} down", fontsize=9)
+    axis.set_ylabel(f"off a line ({fine})", fontsize=8)
+    axis.axhline(0.0, lw=0.8, color="black")
+
+
+def learning(courses: Sequence[tuple[str, Any]]) -> Picture:
+    """Nonlinearity (rms) against iteration, both branches, for each (name, `Learned`)."""
+    figure = Picture(figsize=(6.8, 4.2), layout="constrained")
+    axis = figure.subplots()
+    for i, (name, course) in enumerate(courses):
+        rms = 1e3 * np.asarray(course.rms_ghz)
+        for column, (branch, style) in enumerate((("up", "o-"), ("down", "s--"))):
+            axis.plot(
+                rms[:, column],
+                style,
+                ms=4,
+                color=PALETTE[i % len(PALETTE)],
+                label=f"{name}, {branch}",
+            )
+    axis.set_yscale("log")
+    axis.set_xlabel("iteration")
+    axis.set_ylabel("rms nonlinearity (MHz)")
+    axis.legend(frameon=False, fontsize=8)
+    return figure
+
+
+def word_lengths(errors: Sequence[Any]) -> Picture:
+    """Largest errors of drive and scan against word length, for each `WordLengthError`."""
+    bits = np.array([e.bits for e in errors])
+    figure = Picture(figsize=(6.8, 4.2), layout="constrained")
+    axis = figure.subplots()
+    axis.plot(bits, [e.response for e in errors], "o-", ms=4, color=UP, label="scan (GHz)")
+    axis.plot(bits, [e.drive for e in errors], "s--", ms=4, color=DOWN, label="drive (V)")
+    half = errors[0].response * 2.0 ** (bits[0] - bits)
+    axis.plot(bits, half, ":", color=MEASURED, label="half as much a bit")
+    axis.set_yscale("log")
+    axis.set_xticks(bits[::2])
+    axis.set_xlabel("word length (bits)")
+    axis.set_ylabel("largest error")
+    axis.legend(frameon=False, fontsize=8)
+    return figure

@@ -1,0 +1,99 @@
+"""What all pictures share: colours, axes, densities, bytes of a file."""
+
+import io
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.figure import Figure
+
+from .._recording import Recording
+from ..display._readable_unit import quantity as quantity
+from ..display._readable_unit import readable_unit
+
+MEASURED, MODEL = "#9aa5b1", "#d1495b"
+UP, DOWN = "#00798c", "#edae49"
+# Okabe and Ito, Color Universal Design: told apart with any common colour blindness.
+PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00")
+GROUPS = 240  # of samples, along a curve; more are drawn as a band
+
+
+class Picture(Figure):
+    """A figure that a notebook shows, with or without `matplotlib.pyplot`."""
+
+    def _repr_png_(self) -> bytes:
+        return png(self)
+
+
+def png(figure: Figure, *, dpi: int = 120) -> bytes:
+    """A figure as the bytes of a PNG file, with `dpi` dots an inch."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=dpi)
+    return buffer.getvalue()
+
+
+def svg(figure: Figure) -> bytes:
+    """A figure as the bytes of an SVG file, the same for the same figure."""
+    import matplotlib as mpl
+
+    buffer = io.BytesIO()
+    with mpl.rc_context({"svg.hashsalt": "rapi"}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    return buffer.getvalue()
+
+
+def grid(count: int, height: float = 3.0) -> tuple[Picture, list[Any]]:
+    """A figure with `count` axes in two columns."""
+    columns = min(count, 2)
+    rows = -(-count // columns)
+    figure = Picture(figsize=(5.2 * columns, height * rows + 0.4), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    for spare in axes[count:]:
+        spare.set_visible(False)
+    return figure, list(axes[:count])
+
+
+def one_axis(ax: Any, size: tuple[float, float] = (6.4, 3.8)) -> tuple[Any, Any]:
+    """The axes `ax` and their figure, or those of a new figure where `ax` is `None`."""
+    if ax is not None:
+        return ax.figure, ax
+    figure = Picture(figsize=size, layout="constrained")
+    return figure, figure.subplots()
+
+
+def title(run: Any) -> str:
+    """A run's name and its rate."""
+    rate = run.drive.excitation_hz
+    return run.name if rate is None else f"{run.name}, {rate:g} Hz"
+
+
+def shown_runs(recording: Recording, most: int = 12) -> list[int]:
+    """The runs that a picture has room for."""
+    return list(range(min(len(recording.runs), most)))
+
+
+def fine_unit(largest: float, unit: str) -> tuple[str, float]:
+    """The unit in which `largest`, given in `unit`, reads best, and the factor to it."""
+    return readable_unit(unit, (largest,))
+
+
+def draw_spread(
+    axis: Any,
+    x: Float[np.ndarray, " samples"],
+    y: Float[np.ndarray, " samples"],
+    colour: str,
+    label: str | None = None,
+) -> None:
+    """Readings over `x`: as points, or, where they are many, as median and 95 % band."""
+    good = np.isfinite(y)
+    order = np.argsort(x[good])
+    x, y = x[good][order], y[good][order]
+    each = x.size // GROUPS
+    if each < 4:
+        axis.plot(x, y, ".", ms=2, color=colour, label=label)
+        return
+    count = x.size // each * each
+    at = x[:count].reshape(-1, each).mean(1)
+    low, middle, high = np.percentile(y[:count].reshape(-1, each), (2.5, 50.0, 97.5), axis=1)
+    axis.fill_between(at, low, high, color=colour, alpha=0.25, lw=0)
+    axis.plot(at, middle, lw=1.2, color=colour, label=label)

@@ -1,0 +1,110 @@
+"""The command line as people type it: first steps, sentences, examples, progress, JSON errors."""
+
+import importlib
+import json
+
+import numpy as np
+import pytest
+
+from fitting.cli import app, main
+from fitting.commands.run import run
+from fitting.commands.shared import _progress
+from fitting.commands.shared._about import describe_recording, estimate_seconds
+from fitting.commands.shared._listing import COMMANDS
+from rapi_jax import Recording, predict, triangle
+from rapi_jax.examples import paper_device
+
+
+def ran(arguments: list[str]) -> int:
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert isinstance(ended.value.code, int)
+    return ended.value.code
+
+
+def test_without_arguments_it_says_where_to_begin(capsys):
+    assert ran([]) == 0
+    out = capsys.readouterr().out
+    lines = [line.split() for line in out.splitlines() if line.startswith("  rapi ")]
+    assert [words[1] for words in lines] == [
+        "demo", "import", "check", "fit", "compensate", "diagnose",
+    ]  # fmt: skip
+
+
+def test_each_command_has_a_sentence_and_examples_that_it_takes(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    with monkeypatch.context() as fresh:  # the sentence, also after a help that showed all
+        fresh.setattr(app["fit"], "help", COMMANDS["fit"].sentence)
+        assert ran(["--help"]) == 0
+    shown = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    for name, one in COMMANDS.items():
+        assert f"{name} {one.sentence}" in shown
+        for line in one.examples:
+            words = line.split()
+            assert words[:2] == ["rapi", name]
+            app.parse_args([w.strip("'") for w in words[1:]], exit_on_error=False)
+        module, _, attribute = one.target.partition(":")
+        assert hasattr(importlib.import_module(module), attribute)
+
+
+def test_help_of_a_command_tells_all_and_ends_with_examples(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    assert ran(["fit", "--help"]) == 0
+    out = capsys.readouterr().out
+    assert "Exit code 0: trusted; 4: not to be trusted" in out
+    assert out.rstrip().endswith(COMMANDS["fit"].examples[-1])
+    assert all(len(line.split()) > 3 for line in out.splitlines()[2:5] if line)  # filled
+
+
+def test_a_failure_is_an_object_for_machines_and_a_line_for_people(tmp_path, capsys):
+    for arguments, code, kind in (
+        (["fit", str(tmp_path / "none"), "-o", "x", "--json"], 3, "bad data"),
+        (["fit", "--json", "--strats"], 2, "usage"),
+    ):
+        assert run(app, arguments) == code
+        out, err = capsys.readouterr()
+        found = json.loads(out)
+        assert found.pop("schema") == "rapi.error/1"
+        assert (found["exit_code"], found["kind"]) == (code, kind)
+        assert err == f"{kind}: {found['message']}\n"
+    assert run(app, arguments[:1]) == 2 and capsys.readouterr().out == ""
+
+
+def recording() -> Recording:
+    drives = [
+        drive
+        for swing in (2.0, 4.5)
+        for drive in triangle([10.0, 40.0], amplitude=swing, bias=3.0, samples=400, periods=4)
+    ]
+    rng = np.random.default_rng(0)
+    noisy = [np.asarray(predict(paper_device(), d)) + 0.02 * rng.normal(size=400) for d in drives]
+    return Recording.of(drives, noisy)
+
+
+def test_what_is_about_to_be_worked_on():
+    data = recording()
+    text = describe_recording(data, 58.0)
+    assert text == "4 runs of 4 periods at 10 to 40 Hz, two swings, noise 20 MHz rms; about 60 s"
+    assert describe_recording(data, 190.0).endswith("about 3 minutes")
+    assert estimate_seconds(data, "fit") < estimate_seconds(data, "diagnose")
+
+
+def test_progress_without_a_terminal_is_a_line_now_and_then(capsys, monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(_progress.time, "monotonic", lambda: now[0])
+    with _progress.progress("fitting", False, about="4 runs; about 10 s") as report:
+        for second in range(0, 25, 4):
+            now[0] = float(second)
+            report(f"step {second}")
+    assert capsys.readouterr().err.splitlines() == [
+        "fitting: 4 runs; about 10 s", "fitting: step 12 (12 s)", "fitting: step 24 (24 s)",
+    ]  # fmt: skip
+
+
+def test_progress_on_a_terminal_has_the_time_left(capsys, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm")
+    with _progress.progress("fitting", False, about="4 runs", expected_s=60.0) as report:
+        report("starts")
+    err = capsys.readouterr().err
+    assert "fitting: 4 runs" in err and "about 60 s left" in err

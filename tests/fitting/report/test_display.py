@@ -1,0 +1,164 @@
+"""Results that show themselves: text, HTML with everything escaped, tables, pictures."""
+
+import dataclasses
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from parsed_page import Page
+
+from fitting.identification._fit import fit
+from fitting.report.fit._page import render_page
+from fitting.report.fit._table import fold_notes, fold_runs
+from rapi_jax import (
+    ECDL,
+    RAPI,
+    Identified,
+    Recording,
+    Run,
+    certify,
+    compensate,
+    linear_scan,
+    plot,
+    predict,
+    triangle,
+)
+from rapi_jax.display._summary import Summary
+from rapi_jax.effects import Etalon
+from rapi_jax.examples import paper_device
+from rapi_jax.internal import quantity
+from rapi_jax.ranging.budget import Budget, BudgetLine
+from rapi_jax.readout._readout import Peaks, Readout
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    rng = np.random.default_rng(0)
+    runs = []
+    for i, drive in enumerate(
+        triangle([10.0, 40.0], amplitude=4.5, bias=3.0, samples=600, periods=3)
+    ):
+        response = np.asarray(predict(paper_device(), drive)) + 0.02 * rng.normal(size=drive.size)
+        runs.append(Run(drive, response, f"run<{i}>"))
+    return Recording(tuple(runs), provenance={"recorded_at": "2026-11-24T10:00:00Z"})
+
+
+@pytest.fixture(scope="module")
+def result(recording):
+    start = ECDL(RAPI.guess(recording, plays=3))
+    return fit(start, recording, starts=1, hold_out=False, throw=False)
+
+
+class Checked(HTMLParser):
+    """Raises where a tag is left open or is none that a summary writes."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.open: list[str] = []
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag, attrs):
+        assert tag in "div p strong table thead tbody tr th td ul li".split(), tag
+        self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+def budget() -> Budget:
+    return Budget((BudgetLine("air", 1e-6, "<b>"), BudgetLine("cavity", 3e-6)))
+
+
+def reading() -> Readout:
+    time = np.linspace(0.0, 0.1, 50)
+    peaks = Peaks(*(np.zeros(2) for _ in range(4)))
+    error = np.full(50, 2e-5)
+    return Readout(time, 75.0 * time, error, (), peaks, 1.7e-8, 1e-12, 0.1, ("clipped & doubtful",))
+
+
+def shown(recording) -> dict:
+    device = ECDL(paper_device().operator, (Etalon.at(amplitude=0.05, spacing=7.0),))
+    (target,) = linear_scan(20.0, span=60.0)
+    made = compensate(paper_device(), target, identified=Identified.of(recording))
+    certificate = certify(paper_device().operator, 0.5, 5.5, u_pp=5.0, freq=20.0)
+    return {
+        "recording": (recording, ("run<1>", "40", "GHz", "2026-11-24")),
+        "model": (device, ("RAPI with 10 plays and Etalon", "alpha", "Etalon.spacing")),
+        "certificate": (certificate, ("The model can be inverted between 0.5 and 5.5", "20 Hz")),
+        "compensation": (made, ("Drive for a scan of 60 at 20 Hz", "exact", "can be inverted")),
+        "readout": (reading(), ("50 times", "20 kHz", "17 ns", "clipped & doubtful")),
+        "budget": (budget(), ("3.16 um", "air", "<b>")),
+    }
+
+
+def test_each_result_has_a_summary_and_html_that_is_escaped(recording):
+    for name, (value, words) in shown(recording).items():
+        text, html = value.summary(), value._repr_html_()
+        for word in words:
+            assert word in text, (name, word)
+        assert "run<0" not in html and "<b>" not in html and "clipped & " not in html
+        Checked(html)
+
+
+def test_tables_and_arrays(recording, result):
+    frame = recording.to_dataframe()
+    assert list(frame.run.unique()) == ["run<0>", "run<1>"] and len(frame) == 1200
+    shorter = dataclasses.replace(
+        recording.runs[0].drive, time=np.arange(9.0), value=np.arange(9.0)
+    )
+    uneven = Recording((recording.runs[0], Run(shorter, np.ones(9), "short")))
+    data = uneven.to_dataset()
+    assert data.response.shape == (2, 600) and int(data.response[1].notnull().sum()) == 9
+    assert data.response.attrs["units"] == "GHz" and data.excitation_hz.attrs["units"] == "Hz"
+    table = result.to_dataframe()
+    assert table.loc["alpha", "low"] < table.loc["alpha", "value"] < table.loc["alpha", "high"]
+    fitted = result.to_dataset()
+    left = (fitted.response - fitted.predicted).where(fitted.used == 1)
+    assert float(left.std()) == pytest.approx(result.rmse, rel=0.01)
+    assert reading().to_dataset().frequency.attrs["units"] == "GHz"
+
+
+def test_pictures_of_a_fit(result):
+    for name in ("loops", "residuals", "spectrum", "correlation", "starts"):
+        figure = getattr(result.plot, name)()
+        assert figure._repr_png_().startswith(b"\x89PNG")
+        for axis in figure.axes:
+            assert axis.get_xlabel() or axis.get_ylabel()
+    own = plot.Picture()
+    axis = own.subplots()
+    assert result.plot.residuals(run=1, ax=axis) is own and "40 Hz" in axis.get_title()
+    assert plot.svg(own) == plot.svg(own) and b"<svg" in plot.svg(own)
+
+
+def test_the_page_of_a_fit_is_one_small_file_without_a_script(result):
+    text = render_page(result)
+    page = Page(text)
+    assert len(text) < 1_000_000 and not page.scripts
+    pictures = [dict(attrs)["src"] for tag, attrs in page.tags if tag == "img"]
+    assert len(pictures) == 4 and all(x.startswith("data:image/png;base64,") for x in pictures)
+    first = next(words for tag, words in page.texts if tag == "h1")
+    assert first.startswith("The model is NOT to be trusted")  # one start alone
+    for reason in result.verdict.reasons:
+        assert " ".join(reason.split()) in page.text
+    assert "run<0" not in text and "alpha" in page.text
+
+
+def test_units_that_read_well():
+    assert quantity(0.0427, "GHz") == "42.7 MHz" and quantity(3.2, "GHz") == "3.2 GHz"
+    assert quantity(2e-5, "V") == "20 uV" and quantity(0.0, "GHz") == "0 GHz"
+    empty = Summary("Nothing")
+    assert empty.text() == "Nothing" and "<table>" not in empty.html()
+
+
+def test_notes_are_folded_and_said_once():
+    rest = "of play 1 is 0, not positive: that play has no hysteresis there."
+    notes = (
+        f"run 'a': threshold {rest}",
+        "one rate: a lag. Record more.",
+        f"run 'b': threshold {rest}",
+    )
+    first, second = fold_runs(notes)
+    assert first == f"run 'a': threshold {rest} (2 runs are alike.)" and second == notes[1]
+    folded = fold_notes({"monday": notes[1:2], "tuesday": notes[1:2], "friday": ()})
+    assert folded == ["2 of 3 recordings: one rate: a lag."]

@@ -1,8 +1,10 @@
 """New Focus TLB-6700 controller with a TLB-6712 head."""
 
 import re
+from typing import Annotated
 
 import pydantic
+from pydantic import Field
 
 from hardware._driver import AbstractConnector, AbstractReadBack, Address, Backend, Table
 from hardware._errors import InstrumentError
@@ -11,7 +13,7 @@ from rapi_jax import LimitError
 
 from . import _commands as commands
 from ._base import AbstractLaser, AbstractLaserTable
-from ._limits import LaserLimits, Range
+from ._limits import LaserLimits
 from ._link import AbstractLaserLink, VisaLaserLink
 from ._thresholds import THRESHOLDS
 from ._vendor_dll import VendorDllLink
@@ -31,14 +33,18 @@ _SENSED = {
 _SOMEBODY = "See who else operates the controller; open the bench again, which puts it in order."
 
 
+_Finite = Annotated[float, Field(allow_inf_nan=False)]
+Listed = Annotated[tuple[_Finite, _Finite], Field(strict=False)]  # a list in TOML
+
+
 class LaserRanges(Table):
     """See `LaserLimits`."""
 
-    wavelength_nm: Range
-    piezo_percent: Range
-    current_ma: Range
-    diode_c: Range
-    cavity_c: Range
+    wavelength_nm: Listed
+    piezo_percent: Listed
+    current_ma: Listed
+    diode_c: Listed
+    cavity_c: Listed
 
     def of(self) -> LaserLimits:
         """As settings are checked against."""

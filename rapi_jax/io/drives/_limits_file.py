@@ -1,6 +1,5 @@
 """Limits of a drive in a TOML file."""
 
-import tomllib
 from pathlib import Path
 
 import pydantic
@@ -8,7 +7,8 @@ from pydantic import Field
 
 from rapi_jax._errors import DataError
 from rapi_jax._limits import DriveLimits
-from rapi_jax.io._safe import StrPath, cause, located, printable, read_text
+from rapi_jax.io._safe import StrPath, located, printable
+from rapi_jax.io._toml import read_toml
 
 
 class _Limits(pydantic.BaseModel):
@@ -28,11 +28,10 @@ def read_limits(path: StrPath) -> DriveLimits:
 
     Raises `DataError`, in one line, where one is missing, misspelt or not a number.
     """
-    with located(printable(path)):
-        try:
-            return limits_of(tomllib.loads(read_text(Path(path))))
-        except tomllib.TOMLDecodeError as error:
-            raise DataError(f"not a TOML file ({cause(error)}).") from error
+    label = printable(path)
+    table = read_toml(Path(path), label)
+    with located(label):
+        return limits_of(table)
 
 
 def limits_of(table: object) -> DriveLimits:

@@ -113,7 +113,7 @@ def test_limits_are_read(tmp_path):
         ("low_v = 0.0\nhigh_v = nan\nslew_v_per_s = 900.0\n", "high_v"),
         ("low_v = 7.0\nhigh_v = 6.5\nslew_v_per_s = 900.0\n", "must lie below"),
         ('low_v = "0"\nhigh_v = 6.5\nslew_v_per_s = 900.0\n', "low_v"),
-        ("low_v = \n", "not a TOML file"),
+        ("low_v = \n", "not valid TOML"),
     ],
 )
 def test_limits_that_are_wrong_are_refused(text, message, tmp_path):

@@ -54,7 +54,8 @@ def measure(
     json
         Print one JSON object on standard output.
     """
-    from fitting._result_files import check_belongs
+    from fitting._result_files import check_belongs, check_drive_unit
+    from fitting.commands.shared._measured_output import check_recording_output
     from fitting.commands.shared._out import (
         console,
         output_folder,
@@ -80,6 +81,7 @@ def measure(
     several = []
     for path in (drive, *drives):
         check_belongs(path)
+        check_drive_unit(path)
         one = repeated(read_drive(path, waveform=waveform), periods)
         with located(printable(path)):
             several += check_against_bench(one, file)
@@ -90,6 +92,7 @@ def measure(
             simulated.measure(several)
         write_sent(rehearsed.sent(), output, out)
         return 0
+    check_recording_output(output)
     output_folder(output.parent)  # now, not after a long measurement
     folder = None if raw is None else output_folder(raw)
     with (

@@ -37,6 +37,9 @@ _Finite = Annotated[float, Field(allow_inf_nan=False)]
 Listed = Annotated[tuple[_Finite, _Finite], Field(strict=False)]  # a list in TOML
 
 
+Token = Annotated[pydantic.SecretStr, Field(min_length=16, max_length=200, strict=False)]
+
+
 class LaserRanges(Table):
     """See `LaserLimits`."""
 
@@ -57,6 +60,7 @@ class Tlb6700Table(AbstractLaserTable):
     resource: Address | None = None
     serial: Address | None = None
     backend: Backend = "@py"
+    token: Token | None = None  # of a bridge that asks for one; shown in no recording
     limits: LaserRanges
 
     @pydantic.model_validator(mode="after")
@@ -93,7 +97,8 @@ class TLB6700(AbstractLaser, AbstractReadBack):
         if table.resource is None and not connector.dry_run:
             return cls(VendorDllLink(table.serial or ""), limits=limits)
         link = connector.connect(table.resource or "", backend=table.backend)
-        return cls(VisaLaserLink(link), limits=limits)
+        token = "" if table.token is None else table.token.get_secret_value()
+        return cls(VisaLaserLink(link, token=token), limits=limits)
 
     def __init__(self, link: AbstractLaserLink, *, limits: LaserLimits | None) -> None:
         """`limits`: from the head's data sheet."""

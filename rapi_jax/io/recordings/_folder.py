@@ -71,7 +71,7 @@ def _check_files(paths: list[Path], names: list[str]) -> None:
         twice = next(name for name, count in Counter(names).items() if count > 1)
         raise DataError(f"two runs have the same name, '{printable(twice, 60)}'. Rename one.")
     seen: dict[Path, int] = {}
-    total = 0
+    sizes: dict[str, int] = {}
     for number, path in enumerate(paths):
         first = seen.setdefault(path.resolve(), number)
         if first != number:
@@ -80,11 +80,14 @@ def _check_files(paths: list[Path], names: list[str]) -> None:
                 "run a file of its own, or name the file once."
             )
         with contextlib.suppress(OSError):  # one that is missing is told when it is read
-            total += path.stat().st_size
+            sizes[str(path)] = path.stat().st_size
+    total = sum(sizes.values())
     if total > MAX_BYTES:
+        largest = printable(Path(max(sizes, key=sizes.__getitem__)).name)
         raise DataError(
-            f"the files of all runs have {total} bytes, but at most {MAX_BYTES} are read. Split "
-            "the recording, or sample it less densely."
+            f"the files of all runs, the largest '{largest}', "
+            f"have {total} bytes, but at most {MAX_BYTES} are read. Split the recording, or sample "
+            "it less densely."
         )
 
 

@@ -1,11 +1,10 @@
 """Several clients of one server: none delays, ends or garbles another, whatever it sends."""
 
-import random
 import socket
-import threading
 import time
 
 import pytest
+from noisy_clients import slowest_beside_noise
 
 from hardware import (
     HislipServer,
@@ -75,46 +74,18 @@ def test_half_a_message_of_one_client_does_not_mix_with_another():
         second.close()
 
 
-def noise(server, seed, count, ended):
-    """Send random messages, whole and broken, and read nothing."""
-    rng = random.Random(seed)
-    kinds = (
-        lambda: rng.randbytes(rng.randint(1, 60)) + b"\n",
-        lambda: bytes(rng.choices(b"SOUR1:FREQ?#;, 0123456789\n\r*IDN", k=40)) + b"\n",
-        lambda: b"HS" + rng.randbytes(14),
-        lambda: message(rng.choice(list(Kind)), 0, rng.randint(0, 9), rng.randbytes(9)),
-        lambda: b"DATA:DATA EMEM1,#6" + rng.randbytes(6) + b"\n",
-    )
-    sent = 0
-    while sent < count:
-        try:
-            with dial(server) as client:
-                client.settimeout(0.5)
-                for _ in range(min(50, count - sent)):
-                    sent += 1
-                    client.sendall(rng.choice(kinds)())
-        except OSError:
-            continue  # it hung up, as it may
-    ended.append(sent)
-
-
 @pytest.mark.parametrize("server", [TcpServer, HislipServer])
 def test_a_real_client_is_served_beside_eight_that_send_noise(server):
-    instrument = SimulatedAFG31052()
-    with server(instrument) as behind:
-        ended: list[int] = []
-        threads = [
-            threading.Thread(target=noise, args=(behind, seed, 200, ended)) for seed in range(8)
-        ]
+    """`tests/benchmarks/server_noise.py` sends a million messages to each server."""
+    with server(SimulatedAFG31052()) as behind:
         session = connect(behind)
-        for thread in threads:
-            thread.start()
-        slowest = 0.0
-        while any(thread.is_alive() for thread in threads):
-            began = time.monotonic()
-            assert "AFG31052" in session.text("*IDN?")
-            slowest = max(slowest, time.monotonic() - began)
-        assert ended == [200] * 8 and slowest < 2.0
+        slowest = slowest_beside_noise(
+            lambda: session.text("*IDN?", r"TEKTRONIX,AFG31052.*"),
+            (behind.host, behind.port),
+            clients=8,
+            messages=200,
+        )
+        assert slowest < 2.0
         session.close()
 
 

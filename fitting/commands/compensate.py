@@ -51,7 +51,8 @@ def compensate(
     limits
         TOML file with `low_v`, `high_v`, `slew_v_per_s` and, if wanted, `step_v`,
         `max_frequency_hz`. By default what was seen in identification: its range and a twentieth
-        more, three times its steepest slope (right after a turn a straight scan needs twice).
+        more, three times its steepest slope (right after a turn a straight scan needs twice). For a
+        drive in um the keys are `low_um`, `high_um`, `slew_um_per_s`, `step_um`.
     inverse
         `exact` inverts the model sample by sample; `paper` fits the paper's inverse operator.
     extrapolate

@@ -2,7 +2,7 @@
 
     python3 -m uv run python tests/benchmarks/random_compensations.py [COUNT] [SEED]
 
-Spans, rates, biases, corners and limits are drawn so that about half of the requests are refused.
+Spans, rates, biases, corners and limits are drawn so that about three in four requests are refused.
 Every CSV and generator file that is written is read by plain NumPy, with none of this package's
 code, and held against the limits: level, slope, step and the step that closes the period.
 """

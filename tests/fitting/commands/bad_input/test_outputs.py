@@ -1,5 +1,6 @@
 """What a command would write over that is not its own: refused before work, by name."""
 
+import dataclasses
 import json
 import shutil
 from pathlib import Path
@@ -9,8 +10,10 @@ import pytest
 from bad_input import FAST, data, entry, head
 from command_output import assert_one_line
 
-from rapi_jax import Recording
-from rapi_jax.io import read_recording, write_recording
+from fitting._result_files import check_drive_unit
+from rapi_jax import DataError, Identified, Recording
+from rapi_jax.examples import paper_device, paper_recording
+from rapi_jax.io import read_recording, write_model, write_recording
 
 SPAN = ("--span", "60", "--frequency", "10", "--samples", "512", "--no-plots")
 
@@ -103,6 +106,22 @@ def test_units_are_checked_in_every_command(rapi, fitted, tmp_path):
         code, _, err = rapi(*command, "--limits", limits, "-o", tmp_path / "o")
         assert code == 3
         assert_one_line(err, "limits.toml", "limits are in um, and the drive is in V")
+
+
+def test_a_drive_in_um_is_for_no_generator(rapi, tmp_path):
+    """It has no file of levels in V, and `rapi measure` refuses it."""
+    seen = Identified.of(dataclasses.replace(paper_recording(samples=200)[0], drive_unit="um"))
+    write_model(
+        tmp_path / "model.rapi", paper_device(), response_unit="GHz", drive_unit="um", trusted=True,
+        identified=seen.to_dict(), data_sha256="",
+    )  # fmt: skip
+    code, _, err = rapi("compensate", tmp_path / "model.rapi", *SPAN, "-o", tmp_path / "o")
+    assert code == 0, err
+    assert {p.suffix for p in (tmp_path / "o").iterdir()} == {".csv", ".nc", ".json"}
+    notes = json.loads((tmp_path / "o" / "certificate.json").read_text())["notes"]
+    assert any("no generator file: the drive is in um" in note for note in notes)
+    with pytest.raises(DataError, match="is a drive in um"):
+        check_drive_unit(tmp_path / "o" / "drive_10Hz.csv")
 
 
 def test_names_of_folders_and_one_bad_recording_of_several(rapi, tmp_path):

@@ -30,6 +30,10 @@ from ._safe import StrPath, open_regular, printable
 
 SCHEMA = "rapi.model-file/1"
 _LIMIT = 64 * 2**20
+# What a header that is JSON, but not ours, or leaves that are not its, may raise on the way.
+_UNREADABLE = (
+    ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError, EOFError,
+)  # fmt: skip
 
 Part = TypeVar("Part", AbstractEffect, AbstractOperator)
 
@@ -100,7 +104,7 @@ def read_model(
         _check_finite(ecdl)
     except DataError as error:
         raise DataError(f"{label}: {error}") from error
-    except (ValueError, LookupError, TypeError, AttributeError, RuntimeError, EOFError) as error:
+    except _UNREADABLE as error:
         raise DataError(f"{label}: not a model this version reads ({printable(error)}).") from error
     return ecdl, about
 

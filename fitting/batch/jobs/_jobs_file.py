@@ -60,7 +60,7 @@ def read_jobs_file(path: Path) -> JobsFile:
     except pydantic.ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
-        raise DataError(f"{label}: `{where}`: {printable(first['msg'])}.") from error
+        raise DataError(f"{label}: `{printable(where, 60)}`: {printable(first['msg'])}.") from error
     names = [job.name for job in found.job if job.name is not None]
     with located(label):
         for name in names:

@@ -91,7 +91,7 @@ LIMITS = "low_v = 0.0\nhigh_v = 6.5\nslew_v_per_s = 900.0\nstep_v = 0.1\nmax_fre
 KINDS = {
     "manifest": (lambda f: recording(f, "manifest.toml"), read_recording, 60, None),
     "CSV": (lambda f: recording(f, "run01.csv"), lambda p: read_recording(p.parent), 60, None),
-    "netCDF": (netcdf, read_recording, 4, None),
+    "netCDF": (netcdf, read_recording, 2, None),
     "model": (model, read_model, 20, None),
     "model, signed": (model, read_model, 60, signed),
     "bench": (bench_file, read_bench, 60, None),

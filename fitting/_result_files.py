@@ -6,13 +6,14 @@ While they are written, a list in its place says that they are not all there yet
 import contextlib
 import hashlib
 import json
+import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from fitting._json import json_text
 from rapi_jax import DataError
-from rapi_jax.io import printable, write_atomic
+from rapi_jax.io import OutputError, printable, write_atomic
 
 LISTS = (
     "model.json",
@@ -21,8 +22,10 @@ LISTS = (
     "certificate.json",
     "range.json",
     "population.json",
+    "prediction.json",
 )  # one of them in each result
 UNFINISHED = "rapi.unfinished/1"
+MANIFEST = "manifest.toml"
 _LIMIT = 64 * 2**20  # bytes of such a list
 
 
@@ -31,8 +34,10 @@ def begin_result(folder: Path, name: str, files: Iterable[str]) -> dict[str, str
 
     Returns what else an earlier result of that name has left in the folder, to be listed as no part
     of the new one. Where this fails, `OutputError` is raised and the earlier result is whole.
+    What is there and is no part of an earlier result of that name is refused, see `check_output`.
     """
     files = set(files)
+    check_output(folder, name, files, changed=True)
     earlier: dict[str, str | None] = {
         file: None
         for file in _listed(folder / name)[1]
@@ -41,6 +46,53 @@ def begin_result(folder: Path, name: str, files: Iterable[str]) -> dict[str, str
     unwritten = dict.fromkeys([*sorted(files), *earlier])
     write_atomic(folder / name, json_text({"schema": UNFINISHED, "files": unwritten}))
     return earlier
+
+
+def check_output(
+    folder: Path, name: str, files: Iterable[str] = (), *, changed: bool = False
+) -> None:
+    """Raise `OutputError` where a result in `folder` would write over what is not its own.
+
+    - `name`: of its list, such as `model.json`; `files`: the others that it writes, by name.
+    - `changed`: whether files of an earlier result that were changed since may be replaced.
+
+    Its own is what a list of that name, written by this package, names. A folder that holds a
+    recording or fringe records is no place for a result: a run's file could have any name.
+    """
+    cure = "Choose another folder with `-o`, or move it away."
+    if os.path.lexists(folder / MANIFEST):
+        raise OutputError(
+            f"the output {printable(folder)} is a recording or fringe records ({MANIFEST}), "
+            f"which a result would mix with. {cure}"
+        )
+    table = folder / name
+    schema, listed = _listed(table)
+    if os.path.lexists(table) and not _is_ours(table):
+        raise OutputError(f"the output {printable(table)} is there and is no result. {cure}")
+    for file in sorted({*files} - {name}):
+        path = folder / file
+        if not os.path.lexists(path):
+            continue
+        if file not in listed:
+            raise OutputError(
+                f"the output {printable(path)} is there, and no {name} beside it says that it is "
+                f"of an earlier result. {cure}"
+            )
+        wanted = listed[file] if schema != UNFINISHED else None
+        if not changed and wanted is not None and wanted != hash_files([path])[file]:
+            raise OutputError(
+                f"the output {printable(path)} was changed after {name} was written, and is not "
+                f"written over. {cure}"
+            )
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether the file is a JSON object with a schema of this package."""
+    with contextlib.suppress(OSError, ValueError, RecursionError):
+        if path.is_file() and path.stat().st_size <= _LIMIT:
+            content = json.loads(path.read_text(encoding="utf-8"))
+            return isinstance(content, dict) and str(content.get("schema")).startswith("rapi.")
+    return False
 
 
 def hash_files(paths: Iterable[Path]) -> dict[str, str | None]:
@@ -77,6 +129,22 @@ def check_belongs(path: Path) -> None:
                 f"{label} is not the file that {name} beside it was written with: parts of two "
                 "results are mixed. Write the result again, into an empty folder."
             )
+
+
+def check_drive_unit(path: Path) -> None:
+    """Raise `DataError` where the certificate of the drive `path` says that it is not in V."""
+    _, files = _listed(path.with_name("certificate.json"))
+    unit = "V"
+    if path.name not in files:
+        return
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
+        text = path.with_name("certificate.json").read_text(encoding="utf-8")
+        unit = json.loads(text)["drive_unit"]
+    if unit != "V":
+        raise DataError(
+            f"{printable(path)} is a drive in {printable(unit, 20)}, as certificate.json beside it "
+            "says, and a generator gives V. Identify the laser from its drive in V."
+        )
 
 
 def _listed(path: Path) -> tuple[Any, dict[str, Any]]:

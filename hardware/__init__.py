@@ -34,6 +34,7 @@ from .generator._channel import AfgChannel as AfgChannel
 from .laser._base import AbstractLaser as AbstractLaser
 from .laser._base import AbstractLaserTable as AbstractLaserTable
 from .laser._bridge import Bridge as Bridge
+from .laser._bridge import read_bridge_token as read_bridge_token
 from .laser._limits import LaserLimits as LaserLimits
 from .laser._link import AbstractLaserLink as AbstractLaserLink
 from .laser._link import VisaLaserLink as VisaLaserLink

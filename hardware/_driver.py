@@ -19,7 +19,7 @@ Backend = Literal["@py", "@ivi"]
 class Table(pydantic.BaseModel):
     """A table of the file: no key is unknown, and a number is a number."""
 
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True)
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class AbstractDriverTable(Table, abc.ABC):

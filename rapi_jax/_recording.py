@@ -298,7 +298,10 @@ class Recording:
             raise DataError("A recording needs at least one run, but has none.")
         names = [run.name for run in self.runs]
         if len(set(names)) < len(names):
-            raise DataError(f"Two runs of the recording have the same name: {sorted(names)}.")
+            twice = next(name for i, name in enumerate(names) if name in names[:i])
+            raise DataError(
+                f"Two runs of the recording have the same name: {ascii(twice)[:60]}. Rename one."
+            )
         if self.response_origin not in get_args(Origin):
             raise DataError(
                 f'`response_origin` must be "session" or "run", not {self.response_origin!r}.'

@@ -29,6 +29,7 @@ from .io._safe import inside as inside
 from .io._safe import located as located
 from .io._safe import open_regular as open_regular
 from .io._safe import read_text as read_text
+from .io._toml import read_toml as read_toml
 from .io.drives._afg_waveform import FULL as FULL
 from .io.drives._afg_waveform import POINTS as POINTS
 from .io.drives._afg_waveform import codes_of as codes_of

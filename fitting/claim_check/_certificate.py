@@ -29,7 +29,7 @@ def read_certificate(path: Path) -> tuple[list[CertifiedDrive], Claim, dict[str,
     try:
         content = json.loads(read_text(path, _LIMIT))
         schema = str(content["schema"])
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise DataError(damaged) from error
     if schema == UNFINISHED:
         raise DataError(f"{label}: the drives were not all written. Write them again.")

@@ -67,6 +67,7 @@ def batch(
     if workers and scheduler is not None:
         raise _usage("--workers starts a cluster and --scheduler uses another: give one of them.")
     tabulate = _tabulator(parquet, page=watch)
+    _check_output(output)
     source = _jobs_of(jobs, do, output, retry, watch)
     with contextlib.ExitStack() as stack:
         show = stack.enter_context(_progress())
@@ -82,6 +83,30 @@ def batch(
         )
         _write_page(records, output)
     return _conclude(records, output, json)
+
+
+def _check_output(folder: Path) -> None:
+    """Refuse a folder whose table or page is not of a batch, before any job. Raises `OutputError`.
+
+    Of a batch are those beside a table that begins as its own does.
+    """
+    from fitting.batch.table._write import CSV, NETCDF, PAGE, PARQUET
+    from rapi_jax.io import OutputError, printable
+
+    there = [folder / name for name in (CSV, NETCDF, PARQUET, PAGE) if (folder / name).exists()]
+    if not there or _is_own_table(folder / CSV):
+        return
+    raise OutputError(
+        f"the output {printable(there[0])} is there and is not of a batch. Choose another folder "
+        "with `-o`, or move it away."
+    )
+
+
+def _is_own_table(path: Path) -> bool:
+    with contextlib.suppress(OSError, ValueError):
+        with path.open(encoding="utf-8") as table:
+            return table.read(200).startswith("recording,status,exit_code")
+    return False
 
 
 def _usage(message: str) -> CycloptsError:

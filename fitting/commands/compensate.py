@@ -1,6 +1,6 @@
 """`rapi compensate`: drives under which a laser scans straight."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -51,7 +51,8 @@ def compensate(
     limits
         TOML file with `low_v`, `high_v`, `slew_v_per_s` and, if wanted, `step_v`,
         `max_frequency_hz`. By default what was seen in identification: its range and a twentieth
-        more, three times its steepest slope (right after a turn a straight scan needs twice).
+        more, three times its steepest slope (right after a turn a straight scan needs twice). For a
+        drive in um the keys are `low_um`, `high_um`, `slew_um_per_s`, `step_um`.
     inverse
         `exact` inverts the model sample by sample; `paper` fits the paper's inverse operator.
     extrapolate
@@ -75,8 +76,10 @@ def compensate(
     json
         Print `certificate.json` on standard output.
     """
+    options = dict(locals())
     from fitting.commands.shared._out import console, print_json
     from fitting.commands.shared._progress import progress
+    from fitting.commands.shared.files._provenance import provenance
 
     with progress("compensating", json) as report_step:
         made, report, drive_unit, written = compensate_into(
@@ -96,6 +99,7 @@ def compensate(
             plugin=plugin,
             plots=plots,
             report_step=report_step,
+            more={"provenance": provenance("rapi compensate", options, ("model",))},
         )
     if json:
         print_json(report)
@@ -139,22 +143,34 @@ def compensate_into(
     plugin: Plugins,
     plots: bool,
     report_step: Callable[[str], None] = lambda line: None,
+    more: Mapping[str, Any] | None = None,
 ) -> tuple[list[Any], dict[str, Any], str, list[Path]]:
     """Drives by the options of the command: each, the certificate, their unit, the files written.
 
-    Raises `UntrustedModel` where the model makes no drive.
+    `more`: further keys of `certificate.json`. Raises `UntrustedModel` where the model makes no
+    drive.
     """
     import dataclasses
 
     import numpy as np
 
+    from fitting._result_files import check_output
+    from fitting.commands.shared._limits import check_limits_unit
     from fitting.commands.shared._model import check_trusted, load_model
     from fitting.commands.shared._nonlinearity_band import scan_bands
     from fitting.commands.shared._out import output_folder
     from fitting.commands.shared._plugins import plugin_effects, plugin_operators
+    from fitting.commands.shared.files._drive_files import (
+        CERTIFICATE,
+        check_rates,
+        drive_files,
+        generator_waveforms,
+        write_drives,
+    )
+    from fitting.diagnosis._data_checks import check_units
     from rapi_jax import Identified, ModelError, linear_scan
     from rapi_jax import compensate as compensated
-    from rapi_jax.io import read_limits
+    from rapi_jax.io import read_limits, read_recording
 
     ecdl, about = load_model(model, plugin_effects(plugin), plugin_operators(plugin))
     check_trusted(about, allowed=untrusted)
@@ -164,16 +180,23 @@ def compensate_into(
     allowed = None if limits is None else read_limits(limits)
     if not frequency or not all(np.isfinite(f) and f > 0 for f in frequency):
         raise ModelError(f"`--frequency` must be positive rates in Hz, but is {frequency}.")
+    check_limits_unit(allowed, limits, about["drive_unit"])
+    check_rates(frequency)
     try:
         targets = linear_scan(frequency, span=span, rise=rise, corner=corner, samples=samples)
     except ValueError as error:
         raise ModelError(str(error)) from error
+    names = drive_files(frequency, about["drive_unit"], inverse == "paper", plots)
+    check_output(output, CERTIFICATE, names)
+    measured = None if recording is None else read_recording(recording)
+    if measured is not None:
+        check_units(about, measured)
     folder = output_folder(output)
     used = ecdl
     fitted = None
     if inverse == "paper":
         report_step("identifying the inverse")
-        used, fitted = _identify_inverse(ecdl, about, identified, recording, report_step)
+        used, fitted = _identify_inverse(ecdl, about, identified, measured, report_step)
     made = []
     for target in targets:
         report_step(f"{target.excitation_hz:g} Hz")
@@ -193,8 +216,13 @@ def compensate_into(
     for drive, band in zip(report["drives"], bands, strict=True):
         drive["nonlinearity_band"] = band
     report["notes"] += [] if note is None else [note]
-    written = _write_drives(
-        folder, made, about, report, used if inverse == "paper" else None, plots
+    report |= dict(more or {})
+    bounds = identified.limits() if allowed is None else allowed
+    waves = generator_waveforms(made, about["drive_unit"], bounds)
+    if not waves:
+        report["notes"].append(f"no generator file: the drive is in {about['drive_unit']}, not V.")
+    written = write_drives(
+        folder, made, about, report, used if inverse == "paper" else None, plots, waves
     )
     return made, report, about["drive_unit"], written
 
@@ -205,7 +233,7 @@ def _check_positive(value: float) -> None:
 
 
 def _identify_inverse(
-    ecdl: Any, about: dict[str, Any], identified: Any, path: Path | None, report_step: Any
+    ecdl: Any, about: dict[str, Any], identified: Any, data: Any, report_step: Any
 ) -> Any:
     """The paper's inverse operator, identified on a recording or on the model's own response."""
     from fitting.identification.inverse._identify_inverse import (
@@ -213,15 +241,13 @@ def _identify_inverse(
         identify_inverse,
         swapped_model,
     )
-    from rapi_jax.io import read_recording
 
-    if path is None:
+    if data is None:
         swapped = swapped_model(ecdl, identified, about["response_unit"], about["drive_unit"])
         result = fit_inverse(swapped, ecdl.operator, throw=False, progress=report_step)
     else:
         from fitting import fit
 
-        data = read_recording(path)
         forward = fit(
             ecdl, data, starts=1, guess=False, hold_out=False, throw=False, progress=report_step
         )
@@ -235,6 +261,7 @@ def _certificate_report(
     import dataclasses
 
     from fitting._versions import package_versions
+    from fitting.commands.shared.files._drive_files import file_stem
 
     notes, trusted = [], about.get("trusted", False)
     if not trusted:
@@ -251,7 +278,8 @@ def _certificate_report(
         "limits_from": "identification" if limits is None else "file",
         "identified": identified.to_dict(),
         "drives": [
-            one.to_dict() | {"file": f"{_stem(one)}.csv", "nonlinearity": _nonlinearity(one, ecdl)}
+            one.to_dict()
+            | {"file": f"{file_stem(one.drive.rate)}.csv", "nonlinearity": _nonlinearity(one, ecdl)}
             for one in made
         ],
         "claim": about.get("claim"),
@@ -293,63 +321,6 @@ def _expected(claim: dict[str, Any] | None) -> dict[str, Any] | None:
     noise = claim["noise"]
     without = {name: max(claim[name] ** 2 - noise**2, 0.0) ** 0.5 for name in ("rms", "high")}
     return without | {"low": 0.0, "unit": claim["unit"]}
-
-
-def _stem(one: Any) -> str:
-    return f"drive_{one.drive.rate:g}Hz"
-
-
-def _write_drives(
-    folder: Path,
-    made: list[Any],
-    about: dict[str, Any],
-    report: dict[str, Any],
-    inverse: Any,
-    plots: bool,
-) -> list[Path]:
-    from fitting._json import json_text
-    from fitting._result_files import begin_result, hash_files
-    from fitting.report import save_figure
-    from fitting.report.compensation._page import PAGE, render_page
-    from rapi_jax import AfgWaveform, Recording, Run
-    from rapi_jax.io import write_afg, write_atomic, write_drive, write_model, write_recording
-
-    written: list[Path] = []
-    kinds = ("csv", "afg", "nc")
-    names = [f"{_stem(one)}.{kind}" for one in made for kind in kinds]
-    names += ["inverse.rapi"] * (inverse is not None) + ["compensation.png", PAGE] * plots
-    earlier = begin_result(folder, "certificate.json", names)  # no certificate, no drive
-    for one in made:
-        paths = [folder / f"{_stem(one)}.{kind}" for kind in kinds]
-        pair = Recording(
-            (Run(one.drive, one.target.value, _stem(one)),),
-            response_unit=about["response_unit"],
-            drive_unit=about["drive_unit"],
-            response_origin="run",
-            provenance={"response": "the scan asked for", "inverse": one.inverse},
-        )
-        write_drive(one.drive, paths[0])
-        write_afg(AfgWaveform.of(one.drive), paths[1])
-        write_recording(pair, paths[2])
-        written += paths
-    if inverse is not None:
-        write_model(
-            folder / "inverse.rapi",
-            inverse,
-            response_unit=about["drive_unit"],
-            drive_unit=about["response_unit"],
-        )
-        written.append(folder / "inverse.rapi")
-    if plots:
-        from rapi_jax import plot
-
-        figure = plot.compensation(made, about["response_unit"], about["drive_unit"])
-        written.append(save_figure(figure, folder / "compensation.png"))
-        write_atomic(folder / PAGE, render_page(report, written[-1].read_bytes()))
-        written.append(folder / PAGE)
-    report["files"] = hash_files(written) | earlier
-    write_atomic(folder / "certificate.json", json_text(report))
-    return [*written, folder / "certificate.json"]
 
 
 def _table(made: list[Any], unit: str) -> Any:

@@ -55,6 +55,7 @@ def demo(
 
     from .run import DONE, UNTRUSTED
 
+    _check_output(output)
     folder = output_folder(output)
     with progress("demo", json) as report_step:
         report_step("scanning the simulated laser with triangles")
@@ -130,6 +131,16 @@ def demo(
             markup=False,
         )
     return DONE if result.verdict.trusted else UNTRUSTED
+
+
+def _check_output(folder: Path) -> None:
+    """Refuse a folder with a model or recordings that no demo wrote. Raises `OutputError`."""
+    from fitting._result_files import check_output
+    from fitting.commands.shared.files._measured_output import check_recording_output
+
+    check_output(folder, "model.json")
+    for name in ("recording", "compensated"):
+        check_recording_output(folder / name)
 
 
 def _scan_second_laser(seed: int) -> Any:

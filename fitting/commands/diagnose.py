@@ -1,6 +1,6 @@
 """`rapi diagnose`: where a model departs from a device, and which effect it lacks."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -57,14 +57,19 @@ def diagnose(
         Print `diagnosis.json` on standard output (a list with several recordings), or
         `comparison.json`.
     """
+    options = dict(locals())
     several = [recording, *recordings]
     _check_options(len(several), compare, effects)
+    from fitting._result_files import check_output
     from fitting.batch.jobs._find import name_jobs
+    from fitting.commands.run import BAD_DATA, DONE, failing_alone
     from fitting.commands.shared._about import describe_recording, estimate_seconds
+    from fitting.commands.shared._limits import check_limits_unit
     from fitting.commands.shared._model import load_model
     from fitting.commands.shared._out import console, output_folder, print_json, read_json
     from fitting.commands.shared._plugins import plugin_effects, plugin_operators
     from fitting.commands.shared._progress import progress
+    from fitting.commands.shared.files._provenance import provenance
     from rapi_jax.effects import ALL
     from rapi_jax.io import read_limits, read_recording
 
@@ -77,18 +82,29 @@ def diagnose(
     read = [read_recording(path, nan=nan) for path in several]  # all, before the first is judged
     for data in read:
         check_model_units(about, data)
-    folder = output_folder(output)
+        check_limits_unit(bounds, limits, data.drive_unit)
+    names = name_jobs(several)
+    more = {"provenance": provenance("rapi diagnose", options, ("recording", "recordings"))}
     if compare:
-        names = name_jobs(several)
-        return _compare_into(read, folder, names, ecdl, candidates, effects, json)
+        check_output(output, "comparison.json", ["report.html"])
+        folder = output_folder(output)
+        return _compare_into(read, folder, names, ecdl, candidates, effects, json, more)
+    places = [output / name if recordings else output for name in names]
+    for place in places:
+        check_output(place, "diagnosis.json", ["model.rapi", "report.html"])
+    output_folder(output)
+    failed: list[str] = []
     reports: list[dict[str, Any]] = []
     out = console(json)
-    for name, data in zip(name_jobs(several), read, strict=True):
-        place = output_folder(folder / name) if recordings else folder
+    for name, place, data in zip(names, places, read, strict=True):
         seconds = estimate_seconds(data, "diagnose")
         about = describe_recording(data, seconds)
         label = f"diagnosing {name}" if recordings else "diagnosing"
-        with progress(label, json, about=about, expected_s=seconds) as say:
+        with (
+            failing_alone(name, failed, alone=not recordings),
+            progress(label, json, about=about, expected_s=seconds) as say,
+        ):
+            output_folder(place)
             written = diagnose_into(
                 data,
                 place,
@@ -98,7 +114,10 @@ def diagnose(
                 limits=bounds,
                 scan=scan,
                 report_step=say,
+                more=more,
             )
+        if failed[-1:] == [name]:
+            continue
         reports.append(read_json(written[0]))
         if not json:
             from fitting.report.diagnosis._terminal import render_lines
@@ -109,7 +128,7 @@ def diagnose(
             out.print(f"written to {place}: {', '.join(p.name for p in written)}", markup=False)
     if json:
         print_json(reports if recordings else reports[0])
-    return 0
+    return BAD_DATA if failed else DONE
 
 
 def _check_options(count: int, compare: bool, effects: bool) -> None:
@@ -132,6 +151,7 @@ def _compare_into(
     candidates: Sequence[Any],
     effects: bool,
     json: bool,
+    more: Mapping[str, Any],
 ) -> int:
     """What changed between two recordings, called `names`; its files in `folder`."""
     from fitting.commands.shared._out import console, print_json, read_json
@@ -142,7 +162,7 @@ def _compare_into(
         found = compare(
             pair[0], pair[1], ecdl=ecdl, effects=effects, candidates=candidates, progress=say
         )
-        written = found.save(folder, names=(names[0], names[1]))
+        written = found.save(folder, names=(names[0], names[1]), more=more)
     if json:
         print_json(read_json(written[0]))
         return 0
@@ -164,12 +184,16 @@ def diagnose_into(
     limits: Any,
     scan: bool,
     report_step: Callable[[str], None] | None = None,
+    more: Mapping[str, Any] | None = None,
 ) -> list[Path]:
-    """Diagnose a recording, called `name`, by the options of the command; its files in `folder`."""
+    """Diagnose a recording, called `name`, by the options of the command; its files in `folder`.
+
+    `more`: further keys of `diagnosis.json`.
+    """
     from fitting.diagnosis import diagnose as run
 
     report = run(ecdl, data, candidates=candidates, limits=limits, scan=scan, progress=report_step)
-    return report.save(folder, name=name)
+    return report.save(folder, name=name, more=more)
 
 
 def check_model_units(about: dict[str, Any] | None, data: Any) -> None:

@@ -1,13 +1,14 @@
 """`rapi fit`: identify a model from each of some recordings, or check the claim of one."""
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from cyclopts import CycloptsError, Parameter, validators
 
 from fitting.commands.shared._intervals import (
+    POSTERIOR,
     Intervals,
     check_intervals,
     find_intervals,
@@ -101,9 +102,10 @@ def fit(
         Print `model.json` (`check.json` with `--check`; a list with several recordings) on standard
         output, and messages on standard error.
     """
+    options = dict(locals())
     if check is not None:
-        _refuse_unused(locals())
-        return _check_claim(recording, check, output, nan, plugin, json)
+        _refuse_unused(options)
+        return _check_claim(recording, check, output, nan, plugin, json, options)
     if output is None:
         raise CycloptsError(msg="--output is missing.", command_chain=("fit",))
     check_intervals(intervals, loss)
@@ -112,24 +114,33 @@ def fit(
     from fitting.commands.shared._out import console, output_folder, print_json, read_json
     from fitting.commands.shared._plugins import find_operator
     from fitting.commands.shared._progress import progress
+    from fitting.commands.shared.files._provenance import provenance
     from rapi_jax.io import read_recording
 
-    from .run import DONE, UNTRUSTED, fail
+    from .run import BAD_DATA, DONE, UNTRUSTED, fail, failing_alone
 
     several = [recording, *recordings]
     kind = find_operator(operator, plugin)
     read = [read_recording(path, nan=nan) for path in several]  # all, before the first is fitted
-    folder = output_folder(output)
+    places = [output / name if recordings else output for name in name_jobs(several)]
+    for place in places:
+        check_fit_output(place, plots=plots, intervals=intervals)
+    output_folder(output)
+    about = {"provenance": provenance("rapi fit", options, ("recording", "recordings"))}
     tables: list[dict[str, Any]] = []
     notes: dict[str, Any] = {}
     out = console(json)
-    trusted = True
-    for name, data in zip(name_jobs(several), read, strict=True):
-        place = output_folder(folder / name) if recordings else folder
+    trusted, failed = True, []
+    for place, data in zip(places, read, strict=True):
+        name = place.name
         seconds = estimate_seconds(data, "fit")
-        about = describe_recording(data, seconds)
+        begun = describe_recording(data, seconds)
         label = f"fitting {name}" if recordings else "fitting"
-        with progress(label, json, about=about, expected_s=seconds) as report_step:
+        with (
+            failing_alone(name, failed, alone=not recordings),
+            progress(label, json, about=begun, expected_s=seconds) as report_step,
+        ):
+            output_folder(place)
             result, written = identify_into(
                 data,
                 place,
@@ -146,7 +157,10 @@ def fit(
                 plots=plots,
                 intervals=intervals,
                 report_step=report_step,
+                more=about,
             )
+        if failed[-1:] == [name]:
+            continue
         ends, refused = (None, []) if intervals is None else written_intervals(written[0])
         for reason in refused:
             fail("no intervals", reason)
@@ -169,7 +183,16 @@ def fit(
         out.rule("notes")
         for line in fold_notes(notes):
             out.print(f"  - {line}", markup=False)
-    return DONE if trusted else UNTRUSTED
+    return BAD_DATA if failed else DONE if trusted else UNTRUSTED
+
+
+def check_fit_output(folder: Path, *, plots: bool, intervals: Intervals | None) -> None:
+    """Refuse an output folder in which a fit would write over what is not of an earlier one."""
+    from fitting._result_files import check_output
+    from fitting.report.fit._files import MODEL, PAGE, PICTURES, TABLE
+
+    others = [POSTERIOR] if intervals == "posterior" else []
+    check_output(folder, TABLE, [MODEL, *((*PICTURES, PAGE) if plots else ()), *others])
 
 
 def identify_into(
@@ -181,9 +204,13 @@ def identify_into(
     plots: bool,
     intervals: Intervals | None = None,
     report_step: Callable[[str], None] | None = None,
+    more: Mapping[str, Any] | None = None,
     **settings: Any,
 ) -> tuple[Any, list[Path]]:
-    """Identify a model by the options of the command: the result, and its files in `folder`."""
+    """Identify a model by the options of the command: the result, and its files in `folder`.
+
+    `more`: further keys of `model.json`.
+    """
     from fitting.identification._identify import identify
     from fitting.report import write_fit
 
@@ -192,7 +219,7 @@ def identify_into(
         data, each=structures, operator=kind, throw=False, progress=report_step, **settings
     )
     found = None if intervals is None else find_intervals(result, intervals, report_step)
-    more = {} if found is None else found.table
+    more = dict(more or {}) | ({} if found is None else found.table)
     files = {} if found is None else found.files
     return result, write_fit(result, folder, plots=plots, more=more, files=files)
 
@@ -216,21 +243,33 @@ def _refuse_unused(values: dict[str, Any]) -> None:
 
 
 def _check_claim(
-    recording: Path, result: Path, output: Path | None, nan: Any, plugin: Plugins, json: bool
+    recording: Path,
+    result: Path,
+    output: Path | None,
+    nan: Any,
+    plugin: Plugins,
+    json: bool,
+    options: dict[str, Any],
 ) -> int:
     """Hold a recording against the claim of a model, or the certificate of drives."""
     from fitting._json import json_text
+    from fitting._result_files import check_output
     from fitting.commands.shared._out import console, output_folder, print_json
     from fitting.commands.shared._progress import progress
+    from fitting.commands.shared.files._provenance import provenance
     from fitting.report import render_claim_check
     from rapi_jax.io import read_recording, write_atomic
 
     from .run import DONE, UNTRUSTED
 
+    if output is not None:
+        check_output(output, "check.json")
     data = read_recording(recording, nan=nan)
     with progress("checking", json):
         found = _hold_against(result, data, plugin)
+    about = provenance("rapi fit --check", options, ("recording", "check"))
     content = found.to_dict() | {"result": str(result), "data_sha256": data.sha256()}
+    content |= {"provenance": about}
     if output is not None:
         write_atomic(output_folder(output) / "check.json", json_text(content))
     if json:

@@ -54,10 +54,11 @@ def measure(
     json
         Print one JSON object on standard output.
     """
-    from fitting._result_files import check_belongs
+    from fitting._result_files import check_belongs, check_drive_unit
     from fitting.commands.shared._out import console, output_folder, print_json, write_sent
     from fitting.commands.shared._plugins import load_plugins, plugin_classes
     from fitting.commands.shared._progress import progress
+    from fitting.commands.shared.files._measured_output import check_recording_output
     from hardware import (
         AbstractDriver,
         check_against_bench,
@@ -75,6 +76,7 @@ def measure(
     several = []
     for path in (drive, *drives):
         check_belongs(path)
+        check_drive_unit(path)
         one = repeated(read_drive(path, waveform=waveform), periods)
         with located(printable(path)):
             several += check_against_bench(one, file)
@@ -85,6 +87,7 @@ def measure(
             simulated.measure(several)
         write_sent(rehearsed.sent(), output, out)
         return 0
+    check_recording_output(output)
     output_folder(output.parent)  # now, not after a long measurement
     folder = None if raw is None else output_folder(raw)
     with (

@@ -7,6 +7,8 @@ from cyclopts import Parameter
 
 from fitting.commands.shared._plugins import Plugins
 
+LIST, PICTURE = "prediction.json", "predictions.png"
+
 
 def predict(
     model: Path,
@@ -23,9 +25,9 @@ def predict(
     RECORDING may also be one drive without a response: a CSV file with the columns `time_s,drive`
     that holds one period, as `rapi compensate` writes it.
 
-    Writes `<run>.csv` with the columns `time_s,drive,response,predicted` for each run. The origin
-    of the response is the model's; where the recording gives every run its own, it is taken from
-    the run's mean.
+    Writes `<run>.csv` with the columns `time_s,drive,response,predicted` for each run, and
+    `prediction.json`. The origin of the response is the model's; where the recording gives every
+    run its own, it is taken from the run's mean.
 
     Parameters
     ----------
@@ -45,16 +47,24 @@ def predict(
     json
         Print the errors of each run as JSON on standard output.
     """
+    options = dict(locals())
+    from fitting._json import json_text, replace_nonfinite
+    from fitting._result_files import begin_result, check_output, hash_files
     from fitting.commands.shared._model import load_model
     from fitting.commands.shared._out import console, output_folder, print_json
     from fitting.commands.shared._plugins import plugin_effects, plugin_operators
     from fitting.commands.shared._progress import progress
+    from fitting.commands.shared.files._provenance import provenance
+    from rapi_jax.io import write_atomic
 
     ecdl, about = load_model(model, plugin_effects(plugin), plugin_operators(plugin))
     data = _read(recording, about, nan)
+    names = [f"{run.name}.csv" for run in data.runs] + [PICTURE] * plots
+    check_output(output, LIST, names)
     with progress("predicting", json):
         rows, series = _predict_runs(ecdl, about, data)
     folder = output_folder(output)
+    earlier = begin_result(folder, LIST, names)
     written = _write_predictions(folder, data, series, plots)
     report = {
         "schema": "rapi.prediction/1",
@@ -62,13 +72,17 @@ def predict(
         "runs": rows,
         "files": [path.name for path in written],
         "data_sha256": data.sha256(),
+        "provenance": provenance("rapi predict", options, ("model", "recording")),
     }
+    listed = report | {"files": hash_files(written) | earlier}
+    write_atomic(folder / LIST, json_text(replace_nonfinite(listed)))
     if json:
         print_json(report)
         return 0
     out = console(json)
     out.print(_table(rows, data.response_unit))
-    out.print(f"written to {folder}: {', '.join(path.name for path in written)}", markup=False)
+    files = ", ".join([*(path.name for path in written), LIST])
+    out.print(f"written to {folder}: {files}", markup=False)
     return 0
 
 
@@ -161,7 +175,7 @@ def _write_predictions(folder: Path, data: Any, series: list[Any], plots: bool) 
     if plots:
         from rapi_jax import plot
 
-        written.append(save_figure(plot.predictions(data, series), folder / "predictions.png"))
+        written.append(save_figure(plot.predictions(data, series), folder / PICTURE))
     return written
 
 

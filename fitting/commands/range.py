@@ -1,6 +1,6 @@
 """`rapi range`: distance and velocity of a target from a folder of fringe records."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -47,13 +47,17 @@ def range_command(
     json
         Print `range.json` on standard output, and messages on standard error.
     """
+    options = dict(locals())
+    from fitting._result_files import check_output
     from fitting.commands.shared._out import console, output_folder, print_json, read_json
+    from fitting.commands.shared.files._provenance import provenance
     from rapi_jax.io import printable, read_fringe_records
 
     from .run import BAD_DATA, DONE, fail
 
     check_expected(expected)
     read = read_fringe_records(records)
+    check_output(output, "range.json", ["range.csv", "report.html"] + ["range.png"] * plots)
     folder = output_folder(output)
     with _live(read, shown=not json) as on_part:
         found, content, written = range_into(
@@ -65,6 +69,7 @@ def range_command(
             expected=expected,
             plots=plots,
             on_part=on_part,
+            more={"provenance": provenance("rapi range", options, ("records",))},
         )
     if json:
         print_json(read_json(written[0]))
@@ -102,10 +107,11 @@ def range_into(
     expected: tuple[float, float] | None,
     plots: bool,
     on_part: Callable[[Any], None] = lambda part: None,
+    more: Mapping[str, Any] | None = None,
 ) -> tuple[Any, dict[str, Any], list[Path]]:
     """Range a target by the options of the command: what was found, its JSON, the files written.
 
-    `name`: of the records, as the page shows it.
+    `name`: of the records, as the page shows it. `more`: further keys of `range.json`.
     """
     import time
 
@@ -126,6 +132,7 @@ def range_into(
         seconds=time.monotonic() - began,
         name=name,
     )
+    content |= dict(more or {})
     return found, content, write_range(found, content, folder, plots=plots)
 
 

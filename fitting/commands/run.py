@@ -1,22 +1,30 @@
 """Running a command: exit codes, one-line errors, interrupts."""
 
 import _thread  # noqa: PLC2701 (of the standard library)
+import contextlib
+import errno
+import io
 import os
 import sys
 import threading
 import traceback
+from collections.abc import Iterator
 from typing import Any, NoReturn
 
 from cyclopts import App, CycloptsError, MissingArgumentError, UnusedCliTokensError
 
 DONE, INTERNAL, USAGE, BAD_DATA, UNTRUSTED, PARTLY_FAILED, INSTRUMENT = 0, 1, 2, 3, 4, 5, 6
 INTERRUPTED = 130
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
+_PLATFORM = "Unable to initialize backend"  # what JAX says of a name in JAX_PLATFORMS
+_LONGEST = 1500  # characters of an error: more than any sentence of ours, less than a page
 
 
 def one_line(message: object) -> str:
-    """`message` on one line, with nothing in it that a terminal would obey."""
-    line = " ".join(str(message).split())
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+    """`message` on one line, cut where it is very long, with nothing that a terminal would obey."""
+    line = " ".join(str(message)[: 2 * _LONGEST].split())
+    safe = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+    return safe if len(safe) <= _LONGEST else f"{safe[: _LONGEST - 3]}..."
 
 
 def fail(kind: str, message: object, console: Any = None) -> None:
@@ -25,7 +33,8 @@ def fail(kind: str, message: object, console: Any = None) -> None:
     from rich.text import Text
 
     line = Text.assemble((f"{kind}: ", "bold red"), one_line(message))
-    (console or Console(stderr=True)).print(line, soft_wrap=True, highlight=False)
+    with contextlib.suppress(OSError):  # nobody reads it, or the device is full: the code says it
+        (console or Console(stderr=True)).print(line, soft_wrap=True, highlight=False)
 
 
 def _usage_message(error: CycloptsError) -> str:
@@ -46,17 +55,26 @@ def run(app: App, arguments: list[str]) -> int:
     as_json = "--json" in arguments
     try:
         code = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+        sys.stdout.flush()  # here, where a full device is still told
     except CycloptsError as error:
         return _conclude(USAGE, "usage", _usage_message(error), as_json)
     except KeyboardInterrupt:
         message = "no file is half-written; run it again to go on."
         return _conclude(INTERRUPTED, "interrupted", message, as_json)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # the reader has what it wants
+        _discard_output()
         return DONE
     except Exception as error:
+        if isinstance(error, OSError) and error.errno in _FULL and error.filename is None:
+            _discard_output()  # what is left in the buffer would fail again at the end
         return _report_error(error, as_json)
     return code if isinstance(code, int) else DONE
+
+
+def _discard_output() -> None:
+    """Send what is still to be written to standard output nowhere."""
+    with contextlib.suppress(OSError, ValueError):  # in a test it may be no file
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def run_and_leave(app: App, arguments: list[str]) -> NoReturn:
@@ -67,6 +85,9 @@ def run_and_leave(app: App, arguments: list[str]) -> NoReturn:
     compilation cut off half-way, that often ends in a segmentation fault.
     """
     sys.unraisablehook = _resend_interrupt
+    for stream in (sys.stdout, sys.stderr):  # letters that a terminal lacks are escaped
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     code = run(app, arguments)
     if code != INTERRUPTED:
         sys.exit(code)
@@ -94,6 +115,24 @@ def _conclude(code: int, kind: str, message: str, as_json: bool) -> int:
     return code
 
 
+@contextlib.contextmanager
+def failing_alone(name: str, failed: list[str], *, alone: bool) -> Iterator[None]:
+    """Report a failure of one recording of several in one line, so that the others are done.
+
+    `name`: of the recording, appended to `failed` then. `alone`: whether it is the only one; its
+    failure is raised. So is what would fail the others alike, such as a full disk.
+    """
+    from rapi_jax import DataError, ModelError
+
+    try:
+        yield
+    except (DataError, ModelError) as error:
+        if alone:
+            raise
+        failed.append(name)
+        fail("bad data", f"{name}: {error}")
+
+
 def _report_error(error: Exception, as_json: bool) -> int:
     """The exit code for `error`, which is told in one line."""
     code, kind, message = explain_error(error)
@@ -107,7 +146,8 @@ def explain_error(error: Exception) -> tuple[int, str, str]:
     from fitting.batch.jobs._job import BatchError
     from fitting.commands.shared._model import UntrustedModel
     from rapi_jax import DataError, LimitError, ModelError, NotInvertible
-    from rapi_jax.io import OutputError
+    from rapi_jax.internal import cause
+    from rapi_jax.io import OutputError, printable
 
     if isinstance(error, UntrustedModel):
         return UNTRUSTED, "not to be trusted", str(error)
@@ -117,13 +157,27 @@ def explain_error(error: Exception) -> tuple[int, str, str]:
         return BAD_DATA, "no inverse", str(error)
     if isinstance(error, DataError | ModelError):
         return BAD_DATA, "bad data", str(error)
-    if isinstance(error, OutputError | FileNotFoundError | PermissionError | IsADirectoryError):
+    if isinstance(error, OutputError):
         return BAD_DATA, "cannot read or write", str(error)
+    if isinstance(error, OSError) and not isinstance(error, ConnectionError | TimeoutError):
+        what = "standard output" if error.filename is None else printable(error.filename)
+        cure = "Check the path, the space that is free and the disk."
+        return BAD_DATA, "cannot read or write", f"{what}: {cause(error)}. {cure}"
     if isinstance(error, BatchError):
         return BAD_DATA, "batch", str(error)
     hardware = sys.modules.get("hardware")  # not loaded: no instrument was asked
     if hardware is not None and isinstance(error, hardware.InstrumentError):
         return INSTRUMENT, "instrument", str(error)
+    if isinstance(error, RuntimeError) and _PLATFORM in str(error):
+        where = f"JAX_PLATFORMS={printable(os.environ.get('JAX_PLATFORMS', ''), 60)}"
+        cure = f"Unset it, or name a platform that is there, such as cpu ({where})."
+        return USAGE, "usage", f"JAX has no such platform ({printable(cause(error), 200)}). {cure}"
+    if isinstance(error, ValueError) and "embedded null byte" in str(error):
+        return (
+            BAD_DATA,
+            "cannot read or write",
+            "a path has a NUL in it. Check the paths.",
+        )
     if isinstance(error, MemoryError):
         cure = "this recording does not fit; split it, or use fewer samples a period."
         return INTERNAL, "out of memory", cure

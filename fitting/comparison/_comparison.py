@@ -2,6 +2,7 @@
 
 import dataclasses
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -247,13 +248,22 @@ class Comparison:
 
         return render_page(self.to_dict())
 
-    def save(self, folder: str | os.PathLike[str], *, names: tuple[str, str] = ("", "")) -> list:
-        """Write `comparison.json` and `report.html` to `folder`; `names`: of the recordings."""
+    def save(
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        names: tuple[str, str] = ("", ""),
+        more: Mapping[str, Any] | None = None,
+    ) -> list:
+        """Write `comparison.json` and `report.html` to `folder`; `names`: of the recordings.
+
+        `more`: further keys of `comparison.json`.
+        """
         from fitting.report.comparison._files import write_comparison
 
         path = Path(folder)
         path.mkdir(parents=True, exist_ok=True)
-        return write_comparison(self.to_dict(), path, names=names)
+        return write_comparison(self.to_dict(), path, names=names, more=more)
 
     def summary(self) -> str:
         """The comparison in a few lines, for people."""

@@ -78,13 +78,22 @@ class Diagnosis:
 
         return render_page(self.to_dict(), self.labels)
 
-    def save(self, folder: str | os.PathLike[str], *, name: str = "") -> list[Path]:
-        """Write `diagnosis.json`, `report.html` and the loadable model to `folder`."""
+    def save(
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        name: str = "",
+        more: Mapping[str, Any] | None = None,
+    ) -> list[Path]:
+        """Write `diagnosis.json`, `report.html` and the loadable model to `folder`.
+
+        `name`: of the recording. `more`: further keys of `diagnosis.json`.
+        """
         from fitting.report.diagnosis._files import write_diagnosis
 
         path = Path(folder)
         path.mkdir(parents=True, exist_ok=True)
-        return write_diagnosis(self, path, name=name)
+        return write_diagnosis(self, path, name=name, more=more)
 
     def summary(self) -> str:
         """The diagnosis in a few lines, for people."""

@@ -1,6 +1,5 @@
 """`bench.toml`: where the instruments are, and the limits of what they drive."""
 
-import tomllib
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal
@@ -13,7 +12,7 @@ from hardware.digitizer._base import AbstractDigitizerTable
 from hardware.generator._base import AbstractGeneratorTable
 from hardware.laser._base import AbstractLaserTable
 from rapi_jax import DataError, DriveLimits
-from rapi_jax.internal import SPEED_OF_LIGHT, StrPath, cause, located, read_text
+from rapi_jax.internal import SPEED_OF_LIGHT, StrPath, located, read_toml
 from rapi_jax.io import printable
 from rapi_jax.ranging import AirState
 
@@ -100,10 +99,10 @@ def read_bench(path: StrPath, *, drivers: Iterable[Driver] = ()) -> BenchFile:
     `drivers`: classes beside those of this package that the file may name by their `kind`.
     """
     known = collect_drivers(drivers)
-    with located(printable(path)):
-        table = {}
+    label = printable(path)
+    table = read_toml(Path(path), label)
+    with located(label):
         try:
-            table = tomllib.loads(read_text(Path(path)))
             found = BenchFile.model_validate(table, context={"drivers": known})
             found.limits.of()
             if found.air is not None:
@@ -111,8 +110,6 @@ def read_bench(path: StrPath, *, drivers: Iterable[Driver] = ()) -> BenchFile:
             if found.amplifier.gain == 0:
                 raise DataError("`amplifier.gain` must not be zero.")
             return found
-        except tomllib.TOMLDecodeError as error:
-            raise DataError(f"not a TOML file ({cause(error)}).") from error
         except pydantic.ValidationError as error:
             first = error.errors()[0]
             where = _path(first["loc"], table)

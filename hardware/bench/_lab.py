@@ -188,6 +188,9 @@ class LabBench(AbstractBench, ClosesOnExit):
             "history": "; ".join(self.history),
         }
         undone = getattr(self._channel, "undone", ())
+        found_on = getattr(self._channel, "found_on", "")
+        if found_on:
+            settings["generator_found_on"] = f"{found_on}; it was parked and switched off"
         if undone:
             settings["generator_undone"] = ", ".join(undone)
         if self._laser is not None:

@@ -36,6 +36,7 @@ class AfgChannel(AbstractOutput, AbstractReadBack):
     - `limits`: as given, narrowed to what the instrument can set. Every check is against these.
     - `on`: whether the output may be on. `loaded`: what will be played, `None` at first.
     - `undone`: settings that another user had left, and that were brought into order.
+    - `found_on`: what an output that was found on played, before it was parked; else empty.
     """
 
     def __init__(
@@ -59,6 +60,7 @@ class AfgChannel(AbstractOutput, AbstractReadBack):
         self.on = False
         self.loaded: AfgWaveform | None = None
         self.undone: tuple[str, ...] = ()
+        self.found_on = ""
         self.resource = port.scpi.resource
         self._port = port
         self._trigger = trigger
@@ -75,6 +77,9 @@ class AfgChannel(AbstractOutput, AbstractReadBack):
         port, limits = self._port, self.limits
         self.undone = leave_sequence_mode(port) + require_states(port, COUPLINGS)
         self.on = port.output()
+        if self.on:
+            levels, hertz = port.levels(), port.frequency()
+            self.found_on = f"{levels.low_v:g} to {levels.high_v:g} V at {hertz:g} Hz"
         self.off()
         port.switch(False)
         self.undone += require_states(port, CONTINUOUS)

@@ -127,6 +127,10 @@ class AfgPort:
         if not abs(read - hertz) <= near * hertz + near:
             raise self._differs(commands.FREQUENCY, f"{read:g}", commands.hertz(hertz))
 
+    def frequency(self) -> float:
+        """Periods a second as the instrument has them, Hz."""
+        return self._read(commands.FREQUENCY)
+
     def upload(self, codes: np.ndarray) -> None:
         """Fill this channel's memory; the length is read back."""
         content = commands.block(codes)

@@ -3,7 +3,7 @@
 import abc
 
 from hardware._closes import ClosesOnExit
-from hardware._errors import timed_out
+from hardware._errors import LinkError, timed_out
 from hardware.links import _reply
 from hardware.links._link import AbstractLink, Received
 from hardware.links._synchronisation import Synchronisation
@@ -58,8 +58,8 @@ class VisaLaserLink(AbstractLaserLink):
     After a failure nothing that still comes is trusted: the next command connects again.
     """
 
-    def __init__(self, link: AbstractLink, *, timeout_s: float = 2.0) -> None:
-        """`timeout_s`: for one command and its answer, s."""
+    def __init__(self, link: AbstractLink, *, timeout_s: float = 2.0, token: str = "") -> None:
+        """`timeout_s`: for one command and its answer, s. `token`: of a bridge that asks for it."""
         if not 0 < timeout_s < float("inf"):
             raise ValueError(f"Argument `timeout_s` must be positive, but is {timeout_s}.")
         self._link = link
@@ -67,6 +67,7 @@ class VisaLaserLink(AbstractLaserLink):
         self.timeout_s = timeout_s
         self._synchronisation = Synchronisation(link.resource)
         self._pending = b""  # received, and not read yet
+        self._token, self._admitted = token, not token
 
     def now(self) -> float:
         """Time on the link's clock, s."""
@@ -83,6 +84,16 @@ class VisaLaserLink(AbstractLaserLink):
             if self._synchronisation.lost:
                 self._link.reconnect(deadline)
                 self._synchronisation.lost, self._pending = False, b""
+                self._admitted = not self._token
+            if not self._admitted:
+                self._link.send(f"TOKEN {self._token}\r\n".encode("ascii"), deadline)
+                if (said := self._line(deadline)) != "OK":
+                    raise LinkError(
+                        "The bridge did not take the token.",
+                        "Give `token` in the bench file's [laser], as `rapi bench bridge` has it.",
+                        said.encode("ascii", "replace"),
+                    )
+                self._admitted = True
             self._drop_strays(deadline)
             self._link.send(command.encode("ascii") + b"\r\n", deadline)
             while True:

@@ -45,6 +45,9 @@ class LaserThresholds:
     poll_s: float = threshold(
         0.05, unit="s", origin="between two queries whether a move is done; set by trial"
     )
+    wrong_token_s: float = threshold(
+        1.0, unit="s", origin="before a bridge answers a wrong token: slows down guessing"
+    )
     most_faults: int = threshold(
         100, unit="faults", origin="a longer queue is taken for one without end; set by trial"
     )

@@ -1,8 +1,10 @@
 """New Focus TLB-6700 controller with a TLB-6712 head."""
 
 import re
+from typing import Annotated
 
 import pydantic
+from pydantic import Field
 
 from hardware._driver import AbstractConnector, AbstractReadBack, Address, Backend, Table
 from hardware._errors import InstrumentError
@@ -11,7 +13,7 @@ from rapi_jax import LimitError
 
 from . import _commands as commands
 from ._base import AbstractLaser, AbstractLaserTable
-from ._limits import LaserLimits, Range
+from ._limits import LaserLimits
 from ._link import AbstractLaserLink, VisaLaserLink
 from ._thresholds import THRESHOLDS
 from ._vendor_dll import VendorDllLink
@@ -31,14 +33,21 @@ _SENSED = {
 _SOMEBODY = "See who else operates the controller; open the bench again, which puts it in order."
 
 
+_Finite = Annotated[float, Field(allow_inf_nan=False)]
+Listed = Annotated[tuple[_Finite, _Finite], Field(strict=False)]  # a list in TOML
+
+
+Token = Annotated[pydantic.SecretStr, Field(min_length=16, max_length=200, strict=False)]
+
+
 class LaserRanges(Table):
     """See `LaserLimits`."""
 
-    wavelength_nm: Range
-    piezo_percent: Range
-    current_ma: Range
-    diode_c: Range
-    cavity_c: Range
+    wavelength_nm: Listed
+    piezo_percent: Listed
+    current_ma: Listed
+    diode_c: Listed
+    cavity_c: Listed
 
     def of(self) -> LaserLimits:
         """As settings are checked against."""
@@ -51,6 +60,7 @@ class Tlb6700Table(AbstractLaserTable):
     resource: Address | None = None
     serial: Address | None = None
     backend: Backend = "@py"
+    token: Token | None = None  # of a bridge that asks for one; shown in no recording
     limits: LaserRanges
 
     @pydantic.model_validator(mode="after")
@@ -87,7 +97,8 @@ class TLB6700(AbstractLaser, AbstractReadBack):
         if table.resource is None and not connector.dry_run:
             return cls(VendorDllLink(table.serial or ""), limits=limits)
         link = connector.connect(table.resource or "", backend=table.backend)
-        return cls(VisaLaserLink(link), limits=limits)
+        token = "" if table.token is None else table.token.get_secret_value()
+        return cls(VisaLaserLink(link, token=token), limits=limits)
 
     def __init__(self, link: AbstractLaserLink, *, limits: LaserLimits | None) -> None:
         """`limits`: from the head's data sheet."""

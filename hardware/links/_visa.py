@@ -131,6 +131,10 @@ class VisaLink(AbstractLink):
                 self._socket = interface
             else:
                 self._sync = getattr(interface, "_sync", None)
+                self._lock(seconds)
+        except LinkError:
+            self.close()
+            raise
         except Exception as error:  # pyvisa-py raises bare exceptions where it cannot connect
             self.close()
             raise LinkError(
@@ -138,6 +142,25 @@ class VisaLink(AbstractLink):
                 "Check the address, that the instrument is on, and that a VISA library is there "
                 "(NI-VISA, or pyvisa-py with backend '@py').",
             ) from error
+
+    def _lock(self, seconds: float) -> None:
+        """Take the VISA lock, where library and instrument have one, for as long as this is open.
+
+        Raises `LinkError` where another program holds it.
+        """
+        import pyvisa
+        from pyvisa.constants import StatusCode
+
+        try:
+            self._visa.lock_excl(timeout=int(seconds * 1e3))
+        except pyvisa.VisaIOError as error:
+            if error.error_code in (StatusCode.error_resource_locked, StatusCode.error_timeout):
+                raise LinkError(
+                    "Another program holds the VISA lock of this instrument.",
+                    "End that program first: two would change each other's settings.",
+                ) from error
+        except (NotImplementedError, AttributeError):
+            return  # this library has none
 
     def _message(self, count: int, left: float) -> Received:
         from pyvisa.constants import StatusCode

@@ -1,35 +1,45 @@
 """An instrument behind HiSLIP, for `TCPIP::<address>::hislip0,<port>::INSTR`."""
 
-import contextlib
 import itertools
 import socket
-import struct
 import threading
-from collections.abc import Callable
 
 from . import _hislip_wire as wire
 from ._channel import Channel
 from ._hislip_wire import Kind, message
-from ._instrument import AbstractInstrument, Answer
+from ._instrument import AbstractInstrument
 from ._listener import LOOPBACK, AbstractListener
+from ._session import Session
+from ._shared import SharedInstrument
 from ._thresholds import THRESHOLDS
+
+_TOO_MANY, _INVALID_INITIALIZATION = 4, 3  # codes of a fatal error
 
 
 class HislipServer(AbstractListener):
-    """Serves one session after the other, by default to this computer alone.
+    """Serves each client's session in threads of its own, by default to this computer alone.
 
-    Synchronized mode of HiSLIP 1.0, without locks and service requests. Each answer says which
-    message it is to, so that a late one is never taken for the next; a new session ends the one
-    before. A context manager.
+    Synchronized mode of HiSLIP 1.0, with exclusive locks and without service requests. Each answer
+    says which message it is to, so that a late one is never taken for the next. A context manager.
     """
 
     def __init__(
-        self, instrument: AbstractInstrument, port: int = 0, *, host: str = LOOPBACK
+        self,
+        instrument: AbstractInstrument,
+        port: int = 0,
+        *,
+        host: str = LOOPBACK,
+        alone: bool = False,
     ) -> None:
-        """`port`: 0 for any that is free; `host`: the address to listen at."""
-        self._instrument = instrument
+        """`port`: 0 for any that is free; `host`: the address to listen at.
+
+        `alone`: one client at a time; another is refused while one is served.
+        """
+        self._instrument = SharedInstrument(instrument)
         self._numbers = itertools.cycle(range(1, 1 << 16))
-        self._session: _Session | None = None
+        self._sessions: dict[int, Session] = {}
+        self._changed = threading.Condition()  # sessions, and who holds the lock
+        self._alone = alone
         super().__init__(port, host=host)
 
     @property
@@ -37,120 +47,45 @@ class HislipServer(AbstractListener):
         """Its VISA address."""
         return f"TCPIP::{self.host}::hislip0,{self.port}::INSTR"
 
-    def close(self) -> None:
-        """Stop, and wait until all threads are done."""
-        super().close()
-        if self._session is not None:
-            self._session.end()
-
-    def _handle(self, connection: socket.socket) -> None:
-        self._admit(Channel(connection, self._stop))
-
-    def _admit(self, channel: Channel) -> None:
-        """A new connection says what it is: the first channel of a session, or its second."""
+    def _serve_client(self, connection: socket.socket) -> None:
+        """A connection is the first channel of a new session, or the second of one."""
+        channel = Channel(connection, self._stop)
         header, _ = channel.next(within_s=THRESHOLDS.first_message_s)
         if header.kind == Kind.INITIALIZE:
-            if self._session is not None:
-                self._session.end()
-            self._session = _Session(self._instrument, channel, next(self._numbers))
-            first = wire.VERSION << 16 | self._session.number
-            channel.send(message(Kind.INITIALIZE_RESPONSE, 0, first))
-        elif (
-            header.kind == Kind.ASYNC_INITIALIZE
-            and self._session is not None
-            and header.parameter == self._session.number
-        ):
+            self._serve_first(channel)
+            return
+        session = self._sessions.get(header.parameter)
+        if header.kind == Kind.ASYNC_INITIALIZE and session is not None and session.join(channel):
             channel.send(message(Kind.ASYNC_INITIALIZE_RESPONSE))
-            self._session.begin(channel)
+            session.ready.set()
+            session.serve_second()
         else:
-            channel.send(message(Kind.FATAL_ERROR, 3))
-            channel.close()
+            channel.send(message(Kind.FATAL_ERROR, _INVALID_INITIALIZATION))
 
-
-class _Session:
-    """Two channels to one client, each served by a thread of its own."""
-
-    def __init__(self, instrument: AbstractInstrument, first: Channel, number: int) -> None:
-        self.number = number
-        self._instrument = instrument
-        self._first = first
-        self._second: Channel | None = None
-        self._threads: list[threading.Thread] = []
-        self._cleared = threading.Event()  # what was asked before shall not be answered any more
-
-    def begin(self, second: Channel) -> None:
-        """Both channels are there."""
-        self._second = second
-        self._instrument.connected()
-        for serve, channel in ((self._synchronous, self._first), (self._asynchronous, second)):
-            thread = threading.Thread(target=self._guarded, args=(serve, channel), daemon=True)
-            self._threads.append(thread)
-            thread.start()
-
-    def end(self) -> None:
-        """Hang up, and wait for the threads."""
-        self._disconnect()
-        for thread in self._threads:
-            thread.join()
-
-    def _guarded(self, serve: Callable[[Channel], None], channel: Channel) -> None:
-        with contextlib.suppress(OSError, ValueError):  # a closed socket has no number to wait for
-            serve(channel)
-        self._disconnect()
-
-    def _disconnect(self) -> None:
-        for channel in (self._first, self._second):
-            if channel is not None:
-                channel.close()
-
-    def _synchronous(self, channel: Channel) -> None:
-        while True:
-            header, payload = channel.next()
-            if header.kind in (Kind.DATA, Kind.DATA_END):
-                if header.kind == Kind.DATA_END and not payload.endswith(b"\n"):
-                    payload += b"\n"  # the end of a message needs no newline here
-                for answer in self._instrument.feed(payload):
-                    if self._cleared.is_set():
-                        break
-                    self._send_answer(answer, header.parameter)
-            elif header.kind == Kind.CLEAR_COMPLETE:
-                self._cleared.clear()
+    def _serve_first(self, channel: Channel) -> None:
+        session = self._begin(channel)
+        if session is None:
+            channel.send(message(Kind.FATAL_ERROR, _TOO_MANY))
+            return
+        try:
+            channel.send(message(Kind.INITIALIZE_RESPONSE, 0, wire.VERSION << 16 | session.number))
+            if session.wait_for_second(self._stop):
                 self._instrument.connected()
-                channel.send(message(Kind.CLEAR_ACKNOWLEDGE))
-            elif header.kind != Kind.TRIGGER:
-                channel.send(message(Kind.ERROR, 1))
+                session.serve_first()
+        finally:
+            session.close()
+            with self._changed:
+                del self._sessions[session.number]
+                self._changed.notify_all()
 
-    def _send_answer(self, answer: Answer, number: int) -> None:
-        self._first.wait(answer.after_s, self._cleared)
-        if answer.data and not self._cleared.is_set():
-            room = wire.MOST - wire.SIZE
-            for at in range(0, len(answer.data), room):
-                part = answer.data[at : at + room]
-                last = at + room >= len(answer.data) and part.endswith(b"\n")
-                kind = Kind.DATA_END if last else Kind.DATA
-                self._first.send(message(kind, 0, number, part))
-        if answer.deaf:
-            self._first.wait(float("inf"), threading.Event())
-        if answer.hang_up:
-            raise ConnectionAbortedError
-
-    def _asynchronous(self, channel: Channel) -> None:
-        while True:
-            header, payload = channel.next()
-            if header.kind == Kind.ASYNC_MAXIMUM:
-                asked = int.from_bytes(payload, "big") if len(payload) == 8 else wire.MOST
-                size = struct.pack("!Q", min(asked, wire.MOST))
-                channel.send(message(Kind.ASYNC_MAXIMUM_RESPONSE, payload=size))
-            elif header.kind == Kind.ASYNC_CLEAR:
-                self._cleared.set()
-                channel.send(message(Kind.ASYNC_CLEAR_ACKNOWLEDGE))
-            elif header.kind == Kind.ASYNC_STATUS:
-                channel.send(message(Kind.ASYNC_STATUS_RESPONSE))
-            elif header.kind == Kind.ASYNC_REMOTE_LOCAL:
-                channel.send(message(Kind.ASYNC_REMOTE_LOCAL_RESPONSE))
-            elif header.kind == Kind.ASYNC_LOCK:
-                channel.send(message(Kind.ASYNC_LOCK_RESPONSE, 1))
-            elif header.kind == Kind.ASYNC_LOCK_INFO:
-                channel.send(message(Kind.ASYNC_LOCK_INFO_RESPONSE))
-            else:
-                channel.send(message(Kind.ERROR, 1))
+    def _begin(self, channel: Channel) -> Session | None:
+        """A new session; `None` where one is served alone and does not end."""
+        with self._changed:
+            if self._alone and not self._changed.wait_for(
+                lambda: not self._sessions, THRESHOLDS.handover_s
+            ):
+                return None
+            number = next(one for one in self._numbers if one not in self._sessions)
+            found = Session(number, channel, self._instrument, self._sessions, self._changed)
+            self._sessions[number] = found
+            return found

@@ -6,13 +6,14 @@ import time
 
 from ._instrument import AbstractInstrument, Answer
 from ._listener import LOOPBACK, AbstractListener
+from ._shared import SharedInstrument
 from ._thresholds import THRESHOLDS
 
 _QUICKACK = getattr(socket, "TCP_QUICKACK", None)  # Linux
 
 
 class TcpServer(AbstractListener):
-    """Serves one connection after the other, by default to this computer alone.
+    """Serves each client in a thread of its own, by default on this computer alone.
 
     Acknowledges at once: a small upload would otherwise stall for 44 ms, where a client waits for
     the acknowledgement of one piece before it sends the next. A context manager.
@@ -22,7 +23,7 @@ class TcpServer(AbstractListener):
         self, instrument: AbstractInstrument, port: int = 0, *, host: str = LOOPBACK
     ) -> None:
         """`port`: 0 for any that is free; `host`: the address to listen at."""
-        self._instrument = instrument
+        self._instrument = SharedInstrument(instrument)
         super().__init__(port, host=host)
 
     @property
@@ -30,12 +31,9 @@ class TcpServer(AbstractListener):
         """Its VISA address."""
         return f"TCPIP::{self.host}::{self.port}::SOCKET"
 
-    def _handle(self, connection: socket.socket) -> None:
-        with connection:
-            self._instrument.connected()
-            self._serve(connection)
-
-    def _serve(self, connection: socket.socket) -> None:
+    def _serve_client(self, connection: socket.socket) -> None:
+        self._instrument.connected()
+        splitter = self._instrument.instrument.splitter()
         while not self._stop.is_set():
             if not select.select([connection], [], [], THRESHOLDS.tick_s)[0]:
                 continue
@@ -44,9 +42,10 @@ class TcpServer(AbstractListener):
             data = connection.recv(THRESHOLDS.receive_bytes)
             if not data:
                 return
-            for answer in self._instrument.feed(data):
-                if not self._send_answer(connection, answer):
-                    return
+            for message in splitter.split(data):
+                for answer in self._instrument.feed(message):
+                    if not self._send_answer(connection, answer):
+                        return
 
     def _send_answer(self, connection: socket.socket, answer: Answer) -> bool:
         """Whether the connection goes on."""

@@ -132,7 +132,9 @@ class Identified:
                 f"{drive.u_pp:.2g} would show what lies between"
             )
         slow, fast = min(self.rates_hz, default=0.0), max(self.rates_hz, default=np.inf)
-        if not 0.95 * slow <= drive.rate <= 1.05 * fast:
+        if drive.rate > 0 and not self.rates_hz:
+            found.append(f"the scan rate is {drive.rate:g} Hz, the model was identified at none")
+        elif not 0.95 * slow <= drive.rate <= 1.05 * fast:
             seen = f"{slow:g} to {fast:g}" if slow < fast else f"{slow:g}"
             found.append(f"the scan rate is {drive.rate:g} Hz, the model was identified at {seen}")
         return found

@@ -30,6 +30,10 @@ from ._safe import StrPath, open_regular, printable
 
 SCHEMA = "rapi.model-file/1"
 _LIMIT = 64 * 2**20
+# What a header that is JSON, but not ours, or leaves that are not its, may raise on the way.
+_UNREADABLE = (
+    ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RuntimeError, EOFError,
+)  # fmt: skip
 
 Part = TypeVar("Part", AbstractEffect, AbstractOperator)
 
@@ -75,6 +79,7 @@ def read_model(
     known.
     """
     label = printable(path)
+    jax.devices()  # an unknown JAX_PLATFORMS fails here, and is not taken for a fault of the file
     with open_regular(path, _LIMIT) as file:
         content = file.read()
     body, _, tail = content.rstrip(b"\n").rpartition(b"\n")
@@ -85,19 +90,40 @@ def read_model(
         )
     line, _, leaves = body.partition(b"\n")
     try:
-        header = json.loads(line)
+        header = json.loads(line, parse_constant=_no_constant)
         if header["schema"] != SCHEMA:
             raise DataError(
                 f"{label}: schema {printable(header['schema'])}, but this reads {SCHEMA}."
             )
         around = tuple(_effect(spec, effects) for spec in header["effects"])
         skeleton = ECDL(_operator(header["operator"], operators), around)
+        about = header["about"]
+        if not isinstance(about, dict):
+            raise DataError("`about` must be an object. Fit again.")
         ecdl = eqx.tree_deserialise_leaves(io.BytesIO(leaves), skeleton, _present(header, skeleton))
+        _check_finite(ecdl)
     except DataError as error:
         raise DataError(f"{label}: {error}") from error
-    except (ValueError, KeyError, TypeError, RuntimeError, EOFError) as error:
+    except _UNREADABLE as error:
         raise DataError(f"{label}: not a model this version reads ({printable(error)}).") from error
-    return ecdl, header["about"]
+    return ecdl, about
+
+
+def _no_constant(text: str) -> float:
+    raise ValueError(f"{text} is no number of JSON")
+
+
+def _check_finite(ecdl: ECDL) -> None:
+    """Refuse a parameter that is not a number; infinite is only what its default is, too."""
+    for part in (ecdl.operator, *ecdl.effects):
+        default = type(part).at() if isinstance(part, AbstractEffect) else None
+        for one in parameters(part):
+            value = np.asarray(follow(part, one.path))
+            free = default is not None and np.isinf(np.asarray(follow(default, one.path))).any()
+            if np.isnan(value).any() or (np.isinf(value).any() and not free):
+                raise DataError(
+                    f"parameter `{one.name}` of {type(part).__name__} is not finite. Fit again."
+                )
 
 
 def _present(header: dict[str, Any], skeleton: ECDL) -> Any:

@@ -61,7 +61,14 @@ def open_regular(path: StrPath, max_bytes: int = MAX_BYTES) -> Iterator[BinaryIO
                 f"{label}: {status.st_size} bytes, but at most {max_bytes} are read. Split the "
                 "recording, or sample it less densely."
             )
-        yield file
+        try:
+            yield file
+        except OSError as error:
+            if error.filename is not None or error.errno is None:  # of another file, or our own
+                raise
+            raise DataError(
+                f"{label}: cannot be read ({cause(error)}). Check the disk, or copy the file again."
+            ) from error
 
 
 def bytes_on_disk(file: BinaryIO) -> int:

@@ -21,6 +21,8 @@ _RESPONSE_SPAN = (1e-4, 2e4)  # GHz
 _SLOPE = (0.01, 2000.0)  # GHz/V
 _LOOSE = (1e-9, 1e9)
 _LONGEST = 1e9  # s
+# s from the session's zero: Unix time is 2e9, and there a float64 still tells microseconds apart.
+_LATEST = 1e10
 
 
 def _lookup(table: dict[str, tuple[str, float]], key: str, unit: str) -> tuple[str, float]:
@@ -63,6 +65,12 @@ def check_plausible(recording: Recording) -> None:
             raise DataError(
                 f"run '{run.name}': `time_s` ends at {run.drive.time[-1]:.3g} s. Check its unit, "
                 "and that the file is not damaged."
+            )
+        if abs(run.drive.start_s) > _LATEST:
+            raise DataError(
+                f"run '{run.name}': `start_s` is {run.drive.start_s:.3g} s, beyond {_LATEST:g} s, "
+                "where times cannot be told apart finely enough. Give it in s, not in ms or ns, "
+                "from the start of the session."
             )
 
 

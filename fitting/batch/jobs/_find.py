@@ -3,14 +3,13 @@
 import glob
 import itertools
 import os
-import tomllib
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from fitting.batch.jobs._key import MANIFEST, MODEL
 from rapi_jax import DataError
-from rapi_jax.internal import read_text
+from rapi_jax.internal import read_toml
 from rapi_jax.io import printable
 
 FRINGES, RECORDING = "rapi.fringes/", "rapi.recording/"
@@ -82,7 +81,7 @@ def _is_folder_of(task: str, path: Path) -> bool:
     if not os.path.lexists(path / MANIFEST):
         return False
     try:
-        schema = str(tomllib.loads(read_text(path / MANIFEST, _LIMIT)).get("schema", ""))
+        schema = str(read_toml(path / MANIFEST, MANIFEST, _LIMIT).get("schema", ""))
     except (DataError, ValueError):
         return True  # to be listed with what is wrong with it
     return not schema.startswith(_OTHER[task])

@@ -18,14 +18,13 @@ options = { order = 4 }
 ```
 """
 
-import tomllib
 from pathlib import Path
 from typing import Any, Literal
 
 import pydantic
 
 from rapi_jax import DataError
-from rapi_jax.internal import check_name, located, read_text
+from rapi_jax.internal import check_name, located, read_toml
 from rapi_jax.io import printable
 
 SCHEMA = "rapi.jobs/1"
@@ -57,13 +56,11 @@ def read_jobs_file(path: Path) -> JobsFile:
     """Read a list of jobs. Raises `DataError` with the key that is wrong."""
     label = printable(path)
     try:
-        found = JobsFile.model_validate(tomllib.loads(read_text(path, _LIMIT)))
-    except tomllib.TOMLDecodeError as error:
-        raise DataError(f"{label}: not TOML ({printable(error)}).") from error
+        found = JobsFile.model_validate(read_toml(path, label, _LIMIT))
     except pydantic.ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
-        raise DataError(f"{label}: `{where}`: {printable(first['msg'])}.") from error
+        raise DataError(f"{label}: `{printable(where, 60)}`: {printable(first['msg'])}.") from error
     names = [job.name for job in found.job if job.name is not None]
     with located(label):
         for name in names:

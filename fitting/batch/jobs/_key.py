@@ -6,7 +6,6 @@ import hashlib
 import importlib.metadata
 import importlib.util
 import json
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from typing import Any
 from fitting._versions import package_versions
 from fitting.batch.jobs._job import Job
 from rapi_jax import DataError
-from rapi_jax.internal import inside, open_regular, read_text
+from rapi_jax.internal import inside, open_regular, read_toml
 
 MANIFEST, MODEL = "manifest.toml", "model.rapi"
 _PACKAGES = ("rapi_jax", "fitting")
@@ -66,7 +65,7 @@ def named_files(folder: Path) -> list[Path]:
     if not (folder / MANIFEST).exists():
         return [folder / MODEL]
     try:
-        table = tomllib.loads(read_text(folder / MANIFEST, _LIMIT))
+        table = read_toml(folder / MANIFEST, MANIFEST, _LIMIT)
         entries = [*table.get("run", ()), *table.get("record", ())]
         return [folder / MANIFEST, *(inside(folder, entry["file"]) for entry in entries)]
     except (DataError, ValueError, TypeError, KeyError, AttributeError):

@@ -1,7 +1,6 @@
 """Recordings as they arrive in a folder: taken once each is complete."""
 
 import time
-import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
@@ -9,7 +8,7 @@ from fitting.batch._thresholds import THRESHOLDS
 from fitting.batch.jobs._find import arrived
 from fitting.batch.jobs._key import MANIFEST, named_files
 from rapi_jax import DataError
-from rapi_jax.internal import read_text
+from rapi_jax.internal import read_toml
 
 State = tuple[tuple[str, int, int], ...]  # name, bytes, ns of each file
 
@@ -48,7 +47,7 @@ def state_of(path: Path) -> State | None:
     try:
         if path.is_dir():
             if (path / MANIFEST).exists():
-                tomllib.loads(read_text(path / MANIFEST, 2**20))
+                read_toml(path / MANIFEST, MANIFEST)
             files = named_files(path)
         states = [(file.name, file.stat()) for file in files]
     except (DataError, ValueError, OSError):

@@ -24,7 +24,8 @@ app.command(
 def check(bench: Path, /, *, plugin: Plugins = (), json: Json = False) -> int:
     """Connect to every instrument of BENCH, match identities, limits and interlocks; play nothing.
 
-    Outputs are switched off, load and clamp set and read back.
+    An output that was found on, as after a process that was killed, is said, with what it played;
+    it is parked and switched off. Load and clamp are set and read back.
 
     Parameters
     ----------
@@ -53,7 +54,8 @@ def check(bench: Path, /, *, plugin: Plugins = (), json: Json = False) -> int:
         print_json({"schema": "rapi.bench-check/1", **found})
         return 0
     out = console(json)
-    for name, value in found.items():
+    first = ["generator_found_on"] * ("generator_found_on" in found)
+    for name, value in ((one, found[one]) for one in dict.fromkeys([*first, *found])):
         out.print(f"{name:22} {value}", markup=False, soft_wrap=True)
     out.print("every instrument is the one it should be; no output is on", markup=False)
     return 0
@@ -93,6 +95,7 @@ def serve(
         Of the target from the start of the laboratory on, m/s.
     """
     from fitting.commands.shared._out import console
+    from fitting.commands.shared.files._measured_output import check_bench_output
     from hardware import HislipServer, TcpServer
     from hardware.simulated import (
         ConstantVelocity,
@@ -105,6 +108,7 @@ def serve(
     )
     from rapi_jax.io import write_atomic
 
+    check_bench_output(bench)
     piezo = laser == "ecdl"
     if device == "unmodelled" and not piezo:
         raise CycloptsError(msg=f"`--device unmodelled` is an external-cavity laser, no {laser}.")
@@ -136,31 +140,68 @@ def serve(
 
 @app.command
 def bridge(
-    serial: str, /, *, library: str = "usbdll.dll", host: str = "127.0.0.1", port: Port = 4880
+    serial: str,
+    /,
+    *,
+    bench: Path,
+    library: str = "usbdll.dll",
+    host: str = "127.0.0.1",
+    port: Port = 4880,
+    token: Path | None = None,
 ) -> int:
     """Put the TLB-6700 with SERIAL on the network, from the Windows computer that has it.
 
-    Whoever can reach the port can set the laser: nothing is asked of a client.
+    One client at a time is served; another is refused meanwhile. Commands that this package has no
+    use for are refused, and so is a value beyond the laser's limits.
 
     Parameters
     ----------
     serial
         Its serial number, such as SN1012.
+    bench
+        A bench file, for the limits in its `[laser.limits]`.
     library
         The vendor's library, or its path.
     host
         The address to listen at; by default this computer alone.
     port
         HiSLIP's is 4880.
+    token
+        A file with one line of 16 characters or more, which a client must send first: `token` in
+        the `[laser]` of its bench file. Needed where HOST is not this computer alone.
     """
     from fitting.commands.shared._out import console
-    from hardware import Bridge, HislipServer, VendorDllLink
+    from hardware import Bridge, HislipServer, VendorDllLink, read_bench, read_bridge_token
 
+    laser = read_bench(bench).laser
+    limits = getattr(laser, "limits", None)
+    if limits is None:
+        raise CycloptsError(
+            msg=f"{bench} has no [laser.limits], and without limits nothing is bridged.",
+            command_chain=("bench", "bridge"),
+        )
+    if token is None and not _is_loopback(host):
+        raise CycloptsError(
+            msg=f"{host} can be reached by others: give --token, a file that clients know, too.",
+            command_chain=("bench", "bridge"),
+        )
+    secret = "" if token is None else read_bridge_token(token)
     with (
         VendorDllLink(serial, library=library) as link,
-        HislipServer(Bridge(link), port, host=host) as server,
+        HislipServer(
+            Bridge(link, limits=limits.of(), token=secret), port, host=host, alone=True
+        ) as server,
     ):
         line = f"{server.resource}; Ctrl-C ends the bridge"
         console(False).print(line, markup=False, soft_wrap=True)
         threading.Event().wait()
     return 0
+
+
+def _is_loopback(host: str) -> bool:
+    import ipaddress
+
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"

@@ -52,10 +52,11 @@ def bench_range(
     json
         Print one JSON object on standard output.
     """
-    from fitting._result_files import check_belongs
+    from fitting._result_files import check_belongs, check_drive_unit
     from fitting.commands.shared._out import console, output_folder, print_json, write_sent
     from fitting.commands.shared._plugins import load_plugins, plugin_classes
     from fitting.commands.shared._progress import progress
+    from fitting.commands.shared.files._measured_output import check_fringes_output
     from hardware import (
         AbstractDriver,
         check_against_bench,
@@ -65,13 +66,14 @@ def bench_range(
     )
     from hardware import dry_run as dry
     from rapi_jax.internal import located
-    from rapi_jax.io import FringeWriter, OutputError, printable, read_drive, write_atomic
+    from rapi_jax.io import FringeWriter, printable, read_drive, write_atomic
 
     drivers = plugin_classes(load_plugins(plugin), AbstractDriver)
     file = read_bench(bench, drivers=drivers)
     with located(printable(bench)):
         file.digitizer.range_inputs()
     check_belongs(drive)
+    check_drive_unit(drive)
     with located(printable(drive)):
         (played,) = check_against_bench(read_drive(drive, waveform=waveform), file)
     out = console(json)
@@ -81,9 +83,8 @@ def bench_range(
             simulated.record_fringes(played, periods=periods, records=records, store=_drop)
         write_sent(rehearsed.sent(), output, out)
         return 0
+    check_fringes_output(output)
     output_folder(output.parent)  # now, not after a long measurement
-    if output.exists() and not output.is_dir():
-        raise OutputError(f"the output {output} is there and is not a folder. Choose another.")
     writer = FringeWriter(output, keep_partial=True)
     try:
         with (

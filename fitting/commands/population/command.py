@@ -62,8 +62,11 @@ def population(
     json
         Print `population.json` on standard output, and messages on standard error.
     """
+    options = dict(locals())
+    from fitting._result_files import check_output
     from fitting.commands.shared._out import console, output_folder, print_json, read_json
     from fitting.commands.shared._progress import progress
+    from fitting.commands.shared.files._provenance import provenance
     from fitting.population import check_against, fit_population
     from fitting.report.population._files import write_population
 
@@ -71,6 +74,7 @@ def population(
 
     folders = _find_results([result, *results], check)
     covariates = tuple(name for name in ("time", "temperature") if name not in ignore)
+    check_output(output, "population.json", ["population.png"] * plots)
     folder = output_folder(output)
     with progress("population", json) as report_step:
         report_step(f"{len(folders)} fits")
@@ -83,7 +87,13 @@ def population(
             report_step("new recording")
             new = _new_result(check, folders, found, folder / "check", nan)
             change = check_against(found, new)
-    written = write_population(found, folder, change=change, plots=plots)
+    written = write_population(
+        found,
+        folder,
+        change=change,
+        plots=plots,
+        more={"provenance": provenance("rapi population", options, ("result", "results"))},
+    )
     if json:
         print_json(read_json(written[0]))
     else:
@@ -135,6 +145,7 @@ def _new_result(check: Path, folders: Sequence[Path], found: Any, output: Path, 
     from fitting import fit
     from fitting.commands.shared._model import UntrustedModel, load_model
     from fitting.commands.shared._out import output_folder
+    from fitting.diagnosis._data_checks import check_units
     from fitting.population.estimates._record import read_record
     from fitting.report import TABLE, write_fit
     from rapi_jax.io import read_recording
@@ -143,7 +154,8 @@ def _new_result(check: Path, folders: Sequence[Path], found: Any, output: Path, 
         new: Any = check
     else:
         recording = read_recording(check, nan=nan)
-        ecdl, _ = load_model(_latest(folders, found))
+        ecdl, about = load_model(_latest(folders, found))
+        check_units(about, recording)
         new = output_folder(output / _name(check))
         write_fit(fit(ecdl, recording, hold_out=False, throw=False), new, plots=False)
     record = read_record(new, 0)

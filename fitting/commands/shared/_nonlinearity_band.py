@@ -28,5 +28,5 @@ def scan_bands(model: Path, ecdl: Any, made: list[Any]) -> tuple[list[Any], str 
             return none, None
         draws = laplace_draws_of(ecdl, table, draws=DRAWS)
         return [nonlinearity_band(draws, one).to_dict() for one in made], None
-    except (ModelError, DataError, OSError, ValueError) as error:
+    except (ModelError, DataError, OSError, ValueError, RecursionError) as error:
         return none, f"no band on the nonlinearity: {error}"

@@ -11,18 +11,22 @@ from rich.console import Console
 
 def output_folder(path: Path) -> Path:
     """`path` as a folder that exists and can be written to."""
-    from rapi_jax.io import OutputError
+    from rapi_jax.internal import cause
+    from rapi_jax.io import OutputError, printable
 
     cure = "Choose another with `-o`."
-    if path.exists() and not path.is_dir():
-        raise OutputError(f"the output {path} is there and is not a folder. {cure}")
+    label = printable(path)
     try:
+        if path.exists() and not path.is_dir():
+            raise OutputError(f"the output {label} is there and is not a folder. {cure}")
         path.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path):  # now, not after a long fit
             pass
-    except OSError as error:
+    except OutputError:
+        raise
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the path
         raise OutputError(
-            f"cannot write to the output folder {path}: {error.strerror}. {cure}"
+            f"cannot write to the output folder {label}: {cause(error)}. {cure}"
         ) from error
     return path
 
@@ -39,10 +43,17 @@ def write_sent(sent: Mapping[str, bytes], output: Path, out: Console) -> None:
 
 
 def print_json(value: Any) -> None:
-    """One object on standard output."""
+    """One object on standard output; letters that its encoding lacks are escaped as JSON does."""
+    import json
+
     from fitting._json import json_text
 
-    sys.stdout.write(json_text(value))
+    text = json_text(value)
+    try:
+        text.encode(getattr(sys.stdout, "encoding", None) or "utf-8")
+    except UnicodeEncodeError:
+        text = json.dumps(value, indent=1, allow_nan=False) + "\n"
+    sys.stdout.write(text)
 
 
 def read_json(path: Path) -> Any:
@@ -52,6 +63,14 @@ def read_json(path: Path) -> Any:
     return json.loads(path.read_text(encoding="utf-8"))
 
 
+class _PipedConsole(Console):
+    """A console that leaves it to `run` what a reader that went away means."""
+
+    def on_broken_pipe(self) -> None:
+        """Raise on; rich would end the process with code 1."""
+        raise BrokenPipeError
+
+
 def console(as_json: bool) -> Console:
     """Where people read: standard output, or standard error when that carries JSON."""
-    return Console(stderr=as_json, highlight=False)
+    return _PipedConsole(stderr=as_json, highlight=False)

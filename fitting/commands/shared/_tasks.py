@@ -94,6 +94,14 @@ def run_task(job: Job, folder: Path) -> Outcome:
         )
 
 
+def _about(path: Path, task: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """What the result's JSON says of its origin."""
+    from fitting.commands.shared.files._provenance import provenance
+
+    given = {"job": path, **options}
+    return {"provenance": provenance(f"rapi batch --do {task}", given, ("job",))}
+
+
 def _fit(
     path: Path, folder: Path, *, operator: str, plugin: tuple[Path, ...], nan: Any, **options: Any
 ) -> Outcome:
@@ -105,7 +113,10 @@ def _fit(
 
     kind = find_operator(operator, plugin)
     data = read_recording(path, nan=nan)
-    result, written = identify_into(data, output_folder(folder), kind=kind, **options)
+    asked = options | {"operator": operator, "plugin": plugin, "nan": nan}
+    result, written = identify_into(
+        data, output_folder(folder), kind=kind, more=_about(path, "fit", asked), **options
+    )
     trusted, reasons = result.verdict.trusted, result.verdict.reasons
     return Outcome(
         "done",
@@ -119,7 +130,8 @@ def _fit(
 def _compensate(path: Path, folder: Path, **options: Any) -> Outcome:
     from fitting.commands.compensate import compensate_into
 
-    written = compensate_into(path, folder, **options)[-1]
+    more = _about(path, "compensate", options)
+    written = compensate_into(path, folder, more=more, **options)[-1]
     return Outcome("done", 0, written=written)
 
 
@@ -134,6 +146,7 @@ def _diagnose(
     nan: Any,
 ) -> Outcome:
     from fitting.commands.diagnose import check_model_units, diagnose_into
+    from fitting.commands.shared._limits import check_limits_unit
     from fitting.commands.shared._model import load_model
     from fitting.commands.shared._out import output_folder
     from fitting.commands.shared._plugins import plugin_effects, plugin_operators
@@ -147,6 +160,7 @@ def _diagnose(
     )
     data = read_recording(path, nan=nan)
     check_model_units(about, data)
+    check_limits_unit(bounds, limits, data.drive_unit)
     written = diagnose_into(
         data,
         output_folder(folder),
@@ -155,6 +169,11 @@ def _diagnose(
         candidates=(*effects.ALL, *own),
         limits=bounds,
         scan=scan,
+        more=_about(
+            path,
+            "diagnose",
+            {"model": model, "limits": limits, "plugin": plugin} | {"scan": scan, "nan": nan},
+        ),
     )
     return Outcome("done", 0, "", data.provenance, written)
 
@@ -171,7 +190,12 @@ def _range(
     records = read_fringe_records(path)
     name = printable(path.resolve().name)
     found, _, written = range_into(
-        records, output_folder(folder), name, expected=expected, **options
+        records,
+        output_folder(folder),
+        name,
+        expected=expected,
+        more=_about(path, "range", options | {"expected": expected}),
+        **options,
     )
     if found.summary.counted:
         return Outcome("done", DONE, written=written)

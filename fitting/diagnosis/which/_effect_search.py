@@ -54,11 +54,14 @@ def search_one_effect(
 def _refit_short(
     refit: Refit, start: Candidate, guesses: InitialGuesses, progress: Progress
 ) -> list[_Refitted]:
-    """Short refits of each effect; the first at one rate from no hysteresis, too. The best first."""
+    """Short refits of each effect, the best first.
+
+    At one rate also from no hysteresis, where no other effect stands beside it yet.
+    """
     state = start.eta_fixed
     basis = orthonormal_basis(refit.jacobian_base(state))
     flexible_basis = orthonormal_basis(start.flexible_refit.jacobian_base(start.on_flexible_base))
-    first = not start.effects  # beside another effect the hysteresis is what that one left of it
+    first = not start.effects  # else the hysteresis is what the other effect left of it
     without = refit_without_hysteresis(refit, state) if first and _has_one_rate(refit) else None
     out: list[_Refitted] = []
     for name, grid in guesses.items():

@@ -1,5 +1,6 @@
 """The files of a comparison: JSON for machines, one page for people."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +14,16 @@ COMPARISON, PAGE = "comparison.json", "report.html"
 
 
 def write_comparison(
-    content: dict[str, Any], folder: Path, *, names: tuple[str, str] = ("", "")
+    content: dict[str, Any],
+    folder: Path,
+    *,
+    names: tuple[str, str] = ("", ""),
+    more: Mapping[str, Any] | None = None,
 ) -> list[Path]:
     """Write `report.html` and, last, `comparison.json`; return their paths.
 
-    `names`: of the recordings before and after, as page and file show them.
+    `names`: of the recordings before and after, as page and file show them. `more`: further keys of
+    the JSON.
     """
     recordings = {
         key: one | {"name": name}
@@ -27,5 +33,5 @@ def write_comparison(
     earlier = begin_result(folder, COMPARISON, [PAGE])
     write_atomic(folder / PAGE, render_page(content))
     files = hash_files([folder / PAGE]) | earlier
-    write_atomic(folder / COMPARISON, json_text(content | {"files": files}))
+    write_atomic(folder / COMPARISON, json_text(content | dict(more or {}) | {"files": files}))
     return [folder / COMPARISON, folder / PAGE]

@@ -1,7 +1,8 @@
 """The files of a diagnosis: JSON for machines, one page for people, the loadable model."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fitting._json import json_text
 from fitting._result_files import begin_result, hash_files
@@ -16,10 +17,16 @@ if TYPE_CHECKING:
 DIAGNOSIS, PAGE = "diagnosis.json", "report.html"
 
 
-def write_diagnosis(diagnosis: "Diagnosis", folder: Path, *, name: str = "") -> list[Path]:
+def write_diagnosis(
+    diagnosis: "Diagnosis",
+    folder: Path,
+    *,
+    name: str = "",
+    more: Mapping[str, Any] | None = None,
+) -> list[Path]:
     """Write `model.rapi`, `report.html` and, last, `diagnosis.json`; return their paths.
 
-    `name`: of the recording, as the page shows it.
+    `name`: of the recording, as the page shows it. `more`: further keys of `diagnosis.json`.
     """
     from ._page import render_page
 
@@ -43,5 +50,6 @@ def write_diagnosis(diagnosis: "Diagnosis", folder: Path, *, name: str = "") -> 
     )
     write_atomic(folder / PAGE, render_page(content, diagnosis.labels))
     files = hash_files([folder / MODEL, folder / PAGE]) | earlier
-    write_atomic(folder / DIAGNOSIS, json_text(content | {"files": files}))
+    whole = content | dict(more or {}) | {"files": files}
+    write_atomic(folder / DIAGNOSIS, json_text(whole))
     return [folder / DIAGNOSIS, folder / PAGE, folder / MODEL]

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from fitting.identification._result import FitResult
 
 MODEL, TABLE = "model.rapi", "model.json"
+PICTURES = ("loops.png", "residuals.png", "starts.png")
 
 
 def save_figure(figure: Any, path: Path) -> Path:
@@ -39,7 +40,7 @@ def write_fit(
     `more`: further keys of `model.json`. `files`: others that belong to the result, by name.
     """
     recording = result.recording
-    pictures = ("loops.png", "residuals.png", "starts.png") if plots else ()
+    pictures = PICTURES if plots else ()
     page = (PAGE,) if plots else ()
     others = dict(files or {})
     earlier = begin_result(folder, TABLE, [MODEL, *pictures, *page, *others])

@@ -1,7 +1,8 @@
 """The files of a population: JSON for machines, a picture for people."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fitting._json import json_text
 from fitting._result_files import begin_result, hash_files
@@ -16,11 +17,17 @@ POPULATION, PICTURE = "population.json", "population.png"
 
 
 def write_population(
-    population: "Population", folder: Path, *, change: "Change | None" = None, plots: bool = True
+    population: "Population",
+    folder: Path,
+    *,
+    change: "Change | None" = None,
+    plots: bool = True,
+    more: Mapping[str, Any] | None = None,
 ) -> list[Path]:
     """Write the picture and, last, `population.json`; return their paths.
 
-    `change`: of a new recording, in the file's `change`, which is null without one.
+    `change`: of a new recording, in the file's `change`, which is null without one. `more`: further
+    keys of it.
     """
     names = [PICTURE] if plots else []
     earlier = begin_result(folder, POPULATION, names)
@@ -32,5 +39,5 @@ def write_population(
     content = population.to_dict()
     content["change"] = None if change is None else change.to_dict()
     files = hash_files(written) | earlier
-    write_atomic(folder / POPULATION, json_text(content | {"files": files}))
+    write_atomic(folder / POPULATION, json_text(content | dict(more or {}) | {"files": files}))
     return [folder / POPULATION, *written]

@@ -5,7 +5,7 @@ import dataclasses
 import itertools
 from collections.abc import Iterable, Iterator
 
-from hardware.servers._instrument import AbstractInstrument, Answer
+from hardware.servers._instrument import AbstractInstrument, AbstractSplitter, Answer
 
 
 class AbstractFault(abc.ABC):
@@ -110,6 +110,10 @@ class Faulty(AbstractInstrument):
         self.instrument = instrument
         self._fault = fault
         self._when, self._left, self._times = when, after, times
+
+    def splitter(self) -> AbstractSplitter:
+        """The instrument's."""
+        return self.instrument.splitter()
 
     def connected(self) -> None:
         """A new connection."""

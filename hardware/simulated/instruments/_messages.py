@@ -5,6 +5,8 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from hardware.servers._instrument import AbstractSplitter
+
 _MOST = 1 << 20  # bytes of one message
 _HEADER = re.compile(rb"\s*([*:\w]+\??)\s*(.*)", re.DOTALL)
 
@@ -77,6 +79,21 @@ class Messages:
             return mark + 1
         after = mark + 2 + digits + int(length)
         return after if len(buffer) >= after else None
+
+
+class MessageSplitter(AbstractSplitter):
+    """Cuts a client's bytes into program messages, each with its newline."""
+
+    def __init__(self) -> None:
+        self._messages = Messages()
+
+    def split(self, data: bytes) -> Iterator[bytes]:
+        """Complete messages; of one that does not end, as much as the instrument will refuse."""
+        try:
+            for message in self._messages.feed(data):
+                yield message + b"\n"
+        except TooLong:
+            yield bytes(_MOST + 1)
 
 
 def units(message: bytes) -> Iterator[Unit | None]:

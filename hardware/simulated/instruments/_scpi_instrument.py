@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 
 from hardware.servers._instrument import AbstractInstrument, Answer
 
-from ._messages import Messages, TooLong, Unit, header_pattern, units
+from ._messages import Messages, MessageSplitter, TooLong, Unit, header_pattern, units
 from ._quantities import parse_quantity
 from ._status import ScpiFault, Status
 
@@ -55,6 +55,10 @@ class AbstractScpiInstrument(AbstractInstrument):
     @abc.abstractmethod
     def commands(self) -> dict[str, Handler]:
         """Handlers of its own by header, as manuals write it; `{n}` is the channel."""
+
+    def splitter(self) -> MessageSplitter:
+        """Of one client's program messages."""
+        return MessageSplitter()
 
     def connected(self) -> None:
         """Drop a message that was not complete."""

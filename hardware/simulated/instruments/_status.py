@@ -1,5 +1,6 @@
 """IEEE 488.2 status of a simulated instrument: event register and error queue."""
 
+_DETAIL = 80  # characters of an entry about what was wrong; a header may have a million
 _QUEUE = 32  # entries; the last becomes "Queue overflow"
 
 COMMAND, EXECUTION, DEVICE, QUERY = 32, 16, 8, 4  # bits of the event register
@@ -46,7 +47,7 @@ class Status:
         if len(self._queue) == _QUEUE:
             self._queue[-1] = (-350, ERRORS[-350])
         else:
-            self._queue.append((code, f"{text}; {detail}" if detail else text))
+            self._queue.append((code, f"{text}; {detail[:_DETAIL]}" if detail else text))
         hundreds = -code // 100
         self._event |= {1: COMMAND, 2: EXECUTION, 4: QUERY}.get(hundreds, DEVICE)
 

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from hardware.laser import _commands as table
-from hardware.servers._instrument import AbstractInstrument, Answer
+from hardware.servers._instrument import AbstractInstrument, Answer, Lines
 
 from ._messages import header_pattern
 
@@ -66,6 +66,10 @@ class SimulatedTLB6700(AbstractInstrument):
         self._buffer = bytearray()
         self._answered = 0
         self._table = [(header_pattern(spec), run) for spec, run in self._commands().items()]
+
+    def splitter(self) -> Lines:
+        """Of one client's lines."""
+        return Lines(_MOST + 2)
 
     def connected(self) -> None:
         """Drop a line that was not complete."""

@@ -4,12 +4,15 @@ import dataclasses
 
 import numpy as np
 
-from rapi_jax._errors import DataError
+from rapi_jax._errors import DataError, LimitError
+from rapi_jax._limits import DriveLimits
 from rapi_jax._recording import Drive
+from rapi_jax._thresholds import THRESHOLDS
 
 FULL = 16382  # the highest code of the AFG31000 series; 0 is the low level
 POINTS = 131072  # its longest waveform in basic mode
 _LEVEL = 1e-4  # V: levels are set in steps of 0.1 mV
+_ROUNDING = 1e-12  # V: of a level in float64
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -41,17 +44,23 @@ class AfgWaveform:
         object.__setattr__(self, "codes", codes)
 
     @classmethod
-    def of(cls, drive: Drive, points: int = POINTS) -> "AfgWaveform":
+    def of(
+        cls, drive: Drive, points: int = POINTS, *, limits: DriveLimits | None = None
+    ) -> "AfgWaveform":
         """One period of `drive`, from its first sample on, resampled to `points` codes.
 
         A code is held, so it takes the drive half a point after its own start: the mean of what it
         stands for, and no half point of delay. Levels are rounded outward to 0.1 mV, so no code
         lies outside the drive's own range by more than half a code. Raises `DataError` where the
-        drive has no period.
+        drive has no period; with `limits`, `LimitError` where a level would lie beyond them, as
+        for a drive within 0.1 mV of a limit that is no multiple of 0.1 mV.
         """
         value = period_volts(drive, points)
         low = np.floor(drive.value.min() / _LEVEL + 1e-6) * _LEVEL
         high = max(np.ceil(drive.value.max() / _LEVEL - 1e-6) * _LEVEL, low + _LEVEL)
+        if limits is not None:
+            low = _within(float(low), float(drive.value.min()), limits.low_v, limits, sign=-1)
+            high = _within(float(high), float(drive.value.max()), limits.high_v, limits, sign=1)
         rate = drive.rate  # not zero: it repeats
         return cls(codes_of(value, float(low), float(high)), float(low), float(high), rate)
 
@@ -59,6 +68,24 @@ class AfgWaveform:
     def volts(self) -> np.ndarray:
         """What the generator puts out, one value a code, V."""
         return self.low_v + self.codes * ((self.high_v - self.low_v) / FULL)
+
+
+def _within(level: float, extreme: float, limit: float, limits: DriveLimits, *, sign: int) -> float:
+    """`level`, or where it lies beyond `limit`, the last step before that, if it holds `extreme`.
+
+    All in V; `sign`: 1 for the high level, -1 for the low one. Raises `LimitError`.
+    """
+    if sign * (level - limit) <= _ROUNDING:
+        return level
+    last = sign * float(np.floor(sign * limit / _LEVEL + 1e-6)) * _LEVEL
+    slack = THRESHOLDS.limit_rounding * (limits.high_v - limits.low_v)
+    if sign * (extreme - last) <= slack:
+        return last
+    raise LimitError(
+        f"the drive reaches {extreme:.6g} V and the limit is {limit:.6g} V, but a generator sets "
+        "its levels in steps of 0.1 mV, and none lies between the two. Scan less by 0.1 mV, or "
+        "give limits in whole steps."
+    )
 
 
 def period_volts(drive: Drive, points: int) -> np.ndarray:

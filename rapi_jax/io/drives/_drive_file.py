@@ -9,6 +9,7 @@ import numpy as np
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Drive, Waveform
 from rapi_jax.io._atomic import write_atomic
+from rapi_jax.io._last_row import ROWS, check_last_row
 from rapi_jax.io._safe import StrPath, located, printable, read_text
 
 from ._afg_waveform import POINTS, AfgWaveform
@@ -31,11 +32,14 @@ def read_drive(path: StrPath, *, waveform: Waveform = "triangle") -> Drive:
     such a drive.
     """
     with located(printable(path)):
-        lines = read_text(Path(path)).rstrip("\n").split("\n")
+        text = read_text(Path(path))
+        lines = text.rstrip("\n").split("\n")
         if lines[0].replace(" ", "") != HEADER:
             raise DataError(f"line 1 must be {HEADER}, but is '{printable(lines[0], 60)}'.")
         table = _numbers(lines[1:], 2, first_line=2)
         time, value = table[:, 0], table[:, 1]
+        if not text.endswith("\n"):
+            check_last_row([row.split(",") for row in lines[1:][-ROWS:]], [time, value])
         if time.size < 8:
             raise DataError(f"one period of a drive needs 8 samples or more, not {time.size}.")
         rate = (time.size - 1) / (time.size * (time[-1] - time[0])) if time[-1] > time[0] else 0.0
@@ -52,7 +56,8 @@ def write_afg(wave: AfgWaveform, path: StrPath) -> None:
 def read_afg(path: StrPath) -> AfgWaveform:
     """Read what `write_afg` wrote. Raises `DataError`, in one line, where it is damaged."""
     with located(printable(path)):
-        lines = read_text(Path(path)).rstrip("\n").split("\n")
+        text = read_text(Path(path))
+        lines = text.rstrip("\n").split("\n")
         if lines[0] != _AFG:
             raise DataError(f"line 1 must be '{_AFG}', but is '{printable(lines[0], 60)}'.")
         found = (re.fullmatch(r"# (\w+) = (\S+)", line) for line in lines[1:8])
@@ -62,7 +67,7 @@ def read_afg(path: StrPath) -> AfgWaveform:
         begin = lines.index("code") + 1
         numbers = _numbers([head[key] for key in (*_KEYS, "points")], 1, first_line=2)[:, 0]
         codes = _numbers(lines[begin : begin + POINTS + 1], 1, first_line=begin + 1)[:, 0]
-        if codes.size != numbers[3]:
+        if codes.size != numbers[3] or not text.endswith("\n"):
             raise DataError(f"holds {codes.size} codes, but `points` is {numbers[3]:g}: cut short.")
         if (codes != np.rint(codes)).any():
             raise DataError("a code is not a whole number. Write the file again.")

@@ -2,7 +2,6 @@
 
 import dataclasses
 import os
-import tomllib
 from pathlib import Path
 
 from rapi_jax._errors import DataError
@@ -37,7 +36,7 @@ def check_output(path: StrPath) -> None:
     try:
         there = read_recording(target, nan="mask")
         made = there.provenance
-    except (DataError, tomllib.TOMLDecodeError) as error:
+    except DataError as error:
         raise OutputError(f"the output {label} is there and is no recording. {cure}") from error
     if made.get("imported_by") != WRITER:
         raise OutputError(

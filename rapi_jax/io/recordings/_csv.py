@@ -7,14 +7,17 @@ from pathlib import Path
 import numpy as np
 
 from rapi_jax._errors import DataError
+from rapi_jax.io._last_row import ROWS, check_last_row
 from rapi_jax.io._safe import located, printable, read_text
 
 HEADER = ("time_s", "drive", "response")
 Columns = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-def read_columns(path: Path, label: str) -> Columns:
+def read_columns(path: Path, label: str, samples: int | None = None) -> Columns:
     """Time, drive and response of a run's CSV file; further columns are ignored.
+
+    `samples`: how many the manifest says there are, where `write_recording` wrote it.
 
     Raises `DataError`, with `label` and the line, where the header differs or a row is ragged,
     empty or not numeric.
@@ -38,7 +41,17 @@ def read_columns(path: Path, label: str) -> Columns:
                 f"line {at + 2} has {cells} value(s), but the header names {len(header)}. The file "
                 "was likely cut short or edited: export it again."
             )
-        return parse_rows(rows, ",", (0, 1, 2), first_line=2)
+        if samples is not None and (len(rows) != samples or not text.endswith("\n")):
+            cut = "" if text.endswith("\n") else ", the last of them cut"
+            raise DataError(
+                f"holds {len(rows)} sample(s){cut}, but the manifest says {samples}: the file was "
+                "cut short. Copy it again; or, where rows were taken out on purpose, remove "
+                "`samples` from the manifest."
+            )
+        columns = parse_rows(rows, ",", (0, 1, 2), first_line=2)
+        if not text.endswith("\n"):
+            check_last_row([row.split(",")[:3] for row in rows[-ROWS:]], columns)
+        return columns
 
 
 def parse_rows(rows: list[str], delimiter: str, use: Sequence[int], *, first_line: int) -> Columns:

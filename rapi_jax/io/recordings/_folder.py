@@ -5,6 +5,7 @@ import errno
 import os
 import secrets
 import shutil
+from collections import Counter
 from pathlib import Path
 
 from rapi_jax._errors import DataError
@@ -12,7 +13,7 @@ from rapi_jax._recording import Recording
 from rapi_jax.io import _units
 from rapi_jax.io._atomic import output_error, sync, sync_folder, write_atomic
 from rapi_jax.io._leftovers import remove_leftovers, temporary_name
-from rapi_jax.io._safe import MAX_MANIFEST, StrPath, inside, located, printable
+from rapi_jax.io._safe import MAX_BYTES, MAX_MANIFEST, StrPath, inside, located, printable
 from rapi_jax.io._toml import MANIFEST, load_manifest, toml_value
 
 from . import _csv
@@ -33,13 +34,15 @@ def read_folder(folder: Path, *, nan: NanPolicy) -> Recording:
     with located(label):
         manifest = parse_manifest(table)
         paths = [inside(folder, entry.file) for entry in manifest.run]
+        names = [Path(e.file).stem if e.name is None else e.name for e in manifest.run]
+        _check_files(paths, names)
     runs = []
-    for entry, path in zip(manifest.run, paths, strict=True):
+    for entry, path, name in zip(manifest.run, paths, names, strict=True):
         place = printable(path)
         run = build_run(
-            _csv.read_columns(path, place),
+            _csv.read_columns(path, place, entry.samples),
             label=place,
-            name=Path(entry.file).stem if entry.name is None else entry.name,
+            name=name,
             drive_unit=manifest.drive_unit,
             response_unit=manifest.response_unit,
             excitation_hz=entry.excitation_hz,
@@ -59,13 +62,42 @@ def read_folder(folder: Path, *, nan: NanPolicy) -> Recording:
         )
 
 
+def _check_files(paths: list[Path], names: list[str]) -> None:
+    """Refuse two runs of one name or file, and files that together are larger than one may be.
+
+    Before the first is read: a small manifest could name one large file ten thousand times.
+    """
+    if len(set(names)) < len(names):
+        twice = next(name for name, count in Counter(names).items() if count > 1)
+        raise DataError(f"two runs have the same name, '{printable(twice, 60)}'. Rename one.")
+    seen: dict[Path, int] = {}
+    sizes: dict[str, int] = {}
+    for number, path in enumerate(paths):
+        first = seen.setdefault(path.resolve(), number)
+        if first != number:
+            raise DataError(
+                f"[[run]] {first} and {number} name one file, '{printable(path.name)}'. Give each "
+                "run a file of its own, or name the file once."
+            )
+        with contextlib.suppress(OSError):  # one that is missing is told when it is read
+            sizes[str(path)] = path.stat().st_size
+    total = sum(sizes.values())
+    if total > MAX_BYTES:
+        largest = printable(Path(max(sizes, key=sizes.__getitem__)).name)
+        raise DataError(
+            f"the files of all runs, the largest '{largest}', "
+            f"have {total} bytes, but at most {MAX_BYTES} are read. Split the recording, or sample "
+            "it less densely."
+        )
+
+
 def _manifest_text(recording: Recording, files: list[str]) -> str:
     from ._manifest import head
 
     whole, entries = head(recording)
     lines = [f"{key} = {toml_value(value)}" for key, value in whole.items()]
-    for file, entry in zip(files, entries, strict=True):
-        lines += ["", "[[run]]", f"file = {toml_value(file)}"]
+    for file, entry, run in zip(files, entries, recording.runs, strict=True):
+        lines += ["", "[[run]]", f"file = {toml_value(file)}", f"samples = {run.drive.size}"]
         lines += [
             f"{key} = {toml_value(value)}"
             for key, value in entry.items()

@@ -16,13 +16,17 @@ SCHEMA = "rapi.recording/1"
 
 
 class RunEntry(ManifestTable):
-    """One `[[run]]`: `name` (default: the stem of `file`) is what outputs call the run."""
+    """One `[[run]]`: `name` (default: the stem of `file`) is what outputs call the run.
+
+    `samples`: how many its CSV file holds; written by this package, so that a cut file is refused.
+    """
 
     file: str
     name: str | None = None
     excitation_hz: float | None = Field(default=None, gt=0, allow_inf_nan=False)
     waveform: Waveform = "other"
     start_s: float = Field(default=0.0, allow_inf_nan=False)
+    samples: int | None = Field(default=None, ge=0)
 
 
 class Manifest(ManifestTable):

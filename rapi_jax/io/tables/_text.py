@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from rapi_jax._errors import DataError
-from rapi_jax.io._safe import cause, open_regular, printable
+from rapi_jax.io._last_row import ROWS, check_last_row
+from rapi_jax.io._safe import cause, located, open_regular, printable
 
 from ._header import read_header
 from ._table import Table
@@ -25,7 +26,8 @@ _STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d)?\S*|\d{1,2}:\d\d:\d\d(
 def read_text_table(path: Path) -> Table:
     """The table in a text file. Raises `DataError` where it holds no rows of numbers."""
     label = printable(path)
-    lines = _decode(path, label).rstrip().split("\n")
+    text = _decode(path, label)
+    lines = text.rstrip().split("\n")
     if lines == [""]:
         raise DataError(f"{label}: the file is empty. Record or export it again.")
     found = [(d, *_find_rows(lines, d)) for d in _DELIMITERS]
@@ -48,7 +50,12 @@ def read_text_table(path: Path) -> Table:
 
     def load(numbers: Sequence[int]) -> list[np.ndarray]:
         places = [use[header.kept[number]] for number in numbers]
-        return _load(rows, delimiter, places, stamped, comma, label, lines, first)
+        columns = _load(rows, delimiter, places, stamped, comma, label, lines, first)
+        if not text.endswith("\n") and use[-1] in places:
+            ends = [[_cells(row, delimiter)[use[-1]]] for row in rows[-ROWS:]]
+            with located(label):
+                check_last_row(ends, [columns[places.index(use[-1])]])
+        return columns
 
     recorded = _stamp(sample[0][stamped[0]], label)[1] if stamped else None
     return Table(label, form, header.columns, load, header.step_s, recorded)

@@ -123,7 +123,7 @@ def test_a_list_of_jobs(here):
         ('schema = "rapi.jobs/1"\n[[job]]\nrecording = "a"\nplay = 1', "play"),
         ('schema = "rapi.jobs/1"\n[[job]]\nrecording = "a"\nname = "../a"', "cannot name"),
         ('schema = "rapi.jobs/1"\n' + '[[job]]\nrecording = "a"\nname = "b"\n' * 2, "two jobs"),
-        ("= no TOML", "not TOML"),
+        ("= no TOML", "not valid TOML"),
     ],
 )
 def test_a_wrong_list_of_jobs_is_refused_in_one_line(here, text, said):

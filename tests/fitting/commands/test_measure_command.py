@@ -119,7 +119,7 @@ def test_a_dry_run_connects_to_nothing(tmp_path, drives):
 
 
 @pytest.mark.parametrize(
-    ("text", "says"), [("schema = 1", "`schema`"), ("[[[", "not a TOML file"), ("", "`schema`")]
+    ("text", "says"), [("schema = 1", "`schema`"), ("[[[", "not valid TOML"), ("", "`schema`")]
 )
 def test_a_bench_file_that_is_none(tmp_path, drives, capsys, text, says):
     bench = tmp_path / "bench.toml"

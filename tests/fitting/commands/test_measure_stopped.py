@@ -195,7 +195,12 @@ def test_the_generator_is_gone_in_the_second_upload(tmp_path, drives, capsys, se
     first_is_kept(output)
 
 
-def test_a_recording_that_cannot_be_written_does_not_hide_the_failure(tmp_path, drives, capsys):
+def test_a_recording_that_cannot_be_written_does_not_hide_the_failure(
+    tmp_path, drives, capsys, monkeypatch
+):
+    """A file that appears in its place meanwhile; one that is there before is refused at once."""
+    checked = "fitting.commands.shared.files._measured_output.check_recording_output"
+    monkeypatch.setattr(checked, lambda path: None)
     fault = {"fault": Closing(), "when": b":WAV:DATA?", "after": 2}
     output = tmp_path / "taken"
     output.write_text("something else")

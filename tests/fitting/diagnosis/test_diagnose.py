@@ -119,8 +119,8 @@ def test_without_an_effect_there_is_none(seed):
 def in_the_middle(session, noise=0.06, seed=0):
     """The paper's triangles with a delay of 0.1 ms, read inside the region of interest only.
 
-    With 60 MHz of noise a low-pass leaves 17 of chi-square more than the delay, with 20 MHz 150: there
-    they are told apart.
+    With 60 MHz of noise a low-pass leaves 17 of chi-square more than the delay, with 20 MHz 150:
+    there they are told apart.
     """
     rng = np.random.default_rng(seed)
     runs = []

@@ -120,7 +120,7 @@ def test_however_it_ends_the_output_is_parked_and_off(dry, error, monkeypatch):
         ({"rapi.bench/1": "rapi.bench/9"}, "`schema`"),
         ({"delay_s = 2": "delay_s = -2"}, "`optics.delay_s`"),
         ({"load_ohm = inf": "load_ohm = 0"}, "`generator.load_ohm`"),
-        ({"[optics]": "[optics"}, "not a TOML file"),
+        ({"[optics]": "[optics"}, "not valid TOML"),
         ({'resource = "DIG"': 'kind = "scope"'}, "`digitizer`: .*'infiniivision'"),
         ({'resource = "DIG"': 'kind = "replay"'}, r"`digitizer.replay.folder`: Field required"),
         ({'resource = "DIG"': 'kind = "niscope"'}, r"`digitizer.niscope.resource`"),

@@ -251,3 +251,13 @@ def test_between_two_runs_a_change_is_undone_too(tmp_path, monkeypatch):
         recording = bench.measure(DRIVE)
         assert off_by(dry, recording.runs[0]) < 1e-3
         assert "SOUR1:AM:STAT" in recording.provenance["generator_undone"]
+
+
+@pytest.mark.parametrize("on", [True, False])
+def test_an_output_that_was_found_on_is_said_with_what_it_played(on, tmp_path, monkeypatch):
+    """As a process that was killed outright leaves it: parked, off, and in the provenance."""
+    left = "OUTP1:IMP INF\nSOUR1:FREQ 40\nSOUR1:VOLT:HIGH 4\nSOUR1:VOLT:LOW 1" + "\nOUTP1 ON" * on
+    with opened(tmp_path, monkeypatch, (GENERATOR, left), points=64).bench as bench:
+        assert bench.channel.found_on == ("1 to 4 V at 40 Hz" if on else "")
+        said = bench.provenance().get("generator_found_on")
+        assert said == ("1 to 4 V at 40 Hz; it was parked and switched off" if on else None)

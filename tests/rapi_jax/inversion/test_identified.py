@@ -45,3 +45,11 @@ def test_its_unit_is_that_of_the_limits_it_gives():
 
 def test_rates_beyond_are_outside():
     assert "60 Hz" in SEEN.outside(drive(3.0, 60.0))[0]
+
+
+@pytest.mark.parametrize("hz", [0.1, 20.0, 5000.0])
+def test_any_rate_is_beyond_a_recording_that_has_none(hz):
+    without = Identified(0.0, 6.0, 500.0, (), (5.0,))
+    assert without.outside(drive(5.0, hz)) == [
+        f"the scan rate is {hz:g} Hz, the model was identified at none"
+    ]

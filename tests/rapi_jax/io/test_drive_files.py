@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from rapi_jax import DataError, Drive, DriveLimits, compensate, linear_scan
+from rapi_jax import DataError, Drive, DriveLimits, LimitError, compensate, linear_scan
 from rapi_jax.examples import paper_device
 from rapi_jax.io import read_afg, read_drive, read_limits, write_afg, write_drive
 from rapi_jax.io.drives._afg_waveform import FULL, AfgWaveform
@@ -97,10 +97,31 @@ def test_a_damaged_generator_file_is_refused(drive, tmp_path, change, message):
         read_afg(path)
 
 
+@pytest.mark.parametrize("low, high", [(0.0, 5.0), (0.00004, 4.99996), (0.0001, 4.99990001)])
+def test_levels_never_exceed_the_limits(low, high):
+    """They are set in steps of 0.1 mV: a drive between the last step and the limit is refused."""
+    limits = DriveLimits(low, high, 1e6)
+    edge, turn = 0.0, np.abs(np.arange(64) / 32 - 1)  # from 1 down to 0 and up
+    for margin in (0.0002, edge):
+        value = high - margin - turn * (high - low - 2 * margin)
+        one = Drive(np.arange(64) / 640, value, 10.0, "triangle")
+        on_steps = np.allclose(np.array([low, high]) * 1e4 % 1, 0, atol=1e-9)
+        if margin == edge and not on_steps:
+            with pytest.raises(LimitError, match=r"steps of 0\.1 mV"):
+                AfgWaveform.of(one, 64, limits=limits)
+            continue
+        wave = AfgWaveform.of(one, 64, limits=limits)
+        assert low - 1e-12 <= wave.low_v and wave.high_v <= high + 1e-12
+        assert wave.volts.min() >= low - 1e-12 and wave.volts.max() <= high + 1e-12
+
+
 def test_limits_are_read(tmp_path):
     path = tmp_path / "limits.toml"
     path.write_text("low_v = 0.0\nhigh_v = 6.5\nslew_v_per_s = 900.0\n")
     assert read_limits(path) == DriveLimits(0.0, 6.5, 900.0)
+    path.write_text("low_um = 0.0\nhigh_um = 90.0\nslew_um_per_s = 900.0\nstep_um = 1.0\n")
+    assert read_limits(path) == DriveLimits(0.0, 90.0, 900.0, 1.0, unit="um")
+    path.write_text("low_v = 0.0\nhigh_v = 6.5\nslew_v_per_s = 900.0\n")
     path.write_text(path.read_text() + "step_v = 0.1\nmax_frequency_hz = 50.0\n")
     assert read_limits(path) == DriveLimits(0.0, 6.5, 900.0, 0.1, 50.0)
 
@@ -113,7 +134,9 @@ def test_limits_are_read(tmp_path):
         ("low_v = 0.0\nhigh_v = nan\nslew_v_per_s = 900.0\n", "high_v"),
         ("low_v = 7.0\nhigh_v = 6.5\nslew_v_per_s = 900.0\n", "must lie below"),
         ('low_v = "0"\nhigh_v = 6.5\nslew_v_per_s = 900.0\n', "low_v"),
-        ("low_v = \n", "not a TOML file"),
+        ("low_v = \n", "not valid TOML"),
+        ("low_um = 0.0\nhigh_um = 6.5\nslew_v_per_s = 900.0\n", "in V, but other limits"),
+        ("low_v = true\nhigh_v = 6.5\nslew_v_per_s = 900.0\n", "low_v"),
     ],
 )
 def test_limits_that_are_wrong_are_refused(text, message, tmp_path):

@@ -346,3 +346,43 @@ def test_a_million_samples_take_seconds(tmp_path):
     write_recording(big, tmp_path / "r")
     assert same(read_recording(tmp_path / "r"), big)
     assert time.perf_counter() - start < 30
+
+
+@pytest.mark.parametrize("cut", [1, 2, 5, 9, 20, 100])
+def test_a_written_file_that_was_cut_anywhere_is_refused(tmp_path, recording, cut):
+    """Its manifest counts its samples, and its last line has an end."""
+    write_recording(recording, tmp_path / "r")
+    path = tmp_path / "r" / "run01.csv"
+    path.write_bytes(path.read_bytes()[:-cut])
+    assert "run01.csv" in (said := refused(tmp_path / "r"))
+    assert "cut short" in said or "breaks off" in said
+
+
+@pytest.mark.parametrize(
+    ("end", "whole"),
+    [("0.4,1.0,10.5", True), ("0.4,1.0,1", False), ("0.4,1.0,105", False), ("0.4,1.0,", False)],
+)
+def test_a_foreign_file_without_a_last_line_end_is_checked_for_one_that_breaks_off(
+    tmp_path, end, whole
+):
+    rows = "0.0,1.0,10.5\n0.1,2.0,20.5\n0.2,3.0,30.5\n0.3,2.0,20.5\n"
+    path = folder(tmp_path, csv="time_s,drive,response\n" + rows + end)
+    if whole:
+        assert read_recording(path).runs[0].drive.size == 5
+    else:
+        refused(path)
+
+
+def test_runs_of_one_file_are_refused_and_so_are_too_many_bytes_in_all(tmp_path, monkeypatch):
+    path = folder(tmp_path, HEAD + RUN + '[[run]]\nfile = "./a.csv"\nname = "b"\n')
+    assert "name one file, 'a.csv'" in refused(path)
+    (tmp_path / "b.csv").write_text(CSV)
+    folder(tmp_path, HEAD + RUN + '[[run]]\nfile = "b.csv"\n')
+    monkeypatch.setattr("rapi_jax.io.recordings._folder.MAX_BYTES", len(CSV) + 1)
+    assert f"{2 * len(CSV)} bytes, but at most {len(CSV) + 1}" in refused(path)
+
+
+@pytest.mark.parametrize("start", ["1e12", "-2e10", "1e300"])
+def test_a_session_time_that_cannot_be_told_finely_is_refused(tmp_path, start):
+    said = refused(folder(tmp_path, HEAD + RUN + f"start_s = {start}\n"))
+    assert "`start_s`" in said and "not in ms" in said

@@ -4,9 +4,13 @@ import hashlib
 import json
 from collections.abc import Callable
 
+import equinox as eqx
+import jax.numpy as jnp
 import pytest
 from bad_input import data, head, put
 from command_output import assert_failure, assert_one_line
+
+from rapi_jax.io import read_model, write_model
 
 NAN = float("nan")
 
@@ -68,6 +72,18 @@ def test_model(name, rapi, fitted, tmp_path):
         code, out, err = rapi("predict", given, fitted / "recording", "-o", tmp_path / "o")
         assert (code, out) == (3, "") and not (tmp_path / "o").exists()
         assert_one_line(err, str(path), *words)
+
+
+@pytest.mark.parametrize("value", [NAN, float("inf")])
+def test_a_parameter_that_is_not_finite_is_refused_when_the_model_is_read(
+    value, rapi, fitted, tmp_path
+):
+    ecdl, about = read_model(fitted / "model.rapi")
+    spoilt = eqx.tree_at(lambda e: e.operator.zeta, ecdl, jnp.asarray(value))
+    write_model(tmp_path / "model.rapi", spoilt, **about)
+    code, out, err = rapi("predict", tmp_path, fitted / "recording", "-o", tmp_path / "o")
+    assert (code, out) == (3, "") and not (tmp_path / "o").exists()
+    assert_one_line(err, "model.rapi", "parameter `zeta` of RAPI is not finite")
 
 
 def test_no_model(rapi, fitted, tmp_path):

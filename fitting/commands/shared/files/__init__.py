@@ -1,0 +1,1 @@
+"""The files that commands write: drives, measurements, and where they come from."""

@@ -1,0 +1,70 @@
+"""Where a bench may write what it takes: over what a bench wrote there before, and nothing else."""
+
+from pathlib import Path
+
+_CURE = "Choose another with `-o`, or move it away."
+
+
+def check_recording_output(path: Path) -> None:
+    """Refuse an output that is there and that `rapi measure` did not write: `OutputError`."""
+    from rapi_jax import DataError
+    from rapi_jax.io import OutputError, printable, read_recording
+
+    if _is_free(path):
+        return
+    label = printable(path)
+    try:
+        made = read_recording(path, nan="mask").provenance
+    except DataError as error:
+        raise OutputError(
+            f"the output {label} is there and is no recording that reads. {_CURE}"
+        ) from error
+    if "bench" not in made and made.get("incomplete") is None:
+        raise OutputError(
+            f"the output {label} is a recording that `rapi measure` did not write. {_CURE}"
+        )
+
+
+def check_fringes_output(path: Path) -> None:
+    """Refuse a folder that is there and holds no fringe records. Raises `OutputError`."""
+    from rapi_jax import DataError
+    from rapi_jax.internal import read_toml
+    from rapi_jax.io import OutputError, printable
+
+    if path.exists() and not path.is_dir():
+        raise OutputError(
+            f"the output {printable(path)} is there and is not a folder. Choose another."
+        )
+    if _is_free(path):
+        return
+    try:
+        schema = read_toml(path / "manifest.toml", "manifest.toml").get("schema")
+    except DataError:
+        schema = None
+    if not str(schema).startswith("rapi.fringes/"):
+        raise OutputError(
+            f"the output {printable(path)} is there and holds no fringe records. {_CURE}"
+        )
+
+
+def check_bench_output(path: Path) -> None:
+    """Refuse a bench file that is there and is not of a simulated laboratory: `OutputError`."""
+    from rapi_jax import DataError
+    from rapi_jax.internal import read_text
+    from rapi_jax.io import OutputError, printable
+
+    if not path.exists():
+        return
+    try:
+        text = read_text(path, 2**20)
+    except DataError:
+        text = "?"
+    if text and not text.startswith("# A simulated la"):
+        raise OutputError(
+            f"the output {printable(path)} is there and describes no simulated laboratory. Choose "
+            "another name, or move it away."
+        )
+
+
+def _is_free(path: Path) -> bool:
+    return not path.exists() or (path.is_dir() and not any(path.iterdir()))

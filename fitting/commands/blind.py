@@ -53,7 +53,7 @@ def make(
     bank: Path,
     /,
     *,
-    tier: Literal["open", "calibration", "nulls", "withheld", "sealed"] = "open",
+    tier: Literal["open", "calibration", "nulls", "withheld", "sessions", "sealed"] = "open",
     count: Count = 200,
     seed: Seed = None,
     json: Json = False,
@@ -66,8 +66,9 @@ def make(
         Folder for the bank; made if missing.
     tier
         `open`: for development; `calibration`: for thresholds and probabilities; `nulls`: no
-        effect at all; `withheld`: the true effect is not among the candidates; `sealed`: seeded by
-        the code and a secret, to be scored once.
+        effect at all; `withheld`: the true effect is not among the candidates; `sessions`: recorded
+        in sessions of many designs, of 1 to 12 runs; `sealed`: seeded by the code and a secret, to
+        be scored once.
     count
         How many lasers.
     seed

@@ -1,13 +1,13 @@
 """Tiers of banks: which devices each holds, and which effect is withheld from the candidates."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fitting.blind.simulator._bank import LARGE, Spec, bank
 from fitting.blind.simulator.effects._kinds import LISTED, SIGMA
 
-SEEDS = {"open": 1, "calibration": 2, "nulls": 3, "withheld": 4}
+SEEDS = {"open": 1, "calibration": 2, "nulls": 3, "withheld": 4, "sessions": 5}
 TIERS = (*SEEDS, "sealed")
 
 
@@ -30,7 +30,8 @@ def bank_entries(tier: str, seed: int, count: int) -> list[BankEntry]:
     `open`, `calibration` and `sealed` hold all kinds; `nulls` no effect, every other one with base
     misfit; `withheld` each listed effect in turn at 4 to 20 times the noise. A part of the sealed
     bank's effects is of forms and kinds that no other tier holds, so that what was developed and
-    calibrated on the others is examined on what nobody has looked at.
+    calibrated on the others is examined on what nobody has looked at. `sessions` holds all kinds in
+    sessions of many designs, see `draw_session`.
     """
     if tier not in TIERS:
         raise ValueError(f"Argument `tier` must be one of {', '.join(TIERS)}, but it is {tier!r}.")
@@ -40,7 +41,10 @@ def bank_entries(tier: str, seed: int, count: int) -> list[BankEntry]:
         return [BankEntry(spec, None) for spec in _null_specs(seed, count)]
     if tier == "withheld":
         return [BankEntry(spec, spec.effect) for spec in _withheld_specs(seed, count)]
-    return [BankEntry(spec, None) for spec in bank(seed, count, unseen=tier == "sealed")]
+    drawn = bank(seed, count, unseen=tier == "sealed")
+    if tier == "sessions":
+        drawn = [replace(spec, any_session=True) for spec in drawn]
+    return [BankEntry(spec, None) for spec in drawn]
 
 
 def _null_specs(seed: int, count: int) -> list[Spec]:

@@ -19,11 +19,19 @@ class Spec:
     effect: str  # "" for a null
     sigma: float  # 0 for a null
     base_misfit: bool
+    any_session: bool = False  # see `draw_device`
 
     def draw(self) -> SimulatedDevice:
         """The device."""
         sigma = self.sigma if self.kind != "null" else None
-        return draw_device(self.seed, self.kind, self.effect, sigma, base_misfit=self.base_misfit)
+        return draw_device(
+            self.seed,
+            self.kind,
+            self.effect,
+            sigma,
+            base_misfit=self.base_misfit,
+            any_session=self.any_session,
+        )
 
 
 UNSEEN = {"form": 2, "unlisted": 3}

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from ._noise import LEAST, MOST, Noise, draw_noise
 from ._piezo import draw_other_form, draw_paper_form
 from ._scan import Scan, draw_scans
+from ._session_designs import draw_session
 from ._signal_path import Effect, RunState, SignalPath, mean_at_crossings
 from ._tangent import base_tangent
 from .effects._kinds import MIX, SIGMA, makers, names_of
@@ -88,13 +89,15 @@ def draw_device(
     sigma: float | None = None,
     *,
     base_misfit: bool | None = None,
+    any_session: bool = False,
 ) -> SimulatedDevice:
     """The device of a seed; what is not asked for is drawn, in the mix of `_kinds.MIX`.
 
     `effect` is a name of `_kinds.names_of(kind)`, two names joined by `+` for a pair. `sigma` is
     the size in multiples of the noise; where no strength within the effect's physical range has it,
     the noise is scaled, within 5 to 30 MHz, and where that is not enough the nearest is taken;
-    `SimulatedDevice.size` says what it is. Raises ValueError for unknown names.
+    `SimulatedDevice.size` says what it is. `any_session`: of any design, see `draw_session`. Raises
+    ValueError for unknown names.
     """
     choice = np.random.default_rng([seed, _CHOICE])
     drawn = str(choice.choice(list(MIX), p=list(MIX.values())))
@@ -107,7 +110,8 @@ def draw_device(
     misfit = misfit if base_misfit is None else base_misfit
     made = makers(kind, effect)
 
-    scans = draw_scans(np.random.default_rng([seed, _SESSION]))
+    draw = draw_session if any_session else draw_scans
+    scans = draw(np.random.default_rng([seed, _SESSION]))
     rng = np.random.default_rng([seed, _PIEZO])
     oversample = int(rng.integers(8, 17))
     piezo = draw_other_form(rng) if misfit else draw_paper_form(rng)

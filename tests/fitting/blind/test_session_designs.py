@@ -1,0 +1,53 @@
+"""Sessions of many designs: what is drawn, and that each can be recorded."""
+
+import numpy as np
+import pytest
+
+from fitting.blind.protocol._answers import answer_record, read_spec
+from fitting.blind.protocol._exchange import to_recording
+from fitting.blind.protocol._tiers import bank_entries
+from fitting.blind.simulator._session_designs import draw_session
+from fitting.blind.simulator._simulated_device import draw_device
+
+
+def test_the_designs_are_many():
+    sessions = [draw_session(np.random.default_rng(seed)) for seed in range(300)]
+    assert {len(scans) for scans in sessions} == set(range(1, 13))
+    assert {len({s.rate_hz for s in scans}) for scans in sessions} == set(range(1, 7))
+    assert {len({s.swing for s in scans}) for scans in sessions} == {1, 2, 3}
+    every = [scan for scans in sessions for scan in scans]
+    assert {s.periods for s in every} == set(range(1, 7))
+    assert {s.waveform for s in every} == {"triangle", "sine", "other"}
+    sizes = [sum(s.drive.size for s in scans) for scans in sessions]
+    assert min(sizes) < 700 and max(sizes) > 20_000 and max(sizes) <= 60_000
+    for s in every:
+        assert 0.5 <= s.rate_hz <= 150.0 and 60 <= s.samples <= 4000
+        assert 0.0 < s.drive.min() and s.drive.max() < 6.0
+        assert s.bias - s.swing / 2 - 1e-9 <= s.drive.min() <= s.drive.max()
+        assert s.drive.max() <= s.bias + s.swing / 2 + 1e-9
+    for scans in sessions:
+        for one, after in zip(scans, scans[1:], strict=False):
+            assert after.start_s > one.start_s + one.duration_s + 0.4
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_device_in_any_session_is_recorded_as_it_was_drawn(seed):
+    device = draw_device(seed, "listed", "etalon", 5.0, any_session=True)
+    recording = to_recording(device.runs)
+    assert len(recording.runs) == len(device.runs)
+    assert [r.response.size for r in recording.runs] == [r.response.size for r in device.runs]
+    usual = draw_device(seed, "listed", "etalon", 5.0)
+    assert [r.excitation_hz for r in usual.runs] != [r.excitation_hz for r in device.runs]
+
+
+def test_the_tier_holds_all_kinds_and_its_answers_draw_the_same_devices():
+    entries = bank_entries("sessions", 5, 40)
+    assert {e.spec.kind for e in entries} == {"null", "listed", "form", "pair", "unlisted"}
+    assert all(e.spec.any_session and e.withheld is None for e in entries)
+    assert not any(e.spec.any_session for e in bank_entries("open", 5, 40))
+    spec = next(e.spec for e in entries if e.spec.kind == "null")
+    device = spec.draw()
+    again = read_spec(answer_record(spec, device, "0")).draw()
+    assert again.name == device.name
+    for a, b in zip(again.runs, device.runs, strict=True):
+        np.testing.assert_array_equal(a.response, b.response)

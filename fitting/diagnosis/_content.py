@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from rapi_jax import ECDL
+from rapi_jax import ECDL, Recording
 
 from ._text import describe_effects
 from .family._law import threshold_law
 from .how_far._cross_validation import CrossValidation
-from .how_far._predicted_gain import predict_gain
+from .how_far._predicted_gain import PredictedGain, predict_gain
 from .how_far._shares import effect_shares, run_shares
 from .noise._periods import PeriodBlock
 from .refit._whitened_model import WhitenedModel
@@ -90,7 +90,25 @@ def describe_shrinkage(
         else [],
         "foreseen": None if gain is None else gain.closed,
         "straighter": None if gain is None else gain.linearity_gain,
+        "nonlinearity": _describe_nonlinearity(whitened.recording, gain),
         "remainder": describe_localisation(remainder, repeats=_repeats(blocks)),
+    }
+
+
+def _describe_nonlinearity(recording: Recording, gain: PredictedGain | None) -> dict | None:
+    """Rms of a compensated scan about its line, before and after the drive allows for the effects.
+
+    `None` where nothing is predicted, or no drive can allow for them.
+    """
+    if gain is None or gain.linearity_gain is None:
+        return None
+    drive, factor = recording.runs[gain.run].drive, gain.linearity_gain
+    ends = {"low": "high", "value": "value", "high": "low"}
+    return {
+        "excitation_hz": drive.rate,
+        "amplitude": drive.u_pp,
+        "before": gain.nonlinearity,
+        "after": {key: gain.nonlinearity / factor[of] for key, of in ends.items()},
     }
 
 

@@ -28,11 +28,14 @@ Range = dict[str, float]  # "value", "low", "high"
 class PredictedGain(NamedTuple):
     """With 95 % intervals: the share of the gap that closes, and the factor of a scan.
 
-    `linearity_gain`: by which the nonlinearity of a compensated scan falls; `None` where no drive
-    can allow for the effects.
+    `run`: that whose scan stands for all; `nonlinearity`: rms that a drive without the effects
+    leaves of it, in the response's unit. `linearity_gain`: by which that falls once the drive
+    allows for the effects; `None` where no drive can.
     """
 
     closed: Range
+    run: int
+    nonlinearity: float
     linearity_gain: Range | None
 
 
@@ -80,12 +83,14 @@ def predict_gain(
     try:
         refuse(state.effects)
     except NotInvertible:
-        return PredictedGain(closed, None)
+        return PredictedGain(closed, at, float(np.sqrt(bent)), None)
     low, value, high = (
         float(np.sqrt(bent / max(x, THRESHOLDS.least_error * bent))) for x in stays[::-1]
     )
     return PredictedGain(
         closed,
+        at,
+        float(np.sqrt(bent)),
         {
             "value": value,
             "low": low / THRESHOLDS.other_scan_factor,

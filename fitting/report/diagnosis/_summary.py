@@ -36,6 +36,8 @@ def list_facts(diagnosis: dict, scale: Scale, labels: words.Labels) -> list[tupl
     lines.append(("Gap closed", format_interval(closed) if closed else none))
     if straighter := words.describe_linearity_gain(diagnosis):
         lines.append(("Scan straighter", f"{straighter}, once compensated with the effect"))
+    if nonlinearity := words.describe_nonlinearity(diagnosis, scale):
+        lines.append(("Nonlinearity of a compensated scan", nonlinearity))
     lines.append(("Noise floor", "not known" if floor is None else f"{scale(floor)} rms"))
     return lines
 

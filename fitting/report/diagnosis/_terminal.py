@@ -10,7 +10,7 @@ from rich.text import Text
 
 from ._detectability import describe_size
 from ._numbers import SPACE, Scale, format_interval, format_with_error
-from ._text import describe_linearity_gain
+from ._text import describe_linearity_gain, describe_nonlinearity
 
 _LEAST_SHOWN = 5e-4  # probability; less is 0.000 in the table
 
@@ -29,6 +29,8 @@ def render_lines(diagnosis: dict[str, Any]) -> Group:
     rows += [Text(where), _tabulate_hypotheses(diagnosis)]
     if factor := describe_linearity_gain(diagnosis):
         rows.append(Text(f"a scan compensated with the effect should be straighter: {factor}"))
+    if nonlinearity := describe_nonlinearity(diagnosis, scale):
+        rows.append(Text(f"its nonlinearity: {nonlinearity}".replace(SPACE, " ")))
     if len(verdict["set"]) > 1:
         rows.append(Text(f"95 % set: {', '.join(verdict['set'])}"))
     scan = diagnosis.get("next_scan")

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from rapi_jax import effects
 
 from ._numbers import (
+    Scale,
     finite_or_none,
     format_interval,
     format_number,
@@ -164,6 +165,19 @@ def label_run(entry: dict, drive_unit: str) -> str:
     if finite_or_none(entry.get("amplitude")) is not None:
         parts.append(format_setting(entry["amplitude"], drive_unit))
     return ", ".join(parts) or name_run(entry)
+
+
+def describe_nonlinearity(diagnosis: dict, scale: Scale) -> str:
+    """How far a compensated scan is off its line without and with the effects; empty if unknown."""
+    found = (diagnosis.get("shrinkage") or {}).get("nonlinearity")
+    if not isinstance(found, dict) or finite_or_none(found.get("before")) is None:
+        return ""
+    after = found.get("after") or {}
+    low, high = (finite_or_none(after.get(key)) for key in ("low", "high"))
+    text = f"{scale.bare(found['before'])} → {scale(after.get('value'))} rms"
+    if low is not None and high is not None:
+        text += f" ({scale.bare(low, digits=2)} to {scale.bare(high, digits=2)})"
+    return f"{text} at {format_setting(found['excitation_hz'], 'Hz')}"
 
 
 def describe_linearity_gain(diagnosis: dict) -> str:

@@ -49,4 +49,8 @@ def test_the_scan_is_straighter_by_the_factor_predicted():
     promised = report.content["shrinkage"]["straighter"]
     print(factor, promised, crooked(device, first.drive), crooked(device, second.drive))
     assert factor > 5.0
+    foreseen = report.content["shrinkage"]["nonlinearity"]
+    assert foreseen["excitation_hz"] == 20.0
+    assert foreseen["before"] == pytest.approx(crooked(device, first.drive), rel=0.5)
+    assert foreseen["after"]["low"] <= crooked(device, second.drive) <= foreseen["after"]["high"]
     assert promised["low"] <= factor and (promised["high"] is None or factor <= promised["high"])

@@ -92,6 +92,9 @@ def test_a_diagnosis_foresees_what_closes_and_how_straight_a_scan_becomes():
         assert found[name]["low"] <= found[name]["value"] <= found[name]["high"]
     assert found["foreseen"]["high"] <= 1.0 and found["foreseen"]["value"] > 0.9
     assert found["straighter"]["low"] > 1.0
+    scan = found["nonlinearity"]
+    assert scan["after"]["low"] <= scan["after"]["value"] <= scan["after"]["high"] < scan["before"]
+    assert scan["before"] / scan["after"]["value"] == pytest.approx(found["straighter"]["value"])
 
 
 @pytest.mark.slow
@@ -101,3 +104,4 @@ def test_no_scan_becomes_straighter_by_an_effect_that_no_drive_allows_for():
     assert report.verdict.name == "pickup"
     found = report.content["shrinkage"]
     assert found["straighter"] is None and found["foreseen"]["high"] > 0.9
+    assert found["nonlinearity"] is None

@@ -1,8 +1,9 @@
 """The backward check of a pair: whether one of its effects alone would leave nearly as little.
 
-Each alone is refitted from where the pair ended, too. A refit of one effect may have stopped in a
-minimum of its own, far above; a pair that passes by there would be credited with what its second
-effect does not explain.
+Each alone is refitted from where the pair ended, too, on the base and on the flexible base. A refit
+of one effect may have stopped in a minimum of its own, far above, such as one of a pickup's other
+frequencies; a pair that passes by there would be credited with what its second effect does not
+explain.
 """
 
 from collections.abc import Sequence
@@ -14,7 +15,7 @@ from fitting.diagnosis.refit._gauss_newton import Refit
 from ._candidate import Candidate, added_effects
 from ._effect_refit import free_eta, refit_beside_jumps
 from ._excess import excess, nonsynchronous_excess, reduces_nonsynchronous
-from ._flexible_refit import refit_on_flexible_base
+from ._flexible_refit import refit_and_search, refit_on_flexible_base
 from ._thresholds import THRESHOLDS
 
 
@@ -60,6 +61,13 @@ def _refit_members(
         on_base = free_eta(free, state)
         without = (none.flexible_refit, none.on_flexible_base)
         flexible_refit, flexible = refit_on_flexible_base(free, on_base, without)
+        there = pair.on_flexible_base
+        kept = tuple(e for e in there.effects if e.name not in left_out)
+        start = pair.flexible_refit.evaluate(there.values, kept)
+        if np.isfinite(start.cost):
+            end = refit_and_search(pair.flexible_refit, start, none.cost)
+            if end.cost < flexible.cost:
+                flexible_refit, flexible = pair.flexible_refit, end
         effects = added_effects(flexible.effects, own)
         fraction = pair.unabsorbed_fraction
         out.append(Candidate(effects, state, on_base, flexible, flexible_refit, fraction))

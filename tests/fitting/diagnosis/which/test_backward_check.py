@@ -1,5 +1,7 @@
 """A pair stands only where neither of its effects alone does as well from where the pair ended."""
 
+import dataclasses
+
 import pytest
 from edge_worlds import drives, record
 from worlds import TRUTHS, ordered
@@ -11,10 +13,12 @@ from fitting.diagnosis.which._candidate import Candidate
 from fitting.diagnosis.which._effect_refit import free_eta
 from fitting.diagnosis.which._excess import excess
 from fitting.diagnosis.which._flexible_refit import refit_and_search, refit_flexible_base
-from rapi_jax.effects import Delay
+from rapi_jax.effects import Delay, Pickup
 
 DELAY, ETALON = Delay(tau=1e-4), TRUTHS["etalon"]
 BAD = Delay(tau=4e-4)
+PICKUP = Pickup(amplitude=0.1, hertz=50.3, phase=0.3)
+ELSEWHERE = Pickup(amplitude=0.1, hertz=57.3, phase=0.3)
 
 
 def candidates(effects, *hypotheses):
@@ -72,6 +76,18 @@ def test_an_effect_found_only_beside_another_becomes_a_hypothesis_of_its_own(one
     singles, pairs = check_backward(refits, none, [etalon], [pair])
     assert not pairs
     assert singles[0].name == "delay"
+    assert leaves_noise(singles[0])
+
+
+def test_an_effect_is_refitted_alone_from_the_flexible_base_of_the_pair_too():
+    """There alone had the pair's pickup found its frequency; its etalon explains nothing."""
+    refits, none, (pair,) = candidates((PICKUP,), (PICKUP, ETALON))
+    astray = stuck(refits, none, (), ordered((ELSEWHERE, ETALON)))
+    pair = dataclasses.replace(pair, eta_fixed=astray.eta_fixed, on_base=astray.on_base)
+    early = stuck(refits, none, (ELSEWHERE,), (ELSEWHERE,))
+    singles, pairs = check_backward(refits, none, [early], [pair])
+    assert not pairs
+    assert singles[0].name == "pickup"
     assert leaves_noise(singles[0])
 
 

@@ -2,3 +2,4 @@
 
 from rapi_jax.internal import quantity as quantity
 from rapi_jax.internal import readable_unit as readable_unit
+from rapi_jax.internal import significant as significant

@@ -30,4 +30,10 @@ def readable_unit(unit: str, sizes: Iterable[float]) -> tuple[str, float]:
 def quantity(value: float, unit: str) -> str:
     """A size with three digits, in the unit in which it reads best: 42.7 MHz, not 0.0427 GHz."""
     unit, factor = readable_unit(unit, (value,))
-    return f"{factor * value:.3g} {unit}"
+    return f"{significant(factor * value, 3)} {unit}"
+
+
+def significant(value: float, digits: int) -> str:
+    """A number with so many significant digits, below a million without a power of ten: 360."""
+    text = f"{value:.{digits}g}"
+    return f"{float(text):.0f}" if "e+" in text and abs(float(text)) < 1e6 else text

@@ -6,6 +6,7 @@ from fitting._units import quantity
 from fitting.report._result_page import Section, list_versions, render_result
 
 PAGE = "drives.html"
+_ROUNDING = 1e-12  # of the span
 
 
 def render_page(report: dict[str, Any], picture: bytes) -> str:
@@ -62,7 +63,8 @@ def _expected(expected: dict[str, Any]) -> str:
 
 def _row(one: dict[str, Any], unit: str) -> tuple[str, ...]:
     slope = one["certificate"]
-    up, down = (quantity(one["nonlinearity"][side], unit) for side in ("up", "down"))
+    bent = [one["nonlinearity"][side] for side in ("up", "down")]
+    up, down = ("rounding" if x < _ROUNDING * one["span"] else quantity(x, unit) for x in bent)
     return (
         f"{one['excitation_hz']:g} Hz",
         f"{one['drive_min']:.4g} to {one['drive_max']:.4g}",

@@ -11,14 +11,14 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from fitting._units import quantity, readable_unit
+from fitting._units import quantity, readable_unit, significant
 
 if TYPE_CHECKING:
     from fitting.identification._result import FitResult
 
 
 def _format_number(value: float, digits: int = 4) -> str:
-    return "-" if value is None or not np.isfinite(value) else f"{value:.{digits}g}"
+    return "-" if value is None or not np.isfinite(value) else significant(value, digits)
 
 
 def round_with_error(value: float, stderr: float) -> tuple[str, str]:

@@ -26,7 +26,7 @@ from rapi_jax import (
 from rapi_jax.display._summary import Summary
 from rapi_jax.effects import Etalon
 from rapi_jax.examples import paper_device
-from rapi_jax.internal import quantity
+from rapi_jax.internal import quantity, significant
 from rapi_jax.ranging.budget import Budget, BudgetLine
 from rapi_jax.readout._readout import Peaks, Readout
 
@@ -162,3 +162,14 @@ def test_notes_are_folded_and_said_once():
     assert first == f"run 'a': threshold {rest} (2 runs are alike.)" and second == notes[1]
     folded = fold_notes({"monday": notes[1:2], "tuesday": notes[1:2], "friday": ()})
     assert folded == ["2 of 3 recordings: one rate: a lag."]
+
+
+def test_numbers_below_a_million_have_no_power_of_ten():
+    assert quantity(3.6e-4, "GHz") == "360 kHz"
+    assert [significant(x, 2) for x in (364.0, 36.4, 0.0364, 123456.0)] == [
+        "360",
+        "36",
+        "0.036",
+        "120000",
+    ]
+    assert significant(2.5e7, 2) == "2.5e+07"

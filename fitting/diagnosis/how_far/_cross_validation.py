@@ -18,7 +18,7 @@ from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import Recording
 
 from ._bootstrap import closed_fraction
-from ._determination import prediction_variance
+from ._determination import is_as_good, prediction_change, prediction_variance
 from ._thresholds import THRESHOLDS
 
 
@@ -86,12 +86,17 @@ def held_out_errors(refit: Refit, fold: Fold, state: State) -> list[np.ndarray] 
     whitener = Whitener(fold.seen, spectrum, own_origin, use=fold.use)
     seen = dataclasses.replace(refit, whitened=whitened, whitener=whitener)
     start = seen.evaluate(state.values, state.effects)
-    if not fold.use.all():
+    limits = THRESHOLDS
+    if fold.use.all():
+        end = seen.minimise(start, limits.refit_steps, limits.refit_tolerance)
+    else:
         others = Whitener(fold.seen, spectrum, own_origin, use=~fold.use)
         readings = sum(block.left.shape[1] for block in fold.held)
         if prediction_variance(seen, start, others) >= readings:
             return None
-    end = seen.minimise(start, THRESHOLDS.refit_steps, THRESHOLDS.refit_tolerance)
+        end = seen.minimise(start, limits.refit_steps, limits.refit_tolerance)
+        if is_as_good(seen, start, end) and prediction_change(start, end, others) >= readings:
+            return None
     held = list(zip(fold.runs, fold.held, strict=True))
     return refit.whitened.block_errors(whitener, end.effects, end.operator_response, held)[0]
 

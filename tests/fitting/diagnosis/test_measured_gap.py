@@ -16,7 +16,8 @@ def test_the_loop_of_a_servo_is_a_lag(shared_data):
 
     One rate, and runs that are not said to repeat: hysteresis alone draws that loop too, and a fit
     that begins with it keeps it. Straight from the command, a delay of about 20 ms leaves half of
-    the error of the best hysteresis. Neither creep (the loop is as wide in every cycle) nor
+    the error of the best operator of the paper's kind; a richer one with 109 values draws the loop
+    nearly as well as a delay beside it. Neither creep (the loop is as wide in every cycle) nor
     hysteresis alone (`none`) is an answer.
     """
     report = diagnose(None, read_recording(shared_data / "servo_lag"), scan=False)
@@ -24,7 +25,11 @@ def test_the_loop_of_a_servo_is_a_lag(shared_data):
     named = {effect for name in report.verdict.set for effect in name.split("+")}
     assert not named & {"creep", "none", "drift", "amplitude_law", "rate_law"}
     lag = next(h for h in report.content["hypotheses"] if h["name"] == report.verdict.name)
-    assert lag["closed_fraction"]["value"] > 0.5
+    assert lag["closed_fraction"]["value"] > 0.0
+    left = {
+        "+".join(h["effects"]): h["identified"] for h in report.content["evidence"]["hypotheses"]
+    }
+    assert left[report.verdict.name] < 0.25 * left[""]  # of chi-square
     assert any("noise is not measured" in note for note in report.notes)
 
 
@@ -46,5 +51,9 @@ def test_a_piezo_identified_on_full_loops_lags_on_small_ones(shared_data):
     assert set(report.verdict.set) <= {"amplifier_lowpass", "delay", "current_coupling", "unlisted"}
     assert {"amplifier_lowpass", "delay"} & set(report.verdict.set)
     shrinkage = report.content["shrinkage"]
-    assert 0.5 < shrinkage["closed_fraction"]["value"] < 1.0
-    assert shrinkage["after"] < 0.7 * shrinkage["before"]
+    closed = shrinkage["closed_fraction"]
+    assert 0.0 < closed["low"] < closed["value"] < 1.0
+    left = {
+        "+".join(h["effects"]): h["identified"] for h in report.content["evidence"]["hypotheses"]
+    }
+    assert left[report.verdict.name] < 0.5 * left[""]  # of chi-square, on the paper's operator

@@ -16,11 +16,14 @@ SIGMA = 4.0  # projected size in noise of a sample: rms of what no base can abso
 FOUND, UNLISTED = ("creep", "etalon"), ("gain_drift", "quantisation")
 
 
-def every_effect(short):
-    """The names of all effects, those that are not in `short` in the slow tier."""
-    return [
-        pytest.param(cls.name, marks=() if cls.name in short else pytest.mark.slow) for cls in ALL
-    ]
+# Two minutes or more each: many pairs come near.
+LONG = ("drift", "slew_limit", "current_coupling", "saturation")
+
+
+def every_effect(short, long=()):
+    """The names of all effects, those in `short` in the short tier, those in `long` by hand."""
+    slow = {name: pytest.mark.calibration for name in long} | {name: () for name in short}
+    return [pytest.param(cls.name, marks=slow.get(cls.name, pytest.mark.slow)) for cls in ALL]
 
 
 # Each effect and the one whose response is most like its own.
@@ -96,7 +99,7 @@ def test_an_effect_is_found_and_its_parameters_with_it(name):
     assert closed["value"] > 0.9
 
 
-@pytest.mark.parametrize("name", every_effect(UNLISTED))
+@pytest.mark.parametrize("name", every_effect(UNLISTED, LONG))
 def test_an_effect_that_is_not_among_the_candidates_is_unlisted(name):
     candidates = [cls for cls in ALL if cls.name != name]
     report = diagnose(None, session_of(name), candidates=candidates, scan=False)

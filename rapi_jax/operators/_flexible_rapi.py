@@ -68,7 +68,9 @@ def flexible_form(operator: AbstractOperator, recording: Recording) -> FlexibleF
     weight = max(
         limits.flexible_weight * float(np.abs(weights).max()), limits.flexible_weight_least * slope
     )
-    decay = np.array(limits.flexible_decay) / float(r.max()) ** np.array([1.0, 2.0])
+    # Of a sweep that never turns all thresholds may be 0.
+    widest = max(float(r.max()), limits.flexible_threshold_least * u_pp / 2.0)
+    decay = np.array(limits.flexible_decay) / widest ** np.array([1.0, 2.0])
     least = {
         "alpha": limits.flexible_threshold_least,
         "rho": limits.flexible_threshold_least * half,

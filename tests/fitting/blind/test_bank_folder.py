@@ -69,7 +69,7 @@ def test_a_recording_tells_nothing_of_its_answer(tmp_path):
     manifest = tomllib.loads((folder.recordings / name / "manifest.toml").read_text())
     assert set(manifest) == {"schema", "response_unit", "drive_unit", "response_origin",
                              "response_lag_s", "run"}  # fmt: skip
-    known = {"file", "excitation_hz", "waveform", "start_s"}
+    known = {"file", "excitation_hz", "waveform", "start_s", "samples"}
     assert {key for run in manifest["run"] for key in run} == known
     files = [p.name for p in (folder.recordings / name).iterdir()]
     assert all(re.fullmatch(r"run\d\d\.csv|manifest\.toml", file) for file in files)

@@ -136,7 +136,8 @@ def test_names_of_folders_and_one_bad_recording_of_several(rapi, tmp_path):
     places = [tmp_path / day / "a" for day in ("mon", "tue", "wed")]
     code, out, err = rapi("fit", *places, "-o", tmp_path / "o", *FAST, "--json")
     assert code == 3
-    assert_one_line(err, "a_2: ")
+    told = "".join(line for line in err.splitlines(True) if not line.startswith("fitting a_"))
+    assert_one_line(told, "a_2: ")
     assert [m["schema"] for m in json.loads(out)] == ["rapi.model/1"] * 2
     assert (tmp_path / "o" / "a_1" / "model.json").exists()
     assert (tmp_path / "o" / "a_3" / "model.json").exists()

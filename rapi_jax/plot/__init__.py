@@ -3,6 +3,8 @@
 Most take `ax=`: axes of your own to draw one picture, or one run, into.
 """
 
+from matplotlib.figure import Figure as Figure
+
 from ._fits import convergence as convergence
 from ._fits import correlation as correlation
 from ._fits import residuals as residuals

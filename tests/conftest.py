@@ -9,6 +9,8 @@ from pathlib import Path
 
 # Read when NumPy loads: test processes with two threads each would spin against each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Commands are silent while they work: what they say every 10 s would depend on the machine's speed.
+os.environ.setdefault("RAPI_PROGRESS", "0")
 
 import jaxtyping
 

@@ -1,6 +1,7 @@
 """Progress on standard error: a bar on a terminal, a plain line now and then elsewhere."""
 
 import contextlib
+import os
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -10,6 +11,7 @@ from rich.progress import Progress, ProgressColumn, SpinnerColumn, TextColumn, T
 from rich.progress_bar import ProgressBar
 from rich.text import Text
 
+SWITCH = "RAPI_PROGRESS"
 PLAIN_EVERY_S = 10.0  # between two plain lines
 _NEVER_FULL = 0.97  # of the bar, before the work is done
 
@@ -22,7 +24,8 @@ def progress(
 
     `about`: a line that is written before the first step. `expected_s`: how long the work takes,
     about, for the bar; without it there is none. Where standard error is no terminal, a line is
-    written every 10 s at most, so that short work is silent.
+    written every 10 s at most, so that short work is silent. With `RAPI_PROGRESS=0` in the
+    environment `about` is all that is written.
     """
     del as_json  # standard error is for people either way
     target = Console(stderr=True)
@@ -33,13 +36,14 @@ def progress(
         if waiting:
             target.print(f"{title}: {waiting.pop()}", markup=False, highlight=False, soft_wrap=True)
 
-    if not target.is_terminal:
+    quiet = os.environ.get(SWITCH) == "0"
+    if quiet or not target.is_terminal:
 
         def report_plainly(line: str) -> None:
             nonlocal spoken
             introduce()
             now = time.monotonic()
-            if now - spoken >= PLAIN_EVERY_S:
+            if not quiet and now - spoken >= PLAIN_EVERY_S:
                 spoken = now
                 text = f"{title}: {line} ({now - begun:.0f} s)"
                 target.print(text, markup=False, highlight=False, soft_wrap=True)

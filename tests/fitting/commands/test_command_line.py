@@ -90,18 +90,25 @@ def test_what_is_about_to_be_worked_on():
 
 
 def test_progress_without_a_terminal_is_a_line_now_and_then(capsys, monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr(_progress.time, "monotonic", lambda: now[0])
-    with _progress.progress("fitting", False, about="4 runs; about 10 s") as report:
-        for second in range(0, 25, 4):
-            now[0] = float(second)
-            report(f"step {second}")
-    assert capsys.readouterr().err.splitlines() == [
+    def said() -> list[str]:
+        now = [0.0]
+        monkeypatch.setattr(_progress.time, "monotonic", lambda: now[0])
+        with _progress.progress("fitting", False, about="4 runs; about 10 s") as report:
+            for second in range(0, 25, 4):
+                now[0] = float(second)
+                report(f"step {second}")
+        return capsys.readouterr().err.splitlines()
+
+    monkeypatch.delenv(_progress.SWITCH)
+    assert said() == [
         "fitting: 4 runs; about 10 s", "fitting: step 12 (12 s)", "fitting: step 24 (24 s)",
     ]  # fmt: skip
+    monkeypatch.setenv(_progress.SWITCH, "0")
+    assert said() == ["fitting: 4 runs; about 10 s"]
 
 
 def test_progress_on_a_terminal_has_the_time_left(capsys, monkeypatch):
+    monkeypatch.delenv(_progress.SWITCH)
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("TERM", "xterm")
     with _progress.progress("fitting", False, about="4 runs", expected_s=60.0) as report:

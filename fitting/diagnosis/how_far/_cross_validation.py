@@ -79,24 +79,22 @@ def held_out_errors(refit: Refit, fold: Fold, state: State) -> list[np.ndarray] 
     """Errors on what `fold` holds, of the model refitted to what it leaves.
 
     `None` where that does not determine the prediction: where errors of parameters make it less
-    certain than the mean periods held out are. Later periods of the same drives always are.
+    certain than the mean periods held out are, or a refit no better than chance moves it by more.
+    Of later periods of the same drives it is always determined.
     """
     whitened = dataclasses.replace(refit.whitened, blocks=fold.seen)
     spectrum, own_origin = refit.whitener.spectrum, whitened.own_origin
     whitener = Whitener(fold.seen, spectrum, own_origin, use=fold.use)
     seen = dataclasses.replace(refit, whitened=whitened, whitener=whitener)
     start = seen.evaluate(state.values, state.effects)
-    limits = THRESHOLDS
-    if fold.use.all():
-        end = seen.minimise(start, limits.refit_steps, limits.refit_tolerance)
-    else:
-        others = Whitener(fold.seen, spectrum, own_origin, use=~fold.use)
-        readings = sum(block.left.shape[1] for block in fold.held)
-        if prediction_variance(seen, start, others) >= readings:
-            return None
-        end = seen.minimise(start, limits.refit_steps, limits.refit_tolerance)
-        if is_as_good(seen, start, end) and prediction_change(start, end, others) >= readings:
-            return None
+    others = Whitener(fold.seen, spectrum, own_origin, use=~fold.use)
+    other_runs, readings = not fold.use.all(), sum(b.left.shape[1] for b in fold.held)
+    if other_runs and prediction_variance(seen, start, others) >= readings:
+        return None
+    end = seen.minimise(start, THRESHOLDS.refit_steps, THRESHOLDS.refit_tolerance)
+    moved = other_runs and prediction_change(start, end, others) >= readings
+    if moved and is_as_good(seen, start, end):
+        return None
     held = list(zip(fold.runs, fold.held, strict=True))
     return refit.whitened.block_errors(whitener, end.effects, end.operator_response, held)[0]
 

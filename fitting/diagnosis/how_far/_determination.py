@@ -16,7 +16,7 @@ from fitting.diagnosis.noise._whitening import Whitener
 from fitting.diagnosis.refit._effect_vector import effect_values
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 
-_CHANCE = 1e-3  # of a fall in chi-square that large among models as good; a tenth: 20 % more fall
+_CHANCE = 1e-3  # of a fall in chi-square that large among models as good; a tenth: 8 to 18 % more
 _RANK = 1e-9  # of a column's length squared: rounding
 
 

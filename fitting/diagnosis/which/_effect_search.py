@@ -1,5 +1,5 @@
-"""The search for one more effect: every candidate refitted with the base, leaders on the flexible
-base.
+"""The search for one more effect: all are screened, the promising refitted with the base, and the
+leaders on the flexible base.
 """
 
 from collections.abc import Callable, Iterable
@@ -17,6 +17,7 @@ from ._effect_refit import (
 from ._excess import is_competitive, reduces_nonsynchronous
 from ._flexible_refit import refit_on_flexible_base
 from ._screen import InitialGuesses, orthonormal_basis, screen_effect
+from ._screened_effects import ScreenedEffects
 from ._thresholds import THRESHOLDS
 
 Progress = Callable[[str], None]
@@ -35,61 +36,83 @@ def search_one_effect(
     `refits`: with `eta` held, and with all of the operator free. `none`: the base's own effects.
     """
     eta_fixed, free = refits
-    short = _refit_short(eta_fixed, start, guesses, progress)
+    screened = _screen_all(eta_fixed, start, guesses)
+    short = _refit_short(eta_fixed, start, screened, progress)
+    short += _refit_without_hysteresis(eta_fixed, start, guesses)
     progress("the best of them")
-    full = _refit_in_full(eta_fixed, start.eta_fixed, short)
+    leading = screened.leading_on_flexible_base
+    full = _refit_in_full(eta_fixed, start.eta_fixed, sorted(short, key=_cost), leading)
     own = none.on_base.effects
     out = []
-    for state, fraction in _leaders(full, start.eta_fixed):
+    for state, fraction in _leaders(full, start.eta_fixed, leading):
+        added = _added(state, start.eta_fixed)
         progress(f"{hypothesis_name(added_effects(state.effects, own))} on the flexible base")
         on_base = free_eta(free, state)
-        flexible_refit, flexible = refit_on_flexible_base(
-            free, on_base, (start.flexible_refit, start.on_flexible_base)
+        without = (start.flexible_refit, start.on_flexible_base)
+        guess = (
+            short_refit(*without, screened.by_flexible_score(added)) if added in leading else None
         )
+        flexible_refit, flexible = refit_on_flexible_base(free, on_base, without, guess)
         effects = added_effects(flexible.effects, own)
         out.append(Candidate(effects, state, on_base, flexible, flexible_refit, fraction))
     return out
 
 
-def _refit_short(
-    refit: Refit, start: Candidate, guesses: InitialGuesses, progress: Progress
-) -> list[_Refitted]:
-    """Short refits of each effect, the best first.
-
-    At one rate also from no hysteresis, where no other effect stands beside it yet.
-    """
+def _screen_all(refit: Refit, start: Candidate, guesses: InitialGuesses) -> ScreenedEffects:
+    """Every guess beside `start`, by what the base and the flexible base leave of it."""
     state = start.eta_fixed
     basis = orthonormal_basis(refit.jacobian_base(state))
     flexible_basis = orthonormal_basis(start.flexible_refit.jacobian_base(start.on_flexible_base))
-    first = not start.effects  # else the hysteresis is what the other effect left of it
-    without = refit_without_hysteresis(refit, state) if first and _has_one_rate(refit) else None
+    found = {n: screen_effect(refit, state, g, basis, flexible_basis) for n, g in guesses.items()}
+    return ScreenedEffects({name: each for name, each in found.items() if each})
+
+
+def _refit_short(
+    refit: Refit, start: Candidate, screened: ScreenedEffects, progress: Progress
+) -> list[_Refitted]:
+    """Short refits of the promising effects."""
     out: list[_Refitted] = []
-    for name, grid in guesses.items():
+    for name, each in screened.promising.items():
         progress(name)
-        screened = screen_effect(refit, state, grid, basis, flexible_basis)
-        if not screened:
-            continue
-        fraction = screened[0].unabsorbed_fraction
-        found = short_refit(refit, state, screened)
+        found = short_refit(refit, start.eta_fixed, each)
         if found is not None:
-            out.append((found, fraction))
-        if without is not None:
-            polynomial = orthonormal_basis(without[0].jacobian_base(without[1]))
-            screened = screen_effect(*without, grid, polynomial, polynomial)
-            found = refit_from_no_hysteresis(refit, without, screened)
-            if found is not None:
-                out.append((found, fraction))
-    return sorted(out, key=_cost)
+            out.append((found, each[0].unabsorbed_fraction))
+    return out
 
 
-def _refit_in_full(refit: Refit, without: State, short: list[_Refitted]) -> list[_Refitted]:
-    """Full refits of the promising short ones; the best of each effect, the best of all first."""
+def _refit_without_hysteresis(
+    refit: Refit, start: Candidate, guesses: InitialGuesses
+) -> list[_Refitted]:
+    """At one rate: refits of each effect from no hysteresis, where it stands alone."""
+    if start.effects or not _has_one_rate(refit):
+        return []  # beside another effect the hysteresis is what that one left of it
+    without = refit_without_hysteresis(refit, start.eta_fixed)
+    if without is None:
+        return []
+    polynomial = orthonormal_basis(without[0].jacobian_base(without[1]))
+    out: list[_Refitted] = []
+    for grid in guesses.values():
+        screened = screen_effect(*without, grid, polynomial, polynomial)
+        found = refit_from_no_hysteresis(refit, without, screened)
+        if found is not None:
+            out.append((found, screened[0].unabsorbed_fraction))
+    return out
+
+
+def _refit_in_full(
+    refit: Refit, without: State, short: list[_Refitted], leading: frozenset[str]
+) -> list[_Refitted]:
+    """Full refits of the promising short ones; the best of each effect, the best of all first.
+
+    `leading`: effects that are refitted in full in any case.
+    """
     share = THRESHOLDS.full_refit_fall
     full: list[_Refitted] = []
     for state, fraction in short:
         best = min((end for end, _ in full), key=lambda end: end.cost, default=None)
         if (
             best is None
+            or _added(state, without) in leading
             or is_competitive(state, best, without, share)
             or reduces_nonsynchronous(state, without, share)
         ):
@@ -97,17 +120,24 @@ def _refit_in_full(refit: Refit, without: State, short: list[_Refitted]) -> list
     return _best_of_each(pair for pair in full if pair[0].cost < without.cost)
 
 
-def _leaders(full: list[_Refitted], without: State) -> list[_Refitted]:
-    """Those that are refitted on the flexible base; the best at least."""
+def _leaders(full: list[_Refitted], without: State, leading: frozenset[str]) -> list[_Refitted]:
+    """Those to refit on the flexible base: the best at least, and those `leading` there."""
     best = full[0][0] if full else without
     leaders = []
     for k, (state, fraction) in enumerate(full):
         first = k <= THRESHOLDS.leaders
         if (
-            first and is_competitive(state, best, without, THRESHOLDS.leader_fall)
-        ) or reduces_nonsynchronous(state, without, THRESHOLDS.full_refit_fall):
+            (first and is_competitive(state, best, without, THRESHOLDS.leader_fall))
+            or reduces_nonsynchronous(state, without, THRESHOLDS.full_refit_fall)
+            or _added(state, without) in leading
+        ):
             leaders.append((state, fraction))
     return leaders or full[:1]
+
+
+def _added(state: State, without: State) -> str:
+    """The name of the effect that `state` has and `without` has not."""
+    return hypothesis_name(added_effects(state.effects, without.effects))
 
 
 def _cost(refitted: _Refitted) -> float:

@@ -24,11 +24,12 @@ def refit_flexible_base(refit: Refit, state: State) -> tuple[Refit, State]:
 
 
 def refit_on_flexible_base(
-    refit: Refit, on_base: State, without: tuple[Refit, State]
+    refit: Refit, on_base: State, without: tuple[Refit, State], guess: State | None = None
 ) -> tuple[Refit, State]:
     """The flexible base with the effects of `on_base`: from there, or from the one without them.
 
-    The better of the two starts is refitted; the other only where the first ends above it.
+    `guess`: a short refit on the latter with effects of other values, which is a start as well.
+    The better of the starts is refitted; the next only where the first ends above it.
     """
     base = flexible_base(refit.whitened, refit.base, on_base.values) or refit.base
     flexible = dataclasses.replace(refit, base=base)
@@ -37,6 +38,7 @@ def refit_on_flexible_base(
     starts = [
         (flexible, flexible.evaluate(values, on_base.effects)),
         (other, other.evaluate(before.values, on_base.effects)),
+        *([(other, guess)] if guess is not None else []),
     ]
     starts = sorted((s for s in starts if np.isfinite(s[1].cost)), key=lambda s: s[1].cost)
     first, state = starts[0]

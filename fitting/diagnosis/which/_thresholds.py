@@ -68,6 +68,12 @@ class WhichThresholds:
         3, unit="guesses", origin=f"{_TRIAL}; refitted for each effect; more cost time"
     )
 
+    screened_fall: float = threshold(
+        0.05,
+        unit="of the best score",
+        origin=f"{_TRIAL}; effects below it on the base and on the flexible base are not refitted",
+    )
+
     # Joint refits with one more effect.
     short_steps: int = threshold(4, unit="steps", origin=f"{_TRIAL}; of a short refit")
     long_short_factor: int = threshold(

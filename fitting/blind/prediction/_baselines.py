@@ -59,7 +59,8 @@ def baseline_verdicts(
     nothing = np.zeros((state.errors.synchronous.size, 0))
     inside = orthonormal_basis(refit.jacobian_base(state))
     best = {
-        name: screen_effect(refit, state, grid, nothing, inside) for name, grid in trials.items()
+        name: screen_effect(refit, state, grid, nothing, (state, inside))
+        for name, grid in trials.items()
     }
     rng = np.random.default_rng(seed)
     names = [NONE, *(cls.name for cls in candidates), UNLISTED]
@@ -111,7 +112,8 @@ def forward_selection(
             inside = orthonormal_basis(refit.jacobian_base(state))
             grids = initial_guesses(refit, state, left)
             screened = {
-                n: screen_effect(refit, state, grid, inside, inside) for n, grid in grids.items()
+                n: screen_effect(refit, state, grid, inside, (state, inside))
+                for n, grid in grids.items()
             }
     return hypothesis_name(effects_found)
 

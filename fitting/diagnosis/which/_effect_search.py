@@ -62,8 +62,9 @@ def _screen_all(refit: Refit, start: Candidate, guesses: InitialGuesses) -> Scre
     """Every guess beside `start`, by what the base and the flexible base leave of it."""
     state = start.eta_fixed
     basis = orthonormal_basis(refit.jacobian_base(state))
-    flexible_basis = orthonormal_basis(start.flexible_refit.jacobian_base(start.on_flexible_base))
-    found = {n: screen_effect(refit, state, g, basis, flexible_basis) for n, g in guesses.items()}
+    there = start.on_flexible_base
+    flexible = there, orthonormal_basis(start.flexible_refit.jacobian_base(there))
+    found = {n: screen_effect(refit, state, g, basis, flexible) for n, g in guesses.items()}
     return ScreenedEffects({name: each for name, each in found.items() if each})
 
 
@@ -89,10 +90,11 @@ def _refit_without_hysteresis(
     without = refit_without_hysteresis(refit, start.eta_fixed)
     if without is None:
         return []
-    polynomial = orthonormal_basis(without[0].jacobian_base(without[1]))
+    refit_polynomial, state = without
+    polynomial = orthonormal_basis(refit_polynomial.jacobian_base(state))
     out: list[_Refitted] = []
     for grid in guesses.values():
-        screened = screen_effect(*without, grid, polynomial, polynomial)
+        screened = screen_effect(*without, grid, polynomial, (state, polynomial))
         found = refit_from_no_hysteresis(refit, without, screened)
         if found is not None:
             out.append((found, screened[0].unabsorbed_fraction))

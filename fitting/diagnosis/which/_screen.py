@@ -20,7 +20,8 @@ class Screened:
     """One initial guess: its signature against the residual, beside what a base can absorb.
 
     - `score`: the score statistic, by how much chi-square would fall at the guess's best size, with
-      the base's Jacobian projected out; `flexible_score`: with the flexible base's.
+      the base's Jacobian projected out; `flexible_score`: the same of what the flexible base
+      leaves, with its Jacobian projected out.
     - `unabsorbed_fraction`: length of what the flexible base cannot absorb, over the whole
       signature's.
     - `cost`: chi-square with the guess as it stands, the base's Jacobian projected out.
@@ -107,13 +108,14 @@ def screen_effect(
     state: State,
     guesses: Iterable[AbstractEffect],
     basis: np.ndarray,
-    flexible_basis: np.ndarray,
+    flexible: tuple[State, np.ndarray],
 ) -> list[Screened]:
     """Every guess beside the state, the largest score first.
 
-    `basis`, `flexible_basis`: see `orthonormal_basis`, of the base and of the flexible base.
+    `basis`: see `orthonormal_basis`, of the base. `flexible`: the state on the flexible base, and
+    the basis of that.
     """
-    screened = (_screen(refit, state, guess, basis, flexible_basis) for guess in guesses)
+    screened = (_screen(refit, state, guess, basis, flexible) for guess in guesses)
     return sorted((one for one in screened if one is not None), key=lambda one: -one.score)
 
 
@@ -142,7 +144,7 @@ def _screen(
     state: State,
     guess: AbstractEffect,
     basis: np.ndarray,
-    flexible_basis: np.ndarray,
+    flexible: tuple[State, np.ndarray],
 ) -> Screened | None:
     """One guess; `None` where it changes nothing, or its response is not finite."""
     signature = effect_signature(refit, state, guess)
@@ -150,20 +152,30 @@ def _screen(
         return None
     s, t = signature
     whole = float(s @ s + t @ t)
-    synchronous, nonsynchronous = state.errors.synchronous, state.errors.nonsynchronous
-    changed = synchronous + s
+    changed, others = state.errors.synchronous + s, state.errors.nonsynchronous + t
     along = basis.T @ changed
-    cost = float(changed @ changed - along @ along + (nonsynchronous + t) @ (nonsynchronous + t))
-    scores, unabsorbed, beyond = [], 0.0, s
-    for q in (basis, flexible_basis):
-        along = q.T @ s
-        if q is basis:
-            beyond = s - q @ along
-        unabsorbed = max(float(s @ s - along @ along), 0.0) + float(t @ t)
-        inner = -float(s @ synchronous - along @ (q.T @ synchronous)) - float(t @ nonsynchronous)
-        absorbed = unabsorbed <= THRESHOLDS.absorbed_signature * whole
-        scores.append(inner**2 / unabsorbed if not absorbed and inner > 0 else 0.0)
+    cost = float(changed @ changed - along @ along + others @ others)
+    beyond = s - basis @ (basis.T @ s)
+    score, _ = _score(beyond, t, state, whole)
+    on_flexible, columns = flexible
+    flexible_score, unabsorbed = _score(s - columns @ (columns.T @ s), t, on_flexible, whole)
     direction = np.concatenate([beyond, t]).astype(np.float32)
     direction /= max(float(np.linalg.norm(direction)), 1e-30)
     fraction = float(np.sqrt(unabsorbed / whole))
-    return Screened(guess, scores[0], scores[1], fraction, cost, direction)
+    return Screened(guess, score, flexible_score, fraction, cost, direction)
+
+
+def _score(
+    synchronous: np.ndarray, nonsynchronous: np.ndarray, state: State, whole: float
+) -> tuple[float, float]:
+    """The score statistic of a signature less what a base absorbs, and that remainder's square.
+
+    `whole`: the square of the whole signature. A signature that points away from what is left would
+    need the opposite sign, which its effect has not: its score is 0.
+    """
+    square = float(synchronous @ synchronous + nonsynchronous @ nonsynchronous)
+    errors = state.errors
+    inner = -float(synchronous @ errors.synchronous + nonsynchronous @ errors.nonsynchronous)
+    if square <= THRESHOLDS.absorbed_signature * whole or inner <= 0:
+        return 0.0, square
+    return inner**2 / square, square

@@ -50,7 +50,7 @@ def test_the_fall_along_a_signature_is_its_correlation(fitted):
     left = np.concatenate([state.errors.synchronous, state.errors.nonsynchronous])
     nothing = np.zeros((state.errors.synchronous.size, 0))
     for trial in (TRUTHS["resonance"], TRUTHS["amplifier_lowpass"]):
-        (found,) = screen_effect(refit, state, [trial], nothing, nothing) or [None]
+        (found,) = screen_effect(refit, state, [trial], nothing, (state, nothing)) or [None]
         moved = refit.evaluate(state.values, (trial,)).errors
         signature = np.concatenate([moved.synchronous, moved.nonsynchronous]) - left
         rho = -(signature @ left) / np.sqrt((signature @ signature) * (left @ left))

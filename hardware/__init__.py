@@ -30,6 +30,7 @@ from .generator._afg31000 import AFG31000 as AFG31000
 from .generator._base import AbstractGenerator as AbstractGenerator
 from .generator._base import AbstractGeneratorTable as AbstractGeneratorTable
 from .generator._base import AbstractOutput as AbstractOutput
+from .generator._base import AbstractWatchdog as AbstractWatchdog
 from .generator._channel import AfgChannel as AfgChannel
 from .laser._base import AbstractLaser as AbstractLaser
 from .laser._base import AbstractLaserTable as AbstractLaserTable

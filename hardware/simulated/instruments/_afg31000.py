@@ -1,6 +1,7 @@
 """A simulated Tektronix AFG31052: the commands of basic mode, its limits and its rounding."""
 
 import math
+import time
 from collections.abc import Callable
 
 import numpy as np
@@ -31,6 +32,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
     - `digits`: levels are rounded to 0.1 mV or so many digits; 5 for 0.1 mV up to 10 V.
     - `ignores`: headers (upper case, as sent) of commands that it silently does not obey.
     - `first_memory`: how it names the first memory in answers, "EMEM1" or "EMEM".
+    - `clock`: gives the time, s, for bursts that a trigger from outside begins.
 
     `seen` holds, for each channel, the voltages that its load has seen: the extremes while the
     output was on, and the largest jump by a level or a relay.
@@ -45,7 +47,9 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         digits: int = 4,
         ignores: tuple[str, ...] = (),
         first_memory: str = "EMEM1",
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
+        self._clock = clock
         self.upload_s = upload_s
         self._names = {"EMEM1": first_memory}
         self.trigger = {"source": "TIM", "output": "TRIG"}
@@ -59,10 +63,11 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         """Voltages that each channel's load has seen so far."""
         return {n: output.seen for n, output in self._outputs.items()}
 
-    def output(self, n: int) -> AfgWaveform | None:
+    def output(self, n: int, at_s: float | None = None) -> AfgWaveform | None:
         """What channel `n` puts into its load, `None` while it is off.
 
         In sequence mode a sine comes out at the channel's levels, whatever its memory holds.
+        `at_s`: the time that is meant, for bursts; by default now.
         """
         out = self._outputs[n]
         if not out.on:
@@ -71,7 +76,36 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         if self._states.sequence:
             return AfgWaveform(_BUILT_IN["SIN"], low, high, out.play.frequency_hz)
         memory = self._memory.get({"EMEM1": 1, "EMEM2": 2}.get(out.shape, 0))
-        return out.play.play(_BUILT_IN[out.shape] if memory is None else memory, low, high)
+        codes = _BUILT_IN[out.shape] if memory is None else memory
+        begin, end = self._span_s(out)
+        if not begin <= (self._clock() if at_s is None else at_s) < end:
+            codes = out.play.rest(codes)
+        return out.play.play(codes, low, high)
+
+    def pulse_s(self, n: int, after_s: float) -> tuple[float, float] | None:
+        """The next pulse at the trigger output, and the end of what is played, s; or none.
+
+        Pulses come at the start of each period, in a burst of its own. Without one the time of a
+        pulse is not followed: it comes at once.
+        """
+        begin, end = self._span_s(self._outputs[n])
+        if not self._outputs[n].on:
+            return None
+        if math.isinf(end):
+            return after_s, end
+        step = 1 / self._outputs[n].play.frequency_hz
+        at = begin + max(0, math.ceil((after_s - begin) / step)) * step
+        return (at, end) if at < end - step / 2 else None
+
+    def _span_s(self, out: AfgOutput) -> tuple[float, float]:
+        """From when to when the channel plays, s."""
+        if out.play.burst and not out.play.by_clock:
+            return out.play.burst_span_s
+        return -math.inf, math.inf
+
+    def _fire(self, n: int, unit: Unit) -> None:
+        for out in self._outputs.values():
+            out.play.fired_s = self._clock()
 
     def commands(self) -> dict[str, Handler]:
         """Of basic mode."""
@@ -92,6 +126,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
             "OUTPut:TRIGger[:MODE]?": lambda n, unit: self.trigger["output"],
             "TRIGger[:SEQuence]:SOURce": self._choose("source", ("TIM", "EXT")),
             "TRIGger[:SEQuence]:SOURce?": lambda n, unit: self.trigger["source"],
+            "*TRG": self._fire,
             "SOURce{n}:PHASe:INITiate": lambda n, unit: None,
             "SOURce{n}:FUNCtion[:SHAPe]": self._set_shape,
             "SOURce{n}:FUNCtion[:SHAPe]?": lambda n, unit: self._shape(n),
@@ -116,6 +151,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         for output in self._outputs.values():
             output.reset()
         self._states.reset()
+        self.trigger |= {"source": "TIM", "output": "TRIG"}
 
     def _switch(self, n: int, unit: Unit) -> None:
         self._outputs[n].switch(boolean(unit))
@@ -136,6 +172,8 @@ class SimulatedAFG31052(AbstractScpiInstrument):
             if short not in known:
                 raise ScpiFault(-224, word)
             self.trigger[name] = short
+            for out in self._outputs.values():
+                out.play.by_clock = self.trigger["source"] == "TIM"
 
         return choose
 

@@ -25,6 +25,7 @@ _VALUES = {  # header: field of `Playback`, smallest, largest, unit
     "FREQuency:STOP": ("sweep_to_hz", 1e-6, 25e6, "HZ"),
     "SWEep:TIME": ("sweep_s", 1e-3, 500.0, "S"),
     "BURSt:NCYCles": ("burst_cycles", 1.0, 1e6, ""),
+    "BURSt:TDELay": ("burst_delay_s", 0.0, 85.0, "S"),
 }
 
 
@@ -61,6 +62,10 @@ class AfgStates:
             "SOURce{n}:FREQuency:MODE?": lambda n, unit: self._play(n).mode,
             "SOURce{n}:BURSt[:STATe]": self._set_burst,
             "SOURce{n}:BURSt[:STATe]?": lambda n, unit: str(int(self._play(n).burst)),
+            "SOURce{n}:BURSt:MODE": self._set_burst_mode,
+            "SOURce{n}:BURSt:MODE?": lambda n, unit: self._play(n).burst_mode,
+            "SOURce{n}:BURSt:IDLE": self._set_idle,
+            "SOURce{n}:BURSt:IDLE?": lambda n, unit: self._play(n).burst_idle,
             "SOURce{n}:VOLTage:UNIT": self._set_unit,
             "SOURce{n}:VOLTage:UNIT?": lambda n, unit: self._outputs[n].unit,
             "SOURce{n}:AM[:DEPTh]": self._set_depth,
@@ -136,6 +141,13 @@ class AfgStates:
 
     def _set_burst(self, n: int, unit: Unit) -> None:
         self._play(n).burst = boolean(unit)
+        self._play(n).fired_s = -math.inf
+
+    def _set_burst_mode(self, n: int, unit: Unit) -> None:
+        self._play(n).burst_mode = word(unit, ("TRIGgered", "GATed"))
+
+    def _set_idle(self, n: int, unit: Unit) -> None:
+        self._play(n).burst_idle = word(unit, ("STARt", "DC", "END"))
 
     def _set_unit(self, n: int, unit: Unit) -> None:
         self._outputs[n].unit = word(unit, ("VPP", "VRMS", "DBM"))

@@ -29,8 +29,8 @@ class BenchThresholds:
     watchdog_reserve_s: float = threshold(
         1.0,
         unit="s",
-        origin="a record is taken only if it is there so long before a counted drive ends: more than "
-        "a digitizer takes to say so; set by trial",
+        origin="a record is taken only if it is there so long before a counted drive ends: "
+        "more than a digitizer takes to say so; set by trial",
     )
 
 

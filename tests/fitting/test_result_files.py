@@ -40,6 +40,7 @@ def test_a_whole_result_is_read_and_lists_its_files(results):
     load_model(folder)
 
 
+@pytest.mark.fault(name="a model of another fit beside a result", promise="exit 3, one line")
 def test_a_model_of_another_fit_is_refused(results, tmp_path):
     (one, _), (other, _) = results
     shutil.copytree(one, mixed := tmp_path / "mixed")
@@ -48,6 +49,7 @@ def test_a_model_of_another_fit_is_refused(results, tmp_path):
         load_model(mixed)
 
 
+@pytest.mark.fault(name="a writer that ends anywhere in a result", promise="refused by name")
 @pytest.mark.parametrize("failing", ["model.rapi", "loops.png", "starts.png", "model.json"])
 @pytest.mark.parametrize("fresh", [False, True])
 def test_what_ends_while_writing_is_refused_by_name(results, tmp_path, failing, fresh, monkeypatch):
@@ -131,6 +133,9 @@ def play(tmp_path, capsys):
     return measure
 
 
+@pytest.mark.fault(
+    name="a drive that its certificate was not made with", promise="exit 3, one line, not played"
+)
 def test_a_drive_that_its_certificate_was_not_made_with_is_not_played(drives, tmp_path, play):
     shutil.copytree(drives / "first", folder := tmp_path / "mixed")
     drive = folder / "drive_20Hz.csv"
@@ -140,6 +145,10 @@ def test_a_drive_that_its_certificate_was_not_made_with_is_not_played(drives, tm
     assert code == 3 and "drive_20Hz.csv is not the file that certificate.json" in error
 
 
+@pytest.mark.fault(
+    name="a drive of an earlier result beside a new certificate",
+    promise="exit 3, one line, not played",
+)
 def test_a_drive_of_an_earlier_result_is_not_played(drives, tmp_path, play):
     """The second result has no drive at 30 Hz: its certificate says nothing of the one there."""
     shutil.copytree(drives / "first", folder := tmp_path / "again")
@@ -153,6 +162,9 @@ def test_a_drive_of_an_earlier_result_is_not_played(drives, tmp_path, play):
         assert error.count("\n") == 1
 
 
+@pytest.mark.fault(
+    name="a drive whose certificate was not written", promise="exit 3, one line, not played"
+)
 def test_a_drive_whose_certificate_was_not_reached_is_not_played(
     drives, tmp_path, play, monkeypatch
 ):

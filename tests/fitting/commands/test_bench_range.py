@@ -63,6 +63,9 @@ def test_records_are_taken(tmp_path, drive, server, capsys):
         assert record.cavity is not None
 
 
+@pytest.mark.fault(
+    name="an instrument fails among fringe records", promise="the records that were taken are kept"
+)
 def test_a_failure_keeps_the_records_that_were_taken(tmp_path, drive, capsys):
     output = tmp_path / "part"
     fault = {"fault": Closing(1000), "when": b":WAV:DATA?", "after": 3}
@@ -78,6 +81,7 @@ def test_a_failure_keeps_the_records_that_were_taken(tmp_path, drive, capsys):
     assert "Interrupted" in records.notes[0]
 
 
+@pytest.mark.fault(name="a drive that cannot be played", promise="refused before a byte")
 def test_what_cannot_be_played_is_refused_before_a_byte(tmp_path, drive, capsys):
     wide = tmp_path / "wide.csv"
     write_drive(triangle(40.0, amplitude=9.0, bias=4.0, samples=2000)[0], wide)
@@ -92,6 +96,9 @@ def test_what_cannot_be_played_is_refused_before_a_byte(tmp_path, drive, capsys)
     assert (tmp_path / "file").read_text() == "mine"
 
 
+@pytest.mark.fault(
+    name="a drive of another result than its certificate", promise="exit 3, one line, not played"
+)
 def test_a_drive_of_another_result_is_refused(tmp_path, drive, capsys):
     """The certificate beside it was written with another file of that name."""
     content = {"schema": "rapi.certificate/1", "files": {drive.name: "0" * 64}}

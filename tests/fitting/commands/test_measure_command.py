@@ -63,6 +63,9 @@ def test_measured(tmp_path, drives, server, capsys):
         assert np.nanstd(off) < 1.5e-3  # GHz: another generator's grid of levels
 
 
+@pytest.mark.fault(
+    name="a drive beyond the bench's limits, under `rapi measure`", promise="exit 3, nothing played"
+)
 def test_nothing_is_played_beyond_the_limits(tmp_path, drives, capsys):
     with contextlib.ExitStack() as stack:
         served = Served(stack, tmp_path, HislipServer)
@@ -73,6 +76,9 @@ def test_nothing_is_played_beyond_the_limits(tmp_path, drives, capsys):
     assert not (tmp_path / "r").exists()
 
 
+@pytest.mark.fault(
+    name="an instrument that is silent in the second run", promise="exit 6, the first run written"
+)
 @pytest.mark.process  # as long as the time limits of its connection
 def test_an_instrument_that_fails_is_exit_code_6(tmp_path, drives, capsys):
     """In the second run; the first is written."""
@@ -89,6 +95,7 @@ def test_an_instrument_that_fails_is_exit_code_6(tmp_path, drives, capsys):
     assert len(recording.runs) == 1 and recording.provenance["incomplete"] == "yes"
 
 
+@pytest.mark.fault(name="an open interlock", promise="exit 6")
 def test_an_open_interlock_is_exit_code_6(tmp_path, drives, capsys):
     with contextlib.ExitStack() as stack:
         served = Served(stack, tmp_path, HislipServer)
@@ -98,6 +105,7 @@ def test_an_open_interlock_is_exit_code_6(tmp_path, drives, capsys):
     assert "Close the interlock" in capsys.readouterr().err
 
 
+@pytest.mark.fault(name="a laser that is off", promise="exit 6")
 def test_a_laser_that_is_off(tmp_path, drives, capsys):
     with contextlib.ExitStack() as stack:
         served = Served(stack, tmp_path, HislipServer)
@@ -118,6 +126,7 @@ def test_a_dry_run_connects_to_nothing(tmp_path, drives):
     }  # fmt: skip
 
 
+@pytest.mark.fault(name="a bench file that is none", promise="exit 3, one line")
 @pytest.mark.parametrize(
     ("text", "says"), [("schema = 1", "`schema`"), ("[[[", "not valid TOML"), ("", "`schema`")]
 )

@@ -51,6 +51,10 @@ def test_a_record_is_as_true_as_one_without(tmp_path):
     assert dry.laboratory.generator.output(1) is None and seen.relay_v <= 0.0041
 
 
+@pytest.mark.fault(
+    name="nothing is sent any more while the output is on, with a watchdog and without",
+    promise="the output stops after its periods; without one it plays on",
+)
 @pytest.mark.parametrize("cycles", [1, 7, None])
 def test_where_nobody_ends_it_the_output_stops_after_its_periods(cycles):
     """Nothing is sent any more: the driving side is gone."""
@@ -98,6 +102,9 @@ def test_every_start_begins_anew_and_a_burst_can_be_left(tmp_path):
         assert channel.settings()["SOUR1:BURS:STAT"] == "0" and channel.playing_s() == np.inf
 
 
+@pytest.mark.fault(
+    name="another user changes a setting of the burst", promise="refused, parked and off"
+)
 @pytest.mark.parametrize(
     ("change", "header"),
     [
@@ -124,6 +131,10 @@ def test_what_another_user_changes_is_refused(change, header, tmp_path, monkeypa
         assert dry.laboratory.generator.output(1) is None and not bench.so_far
 
 
+@pytest.mark.fault(
+    name="instruments so slow that the record would hold the end of the burst",
+    promise="refused, parked and off",
+)
 @pytest.mark.parametrize("late_s", [2.5, 60.0])
 def test_a_record_that_would_hold_the_end_is_refused(late_s, tmp_path, monkeypatch):
     """The instruments answer slowly: by then the drive is over, or soon will be."""
@@ -155,6 +166,7 @@ def test_where_the_drive_stops_the_light_does(tmp_path):
         assert lab._light(bench._now() + 0.014, 0.0, 40_000, 1e6) is None
 
 
+@pytest.mark.fault(name="more periods than the generator counts", promise="refused before output")
 def test_more_periods_than_it_counts_are_refused_before_output(tmp_path):
     dry = opened(tmp_path, settling=10_000, watchdog_s=3600.0)
     (fast,) = triangle([1000.0], amplitude=0.1, bias=3.0, periods=1)

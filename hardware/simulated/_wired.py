@@ -14,9 +14,9 @@ from rapi_jax import AfgWaveform
 
 from ._laboratory import Laboratory
 from ._photodiodes import Photodiodes
-from .instruments._afg31000 import SimulatedAFG31052
 from .instruments._infiniivision import SimulatedInfiniiVision
 from .instruments._tlb6700 import SimulatedTLB6700
+from .instruments.afg31000._instrument import SimulatedAFG31052
 from .laser._digitizer import Digitizer
 
 INTERFEROMETER, CAVITY, MEASUREMENT = 1, 2, 3  # connectors of the oscilloscope

@@ -6,22 +6,25 @@ from collections.abc import Callable
 
 import numpy as np
 
+from hardware.simulated.instruments._messages import Unit
+from hardware.simulated.instruments._scpi_instrument import (
+    AbstractScpiInstrument,
+    Handler,
+    boolean,
+    number,
+    one,
+)
+from hardware.simulated.instruments._scpi_instrument import word as choice
+from hardware.simulated.instruments._status import ScpiFault
 from rapi_jax import AfgWaveform
 from rapi_jax.internal import FULL, POINTS
 
-from ._afg_output import AfgOutput, Seen
-from ._afg_states import AfgStates
-from ._messages import Unit
-from ._scpi_instrument import AbstractScpiInstrument, Handler, boolean, number, one
-from ._status import ScpiFault
+from ._kept import KeptSettings
+from ._output import AfgOutput, Seen
+from ._shapes import SHAPES, built_in
+from ._states import AfgStates
 
 IDENTITY = "TEKTRONIX,AFG31052,C000001,SCPI:99.0 FV:1.6.2"
-_CYCLE = np.linspace(0.0, 1.0, 1000, endpoint=False)
-_BUILT_IN = {  # codes of one period, by shape
-    "SIN": np.rint(FULL / 2 * (1 + np.sin(2 * np.pi * _CYCLE))).astype(np.uint16),
-    "RAMP": np.rint(FULL * (1 - np.abs(2 * _CYCLE - 1))).astype(np.uint16),
-    "DC": np.full(1000, FULL // 2, np.uint16),
-}
 
 
 class SimulatedAFG31052(AbstractScpiInstrument):
@@ -54,7 +57,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         self._names = {"EMEM1": first_memory}
         self.trigger = {"source": "TIM", "output": "TRIG"}
         self._outputs = {n: AfgOutput(load_ohm, digits) for n in (1, 2)}
-        self._states = AfgStates(self._outputs)
+        self._states, self._kept = AfgStates(self._outputs), KeptSettings(self._outputs)
         self._memory = {n: np.full(1000, FULL // 2, np.uint16) for n in (1, 2)}
         super().__init__(identity, self._outputs, ignores=ignores)
 
@@ -74,13 +77,14 @@ class SimulatedAFG31052(AbstractScpiInstrument):
             return None
         low, high = out.at_load()
         if self._states.sequence:
-            return AfgWaveform(_BUILT_IN["SIN"], low, high, out.play.frequency_hz)
+            return AfgWaveform(built_in("SIN", 0.5, 0.5), low, high, out.play.frequency_hz)
         memory = self._memory.get({"EMEM1": 1, "EMEM2": 2}.get(out.shape, 0))
-        codes = _BUILT_IN[out.shape] if memory is None else memory
+        play = out.play
+        codes = built_in(out.shape, play.symmetry, play.duty) if memory is None else memory
         begin, end = self._span_s(out)
         if not begin <= (self._clock() if at_s is None else at_s) < end:
-            codes = out.play.rest(codes)
-        return out.play.play(codes, low, high)
+            codes = play.rest(codes)
+        return play.play(codes, low, high)
 
     def pulse_s(self, n: int, after_s: float) -> tuple[float, float] | None:
         """The next pulse at the trigger output, and the end of what is played, s; or none.
@@ -89,7 +93,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         pulse is not followed: it comes at once.
         """
         begin, end = self._span_s(self._outputs[n])
-        if not self._outputs[n].on:
+        if not self._outputs[n].on or math.isinf(begin) and begin > 0:
             return None
         if math.isinf(end):
             return after_s, end
@@ -116,41 +120,50 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         def query(name: str) -> Callable[[int, Unit], str]:
             return lambda n, unit: f"{self._outputs[n].level(name):.4E}"
 
-        return self._states.commands() | {
-            "*RST": self._reset,
-            "OUTPut{n}[:STATe]": self._switch,
-            "OUTPut{n}[:STATe]?": lambda n, unit: str(int(self._outputs[n].on)),
-            "OUTPut{n}:IMPedance": self._set_load,
-            "OUTPut{n}:IMPedance?": self._query_load,
-            "OUTPut:TRIGger[:MODE]": self._choose("output", ("TRIG", "SYNC")),
-            "OUTPut:TRIGger[:MODE]?": lambda n, unit: self.trigger["output"],
-            "TRIGger[:SEQuence]:SOURce": self._choose("source", ("TIM", "EXT")),
-            "TRIGger[:SEQuence]:SOURce?": lambda n, unit: self.trigger["source"],
-            "*TRG": self._fire,
-            "SOURce{n}:PHASe:INITiate": lambda n, unit: None,
-            "SOURce{n}:FUNCtion[:SHAPe]": self._set_shape,
-            "SOURce{n}:FUNCtion[:SHAPe]?": lambda n, unit: self._shape(n),
-            "SOURce{n}:FREQuency[:CW]": self._set_frequency,
-            "SOURce{n}:FREQuency:FIXed": self._set_frequency,
-            "SOURce{n}:FREQuency:FIXed?": lambda n, u: f"{self._outputs[n].play.frequency_hz:.10E}",
-            "SOURce{n}:FREQuency[:CW]?": lambda n, u: f"{self._outputs[n].play.frequency_hz:.10E}",
-            "SOURce{n}:VOLTage[:LEVel][:IMMediate]:HIGH": level("high"),
-            "SOURce{n}:VOLTage[:LEVel][:IMMediate]:HIGH?": query("high"),
-            "SOURce{n}:VOLTage[:LEVel][:IMMediate]:LOW": level("low"),
-            "SOURce{n}:VOLTage[:LEVel][:IMMediate]:LOW?": query("low"),
-            "SOURce{n}:VOLTage:LIMit:HIGH": level("clamp_high"),
-            "SOURce{n}:VOLTage:LIMit:HIGH?": query("clamp_high"),
-            "SOURce{n}:VOLTage:LIMit:LOW": level("clamp_low"),
-            "SOURce{n}:VOLTage:LIMit:LOW?": query("clamp_low"),
-            "DATA[:DATA]": self._upload,
-            "DATA[:DATA]?": self._read_back,
-            "DATA:POINts?": lambda n, unit: str(self._memory[_memory(unit)].size),
-        }
+        return (
+            self._kept.commands()
+            | self._states.commands()
+            | {
+                "*RST": self._reset,
+                "OUTPut{n}[:STATe]": self._switch,
+                "OUTPut{n}[:STATe]?": lambda n, unit: str(int(self._outputs[n].on)),
+                "OUTPut{n}:IMPedance": self._set_load,
+                "OUTPut{n}:IMPedance?": self._query_load,
+                "OUTPut:TRIGger[:MODE]": self._choose("output", ("TRIG", "SYNC")),
+                "OUTPut:TRIGger[:MODE]?": lambda n, unit: self.trigger["output"],
+                "TRIGger[:SEQuence]:SOURce": self._choose("source", ("TIM", "EXT")),
+                "TRIGger[:SEQuence]:SOURce?": lambda n, unit: self.trigger["source"],
+                "*TRG": self._fire,
+                "SOURce{n}:PHASe:INITiate": lambda n, unit: None,
+                "SOURce{n}:FUNCtion[:SHAPe]": self._set_shape,
+                "SOURce{n}:FUNCtion[:SHAPe]?": lambda n, unit: self._shape(n),
+                "SOURce{n}:FREQuency[:CW]": self._set_frequency,
+                "SOURce{n}:FREQuency:FIXed": self._set_frequency,
+                "SOURce{n}:FREQuency:FIXed?": lambda n, u: (
+                    f"{self._outputs[n].play.frequency_hz:.10E}"
+                ),
+                "SOURce{n}:FREQuency[:CW]?": lambda n, u: (
+                    f"{self._outputs[n].play.frequency_hz:.10E}"
+                ),
+                "SOURce{n}:VOLTage[:LEVel][:IMMediate]:HIGH": level("high"),
+                "SOURce{n}:VOLTage[:LEVel][:IMMediate]:HIGH?": query("high"),
+                "SOURce{n}:VOLTage[:LEVel][:IMMediate]:LOW": level("low"),
+                "SOURce{n}:VOLTage[:LEVel][:IMMediate]:LOW?": query("low"),
+                "SOURce{n}:VOLTage:LIMit:HIGH": level("clamp_high"),
+                "SOURce{n}:VOLTage:LIMit:HIGH?": query("clamp_high"),
+                "SOURce{n}:VOLTage:LIMit:LOW": level("clamp_low"),
+                "SOURce{n}:VOLTage:LIMit:LOW?": query("clamp_low"),
+                "DATA[:DATA]": self._upload,
+                "DATA[:DATA]?": self._read_back,
+                "DATA:POINts?": lambda n, unit: str(self._memory[_memory(unit)].size),
+            }
+        )
 
     def _reset(self, n: int, unit: Unit) -> None:
         for output in self._outputs.values():
             output.reset()
         self._states.reset()
+        self._kept.reset()
         self.trigger |= {"source": "TIM", "output": "TRIG"}
 
     def _switch(self, n: int, unit: Unit) -> None:
@@ -180,9 +193,9 @@ class SimulatedAFG31052(AbstractScpiInstrument):
     def _set_shape(self, n: int, unit: Unit) -> None:
         word = one(unit).upper()
         memory = word.replace("EMEMORY", "EMEM")
-        shape = {"EMEM": "EMEM1", "SINUSOID": "SIN"}.get(memory, memory)
-        if shape not in ("EMEM1", "EMEM2", *_BUILT_IN):
-            raise ScpiFault(-224, word)
+        shape = "EMEM1" if memory == "EMEM" else memory
+        if shape not in ("EMEM1", "EMEM2"):
+            shape = choice(unit, SHAPES)
         self._outputs[n].shape = shape
 
     def _shape(self, n: int) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from hardware._closes import ClosesOnExit
 from hardware.digitizer._base import AbstractDigitizer, Acquisition, Samples
-from hardware.digitizer._raw import write_samples
+from hardware.digitizer._raw import check_raw_folder, write_samples
 from hardware.generator._base import AbstractGenerator, AbstractOutput
 from hardware.laser._base import AbstractLaser
 from rapi_jax import DataError, Drive, DriveLimits, LimitError, Recording, Run, repeated
@@ -97,10 +97,12 @@ class LabBench(AbstractBench, ClosesOnExit):
 
         All drives are checked first: where one is refused, none is played. Each run has an origin
         of its own, as fringes give relative frequency only. `progress`: called for each run.
-        `raw`: a folder for what the digitizer gave, written before it is read, for a
-        `ReplayDigitizer`. Raises `LimitError`, `DataError`, `InstrumentError`.
+        `raw`: an empty folder for what the digitizer gave, written before it is read, for a
+        `ReplayDigitizer`. Raises `LimitError`, `DataError`, `OutputError`, `InstrumentError`.
         """
         several = check_against_bench(drives, self._file)
+        if raw is not None:
+            check_raw_folder(raw)
         for drive in several:
             self._count(drive, self._asked(drive))
         self.so_far, notes = (), {}

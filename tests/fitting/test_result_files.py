@@ -11,10 +11,10 @@ from benches import bench_file
 from fitting import fit
 from fitting._result_files import check_belongs
 from fitting.cli import app
-from fitting.commands.run import run
+from fitting.commands.run import failing_alone, run
 from fitting.commands.shared._model import load_model
 from fitting.report import write_fit
-from rapi_jax import DataError, Identified, ModelError
+from rapi_jax import DataError, Identified, LimitError, ModelError
 from rapi_jax.examples import paper_device, paper_recording
 from rapi_jax.io import OutputError, write_model
 from tests.support.spoiled import healthy
@@ -193,3 +193,35 @@ def test_a_list_that_says_nothing_of_a_file_is_no_obstacle(tmp_path, text):
     (tmp_path / "model.json").write_text(text)
     (tmp_path / "model.rapi").write_bytes(b"anything")
     check_belongs(tmp_path / "model.rapi")
+
+
+@pytest.mark.fault(
+    name="a drive beside the certificate of others", promise="exit 3, one line, not played"
+)
+def test_a_drive_that_no_certificate_lists_is_not_played(drives, tmp_path, play, capsys):
+    """Nor is a new certificate written beside it."""
+    shutil.copytree(drives / "second", folder := tmp_path / "mixed")
+    shutil.copy(drives / "first" / "drive_30Hz.csv", folder / "drive_50Hz.csv")
+    code, error = play(folder / "drive_50Hz.csv")
+    assert code == 3 and "certificate.json beside it does not list" in error
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    arguments = ["--span", "60", "--frequency", "20", "--no-plots", "--samples", "512"]
+    assert run(app, ["compensate", str(drives / "model"), *arguments, "-o", str(folder)]) == 3
+    error = capsys.readouterr().err
+    assert "holds drive_50Hz.csv, which no certificate.json" in error and error.count("\n") == 1
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_what_fails_alone_is_told_by_its_own_kind(capsys):
+    """A limit is a limit, not bad data."""
+    failed = []
+    for error in (LimitError("too steep"), DataError("no runs"), ModelError("another version")):
+        with failing_alone("monday", failed, alone=False):
+            raise error
+    told = capsys.readouterr().err.splitlines()
+    assert [line.partition(": ")[0] for line in told] == [
+        "beyond the limits", "bad data", "bad data",
+    ]  # fmt: skip
+    assert failed == ["monday"] * 3
+    with pytest.raises(LimitError), failing_alone("monday", failed, alone=True):
+        raise LimitError("too steep")

@@ -90,8 +90,14 @@ def test_what_cannot_be_played_is_refused_before_a_byte(tmp_path, drive, capsys)
         assert rapi("bench", "range", served.bench, wide, "-o", tmp_path / "r") == 3
         (tmp_path / "file").write_text("mine")
         assert rapi("bench", "range", served.bench, drive, "-o", tmp_path / "file") == 3
+        (records := tmp_path / "records").mkdir()
+        (records / "manifest.toml").write_text('schema = "rapi.fringes/1"\n')
+        (records / "settings.json").write_text('{"mine": 1}')
+        assert rapi("bench", "range", served.bench, drive, "-o", records) == 3
         assert not served.lab.generator.seen[1].times_on
-    assert "wide.csv: " in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert "wide.csv: " in error and "settings.json is there and holds no settings" in error
+    assert (records / "settings.json").read_text() == '{"mine": 1}'
     assert not (tmp_path / "r").exists()
     assert (tmp_path / "file").read_text() == "mine"
 

@@ -136,3 +136,35 @@ def test_a_bench_file_that_is_none(tmp_path, drives, capsys, text, says):
     assert rapi("bench", "check", bench) == 3
     assert rapi("measure", bench, drives["40"], "-o", tmp_path / "r") == 3
     assert says in capsys.readouterr().err
+
+
+@pytest.mark.fault(
+    name="a file in the folder for raw records, or for the bytes of a dry run",
+    promise="exit 3, one line, nothing connected, the file as it was",
+)
+@pytest.mark.parametrize("name", ["notes.txt", "run07.json", "run00.cavity.npy"])
+@pytest.mark.parametrize("option", ["--raw", "-o"])
+def test_a_folder_that_is_not_its_own_is_refused(tmp_path, drives, capsys, option, name):
+    """At an address where nothing answers, so that a connection would be exit code 6."""
+    (folder := tmp_path / "mine").mkdir()
+    (folder / name).write_bytes(b"mine")
+    output = ("-o", tmp_path / "r", "--raw", folder)
+    if option == "-o":
+        output = ("-o", folder, "--dry-run")
+    bench = bench_file(tmp_path, generator="TCPIP::127.0.0.1::1::SOCKET")
+    assert rapi("measure", bench, drives["40"], *output) == 3
+    error = capsys.readouterr().err
+    assert name in error and error.count("\n") == 1
+    assert [(one.name, one.read_bytes()) for one in folder.iterdir()] == [(name, b"mine")]
+
+
+def test_an_empty_folder_for_raw_records_is_filled(tmp_path, drives):
+    with contextlib.ExitStack() as stack:
+        served = Served(stack, tmp_path, HislipServer)
+        output = ("-o", tmp_path / "r", "--raw", tmp_path / "raw")
+        assert rapi("measure", served.bench, drives["80"], *output) == 0
+        names = ["run00.cavity.npy", "run00.interferometer.npy", "run00.json"]
+        assert sorted(one.name for one in (tmp_path / "raw").iterdir()) == names
+        times_on = served.lab.generator.seen[1].times_on
+        assert rapi("measure", served.bench, drives["80"], *output) == 3  # they are there
+        assert served.lab.generator.seen[1].times_on == times_on

@@ -70,7 +70,7 @@ def environment(name):
 
 
 @pytest.mark.parametrize("name", FOUND)
-def test_a_public_driver_finds_what_it_expects(name):
+def test_a_public_driver_finds_what_it_expects(name, tmp_path):
     with_driver = environment(name)
     lab = WiredLaboratory(SimulatedBench.like_paper().laboratory)
     scope = name.endswith("_scope")
@@ -82,7 +82,7 @@ def test_a_public_driver_finds_what_it_expects(name):
         port = server.resource.split("::")[2]
         done = subprocess.run(
             [sys.executable, str(SCRIPT), name, "127.0.0.1", port],
-            env=with_driver, capture_output=True, text=True, timeout=120,
+            env=with_driver, cwd=tmp_path, capture_output=True, text=True, timeout=120,
         )  # fmt: skip
     assert done.returncode == 0, done.stderr
     came = json.loads(done.stdout)

@@ -103,10 +103,17 @@ def hash_files(paths: Iterable[Path]) -> dict[str, str | None]:
 def check_belongs(path: Path) -> None:
     """Raise `DataError` where a list beside the file `path` says that it is of another result.
 
-    Files that no list names are not looked at; one that is not there is left to its reader.
+    Files that no list names are not looked at, but for a drive beside a certificate of others; one
+    that is not there is left to its reader.
     """
     if not path.is_file():
         return
+    drives = {name for name in listed_files(path.with_name("certificate.json")) if _is_drive(name)}
+    if _is_drive(path.name) and drives and path.name not in drives:
+        raise DataError(
+            f"{printable(path)} is a drive that certificate.json beside it does not list: it is of "
+            "another result. Keep it in a folder of its own."
+        )
     for name in LISTS:
         if path.name == name:
             continue
@@ -131,6 +138,10 @@ def check_belongs(path: Path) -> None:
             )
 
 
+def _is_drive(name: str) -> bool:
+    return name.startswith("drive_") and "Hz." in name
+
+
 def check_drive_unit(path: Path) -> None:
     """Raise `DataError` where the certificate of the drive `path` says that it is not in V."""
     _, files = _listed(path.with_name("certificate.json"))
@@ -145,6 +156,11 @@ def check_drive_unit(path: Path) -> None:
             f"{printable(path)} is a drive in {printable(unit, 20)}, as certificate.json beside it "
             "says, and a generator gives V. Identify the laser from its drive in V."
         )
+
+
+def listed_files(path: Path) -> set[str]:
+    """The names in a list of this package; none where it is no such list."""
+    return set(_listed(path)[1])
 
 
 def _listed(path: Path) -> tuple[Any, dict[str, Any]]:

@@ -23,6 +23,7 @@ from .digitizer._base import Input as Input
 from .digitizer._base import Samples as Samples
 from .digitizer._infiniivision import InfiniiVision as InfiniiVision
 from .digitizer._niscope import NiScope as NiScope
+from .digitizer._raw import check_raw_folder as check_raw_folder
 from .digitizer._raw import read_samples as read_samples
 from .digitizer._raw import write_samples as write_samples
 from .digitizer._replay import ReplayDigitizer as ReplayDigitizer
@@ -30,6 +31,7 @@ from .generator._afg31000 import AFG31000 as AFG31000
 from .generator._base import AbstractGenerator as AbstractGenerator
 from .generator._base import AbstractGeneratorTable as AbstractGeneratorTable
 from .generator._base import AbstractOutput as AbstractOutput
+from .generator._base import AbstractWatchdog as AbstractWatchdog
 from .generator._channel import AfgChannel as AfgChannel
 from .laser._base import AbstractLaser as AbstractLaser
 from .laser._base import AbstractLaserTable as AbstractLaserTable

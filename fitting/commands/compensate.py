@@ -162,6 +162,7 @@ def compensate_into(
     from fitting.commands.shared._plugins import plugin_effects, plugin_operators
     from fitting.commands.shared.files._drive_files import (
         CERTIFICATE,
+        check_no_other_drives,
         check_rates,
         drive_files,
         generator_waveforms,
@@ -188,6 +189,7 @@ def compensate_into(
         raise ModelError(str(error)) from error
     names = drive_files(frequency, about["drive_unit"], inverse == "paper", plots)
     check_output(output, CERTIFICATE, names)
+    check_no_other_drives(output)
     measured = None if recording is None else read_recording(recording)
     if measured is not None:
         check_units(about, measured)

@@ -45,7 +45,7 @@ def measure(
     waveform
         What the drives are.
     raw
-        Folder for the digitizer's records, so that they can be read again.
+        Empty folder for the digitizer's records, so that they can be read again.
     plugin
         A Python file with drivers that BENCH names by their `kind`; its code is run. May be given
         several times.
@@ -58,10 +58,14 @@ def measure(
     from fitting.commands.shared._out import console, output_folder, print_json, write_sent
     from fitting.commands.shared._plugins import load_plugins, plugin_classes
     from fitting.commands.shared._progress import progress
-    from fitting.commands.shared.files._measured_output import check_recording_output
+    from fitting.commands.shared.files._measured_output import (
+        check_recording_output,
+        check_sent_output,
+    )
     from hardware import (
         AbstractDriver,
         check_against_bench,
+        check_raw_folder,
         exit_on_signals,
         open_bench,
         read_bench,
@@ -82,6 +86,7 @@ def measure(
             several += check_against_bench(one, file)
     out = console(json)
     if dry_run:
+        check_sent_output(output)
         rehearsed = dry(file, drivers=drivers)
         with rehearsed.bench as simulated:
             simulated.measure(several)
@@ -90,6 +95,8 @@ def measure(
     check_recording_output(output)
     output_folder(output.parent)  # now, not after a long measurement
     folder = None if raw is None else output_folder(raw)
+    if folder is not None:
+        check_raw_folder(folder)  # now, with nothing connected
     with (
         exit_on_signals(),
         progress("measuring", json) as say,

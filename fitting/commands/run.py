@@ -130,7 +130,8 @@ def failing_alone(name: str, failed: list[str], *, alone: bool) -> Iterator[None
         if alone:
             raise
         failed.append(name)
-        fail("bad data", f"{name}: {error}")
+        _, kind, message = explain_error(error)
+        fail(kind, f"{name}: {message}")
 
 
 def _report_error(error: Exception, as_json: bool) -> int:

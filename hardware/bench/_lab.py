@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from hardware._closes import ClosesOnExit
 from hardware.digitizer._base import AbstractDigitizer, Acquisition, Samples
-from hardware.digitizer._raw import write_samples
+from hardware.digitizer._raw import check_raw_folder, write_samples
 from hardware.generator._base import AbstractGenerator, AbstractOutput
 from hardware.laser._base import AbstractLaser
 from rapi_jax import DataError, Drive, DriveLimits, LimitError, Recording, Run, repeated
@@ -21,6 +21,7 @@ from ._file import BenchFile
 from ._ranging import to_fringe_records
 from ._settings import RecordSettings
 from ._thresholds import THRESHOLDS
+from ._watchdog import allowed_s, count_cycles, watchdog_of
 
 Progress = Callable[[int, int, str], None]
 
@@ -68,6 +69,7 @@ class LabBench(AbstractBench, ClosesOnExit):
             park_v=file.generator.park_v,
         )
         _refuse_wider(self._channel, asked, file.generator.load_ohm)
+        self._watchdog = watchdog_of(self._channel, file)
 
     @property
     def channel(self) -> AbstractOutput:
@@ -95,10 +97,14 @@ class LabBench(AbstractBench, ClosesOnExit):
 
         All drives are checked first: where one is refused, none is played. Each run has an origin
         of its own, as fringes give relative frequency only. `progress`: called for each run.
-        `raw`: a folder for what the digitizer gave, written before it is read, for a
-        `ReplayDigitizer`. Raises `LimitError`, `DataError`, `InstrumentError`.
+        `raw`: an empty folder for what the digitizer gave, written before it is read, for a
+        `ReplayDigitizer`. Raises `LimitError`, `DataError`, `OutputError`, `InstrumentError`.
         """
         several = check_against_bench(drives, self._file)
+        if raw is not None:
+            check_raw_folder(raw)
+        for drive in several:
+            self._count(drive, self._asked(drive))
         self.so_far, notes = (), {}
         for number, drive in enumerate(several):
             if progress is not None:
@@ -145,7 +151,7 @@ class LabBench(AbstractBench, ClosesOnExit):
         self.so_far = ()
         length_s = periods / drive.rate + at.latency_s
         asked = Acquisition(at.range_inputs(), 0.0, length_s, at.sample_hz)
-        with self._playing(drive, asked) as settings:
+        with self._playing(drive, asked, records) as settings:
             first_s = self._now() - self._began
             for number in range(records):
                 if progress is not None:
@@ -208,29 +214,45 @@ class LabBench(AbstractBench, ClosesOnExit):
 
     def _record(self, drive: Drive) -> tuple[Samples, Drive, str]:
         """One drive: loaded, played, settled, recorded, parked and off; with all settings."""
-        at = self._file.digitizer
-        margin_s = min(at.margin_s, THRESHOLDS.margin_fraction / drive.rate)
-        length_s = drive.periods / drive.rate + at.latency_s
-        asked = Acquisition(at.inputs(), margin_s, length_s + margin_s, at.sample_hz)
+        asked = self._asked(drive)
         with self._playing(drive, asked) as settings:
             start_s = self._now() - self._began
             samples = self._fetch(drive, asked)
             settings.check()
         return samples, dataclasses.replace(drive, start_s=start_s), settings.text()
 
+    def _asked(self, drive: Drive) -> Acquisition:
+        """The record of one drive."""
+        at = self._file.digitizer
+        margin_s = min(at.margin_s, THRESHOLDS.margin_fraction / drive.rate)
+        length_s = drive.periods / drive.rate + at.latency_s
+        return Acquisition(at.inputs(), margin_s, length_s + margin_s, at.sample_hz)
+
+    def _count(self, drive: Drive, asked: Acquisition, records: int = 1) -> int | None:
+        """After how many periods the output ends the drive by itself; `None`: it does not."""
+        if self._watchdog is None:
+            return None
+        most = self._watchdog.most_cycles
+        return count_cycles(drive, asked, self._file, most=most, records=records)
+
     @contextlib.contextmanager
-    def _playing(self, drive: Drive, asked: Acquisition) -> Iterator[RecordSettings]:
+    def _playing(
+        self, drive: Drive, asked: Acquisition, records: int = 1
+    ) -> Iterator[RecordSettings]:
         """The drive is loaded, played and settled; in the end parked and off.
 
         Gives the settings, which were the same before and after the settling.
         """
         file, channel = self._file, self._channel
+        cycles = self._count(drive, asked, records)
         instruments = {"generator": channel, "digitizer": self._digitizer, "laser": self._laser}
         settings = RecordSettings(instruments)
         if self._laser is not None:
             self._laser.check()
             self._laser.check_emission()
         self._digitizer.configure(asked)
+        if self._watchdog is not None:
+            self._watchdog.set_watchdog(cycles)
         wave = channel.load_drive(drive, points=file.generator.points)
         try:
             channel.start()
@@ -249,8 +271,8 @@ class LabBench(AbstractBench, ClosesOnExit):
     def _fetch(self, drive: Drive, asked: Acquisition) -> Samples:
         """The record of the next trigger."""
         self._digitizer.arm()
-        wait_s = THRESHOLDS.trigger_wait_periods / drive.rate
-        seconds = asked.before_s + asked.after_s + wait_s + THRESHOLDS.late_s
+        resource = getattr(self._channel, "resource", "")
+        seconds = allowed_s(self._watchdog, drive, asked, resource=resource)
         return self._digitizer.fetch(seconds).check(asked)
 
     def _fringes(self, samples: Samples) -> Fringes:

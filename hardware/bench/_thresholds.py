@@ -26,6 +26,12 @@ class BenchThresholds:
         origin="what a record may take beyond its own length and the wait for a trigger; set by "
         "trial",
     )
+    watchdog_reserve_s: float = threshold(
+        1.0,
+        unit="s",
+        origin="a record is taken only if it is there so long before a counted drive ends: "
+        "more than a digitizer takes to say so; set by trial",
+    )
 
 
 THRESHOLDS = BenchThresholds()

@@ -7,6 +7,7 @@ there.
 import hashlib
 import io
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,8 @@ import pydantic
 from pydantic import Field
 
 from rapi_jax import DataError
-from rapi_jax.internal import StrPath, inside, located, open_regular, read_text
-from rapi_jax.io import printable, write_atomic
+from rapi_jax.internal import StrPath, cause, inside, located, open_regular, read_text
+from rapi_jax.io import OutputError, printable, write_atomic
 
 from ._base import Samples
 from ._thresholds import THRESHOLDS
@@ -73,6 +74,26 @@ def write_samples(
     path = root / f"{name}.json"
     write_atomic(path, json.dumps(head, indent=1) + "\n")
     return path
+
+
+def check_raw_folder(folder: StrPath) -> None:
+    """Refuse a folder that holds anything, before raw records are written into it: `OutputError`.
+
+    A record among those of another measurement would be replayed with them.
+    """
+    root, label = Path(folder), printable(folder)
+    cure = "Choose a new folder, or move it away."
+    try:
+        first = min(root.iterdir(), default=None) if os.path.lexists(root) else None
+    except OSError as error:
+        raise OutputError(
+            f"{label} is no folder for raw records: {cause(error)}. {cure}"
+        ) from error
+    if first is not None:
+        raise OutputError(
+            f"the folder {label} for raw records holds {printable(first.name, 80)} already, which "
+            f"they would mix with or be written over. {cure}"
+        )
 
 
 def read_samples(path: StrPath) -> tuple[Samples, dict[str, str]]:

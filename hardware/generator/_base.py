@@ -14,12 +14,15 @@ class AbstractGeneratorTable(AbstractDriverTable):
 
     - `channel`: the output. `load_ohm`: what is connected, `inf` for high impedance.
     - `park_v`: where the output rests before it is switched. `points`: samples a period.
+    - `watchdog_s`: where given, the output ends each drive by itself, so much later than the record
+      needs, s: what instruments may take to answer, and data to come over.
     """
 
     channel: int = Field(default=1, ge=1)
     load_ohm: float = Field(default=math.inf, gt=0)
     park_v: float = Field(default=0.0, allow_inf_nan=False)
     points: int = Field(default=131072, ge=2)
+    watchdog_s: float | None = Field(default=None, ge=2.0, le=3600.0)
 
 
 class AbstractOutput(abc.ABC):
@@ -49,6 +52,27 @@ class AbstractOutput(abc.ABC):
 
         Raises `InstrumentError` that says so where the output may still be on.
         """
+
+
+class AbstractWatchdog(abc.ABC):
+    """An output that ends a drive by itself, also where its computer is killed or loses power.
+
+    `most_cycles`: the periods that it can count.
+    """
+
+    most_cycles: int
+
+    @abc.abstractmethod
+    def set_watchdog(self, cycles: int | None) -> None:
+        """Play `cycles` periods after each `start` and rest at the drive's first value.
+
+        `None`: play until `off`. It holds for what is loaded next. Raises `ValueError` for more
+        than `most_cycles`, and while the output is on.
+        """
+
+    @abc.abstractmethod
+    def playing_s(self) -> float:
+        """How much longer the drive certainly plays, s; infinite where nothing ends it."""
 
 
 class AbstractGenerator(AbstractDriver):

@@ -12,7 +12,8 @@ from rapi_jax import AfgWaveform, Drive, DriveLimits, LimitError
 from rapi_jax.internal import FULL, POINTS, codes_of, period_volts
 
 from . import _commands as commands
-from ._base import AbstractOutput
+from ._base import AbstractOutput, AbstractWatchdog
+from ._burst import Burst, checked_cycles
 from ._check import check_codes, check_period
 from ._levels import Levels, enclosing_levels, park_levels, ramp_levels, settable_limits
 from ._port import AfgPort
@@ -26,11 +27,11 @@ from ._settings import (
     due_waveform,
     read_settings,
 )
-from ._states import CONTINUOUS, COUPLINGS, State
+from ._states import BURST, CONTINUOUS, COUPLINGS, State
 from ._thresholds import THRESHOLDS
 
 
-class AfgChannel(AbstractOutput, AbstractReadBack):
+class AfgChannel(AbstractOutput, AbstractReadBack, AbstractWatchdog):
     """One output: `load` a period while it is off, `start` it, and it is parked and off at the end.
 
     - `limits`: as given, narrowed to what the instrument can set. Every check is against these.
@@ -38,6 +39,8 @@ class AfgChannel(AbstractOutput, AbstractReadBack):
     - `undone`: settings that another user had left, and that were brought into order.
     - `found_on`: what an output that was found on played, before it was parked; else empty.
     """
+
+    most_cycles = commands.MOST_CYCLES
 
     def __init__(
         self,
@@ -64,6 +67,7 @@ class AfgChannel(AbstractOutput, AbstractReadBack):
         self.resource = port.scpi.resource
         self._port = port
         self._trigger = trigger
+        self._burst: Burst | None = None
         self._park = park_levels(park_v, self.limits)
         step_v = min(THRESHOLDS.ramp_step_v, self.limits.step_v * THRESHOLDS.step_share)
         self._step_v = max(THRESHOLDS.least_step_v, step_v)
@@ -96,6 +100,20 @@ class AfgChannel(AbstractOutput, AbstractReadBack):
             port.set_clamp_high(limits.high_v)
         port.check_clamp(limits.low_v, limits.high_v)
 
+    def set_watchdog(self, cycles: int | None) -> None:
+        """Play so many periods after `start`, then rest; `None`: play on. Load a drive after it."""
+        if self.on:
+            raise ValueError(f"The output of channel {self._port.n} is on: call `off` first.")
+        checked = checked_cycles(cycles)
+        self._burst = None if checked is None else Burst(self._port, checked)
+        self.loaded = None
+
+    def playing_s(self) -> float:
+        """How much longer the drive certainly plays, s; infinite without a watchdog."""
+        if self._burst is None:
+            return math.inf
+        return self._burst.playing_s(self._loaded().frequency_hz)
+
     def load_drive(self, drive: Drive, *, points: int = POINTS) -> AfgWaveform:
         """One period of `drive`, resampled to `points`; see `load`."""
         self.limits.check(drive)
@@ -121,7 +139,8 @@ class AfgChannel(AbstractOutput, AbstractReadBack):
         if self.on:
             raise ValueError(f"The output of channel {self._port.n} is on: call `off` first.")
         port, self.loaded = self._port, None
-        self.undone += require_states(port, (*COUPLINGS, *CONTINUOUS))
+        trigger = () if self._burst else self._trigger
+        self.undone += require_states(port, (*COUPLINGS, *CONTINUOUS, *trigger))
         port.set_frequency(frequency_hz)
         wanted = enclosing_levels(float(volts.min()), float(volts.max()), self.limits)
         levels = port.set_levels(port.levels(), wanted)
@@ -158,13 +177,17 @@ class AfgChannel(AbstractOutput, AbstractReadBack):
         port.check_load(self.load_ohm)
         port.check_clamp(self.limits.low_v, self.limits.high_v)
         port.set_levels(port.levels(), self._park)
-        self._check(read_settings(port), self._park)
+        if self._burst is not None:
+            self._burst.arm()
+        self._check(self._read(), self._park)
         self.on = True  # from here on it may be, whatever comes back
         register_exit_action(self.off)
         try:
             port.switch(True)
             self._ramp(Levels(wave.low_v, wave.high_v))
             self.settings()
+            if self._burst is not None:
+                self._burst.fire()
         except BaseException:
             self.off()
             raise
@@ -174,7 +197,7 @@ class AfgChannel(AbstractOutput, AbstractReadBack):
 
         Raises `InstrumentError` where one is not as it was set; the caller switches off.
         """
-        settings = read_settings(self._port)
+        settings = self._read()
         if self.on:
             wave = self._loaded()
             self._check(settings, Levels(wave.low_v, wave.high_v))
@@ -237,12 +260,22 @@ class AfgChannel(AbstractOutput, AbstractReadBack):
             now = levels
         port.set_levels(now, goal)  # nothing is left to move: they are read back
 
+    def _read(self) -> dict[str, str]:
+        if self._burst is None:
+            return read_settings(self._port)
+        numbers = (due.header for due in self._burst.due())
+        return read_settings(self._port, (*(state.header for state in BURST), *numbers))
+
     def _check(self, settings: Mapping[str, str], levels: Levels) -> None:
         """Refuse settings of an output that plays, or is about to, other than they were set."""
         wave, limits = self._loaded(), self.limits
         due = due_limits(limits.low_v, limits.high_v, self.load_ohm)  # a load changes all levels
         due += due_waveform(wave.frequency_hz, wave.codes.size) + due_levels(levels)
-        check_states(self._port, settings, (*due_states(self._port, self.on), *self._trigger))
+        burst, trigger = (), tuple(self._trigger)
+        if self._burst is not None:  # its trigger comes from here, not from the internal clock
+            burst, due = self._burst.states, (*due, *self._burst.due())
+            trigger = tuple(one for one in trigger if one.header != commands.TRIGGER_SOURCE)
+        check_states(self._port, settings, (*due_states(self._port, self.on, burst), *trigger))
         check_numbers(self._port, settings, due)
 
     def _loaded(self) -> AfgWaveform:

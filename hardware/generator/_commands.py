@@ -23,8 +23,12 @@ OUTPUT = "OUTP{n}:STAT"
 TRIGGER_OUTPUT = "OUTP:TRIG:MODE"
 TRIGGER_SOURCE = "TRIG:SOUR"
 ALIGN = "SOUR{n}:PHAS:INIT"
+BURST_CYCLES = "SOUR{n}:BURS:NCYC"
+BURST_DELAY = "SOUR{n}:BURS:TDEL"
+TRIGGER = "*TRG"
 REFERENCE = "ROSC:SOUR"  # clock; recorded, as either may be wanted
 LARGEST_V = 10.0  # into high impedance, either sign
+MOST_CYCLES = 1_000_000  # of a burst
 SMALLEST_PP_V = 0.002  # into high impedance; the least that can be set
 
 

@@ -131,6 +131,13 @@ class AfgPort:
         """Periods a second as the instrument has them, Hz."""
         return self._read(commands.FREQUENCY)
 
+    def set_number(self, template: str, value: int) -> None:
+        """A setting that is counted, or zero; read back."""
+        self._set(template, str(value))
+        read = self._read(template)
+        if read != value:
+            raise self._differs(template, f"{read:g}", str(value))
+
     def upload(self, codes: np.ndarray) -> None:
         """Fill this channel's memory; the length is read back."""
         content = commands.block(codes)

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import NamedTuple
 
 from hardware._errors import InstrumentError
@@ -11,7 +11,7 @@ from hardware.links import _reply
 from . import _commands as commands
 from ._levels import Levels, level_step
 from ._port import AfgPort
-from ._states import CONTINUOUS, COUPLINGS, SEQUENCE, State
+from ._states import BURST_OFF, CONTINUOUS, COUPLINGS, SEQUENCE, State
 from ._thresholds import THRESHOLDS
 
 STATES = (SEQUENCE, *COUPLINGS, *CONTINUOUS)
@@ -33,9 +33,13 @@ class Due(NamedTuple):
     tolerance: float
 
 
-def read_settings(port: AfgPort) -> dict[str, str]:
-    """Every setting that the output depends on, by its header, as the instrument tells it."""
-    headers = (*(state.header for state in STATES), *_NUMBERS, *_TEXTS)
+def read_settings(port: AfgPort, more: Iterable[str] = ()) -> dict[str, str]:
+    """Every setting that the output depends on, by its header, as the instrument tells it.
+
+    `more`: headers beside those of an output without a burst.
+    """
+    headers = (*(state.header for state in STATES), *_NUMBERS, *_TEXTS, *more)
+    headers = tuple(dict.fromkeys(headers))
     settings = {port.name(header): port.scpi.text(port.name(header) + "?") for header in headers}
     points = port.name(commands.POINTS)
     return settings | {points.replace("?", ""): port.scpi.text(points)}
@@ -63,13 +67,22 @@ def check_numbers(port: AfgPort, settings: Mapping[str, str], due: Iterable[Due]
             raise _changed(port, header, settings[header], f"{one.value:g}", wrong)
 
 
-def due_states(port: AfgPort, on: bool) -> tuple[State, ...]:
-    """The states of an output that plays its own memory, or will once it is switched `on`."""
+def due_states(port: AfgPort, on: bool, burst: Collection[State] = ()) -> tuple[State, ...]:
+    """The states of an output that plays its own memory, or will once it is switched `on`.
+
+    `burst`: those of a burst, where it plays one.
+    """
     pattern = commands.memory_pattern(port.n)
     other = "The waveform that is played is not the loaded one."
     memory = State(commands.SHAPE, f"EMEM{port.n}", pattern, other)
     value = str(int(on))
-    return (*STATES, memory, State(commands.OUTPUT, value, value, "The output was switched."))
+    states = [one for one in STATES if not (burst and one is BURST_OFF)]
+    return (
+        *states,
+        *burst,
+        memory,
+        State(commands.OUTPUT, value, value, "The output was switched."),
+    )
 
 
 def due_levels(levels: Levels) -> tuple[Due, Due]:

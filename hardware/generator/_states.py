@@ -41,6 +41,22 @@ COUPLINGS = tuple(
     for quantity, words in (("VOLT", "levels"), ("FREQ", "rates"))
     for n in (1, 2)
 )
+BURST_OFF, BURST_ON = (
+    State("SOUR{n}:BURS:STAT", "OFF", OFF, "In burst mode the drive ends by itself."),
+    State("SOUR{n}:BURS:STAT", "ON", r"1|(?i:ON)", "Out of burst mode the drive never ends."),
+)
+BURST = (
+    State(
+        "SOUR{n}:BURS:MODE", "TRIG", r"(?i:TRIG(GERED)?)", "A gated burst does not count periods."
+    ),
+    State(
+        "SOUR{n}:BURS:IDLE",
+        "START",
+        r"(?i:START?)",
+        "Before and after a burst the output rests elsewhere than at the drive's first value.",
+    ),
+    State("TRIG:SOUR", "EXT", r"(?i:EXT\w*)", "The internal clock starts the burst again."),
+)
 CONTINUOUS = (
     State(
         "SOUR{n}:FREQ:MODE",
@@ -56,9 +72,9 @@ CONTINUOUS = (
             ("phase modulation", "PM"),
             ("frequency-shift keying", "FSK"),
             ("pulse-width modulation", "PWM"),
-            ("burst mode", "BURS"),
         )
     ),
+    BURST_OFF,
     State(
         "OUTP{n}:POL",
         "NORM",

@@ -86,12 +86,18 @@ class Scpi:
             return _reply.read_block(_Receiver(self._link, deadline), limit=limit, size=size)
 
     def command(
-        self, command: str, block: bytes | None = None, *, timeout_s: float | None = None
+        self,
+        command: str,
+        block: bytes | None = None,
+        *,
+        timeout_s: float | None = None,
+        wait: bool = True,
     ) -> None:
         """Send `command`, with `block` behind it, wait until it is done, and empty the error queue.
 
-        A block has at most 999 999 bytes: its length is written in six digits. Raises
-        `InstrumentError` where the instrument reports any error.
+        A block has at most 999 999 bytes: its length is written in six digits. `wait`: whether to
+        ask for its end (`*OPC?`), which what goes on for long may delay. Raises `InstrumentError`
+        where the instrument reports any error.
         """
         if block is not None and len(block) > _MOST_BYTES:
             raise ValueError(f"A block has at most {_MOST_BYTES} bytes, but this has {len(block)}.")
@@ -101,7 +107,8 @@ class Scpi:
         label = command if block is None else f"{head.decode()}<{len(block)} bytes>"
         with self._call(label, timeout_s) as deadline:
             self._send(head + (block or b""), deadline)
-            self._ask("*OPC?", _done, deadline)
+            if wait:
+                self._ask("*OPC?", _done, deadline)
             status = self._ask("*ESR?", _status, deadline)
             errors = self._errors(deadline)
         if errors or status & _BAD_STATUS:

@@ -10,7 +10,6 @@ from ._bench_toml import current_tuned_toml as current_tuned_toml
 from ._laboratory import Laboratory as Laboratory
 from ._ranging import fringe_records as fringe_records
 from ._wired import WiredLaboratory as WiredLaboratory
-from .instruments._afg31000 import SimulatedAFG31052 as SimulatedAFG31052
 from .instruments._faults import Closing as Closing
 from .instruments._faults import Cut as Cut
 from .instruments._faults import Endless as Endless
@@ -23,6 +22,7 @@ from .instruments._infiniivision import SimulatedInfiniiVision as SimulatedInfin
 from .instruments._link import Clock as Clock
 from .instruments._link import SimulatedLink as SimulatedLink
 from .instruments._tlb6700 import SimulatedTLB6700 as SimulatedTLB6700
+from .instruments.afg31000._instrument import SimulatedAFG31052 as SimulatedAFG31052
 from .laser._abstract_device import AbstractDevice as AbstractDevice
 from .laser._device import Device as Device
 from .laser._digitizer import Digitizer as Digitizer

@@ -14,9 +14,9 @@ from rapi_jax import AfgWaveform
 
 from ._laboratory import Laboratory
 from ._photodiodes import Photodiodes
-from .instruments._afg31000 import SimulatedAFG31052
 from .instruments._infiniivision import SimulatedInfiniiVision
 from .instruments._tlb6700 import SimulatedTLB6700
+from .instruments.afg31000._instrument import SimulatedAFG31052
 from .laser._digitizer import Digitizer
 
 INTERFEROMETER, CAVITY, MEASUREMENT = 1, 2, 3  # connectors of the oscilloscope
@@ -47,7 +47,7 @@ class WiredLaboratory:
     ) -> None:
         self.laboratory = laboratory
         self._controller = controller
-        self.generator = SimulatedAFG31052()
+        self.generator = SimulatedAFG31052(clock=clock)
         self.laser = SimulatedTLB6700(clock=clock, emits=True)
         self.oscilloscope = SimulatedInfiniiVision(self._light, clock=clock)
         self.trigger_connected = True
@@ -78,8 +78,12 @@ class WiredLaboratory:
 
         Nothing, too, where the record lies so far from the trigger that it would not fit in memory.
         """
-        waveform = self.generator.output(1)
-        if waveform is None or not self.trigger_connected:
+        pulse = self.generator.pulse_s(1, now_s)
+        if pulse is None or not self.trigger_connected:
+            return None
+        now_s, end_s = pulse
+        waveform = self.generator.output(1, now_s)
+        if waveform is None:
             return None
         if self._controller and not self.laser.emits:
             return {n: np.zeros(count) for n in (INTERFEROMETER, CAVITY, MEASUREMENT)}
@@ -97,7 +101,8 @@ class WiredLaboratory:
         rng = np.random.default_rng([self._seed, self._records])
         self._records += 1
         if lab.measurement is not None:
-            return _three(lab, waveform, rng, periods, now_s - self._began, first_s, count)
+            light = _three(lab, waveform, rng, periods, now_s - self._began, first_s, count)
+            return _at_rest(light, (end_s - now_s - first_s) * sample_hz)
         fringes = lab.record(
             waveform,
             rng,
@@ -110,7 +115,16 @@ class WiredLaboratory:
         light = {INTERFEROMETER: fine.volts(fringes.interferometer[part].astype(float))}
         if fringes.cavity is not None:
             light[CAVITY] = fine.volts(fringes.cavity[part].astype(float))
-        return light
+        return _at_rest(light, (end_s - now_s - first_s) * sample_hz)
+
+
+def _at_rest(light: dict[int, np.ndarray], end: float) -> dict[int, np.ndarray]:
+    """The light that does not change any more after sample `end`, where the drive stops."""
+    for volts in light.values():
+        if end < volts.size:
+            last = max(int(end), 0)
+            volts[last:] = volts[last]
+    return light
 
 
 def _three(

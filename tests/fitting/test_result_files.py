@@ -11,10 +11,10 @@ from benches import bench_file
 from fitting import fit
 from fitting._result_files import check_belongs
 from fitting.cli import app
-from fitting.commands.run import run
+from fitting.commands.run import failing_alone, run
 from fitting.commands.shared._model import load_model
 from fitting.report import write_fit
-from rapi_jax import DataError, Identified, ModelError
+from rapi_jax import DataError, Identified, LimitError, ModelError
 from rapi_jax.examples import paper_device, paper_recording
 from rapi_jax.io import OutputError, write_model
 from tests.support.spoiled import healthy
@@ -40,6 +40,7 @@ def test_a_whole_result_is_read_and_lists_its_files(results):
     load_model(folder)
 
 
+@pytest.mark.fault(name="a model of another fit beside a result", promise="exit 3, one line")
 def test_a_model_of_another_fit_is_refused(results, tmp_path):
     (one, _), (other, _) = results
     shutil.copytree(one, mixed := tmp_path / "mixed")
@@ -48,6 +49,7 @@ def test_a_model_of_another_fit_is_refused(results, tmp_path):
         load_model(mixed)
 
 
+@pytest.mark.fault(name="a writer that ends anywhere in a result", promise="refused by name")
 @pytest.mark.parametrize("failing", ["model.rapi", "loops.png", "starts.png", "model.json"])
 @pytest.mark.parametrize("fresh", [False, True])
 def test_what_ends_while_writing_is_refused_by_name(results, tmp_path, failing, fresh, monkeypatch):
@@ -131,6 +133,9 @@ def play(tmp_path, capsys):
     return measure
 
 
+@pytest.mark.fault(
+    name="a drive that its certificate was not made with", promise="exit 3, one line, not played"
+)
 def test_a_drive_that_its_certificate_was_not_made_with_is_not_played(drives, tmp_path, play):
     shutil.copytree(drives / "first", folder := tmp_path / "mixed")
     drive = folder / "drive_20Hz.csv"
@@ -140,6 +145,10 @@ def test_a_drive_that_its_certificate_was_not_made_with_is_not_played(drives, tm
     assert code == 3 and "drive_20Hz.csv is not the file that certificate.json" in error
 
 
+@pytest.mark.fault(
+    name="a drive of an earlier result beside a new certificate",
+    promise="exit 3, one line, not played",
+)
 def test_a_drive_of_an_earlier_result_is_not_played(drives, tmp_path, play):
     """The second result has no drive at 30 Hz: its certificate says nothing of the one there."""
     shutil.copytree(drives / "first", folder := tmp_path / "again")
@@ -153,6 +162,9 @@ def test_a_drive_of_an_earlier_result_is_not_played(drives, tmp_path, play):
         assert error.count("\n") == 1
 
 
+@pytest.mark.fault(
+    name="a drive whose certificate was not written", promise="exit 3, one line, not played"
+)
 def test_a_drive_whose_certificate_was_not_reached_is_not_played(
     drives, tmp_path, play, monkeypatch
 ):
@@ -181,3 +193,35 @@ def test_a_list_that_says_nothing_of_a_file_is_no_obstacle(tmp_path, text):
     (tmp_path / "model.json").write_text(text)
     (tmp_path / "model.rapi").write_bytes(b"anything")
     check_belongs(tmp_path / "model.rapi")
+
+
+@pytest.mark.fault(
+    name="a drive beside the certificate of others", promise="exit 3, one line, not played"
+)
+def test_a_drive_that_no_certificate_lists_is_not_played(drives, tmp_path, play, capsys):
+    """Nor is a new certificate written beside it."""
+    shutil.copytree(drives / "second", folder := tmp_path / "mixed")
+    shutil.copy(drives / "first" / "drive_30Hz.csv", folder / "drive_50Hz.csv")
+    code, error = play(folder / "drive_50Hz.csv")
+    assert code == 3 and "certificate.json beside it does not list" in error
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    arguments = ["--span", "60", "--frequency", "20", "--no-plots", "--samples", "512"]
+    assert run(app, ["compensate", str(drives / "model"), *arguments, "-o", str(folder)]) == 3
+    error = capsys.readouterr().err
+    assert "holds drive_50Hz.csv, which no certificate.json" in error and error.count("\n") == 1
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_what_fails_alone_is_told_by_its_own_kind(capsys):
+    """A limit is a limit, not bad data."""
+    failed = []
+    for error in (LimitError("too steep"), DataError("no runs"), ModelError("another version")):
+        with failing_alone("monday", failed, alone=False):
+            raise error
+    told = capsys.readouterr().err.splitlines()
+    assert [line.partition(": ")[0] for line in told] == [
+        "beyond the limits", "bad data", "bad data",
+    ]  # fmt: skip
+    assert failed == ["monday"] * 3
+    with pytest.raises(LimitError), failing_alone("monday", failed, alone=True):
+        raise LimitError("too steep")

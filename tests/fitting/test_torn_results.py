@@ -13,6 +13,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 
+@pytest.mark.fault(
+    name="SIGKILL at a random moment, and a full disk, while results are written",
+    promise="the first result, the second, or refused by name",
+    trials=34,
+    seed=0,
+)
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 @pytest.mark.parametrize("kind", ["fit", "diagnose", "compensate"])
 @pytest.mark.process

@@ -56,7 +56,10 @@ def bench_range(
     from fitting.commands.shared._out import console, output_folder, print_json, write_sent
     from fitting.commands.shared._plugins import load_plugins, plugin_classes
     from fitting.commands.shared._progress import progress
-    from fitting.commands.shared.files._measured_output import check_fringes_output
+    from fitting.commands.shared.files._measured_output import (
+        check_fringes_output,
+        check_sent_output,
+    )
     from hardware import (
         AbstractDriver,
         check_against_bench,
@@ -78,6 +81,7 @@ def bench_range(
         (played,) = check_against_bench(read_drive(drive, waveform=waveform), file)
     out = console(json)
     if dry_run:
+        check_sent_output(output)
         rehearsed = dry(file, drivers=drivers)
         with rehearsed.bench as simulated:
             simulated.record_fringes(played, periods=periods, records=records, store=_drop)

@@ -10,13 +10,15 @@ import numpy as np
 from hardware.simulated.laser._digitizer import Digitizer
 
 from ._infiniivision_states import InfiniiVisionStates
+from ._infiniivision_transfer import Transfer
 from ._messages import Unit
-from ._scpi_instrument import AbstractScpiInstrument, Handler, number, one
+from ._scpi_instrument import AbstractScpiInstrument, Handler, number
 from ._status import ScpiFault
 
 IDENTITY = "KEYSIGHT TECHNOLOGIES,DSO-X 3034T,MY00000001,07.50.2021102830"
 Light = Callable[[float, float, int, float], dict[int, np.ndarray] | None]
-_BITS, _SHIFT = 12, 16  # codes stand at the upper end of 16 bits
+_BITS = 12
+_DIVISIONS = 10  # of the time base
 _LADDER = (1.0, 2.0, 5.0)
 _TTL_V = 3.3  # of the pulses at its external trigger
 _ELSEWHERE_S = 3.7e-3  # about that pulse, where a record begins by another trigger
@@ -43,7 +45,7 @@ class SimulatedInfiniiVision(AbstractScpiInstrument):
         self._memory, self._fastest = memory, fastest_hz
         self._set = {"range": 1e-3, "position": 0.0, "level": 0.0, "external": 1.0}
         self.states = InfiniiVisionStates()
-        self._source = 1
+        self._transfer = Transfer()
         self._armed_s: float | None = None
         self._record: dict[int, np.ndarray] = {}
         super().__init__(identity, self.states.inputs)
@@ -71,12 +73,13 @@ class SimulatedInfiniiVision(AbstractScpiInstrument):
         def taken(n: int, unit: Unit) -> None:
             del n, unit
 
-        obeyed = (
-            "STOP", "RUN", "WAVeform:POINts", "WAVeform:POINts:MODE", "WAVeform:FORMat",
-            "WAVeform:BYTeorder", "WAVeform:UNSigned",
-        )  # fmt: skip
-        commands: dict[str, Handler] = dict.fromkeys(obeyed, taken)
+        commands: dict[str, Handler] = dict.fromkeys(("STOP", "RUN"), taken)
         commands |= {
+            "TIMebase:SCALe": lambda n, unit: self._set.update(
+                range=_DIVISIONS * number(unit, 2e-9, 50.0, "S")
+            ),
+            "TIMebase:SCALe?": lambda n, unit: f"{self._set['range'] / _DIVISIONS:+.5E}",
+            "TIMebase?": self._timebase,
             "TIMebase:RANGe": put("range", 500.0, "S", 2e-8),
             "TIMebase:RANGe?": lambda n, unit: f"{self._set['range']:+.5E}",
             "TIMebase:POSition": put("position", 500.0, "S"),
@@ -89,21 +92,25 @@ class SimulatedInfiniiVision(AbstractScpiInstrument):
             "SINGle": self._arm,
             "DIGitize": self._digitize,
             "OPERegister:CONDition?": lambda n, unit: str(8 * self._waiting()),
-            "WAVeform:SOURce": self._choose,
             "WAVeform:PREamble?": self._preamble,
             "WAVeform:DATA?": self._data,
         }
-        return commands | self.states.commands()
+        return commands | self._transfer.commands(_connector) | self.states.commands()
 
     def _arm(self, n: int, unit: Unit) -> None:
         del n, unit
         self._armed_s, self._record = self._clock(), {}
 
     def _digitize(self, n: int, unit: Unit) -> None:
-        """`SINGle`, for the inputs that are named; all of them where none is."""
+        """`SINGle`, for the inputs that are named; what is asked next is answered when it is over.
+
+        All of them where none is named.
+        """
         for source in unit.parameters:
             _connector(source)
         self._arm(n, unit)
+        self._busy_s += self._set["range"]
+        self._take()
 
     def _waiting(self) -> bool:
         """Whether the record asked for is not there yet."""
@@ -111,46 +118,49 @@ class SimulatedInfiniiVision(AbstractScpiInstrument):
             return False
         if self._clock() < self._armed_s + self._set["range"]:
             return True
+        return not self._take()
+
+    def _take(self) -> bool:
+        """Take the record that was armed for, once its time has passed; whether it came."""
+        if self._armed_s is None:
+            return False
         external, first_s = self.states.external, self.first_s
         if external and not 0.0 < self._set["level"] / self._set["external"] < _TTL_V:
-            return True
+            return False
         first_s += 0.0 if external else _ELSEWHERE_S
         count = int(self._set["range"] * self.sample_hz)
         record = self._light(self._armed_s, first_s, count, self.sample_hz)
         if record is None:
-            return True
+            return False
         record = {n: self.states.acquire(n, v, self.sample_hz) for n, v in record.items()}
         self._record, self._armed_s = record, None
-        return False
+        return True
 
-    def _choose(self, n: int, unit: Unit) -> None:
-        del n
-        self._source = _connector(one(unit))
+    def _timebase(self, n: int, unit: Unit) -> str:
+        words, at = self.states.words, self._set
+        return (
+            f":TIM:MODE {words['TIMebase:MODE']};REF {words['TIMebase:REFerence']};"
+            f"MAIN:RANG {at['range']:+.5E};POS {at['position']:+.5E}"
+        )
 
     def _converter(self) -> Digitizer:
-        at = self.states.inputs[self._source]
+        at = self.states.inputs[self._transfer.source]
         half = at.range_v / 2
         return Digitizer(self.sample_hz, _BITS, at.offset_v - half, at.offset_v + half)
 
     def _volts(self) -> np.ndarray:
-        if self._source not in self._record:
+        self._waiting()
+        if self._transfer.source not in self._record:
             raise ScpiFault(-221, "no record")
-        return self._record[self._source]
+        return self._record[self._transfer.source]
 
     def _preamble(self, n: int, unit: Unit) -> str:
         del n, unit
-        converter = self._converter()
-        per_code = converter.volts_per_code / _SHIFT
-        zero = float(converter.volts(np.zeros(1))[0])
-        step = 1 / self.sample_hz
-        numbers = (1, 0, self._volts().size, 1, step, self.first_s, 0, per_code, zero, 0)
-        return ",".join(f"{x:+.10E}" if isinstance(x, float) else str(x) for x in numbers)
+        return self._transfer.preamble(self._volts(), self._converter(), self.first_s)
 
     def _data(self, n: int, unit: Unit) -> bytes:
         del n, unit
-        codes = self._converter().codes(self._volts().copy()) * np.int16(_SHIFT)
-        data = codes.astype(">i2").tobytes()
-        return b"#8%08d" % len(data) + data
+        return self._transfer.data(self._volts(), self._converter())
 
 
 def _connector(source: str) -> int:

@@ -6,11 +6,13 @@ from collections.abc import Callable
 import numpy as np
 
 from ._messages import Unit
-from ._scpi_instrument import Handler, number, word
+from ._scpi_instrument import Handler, number, one, word
 from ._status import ScpiFault
 
 CONNECTORS = (1, 2, 3, 4)
 _SMOOTHED = 16  # samples that an average or a high-resolution sample is made of
+_DIVISIONS = 8  # of an input's range
+_LABEL = 10  # characters
 _SWITCH = ("0", "1", "OFF", "ON")
 _INPUT = {
     "DISPlay": _SWITCH, "COUPling": ("DC", "AC"), "INVert": _SWITCH, "BWLimit": _SWITCH,
@@ -41,6 +43,7 @@ class InputState:
     offset_v: float = 0.0
     probe: float = 1.0
     skew_s: float = 0.0
+    label: str = ""
     words: dict[str, str] = dataclasses.field(
         default_factory=lambda: {name: _first(known) for name, known in _INPUT.items()}
     )
@@ -95,6 +98,15 @@ class InfiniiVisionStates:
             "TRIGger:HOLDoff": self._set_holdoff,
             "TRIGger:HOLDoff?": lambda n, unit: f"{self.holdoff_s:+.5E}",
         }
+        table |= {
+            "CHANnel{n}:SCALe": lambda n, unit: setattr(
+                self.inputs[n], "range_v", _DIVISIONS * number(unit, 1e-3, 5.0, "V")
+            ),
+            "CHANnel{n}:SCALe?": lambda n, unit: f"{self.inputs[n].range_v / _DIVISIONS:+.5E}",
+            "CHANnel{n}:LABel": self._set_label,
+            "CHANnel{n}:LABel?": lambda n, unit: f'"{self.inputs[n].label}"',
+            "CHANnel{n}?": self._tell_input,
+        }
         for header, known in _WHOLE.items():
             table[header], table[f"{header}?"] = _word(lambda n: self.words, header, known)
         for name, known in _INPUT.items():
@@ -109,6 +121,21 @@ class InfiniiVisionStates:
             header = f"CHANnel{{n}}:{name}"
             table[header], table[f"{header}?"] = self._value(*value)
         return table
+
+    def _set_label(self, n: int, unit: Unit) -> None:
+        given = one(unit)
+        if len(given) < 2 or given[0] not in "\"'" or given[-1] != given[0]:
+            raise ScpiFault(-224, "label")
+        self.inputs[n].label = given[1:-1][:_LABEL].upper()
+
+    def _tell_input(self, n: int, unit: Unit) -> str:
+        at, words = self.inputs[n], self.inputs[n].words
+        return (
+            f":CHAN{n}:RANG {at.range_v:+.5E};OFFS {at.offset_v:+.5E};COUP {words['COUPling']};"
+            f"IMP {words['IMPedance']};DISP {words['DISPlay']};BWL {words['BWLimit']};"
+            f'INV {words["INVert"]};LAB "{at.label}";UNIT {words["UNITs"]};'
+            f"PROB {at.probe:+.5E};PROB:SKEW {at.skew_s:+.5E};STYP SING"
+        )
 
     def _set_holdoff(self, n: int, unit: Unit) -> None:
         del n

@@ -87,6 +87,7 @@ def test_options_are_those_of_the_single_command(tmp_path):
     assert parse_options("diagnose", ["--model", "m"], tmp_path) == {"model": tmp_path / "m"}
 
 
+@pytest.mark.fault(name="wrong options of `rapi batch`", promise="exit 2, one line")
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [

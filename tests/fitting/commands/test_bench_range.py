@@ -63,6 +63,9 @@ def test_records_are_taken(tmp_path, drive, server, capsys):
         assert record.cavity is not None
 
 
+@pytest.mark.fault(
+    name="an instrument fails among fringe records", promise="the records that were taken are kept"
+)
 def test_a_failure_keeps_the_records_that_were_taken(tmp_path, drive, capsys):
     output = tmp_path / "part"
     fault = {"fault": Closing(1000), "when": b":WAV:DATA?", "after": 3}
@@ -78,6 +81,7 @@ def test_a_failure_keeps_the_records_that_were_taken(tmp_path, drive, capsys):
     assert "Interrupted" in records.notes[0]
 
 
+@pytest.mark.fault(name="a drive that cannot be played", promise="refused before a byte")
 def test_what_cannot_be_played_is_refused_before_a_byte(tmp_path, drive, capsys):
     wide = tmp_path / "wide.csv"
     write_drive(triangle(40.0, amplitude=9.0, bias=4.0, samples=2000)[0], wide)
@@ -86,12 +90,21 @@ def test_what_cannot_be_played_is_refused_before_a_byte(tmp_path, drive, capsys)
         assert rapi("bench", "range", served.bench, wide, "-o", tmp_path / "r") == 3
         (tmp_path / "file").write_text("mine")
         assert rapi("bench", "range", served.bench, drive, "-o", tmp_path / "file") == 3
+        (records := tmp_path / "records").mkdir()
+        (records / "manifest.toml").write_text('schema = "rapi.fringes/1"\n')
+        (records / "settings.json").write_text('{"mine": 1}')
+        assert rapi("bench", "range", served.bench, drive, "-o", records) == 3
         assert not served.lab.generator.seen[1].times_on
-    assert "wide.csv: " in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert "wide.csv: " in error and "settings.json is there and holds no settings" in error
+    assert (records / "settings.json").read_text() == '{"mine": 1}'
     assert not (tmp_path / "r").exists()
     assert (tmp_path / "file").read_text() == "mine"
 
 
+@pytest.mark.fault(
+    name="a drive of another result than its certificate", promise="exit 3, one line, not played"
+)
 def test_a_drive_of_another_result_is_refused(tmp_path, drive, capsys):
     """The certificate beside it was written with another file of that name."""
     content = {"schema": "rapi.certificate/1", "files": {drive.name: "0" * 64}}

@@ -80,6 +80,10 @@ def test_bias_shape_and_limits_are_followed(model, tmp_path):
     assert not (tmp_path / "out" / "compensation.png").exists()
 
 
+@pytest.mark.fault(
+    name="wrong option, range, rate or limits file of `rapi compensate`",
+    promise="exit 2 or 3, one line, no file",
+)
 @pytest.mark.parametrize(
     ("options", "code", "message"),
     [
@@ -162,6 +166,7 @@ def test_nothing_is_expected_of_a_drive_beyond_what_was_identified(tmp_path, tru
     assert "identified at 4.5" in report["notes"][-1]
 
 
+@pytest.mark.fault(name="a model that is not monotone", promise="refused with the place")
 def test_a_model_that_is_not_monotone_is_refused_with_the_place(tmp_path, capsys):
     recording, _ = paper_recording(samples=400)
     operator = RAPI(alpha=0.3, zeta=0.0, lam=1.2, eta=1.0, a=0.5, b=0.0, d=(30.0, -4.0), plays=5)
@@ -172,6 +177,7 @@ def test_a_model_that_is_not_monotone_is_refused_with_the_place(tmp_path, capsys
     assert list((tmp_path / "out").iterdir()) == []
 
 
+@pytest.mark.fault(name="a model not to be trusted", promise="exit 4, no file")
 def test_a_model_not_to_be_trusted_is_refused_unless_asked_for(tmp_path, capsys):
     recording, _ = paper_recording(samples=400)
     about = {"trusted": False, "reasons": ["run does not belong: run 'run02'.", "poor fit"]}

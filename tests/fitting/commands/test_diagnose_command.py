@@ -185,6 +185,10 @@ REFUSED = {
 }
 
 
+@pytest.mark.fault(
+    name="wrong option, path, unit, model, file in the way of `rapi diagnose`",
+    promise="exit 2 or 3, one line, nothing computed or written",
+)
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_cannot_be_done_is_refused_at_once(name, rapi, folder, tmp_path, monkeypatch):
     """In one line, before anything is computed, and nothing is written."""
@@ -199,6 +203,7 @@ def test_what_cannot_be_done_is_refused_at_once(name, rapi, folder, tmp_path, mo
     assert not list(tmp_path.glob("out/*"))
 
 
+@pytest.mark.fault(name="an interrupt in `rapi diagnose`", promise="exit 130, nothing half-written")
 def test_an_interrupt_leaves_nothing_half_written(rapi, folder, tmp_path, monkeypatch):
     def interrupt(*_, **__):
         raise KeyboardInterrupt

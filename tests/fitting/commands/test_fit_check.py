@@ -126,6 +126,7 @@ def _edit(**fields):
     return edit
 
 
+@pytest.mark.fault(name="a certificate that cannot be used", promise="exit 3, one line")
 @pytest.mark.parametrize(
     ("damage", "message"),
     [

@@ -162,6 +162,7 @@ MISTAKES = (
 )  # fmt: skip
 
 
+@pytest.mark.fault(name="mistakes about a foreign file", promise="one line that says how to go on")
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_mistakes_are_said_in_one_line(rapi, tmp_path, mistake):
     if mistake is no_permission and not Path("/proc/self").is_dir():

@@ -63,6 +63,9 @@ def test_measured(tmp_path, drives, server, capsys):
         assert np.nanstd(off) < 1.5e-3  # GHz: another generator's grid of levels
 
 
+@pytest.mark.fault(
+    name="a drive beyond the bench's limits, under `rapi measure`", promise="exit 3, nothing played"
+)
 def test_nothing_is_played_beyond_the_limits(tmp_path, drives, capsys):
     with contextlib.ExitStack() as stack:
         served = Served(stack, tmp_path, HislipServer)
@@ -73,6 +76,9 @@ def test_nothing_is_played_beyond_the_limits(tmp_path, drives, capsys):
     assert not (tmp_path / "r").exists()
 
 
+@pytest.mark.fault(
+    name="an instrument that is silent in the second run", promise="exit 6, the first run written"
+)
 @pytest.mark.process  # as long as the time limits of its connection
 def test_an_instrument_that_fails_is_exit_code_6(tmp_path, drives, capsys):
     """In the second run; the first is written."""
@@ -89,6 +95,7 @@ def test_an_instrument_that_fails_is_exit_code_6(tmp_path, drives, capsys):
     assert len(recording.runs) == 1 and recording.provenance["incomplete"] == "yes"
 
 
+@pytest.mark.fault(name="an open interlock", promise="exit 6")
 def test_an_open_interlock_is_exit_code_6(tmp_path, drives, capsys):
     with contextlib.ExitStack() as stack:
         served = Served(stack, tmp_path, HislipServer)
@@ -98,6 +105,7 @@ def test_an_open_interlock_is_exit_code_6(tmp_path, drives, capsys):
     assert "Close the interlock" in capsys.readouterr().err
 
 
+@pytest.mark.fault(name="a laser that is off", promise="exit 6")
 def test_a_laser_that_is_off(tmp_path, drives, capsys):
     with contextlib.ExitStack() as stack:
         served = Served(stack, tmp_path, HislipServer)
@@ -118,6 +126,7 @@ def test_a_dry_run_connects_to_nothing(tmp_path, drives):
     }  # fmt: skip
 
 
+@pytest.mark.fault(name="a bench file that is none", promise="exit 3, one line")
 @pytest.mark.parametrize(
     ("text", "says"), [("schema = 1", "`schema`"), ("[[[", "not valid TOML"), ("", "`schema`")]
 )
@@ -127,3 +136,35 @@ def test_a_bench_file_that_is_none(tmp_path, drives, capsys, text, says):
     assert rapi("bench", "check", bench) == 3
     assert rapi("measure", bench, drives["40"], "-o", tmp_path / "r") == 3
     assert says in capsys.readouterr().err
+
+
+@pytest.mark.fault(
+    name="a file in the folder for raw records, or for the bytes of a dry run",
+    promise="exit 3, one line, nothing connected, the file as it was",
+)
+@pytest.mark.parametrize("name", ["notes.txt", "run07.json", "run00.cavity.npy"])
+@pytest.mark.parametrize("option", ["--raw", "-o"])
+def test_a_folder_that_is_not_its_own_is_refused(tmp_path, drives, capsys, option, name):
+    """At an address where nothing answers, so that a connection would be exit code 6."""
+    (folder := tmp_path / "mine").mkdir()
+    (folder / name).write_bytes(b"mine")
+    output = ("-o", tmp_path / "r", "--raw", folder)
+    if option == "-o":
+        output = ("-o", folder, "--dry-run")
+    bench = bench_file(tmp_path, generator="TCPIP::127.0.0.1::1::SOCKET")
+    assert rapi("measure", bench, drives["40"], *output) == 3
+    error = capsys.readouterr().err
+    assert name in error and error.count("\n") == 1
+    assert [(one.name, one.read_bytes()) for one in folder.iterdir()] == [(name, b"mine")]
+
+
+def test_an_empty_folder_for_raw_records_is_filled(tmp_path, drives):
+    with contextlib.ExitStack() as stack:
+        served = Served(stack, tmp_path, HislipServer)
+        output = ("-o", tmp_path / "r", "--raw", tmp_path / "raw")
+        assert rapi("measure", served.bench, drives["80"], *output) == 0
+        names = ["run00.cavity.npy", "run00.interferometer.npy", "run00.json"]
+        assert sorted(one.name for one in (tmp_path / "raw").iterdir()) == names
+        times_on = served.lab.generator.seen[1].times_on
+        assert rapi("measure", served.bench, drives["80"], *output) == 3  # they are there
+        assert served.lab.generator.seen[1].times_on == times_on

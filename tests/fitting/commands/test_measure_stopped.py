@@ -111,6 +111,10 @@ NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
 CODES = {"SIGINT": 130, "SIGTERM": 143, "SIGHUP": 129}
 
 
+@pytest.mark.fault(
+    name="SIGINT, SIGTERM, SIGHUP to `rapi measure` while its second drive settles",
+    promise="exit 130, 143, 129; parked and off; the first run written, called incomplete",
+)
 @posix
 @pytest.mark.parametrize("name", NAMES)
 def test_while_the_second_drive_settles(tmp_path, drives, name):
@@ -124,6 +128,10 @@ def test_while_the_second_drive_settles(tmp_path, drives, name):
     first_is_kept(output)
 
 
+@pytest.mark.fault(
+    name="the same signals while its second record is read",
+    promise="exit code of the signal; parked and off; the first run written",
+)
 @posix
 @pytest.mark.parametrize(("name", "server"), [("SIGINT", HislipServer), ("SIGTERM", TcpServer)])
 def test_while_the_second_record_is_read(tmp_path, drives, name, server):
@@ -149,6 +157,10 @@ def test_while_the_second_record_is_read(tmp_path, drives, name, server):
     first_is_kept(output)
 
 
+@pytest.mark.fault(
+    name="the same signals while its second drive is loaded",
+    promise="exit code of the signal; parked and off; the first run written",
+)
 @posix
 @pytest.mark.parametrize("name", NAMES[:2])
 def test_while_the_second_drive_is_loaded(tmp_path, drives, name):
@@ -168,6 +180,10 @@ def test_while_the_second_drive_is_loaded(tmp_path, drives, name):
     first_is_kept(output)
 
 
+@pytest.mark.fault(
+    name="the oscilloscope hangs up in the second record",
+    promise="exit 6, parked and off, the first run written",
+)
 @pytest.mark.parametrize("server", [HislipServer, TcpServer])
 def test_the_oscilloscope_hangs_up_in_the_second_record(tmp_path, drives, capsys, server):
     fault = {"fault": Closing(1000), "when": b":WAV:DATA?", "after": 2}
@@ -182,6 +198,9 @@ def test_the_oscilloscope_hangs_up_in_the_second_record(tmp_path, drives, capsys
     first_is_kept(output)
 
 
+@pytest.mark.fault(
+    name="the generator is gone in the second upload", promise="exit 6, the first run written"
+)
 @pytest.mark.parametrize("server", [HislipServer, TcpServer])
 def test_the_generator_is_gone_in_the_second_upload(tmp_path, drives, capsys, server):
     taken = 262_144 + 150_000  # bytes: the first upload, and part of the second
@@ -212,6 +231,7 @@ def test_a_recording_that_cannot_be_written_does_not_hide_the_failure(
     assert output.read_text() == "something else"
 
 
+@pytest.mark.fault(name="an output folder that cannot be written to", promise="found before output")
 def test_a_folder_that_cannot_be_written_to_is_found_before_output(tmp_path, drives, capsys):
     (tmp_path / "file").write_text("")
     with contextlib.ExitStack() as stack:

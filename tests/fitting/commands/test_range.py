@@ -108,6 +108,7 @@ def test_a_range_that_is_expected(rapi, still, tmp_path):
     assert code == 3 and "the least distance in m, then the largest" in err
 
 
+@pytest.mark.fault(name="wrong options and paths of `rapi range`", promise="exit 2 or 3, one line")
 @pytest.mark.parametrize(
     ("arguments", "code", "word"),
     [
@@ -142,6 +143,7 @@ def test_no_target(rapi, tmp_path):
     assert {scan["distance"] for scan in content["scans"]} == {None}
 
 
+@pytest.mark.fault(name="fringe records whose manifest is wrong", promise="exit 3, one line")
 @pytest.mark.parametrize(
     ("change", "word"),
     [

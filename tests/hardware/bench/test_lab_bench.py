@@ -56,6 +56,7 @@ def test_all_drives_are_checked_before_one_is_played(dry):
         assert dry.sent() == before
 
 
+@pytest.mark.fault(name="the interlock opens between two runs", promise="one error, parked and off")
 def test_an_interlock_that_opens_ends_it_before_the_next_run(dry):
     drives = triangle([40.0, 80.0], amplitude=1.0, bias=3.0)
     with dry.bench as bench:
@@ -70,6 +71,10 @@ def test_an_interlock_that_opens_ends_it_before_the_next_run(dry):
     assert parked(dry)
 
 
+@pytest.mark.fault(
+    name="the trigger is missed in the second run",
+    promise="one error in time, parked and off, the first run kept",
+)
 def test_a_trigger_that_is_missed_ends_it_in_time(dry):
     """In the second run: the first is kept, the output parked and off."""
     drives = triangle([40.0, 80.0], amplitude=1.0, bias=3.0)
@@ -88,6 +93,9 @@ def test_a_trigger_that_is_missed_ends_it_in_time(dry):
     assert "trigger output" in str(error.value)
 
 
+@pytest.mark.fault(
+    name="an exception or interrupt while a drive is measured", promise="parked and off"
+)
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
 def test_however_it_ends_the_output_is_parked_and_off(dry, error, monkeypatch):
     def fails(timeout_s):
@@ -101,6 +109,9 @@ def test_however_it_ends_the_output_is_parked_and_off(dry, error, monkeypatch):
         assert parked(dry)
 
 
+@pytest.mark.fault(
+    name="a bench file that is wrong", promise="refused in one line that names the key"
+)
 @pytest.mark.parametrize(
     ("change", "says"),
     [
@@ -146,6 +157,10 @@ def test_limits_hold_behind_the_amplifier(tmp_path):
         check_against_bench(triangle([40.0], amplitude=1.0, bias=2.4), file)
 
 
+@pytest.mark.fault(
+    name="a generator that reckons with 50 ohm whatever it is told",
+    promise="refused, the output never on",
+)
 def test_a_load_that_would_double_the_voltage(dry, tmp_path):
     """A generator that reckons with 50 ohm whatever it is told."""
     generator = dry.laboratory.generator

@@ -157,6 +157,9 @@ def off_by(dry, run):
     return np.nanstd(off)
 
 
+@pytest.mark.fault(
+    name="a state that another user has left an instrument in", promise="undone before output"
+)
 @pytest.mark.parametrize("state", LEFT)
 def test_what_another_user_has_left_is_undone(state, tmp_path, monkeypatch):
     """After it the instruments are as ones that nobody has touched."""
@@ -192,6 +195,10 @@ def test_all_of_it_at_once_leaves_the_recording_true(tmp_path, monkeypatch):
         assert off_by(dry, recording.runs[0]) < 1e-3  # GHz
 
 
+@pytest.mark.fault(
+    name="another user changes a setting while a drive settles or is recorded",
+    promise="refused by the setting's name, parked and off, nothing kept",
+)
 @pytest.mark.parametrize(
     ("when", "change"),
     [("settling", change) for change in CHANGED] + [("record", change) for change in WHILE_READ],
@@ -228,6 +235,9 @@ def test_what_is_recorded_tells_every_setting(tmp_path, monkeypatch):
     assert re.search("OUTP1:POL", recording.provenance["generator_undone"])
 
 
+@pytest.mark.fault(
+    name="another user plays a sequence on the other channel", promise="refused, nothing set"
+)
 def test_a_sequence_on_the_other_channel_is_left_alone(tmp_path, monkeypatch):
     left = (GENERATOR, "SEQC:STAT ON\nOUTP2 ON")
     with pytest.raises(InstrumentError, match="plays a sequence on channel 2"):
@@ -253,6 +263,9 @@ def test_between_two_runs_a_change_is_undone_too(tmp_path, monkeypatch):
         assert "SOUR1:AM:STAT" in recording.provenance["generator_undone"]
 
 
+@pytest.mark.fault(
+    name="an output that a killed process left on", promise="told with what it played, parked, off"
+)
 @pytest.mark.parametrize("on", [True, False])
 def test_an_output_that_was_found_on_is_said_with_what_it_played(on, tmp_path, monkeypatch):
     """As a process that was killed outright leaves it: parked, off, and in the provenance."""

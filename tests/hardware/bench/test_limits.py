@@ -19,6 +19,7 @@ def forty(**fields):
     return triangle(40.0, **({"amplitude": 4.5, "bias": 3.0} | fields))[0]
 
 
+@pytest.mark.fault(name="a drive beyond a limit of the bench", promise="refused whole")
 @pytest.mark.parametrize(
     ("drive", "words"),
     [

@@ -41,6 +41,7 @@ def other():
         process.kill()
 
 
+@pytest.mark.fault(name="another program has the instrument", promise="refused")
 def test_two_programs_do_not_share_an_instrument(other):
     with (
         pytest.raises(InstrumentError, match="Another program") as caught,
@@ -52,6 +53,7 @@ def test_two_programs_do_not_share_an_instrument(other):
         pass
 
 
+@pytest.mark.fault(name="a program that has the instrument is killed", promise="let go of")
 def test_a_program_that_is_killed_releases_it(other):
     other.kill()
     other.wait()

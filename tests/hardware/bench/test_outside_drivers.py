@@ -251,6 +251,9 @@ def test_a_dry_run_refuses_a_driver_that_does_not_support_it(tmp_path, plugins, 
     assert (tmp_path / "bytes" / "generator.bytes").read_bytes().startswith(b"*IDN?\n")
 
 
+@pytest.mark.fault(
+    name="a driver from outside with other limits or load", promise="refused before output"
+)
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [

@@ -47,6 +47,7 @@ def test_a_record():
         assert float(told["ACQ:SRAT"]) == samples.sample_hz
 
 
+@pytest.mark.fault(name="no trigger comes", promise="one error in time")
 def test_no_trigger():
     bench = Bench(playing=False)
     bench.scope.configure(ASKED)
@@ -57,6 +58,7 @@ def test_no_trigger():
     assert bench.clock.s - began < 1.0
 
 
+@pytest.mark.fault(name="a memory that is too short", promise="refused")
 def test_a_memory_that_is_too_short():
     bench = Bench(memory=4000)
     bench.scope.configure(ASKED)
@@ -65,11 +67,13 @@ def test_a_memory_that_is_too_short():
         bench.scope.fetch(1.0).check(ASKED)
 
 
+@pytest.mark.fault(name="another instrument at the oscilloscope's address", promise="refused")
 def test_another_instrument():
     with pytest.raises(InstrumentError, match="another instrument"):
         Bench(identity="KEYSIGHT TECHNOLOGIES,33600A,MY1,1.0")
 
 
+@pytest.mark.fault(name="a record's description that is none", promise="one error")
 @pytest.mark.parametrize(
     "data",
     [b"+1,+0,+10\n", b"1,0,0,1,1e-8,0,0,1e-3,0,0\n", b"1,0,100,1,-1,0,0,1e-3,0,0\n"],
@@ -84,6 +88,7 @@ def test_a_description_that_is_none(data):
         scope.fetch(1.0)
 
 
+@pytest.mark.fault(name="a block of another size than the record", promise="one error")
 @pytest.mark.parametrize("data", [b"#210" + b"\0" * 10 + b"\n", b"#8" + b"9" * 8 + b"\n"])
 def test_a_block_of_another_size(data):
     bench = Bench()

@@ -151,6 +151,7 @@ def test_an_analogue_trigger_has_a_level():
     assert ("edge", "VAL_EXTERNAL", 1.5) in Session.made[0].calls
 
 
+@pytest.mark.fault(name="the vendor's package refuses", promise="one error that says so")
 def test_what_the_vendor_refuses_is_said():
     with pytest.raises(InstrumentError, match="NI MAX"):
         NiScope("PXI9Slot9")
@@ -170,6 +171,7 @@ def test_without_the_package_the_extra_is_named(monkeypatch):
         NiScope("PXI1Slot2")
 
 
+@pytest.mark.fault(name="a record shorter than asked for", promise="refused")
 def test_a_short_record_is_refused(monkeypatch):
     real = Session.configure_horizontal_timing
 

@@ -91,6 +91,9 @@ def cut(path, head):
     path.write_bytes(path.read_bytes()[:100])
 
 
+@pytest.mark.fault(
+    name="raw records cut, exchanged or of other lengths", promise="refused in one line"
+)
 @pytest.mark.parametrize(
     "spoil, says",
     [
@@ -114,6 +117,7 @@ def test_a_record_that_is_not_whole_is_refused(tmp_path, spoil, says):
     assert "run00" in str(caught.value) or "elsewhere" in str(caught.value)
 
 
+@pytest.mark.fault(name="a raw record with objects in it", promise="refused, no code run")
 def test_an_object_array_is_not_unpickled(tmp_path):
     import hashlib
 
@@ -147,6 +151,7 @@ def test_what_was_recorded_is_read_again_to_the_same_frequencies(tmp_path):
     assert "digitizer" not in again.sent()
 
 
+@pytest.mark.fault(name="a replay asked for what it does not hold", promise="refused")
 def test_a_replay_refuses_what_it_does_not_hold(tmp_path):
     with pytest.raises(DataError, match="no raw record"):
         ReplayDigitizer(tmp_path)

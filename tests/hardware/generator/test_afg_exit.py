@@ -35,6 +35,9 @@ if {kill}:
 """
 
 
+@pytest.mark.fault(
+    name="the process ends, or is told to end, with the output on", promise="ramped to park and off"
+)
 @pytest.mark.parametrize(("kill", "code"), [(False, 0), (True, 143)])
 def test_a_process_that_ends_parks_its_output(kill, code):
     script = SCRIPT.format(kill=kill)

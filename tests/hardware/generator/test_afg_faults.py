@@ -46,6 +46,10 @@ PLACES = {
 }
 
 
+@pytest.mark.fault(
+    name="an answer late, cut, endless, lying or none, at each query before the output is on",
+    promise="one error within twice the deadline, the output never on",
+)
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("fault", FAULTS)
 def test_before_output_every_fault_ends_in_one_error_and_the_output_was_never_on(fault, place):
@@ -73,6 +77,10 @@ def test_before_output_every_fault_ends_in_one_error_and_the_output_was_never_on
     assert instrument.seen[1].times_on == 0
 
 
+@pytest.mark.fault(
+    name="an answer late, cut, endless, lying or none while the output is on",
+    promise="one error in time, parked and off, the relay moves below 5 mV",
+)
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_while_the_output_is_on_leaves_it_parked_and_off(fault):
     instrument = SimulatedAFG31052()
@@ -90,6 +98,10 @@ def test_a_fault_while_the_output_is_on_leaves_it_parked_and_off(fault):
     assert instrument.seen[1].high_v <= 1.4 + 1e-9
 
 
+@pytest.mark.fault(
+    name="an answer late, cut, endless, lying or none while the output is switched on",
+    promise="off",
+)
 @pytest.mark.parametrize("place", [b"STAT ON", b"STAT?", b"IMM:HIGH", b"*ESR?"])
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_while_starting_leaves_it_off(fault, place):
@@ -112,6 +124,10 @@ def test_a_fault_while_starting_leaves_it_off(fault, place):
     assert instrument.seen[1].high_v <= 1.4 + 1e-9
 
 
+@pytest.mark.fault(
+    name="the connection is lost in an upload, or the peer stops reading",
+    promise="one error in time, the output never on",
+)
 @pytest.mark.parametrize("deaf", [False, True])
 @pytest.mark.parametrize("taken", [1, 300, 5000, 200_000])
 def test_connection_lost_during_an_upload(taken, deaf):
@@ -133,6 +149,7 @@ def test_connection_lost_during_an_upload(taken, deaf):
     assert instrument.seen[1].times_on == 0
 
 
+@pytest.mark.fault(name="a block that is half written", promise="cured by connecting again")
 def test_a_half_written_block_is_cured_by_connecting_again():
     instrument = SimulatedAFG31052()
     peer = Unplugged(instrument, 1 << 40, comes_back=True)
@@ -151,6 +168,10 @@ def test_a_half_written_block_is_cured_by_connecting_again():
     assert instrument.output(1) is None
 
 
+@pytest.mark.fault(
+    name="the instrument cannot be reached while the output is on",
+    promise="the error says that the output may still be on",
+)
 def test_where_the_output_cannot_be_reached_the_error_says_that_it_may_be_on():
     instrument = SimulatedAFG31052()
     peer = Unplugged(instrument, 1 << 40)
@@ -171,6 +192,9 @@ def test_where_the_output_cannot_be_reached_the_error_says_that_it_may_be_on():
     assert instrument.output(1) is None
 
 
+@pytest.mark.fault(
+    name="an exception or interrupt with both outputs on", promise="both parked and off"
+)
 @pytest.mark.parametrize("error", [ZeroDivisionError, KeyboardInterrupt, SystemExit])
 def test_any_exception_parks_both_outputs(error):
     instrument = SimulatedAFG31052()
@@ -201,6 +225,7 @@ class Interrupting(SimulatedLink):
             raise KeyboardInterrupt
 
 
+@pytest.mark.fault(name="an interrupt while the levels are ramped out", promise="parked and off")
 @pytest.mark.parametrize("place", [b"STAT ON", b"IMM:HIGH 0.9", b"IMM:LOW 0.5"])
 def test_an_interrupt_while_ramping_out_switches_off(place):
     instrument = SimulatedAFG31052()
@@ -216,6 +241,7 @@ def test_an_interrupt_while_ramping_out_switches_off(place):
     assert instrument.seen[1].relay_v <= 0.0041
 
 
+@pytest.mark.fault(name="a second interrupt, while parking", promise="off at once")
 def test_an_interrupt_while_parking_switches_off_at_once():
     instrument = SimulatedAFG31052()
     link = Interrupting(instrument)

@@ -90,6 +90,7 @@ def test_parked_as_near_as_the_limits_allow(low, width, park):
     assert max(abs(level - nearest) for level in levels) <= 2 * THRESHOLDS.park_pp_v + 2e-3
 
 
+@pytest.mark.fault(name="a limit is missing", promise="refused by name")
 @pytest.mark.parametrize("name", ["slew_v_per_s", "step_v", "max_frequency_hz"])
 def test_a_missing_limit_is_refused(name):
     limits = {"slew_v_per_s": 1.0, "step_v": 1.0, "max_frequency_hz": 1.0} | {name: math.inf}
@@ -97,6 +98,7 @@ def test_a_missing_limit_is_refused(name):
         settable_limits(DriveLimits(0.0, 5.0, **limits), 10.0)
 
 
+@pytest.mark.fault(name="limits beyond the instrument", promise="refused")
 def test_limits_beyond_the_instrument_are_refused():
     with pytest.raises(LimitError, match="5 V of either sign"):
         settable_limits(DriveLimits(0.0, 7.5, 1.0, 1.0, 1.0), 5.0)

@@ -16,6 +16,12 @@ from hardware.simulated import SimulatedAFG31052, SimulatedLink
 from rapi_jax import AfgWaveform, DataError, LimitError, triangle
 
 
+@pytest.mark.fault(
+    name="waveforms out of limits: sample, step, closing step, slope, rate, NaN, Inf, length",
+    promise="not a byte is sent; every legal one reads back within one code",
+    trials=1500,
+    seed=31,
+)
 @pytest.mark.slow
 def test_a_few_thousand_waveforms():
     generator, rng = Generator(), np.random.default_rng(31)
@@ -74,6 +80,7 @@ def test_a_drive_is_resampled_loaded_and_started():
     generator.check()
 
 
+@pytest.mark.fault(name="a drive out of limits", promise="not a byte is sent")
 def test_a_drive_out_of_limits_sends_nothing():
     generator = Generator()
     before = generator.bytes
@@ -99,6 +106,10 @@ def test_no_upload_while_the_output_is_on():
     channel.off()
 
 
+@pytest.mark.fault(
+    name="another instrument, a load or a clamp that is not taken",
+    promise="refused, the output never on",
+)
 @pytest.mark.parametrize(
     ("instrument", "words"),
     [
@@ -118,12 +129,16 @@ def test_refused_before_output(instrument, words):
     assert instrument.seen[1].times_on == 0
 
 
+@pytest.mark.fault(name="no limits are given", promise="refused")
 def test_no_limits_no_channel():
     link = SimulatedLink(SimulatedAFG31052())
     with AFG31000(Scpi(link)) as afg, pytest.raises(LimitError, match="no limits"):
         afg.channel(1, limits=None)
 
 
+@pytest.mark.fault(
+    name="50 ohm set between loading and starting", promise="refused, the output never on"
+)
 def test_someone_sets_50_ohm_between_loading_and_starting():
     instrument = SimulatedAFG31052()
     link = SimulatedLink(instrument)
@@ -158,6 +173,10 @@ def test_levels_that_the_instrument_rounds_are_those_of_the_codes():
     assert loaded.codes[0] == round((1.23456 - 1.234) / 0.044 * 16382)
 
 
+@pytest.mark.fault(
+    name="an instrument that rounds its levels more coarsely",
+    promise="refused, the output never on",
+)
 def test_an_instrument_that_rounds_more_coarsely_is_refused():
     instrument = SimulatedAFG31052(digits=2)
     limits = DriveLimits(0.0, 7.5, 4000.0, 0.5, 100.0)
@@ -182,6 +201,7 @@ def test_whatever_was_set_before_the_new_clamp_is_reached_legally(clamp):
     assert [float(a.data) for a in answers] == [LIMITS.high_v, LIMITS.low_v]
 
 
+@pytest.mark.fault(name="an output that was left on", promise="parked and off")
 def test_an_output_that_was_left_on_is_parked_and_switched_off():
     instrument = SimulatedAFG31052()
     instrument.feed(b"OUTP1:IMP INF;:SOUR1:VOLT:HIGH 5;:SOUR1:VOLT:LOW 4;:OUTP1 ON\n")
@@ -201,6 +221,7 @@ def test_a_second_user_of_a_channel_is_refused():
             afg.channel(3, limits=LIMITS)
 
 
+@pytest.mark.fault(name="a rate that is none", promise="refused")
 @pytest.mark.parametrize("rate", [0.0, -1.0, math.nan, math.inf, 1e-7])
 def test_a_rate_that_cannot_be_is_refused(rate):
     generator = Generator()
@@ -228,6 +249,7 @@ def test_a_waveform_in_codes_is_judged_by_the_drive_it_stands_for(points):
         check_codes(wave, DriveLimits(0.0, 5.0, 1e9, 1.0, 100.0))
 
 
+@pytest.mark.fault(name="one code of a waveform out of line", promise="refused whole")
 @pytest.mark.parametrize("at", [0, 1, 200, 398, 399])
 def test_one_code_out_of_line_is_refused(at):
     codes = np.full(400, 8000)

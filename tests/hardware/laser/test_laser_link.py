@@ -80,6 +80,10 @@ def test_what_is_no_fault_is_refused(line):
         fault(line)
 
 
+@pytest.mark.fault(
+    name="a laser controller that is silent, slow or lying",
+    promise="an answer that is one, or an error in time",
+)
 @pytest.mark.parametrize(
     "peer",
     [
@@ -113,6 +117,11 @@ def test_peers_that_misbehave(peer):
     assert said == "120.00"
 
 
+@pytest.mark.fault(
+    name="random bytes as a laser controller's answer",
+    promise="a line as it was sent, or an error",
+    trials=10000,
+)
 def test_noise_never_becomes_an_answer():
     """10 000 answers of random bytes: a line as it was sent, or an error.
 
@@ -201,6 +210,7 @@ def test_what_is_no_serial_number(serial):
         VendorDllLink(serial, dll=Library(SimulatedTLB6700()))
 
 
+@pytest.mark.fault(name="the vendor's library fails", promise="one error that says so")
 def test_the_vendors_library_fails():
     library = Library(SimulatedTLB6700())
     with pytest.raises(InstrumentError, match="no controller SN9"):

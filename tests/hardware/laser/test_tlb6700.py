@@ -229,12 +229,14 @@ def test_emission_may_be_delayed(seconds):
         assert laser.emits() and seconds <= pair.link.clock_s - began < seconds + 1.0
 
 
+@pytest.mark.fault(name="emission that never comes", promise="one error")
 def test_emission_that_never_comes_is_an_error():
     pair = Pair(on_delay_s=1e3)
     with pair.laser() as laser, pytest.raises(InstrumentError, match="told otherwise"):
         laser.switch(True)
 
 
+@pytest.mark.fault(name="what another user switched on at the laser", promise="seen before a scan")
 @pytest.mark.parametrize(
     ("left", "says"),
     [
@@ -261,6 +263,9 @@ def test_as_many_scans_as_asked_for():
             laser.scan_wavelength(770.0, 771.0, nm_per_s=1.0, scans=0)
 
 
+@pytest.mark.fault(
+    name="another head, an interlock, a key, temperatures", promise="refused before anything is set"
+)
 @pytest.mark.parametrize(
     ("settings", "says"),
     [
@@ -286,6 +291,7 @@ def test_no_limits_are_refused_before_a_byte():
     assert not pair.link.sent
 
 
+@pytest.mark.fault(name="settings beyond the laser's limits", promise="nothing is sent")
 @pytest.mark.parametrize(
     "act",
     [
@@ -305,6 +311,7 @@ def test_beyond_limits_nothing_is_sent(act):
         assert not pair.link.sent
 
 
+@pytest.mark.fault(name="the laser is too warm", promise="one error that says so")
 def test_too_warm():
     pair = Pair()
     pair.instrument.cavity_c = 41.0
@@ -312,6 +319,7 @@ def test_too_warm():
         pair.laser()
 
 
+@pytest.mark.fault(name="a fault of the controller", promise="ends the next setting, by its name")
 @pytest.mark.parametrize(
     ("code", "says"),
     [
@@ -339,6 +347,7 @@ def test_the_key_is_off():
         laser.switch(True)
 
 
+@pytest.mark.fault(name="a setting that the controller refuses", promise="one error")
 def test_a_setting_that_is_refused():
     pair = Pair()
     wider = LaserLimits((700.0, 800.0), (0.0, 100.0), (30.0, 140.0), (0.0, 99.0), (0.0, 99.0))
@@ -347,6 +356,7 @@ def test_a_setting_that_is_refused():
             laser.set_wavelength(790.0)
 
 
+@pytest.mark.fault(name="a setting that the controller does not take", promise="one error")
 def test_a_setting_that_is_not_taken():
     lines = done("SOURce:CURRent:DIODe 100.0", read=("SOURce:CURRent:DIODe?", "99.0"))
     with Transcript(*greeting(), *lines) as wire:
@@ -355,6 +365,7 @@ def test_a_setting_that_is_not_taken():
             laser.set_current(100.0)
 
 
+@pytest.mark.fault(name="a motor that never arrives", promise="one error in time")
 def test_a_motor_that_never_arrives():
     pair = Pair()
     with pair.laser() as laser:

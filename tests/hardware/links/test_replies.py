@@ -13,6 +13,12 @@ from hardware import InstrumentError, Scpi
 from hardware.simulated import Answer, Faulty, SimulatedAFG31052, SimulatedLink, Slow
 
 
+@pytest.mark.fault(
+    name="generated answers: late, cut, dripping, endless, noise, a lying block header",
+    promise="the right value or one error, within twice the deadline, memory bounded",
+    trials=4000,
+    seed=7,
+)
 @pytest.mark.slow
 def test_a_few_thousand_replies():
     rng = np.random.default_rng(7)
@@ -63,6 +69,7 @@ def blocks(header, content):
     return SimulatedLink(Scripted([Answer(header + content)]))
 
 
+@pytest.mark.fault(name="a block whose header lies", promise="no array")
 @pytest.mark.parametrize(
     ("header", "content"),
     [
@@ -87,6 +94,7 @@ def test_a_block_may_hold_newlines():
     assert session.block("DATA:DATA? EMEM1", limit=64, size=8) == content
 
 
+@pytest.mark.fault(name="an endless answer", promise="one error in time, memory bounded")
 @pytest.mark.parametrize("piece", [b"7" * 512, b"#6262144" + b"\x00" * 512, b"\n" * 512])
 @pytest.mark.parametrize("seconds", [0.0, 1e-4])
 def test_an_endless_answer_takes_no_memory(piece, seconds):
@@ -102,6 +110,7 @@ def test_an_endless_answer_takes_no_memory(piece, seconds):
     assert link.clock_s <= 2.0
 
 
+@pytest.mark.fault(name="a late answer", promise="never taken for the next one")
 def test_a_late_answer_is_not_the_next_one():
     instrument = Faulty(SimulatedAFG31052(), Slow(1.5), when=b"HIGH?", times=1)
     link = SimulatedLink(instrument)
@@ -115,6 +124,7 @@ def test_a_late_answer_is_not_the_next_one():
     assert link.connections == 2
 
 
+@pytest.mark.fault(name="an answer too many", promise="never taken for the next one")
 def test_an_answer_too_many_is_not_the_next_one():
     instrument = SimulatedAFG31052()
     link = SimulatedLink(instrument)
@@ -126,6 +136,7 @@ def test_an_answer_too_many_is_not_the_next_one():
     assert session.number("SOUR1:FREQ?") == 1e6
 
 
+@pytest.mark.fault(name="another instrument answers after connecting again", promise="refused")
 def test_after_connecting_again_the_instrument_must_be_the_same():
     instrument = SimulatedAFG31052()
     peer = Faulty(instrument, Slow(9.0), when=b"FREQ?", times=1)
@@ -138,6 +149,9 @@ def test_after_connecting_again_the_instrument_must_be_the_same():
         session.number("SOUR1:FREQ?")
 
 
+@pytest.mark.fault(
+    name="noise and terminal codes as an answer", promise="shown escaped, on one line"
+)
 @pytest.mark.parametrize("noise", NOISE)
 def test_what_came_back_is_shown_without_harm(noise):
     session = Scpi(SimulatedLink(Scripted([Answer(noise)])), timeout_s=1.0)
@@ -148,6 +162,7 @@ def test_what_came_back_is_shown_without_harm(noise):
     assert caught.value.command == "*IDN?"
 
 
+@pytest.mark.fault(name="entries in the error queue", promise="one error that tells them all")
 def test_the_error_queue_is_told_whole_and_emptied():
     instrument = SimulatedAFG31052()
     session = Scpi(SimulatedLink(instrument))
@@ -160,6 +175,7 @@ def test_the_error_queue_is_told_whole_and_emptied():
     assert session.number("SOUR1:FREQ?") == 20.0
 
 
+@pytest.mark.fault(name="an error queue without end", promise="an end after 100")
 def test_an_error_queue_without_end():
     class Complaining(Scripted):
         def feed(self, data: bytes):

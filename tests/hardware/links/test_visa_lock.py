@@ -31,6 +31,7 @@ def visa_error(name):
     return pyvisa.VisaIOError(getattr(pyvisa.constants.StatusCode, name))
 
 
+@pytest.mark.fault(name="a VISA lock that another holds", promise="refused")
 @pytest.mark.parametrize("name", ["error_resource_locked", "error_timeout"])
 def test_a_lock_that_another_holds_is_refused(name):
     with pytest.raises(LinkError, match="holds the VISA lock"):

@@ -80,6 +80,10 @@ FAULTS = {
 }
 
 
+@pytest.mark.fault(
+    name="a real socket that is silent, slow, dripping, closing, endless or lying",
+    promise="one error within the deadline; the next query is answered right",
+)
 @pytest.mark.parametrize("fault", FAULTS)
 def test_faults_of_a_real_peer(fault):
     peer = Faulty(SimulatedAFG31052(), FAULTS[fault], when=b"DATA:DATA?", times=1)
@@ -95,6 +99,9 @@ def test_faults_of_a_real_peer(fault):
         session.close()
 
 
+@pytest.mark.fault(
+    name="a real peer that is gone in the midst of an upload", promise="one error in time"
+)
 @pytest.mark.parametrize("deaf", [False, True])
 def test_a_peer_that_is_gone_in_the_midst_of_an_upload(deaf):
     peer = Unplugged(SimulatedAFG31052(), 60_000, deaf=deaf)
@@ -109,6 +116,7 @@ def test_a_peer_that_is_gone_in_the_midst_of_an_upload(deaf):
         session.close()
 
 
+@pytest.mark.fault(name="a real peer that stops reading", promise="one error in time")
 def test_a_peer_that_stops_reading_does_not_hold_a_write():
     listener = socket.create_server(("127.0.0.1", 0))
     link = VisaLink(f"TCPIP::127.0.0.1::{listener.getsockname()[1]}::SOCKET", backend="@py")
@@ -123,6 +131,7 @@ def test_a_peer_that_stops_reading_does_not_hold_a_write():
     listener.close()
 
 
+@pytest.mark.fault(name="nothing listens at the address", promise="one error in time")
 def test_nothing_listens():
     listener = socket.create_server(("127.0.0.1", 0))
     port = listener.getsockname()[1]

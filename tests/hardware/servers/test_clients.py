@@ -44,6 +44,7 @@ def dial(server):
     return socket.create_connection((server.host, server.port), timeout=5.0)
 
 
+@pytest.mark.fault(name="a client that is silent or does not read", promise="delays nobody")
 @pytest.mark.parametrize("server", [TcpServer, HislipServer])
 def test_a_client_that_is_silent_or_does_not_read_delays_nobody(server):
     instrument = SimulatedAFG31052()
@@ -61,6 +62,7 @@ def test_a_client_that_is_silent_or_does_not_read_delays_nobody(server):
             one.close()
 
 
+@pytest.mark.fault(name="half a message of one client", promise="does not mix with another's")
 def test_half_a_message_of_one_client_does_not_mix_with_another():
     with TcpServer(SimulatedAFG31052()) as server:
         first, second = dial(server), dial(server)
@@ -74,6 +76,9 @@ def test_half_a_message_of_one_client_does_not_mix_with_another():
         second.close()
 
 
+@pytest.mark.fault(
+    name="eight clients that send noise", promise="the real one served in time, memory bounded"
+)
 @pytest.mark.parametrize("server", [TcpServer, HislipServer])
 def test_a_real_client_is_served_beside_eight_that_send_noise(server):
     """`tests/benchmarks/server_noise.py` sends a million messages to each server."""
@@ -89,6 +94,7 @@ def test_a_real_client_is_served_beside_eight_that_send_noise(server):
         session.close()
 
 
+@pytest.mark.fault(name="more clients than a server takes", promise="closed at once")
 def test_beyond_the_most_clients_a_connection_is_closed_at_once():
     with TcpServer(SimulatedAFG31052()) as server:
         first = dial(server)
@@ -101,6 +107,7 @@ def test_beyond_the_most_clients_a_connection_is_closed_at_once():
             one.close()
 
 
+@pytest.mark.fault(name="two sessions for one lock", promise="the other waits")
 def test_a_lock_is_held_by_one_session_until_it_ends():
     def asks(connection, control):
         connection.sendall(message(Kind.ASYNC_LOCK, control, 50))
@@ -134,6 +141,10 @@ def bridge(**settings):
     return there, Bridge(VisaLaserLink(SimulatedLink(there)), limits=LIMITS, **settings)
 
 
+@pytest.mark.fault(
+    name="values beyond the laser's limits and commands not listed, at a bridge",
+    promise="refused, nothing passed on",
+)
 @pytest.mark.parametrize(
     ("command", "answer"),
     [
@@ -160,6 +171,7 @@ def test_a_bridge_keeps_the_limits_and_its_list_of_commands(command, answer):
     assert answer == "OK" or there.set == before
 
 
+@pytest.mark.fault(name="no token or a wrong one, at a bridge", promise="refused")
 def test_a_bridge_asks_for_its_token():
     there, served = bridge(token=SECRET)
     stranger = VisaLaserLink(SimulatedLink(served))
@@ -180,6 +192,7 @@ def test_a_token_is_one_line_of_some_length(tmp_path, text):
     assert read_bridge_token(tmp_path / "token") == SECRET
 
 
+@pytest.mark.fault(name="a second client at a bridge", promise="refused while one runs")
 def test_a_bridge_serves_one_client_at_a_time_and_the_next_after_it():
     _, served = bridge(token=SECRET)
     with HislipServer(served, alone=True) as server:

@@ -69,6 +69,10 @@ def test_sessions_of_two_clients_are_both_served():
         second.close()
 
 
+@pytest.mark.fault(
+    name="a HiSLIP peer that is silent, slow, closing, endless or lying",
+    promise="one error within the deadline",
+)
 @pytest.mark.parametrize(
     "fault",
     [
@@ -99,6 +103,7 @@ def test_peers_that_misbehave(fault):
         session.close()
 
 
+@pytest.mark.fault(name="a late answer over HiSLIP", promise="never taken for the next one")
 def test_a_late_answer_is_not_taken_for_the_next():
     """Also where nothing connects again between the two."""
     instrument = Faulty(SimulatedAFG31052(), Slow(0.5), when=b"*IDN?", times=1)
@@ -124,6 +129,7 @@ def test_a_clear_lets_go_of_what_was_asked():
         session.close()
 
 
+@pytest.mark.fault(name="a HiSLIP peer that is unplugged in an upload", promise="one error in time")
 @pytest.mark.parametrize("deaf", [False, True])
 @pytest.mark.process
 def test_unplugged_in_the_middle_of_an_upload(deaf):
@@ -220,6 +226,9 @@ def test_the_end_of_a_message_needs_no_newline(opened):
     assert payload.startswith(b"TEKTRONIX") and payload.endswith(b"\n")
 
 
+@pytest.mark.fault(
+    name="messages that are none, to a HiSLIP server", promise="sent away, others are served"
+)
 @pytest.mark.parametrize(
     "data",
     [

@@ -117,16 +117,48 @@ def test_a_command_without_its_parameter_ends_nothing():
     assert error_of(scope(), ":WAV:SOUR") == -109
 
 
-def test_digitize_takes_a_record():
+def seeing_half_a_volt():
     clock = Clock()
     instrument = SimulatedInfiniiVision(
         lambda now, first, count, hz: {1: np.full(count, 0.5)}, clock=clock
     )
-    say(instrument, ":TRIG:EDGE:SOUR EXT", ":TRIG:EDGE:LEV 1.5", ":DIG CHAN1")
-    assert say(instrument, ":OPER:COND?") == ["8"]
+    say(instrument, ":TRIG:EDGE:SOUR EXT", ":TRIG:EDGE:LEV 1.5", ":TIM:RANG 1E-3")
+    return clock, instrument
+
+
+def test_a_single_record_is_asked_for_until_it_is_there():
+    clock, instrument = seeing_half_a_volt()
+    assert say(instrument, ":SING", ":OPER:COND?") == ["8"]
     clock.sleep(1.0)
     assert say(instrument, ":OPER:COND?") == ["0"]
-    assert say(instrument, ":WAV:SOUR CHAN1;:WAV:PRE?")[0].split(",")[2] == "50000"
+    assert say(instrument, ":WAV:SOUR CHAN1;:WAV:PRE?")[0].split(",")[2] == "1000"
+
+
+def test_digitize_takes_a_record_before_what_is_asked_next_is_answered():
+    _, instrument = seeing_half_a_volt()
+    (answer,) = instrument.feed(b":DIG CHAN1\n:OPER:COND?\n")
+    assert (answer.data, answer.after_s) == (b"0\n", 1e-3)
+    assert say(instrument, ":WAV:POIN:MODE RAW;:WAV:POIN MAX;:WAV:PRE?")[0].split(",")[2] == "50000"
+
+
+@pytest.mark.parametrize("unsigned", [0, 1])
+@pytest.mark.parametrize("order", ["MSBF", "LSBF"])
+@pytest.mark.parametrize("kind", ["BYTE", "WORD", "ASC"])
+def test_a_record_means_the_same_in_every_format(kind, order, unsigned):
+    _, instrument = seeing_half_a_volt()
+    say(instrument, ":DIG", f":WAV:FORM {kind};:WAV:BYT {order};:WAV:UNS {unsigned}")
+    about = [float(x) for x in say(instrument, ":WAV:PRE?")[0].split(",")]
+    (answer,) = instrument.feed(b":WAV:DATA?\n")
+    data = answer.data[10:-1]
+    assert answer.data[:10] == b"#8%08d" % len(data)
+    if kind == "ASC":
+        volts = np.array([float(x) for x in data.split(b",")])
+    else:
+        ends = ("<" if order == "LSBF" else ">") + ("u" if unsigned else "i")
+        codes = np.frombuffer(data, ends + ("1" if kind == "BYTE" else "2"))
+        volts = (codes.astype(float) - about[9]) * about[7] + about[8]
+    assert volts.size == about[2] == 1000 and about[4] == pytest.approx(1e-6)
+    assert np.abs(volts - 0.5).max() <= 0.51 * 8.0 / 4095 + about[7]  # 12 bits over 8 V
 
 
 def test_common_commands_and_the_status_byte():

@@ -30,6 +30,9 @@ def test_writes_bytes_and_text_as_they_are(tmp_path, data):
     assert os.listdir(tmp_path) == ["out"]
 
 
+@pytest.mark.fault(
+    name="an exception while a file is written", promise="the old file, and nothing else"
+)
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt, SystemExit])
 def test_an_exception_leaves_the_old_file_and_nothing_else(tmp_path, error):
     write_atomic(tmp_path / "out", "old")
@@ -40,6 +43,9 @@ def test_an_exception_leaves_the_old_file_and_nothing_else(tmp_path, error):
     assert os.listdir(tmp_path) == ["out"]
 
 
+@pytest.mark.fault(
+    name="an error of the system while a file is written", promise="one line with path and cure"
+)
 def test_an_os_error_becomes_one_line_with_path_and_cure(tmp_path):
     with pytest.raises(OutputError) as caught, atomic_path(tmp_path / "o\x1b[31m") as path:
         path.write_text("half")
@@ -70,6 +76,7 @@ def test_permissions_suffix_and_links_are_kept(tmp_path):
     assert (tmp_path / "out.txt").stat().st_mode & 0o777 == 0o640
 
 
+@pytest.mark.fault(name="a write fails over an old recording", promise="the old recording, whole")
 @pytest.mark.parametrize("form", FORMS)
 def test_a_recording_is_not_half_overwritten_where_a_write_fails(
     tmp_path, recording, monkeypatch, form

@@ -26,6 +26,7 @@ def test_a_drive_comes_back_to_the_bit(drive, tmp_path):
     assert got.rate == pytest.approx(40.0, rel=1e-12) and got.repeats
 
 
+@pytest.mark.fault(name="a drive file that is none", promise="refused in one line")
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -73,6 +74,7 @@ def test_a_drive_without_a_period_has_no_codes(drive):
         AfgWaveform.of(Drive(drive.time, drive.value, None))
 
 
+@pytest.mark.fault(name="a generator file that is damaged", promise="refused in one line")
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -126,6 +128,7 @@ def test_limits_are_read(tmp_path):
     assert read_limits(path) == DriveLimits(0.0, 6.5, 900.0, 0.1, 50.0)
 
 
+@pytest.mark.fault(name="a limits file that is wrong", promise="refused in one line")
 @pytest.mark.parametrize(
     ("text", "message"),
     [

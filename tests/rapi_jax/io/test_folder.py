@@ -107,6 +107,7 @@ def test_round_trip_is_exact(drawn):
             assert same(read_folder(Path(where) / "r", nan="mask"), recording)
 
 
+@pytest.mark.fault(name="generated text as CSV", promise="read, or refused in one line", trials=200)
 @settings(deadline=None, max_examples=200)
 @given(st.text(max_size=200) | st.binary(max_size=200))
 def test_any_csv_is_read_or_refused_in_one_line(text):
@@ -119,6 +120,9 @@ def test_any_csv_is_read_or_refused_in_one_line(text):
                 assert str(error).isprintable()
 
 
+@pytest.mark.fault(
+    name="generated text as manifest", promise="read, or refused in one line", trials=200
+)
 @settings(deadline=None, max_examples=200)
 @given(st.text(st.sampled_from("abrun[]{}=.,#\"'\\\n 019eTF"), max_size=60))
 def test_any_manifest_is_read_or_refused_in_one_line(text):
@@ -196,6 +200,7 @@ BAD_MANIFESTS = {
 }
 
 
+@pytest.mark.fault(name="a manifest that is wrong", promise="refused in one line that names it")
 @pytest.mark.parametrize(("manifest", "said"), BAD_MANIFESTS.items(), ids=range(len(BAD_MANIFESTS)))
 def test_bad_manifests(tmp_path, manifest, said):
     start = time.perf_counter()
@@ -234,6 +239,7 @@ BAD_CSV = {
 }
 
 
+@pytest.mark.fault(name="a CSV that is wrong", promise="refused in one line that names it")
 @pytest.mark.parametrize(("csv", "said"), BAD_CSV.items(), ids=range(len(BAD_CSV)))
 def test_bad_csv(tmp_path, csv, said):
     line = refused(folder(tmp_path, csv=csv))
@@ -256,6 +262,7 @@ def scaled(drive: float, response: float) -> Recording:
     return Recording.of([Drive(np.arange(5.0), drive * shape)], [response * shape])
 
 
+@pytest.mark.fault(name="one unit called another", promise="refused")
 @pytest.mark.parametrize(
     ("drive", "response", "said"),
     [
@@ -318,6 +325,7 @@ def test_paths_that_are_no_recording(tmp_path):
     assert "b.csv: no such file" in refused(tmp_path)
 
 
+@pytest.mark.fault(name="a manifest cut short", promise="refused")
 @pytest.mark.parametrize("keep", [0, 1, 30, 200])
 def test_a_truncated_manifest_is_refused(tmp_path, recording, keep):
     write_recording(recording, tmp_path / "r")
@@ -348,6 +356,7 @@ def test_a_million_samples_take_seconds(tmp_path):
     assert time.perf_counter() - start < 30
 
 
+@pytest.mark.fault(name="a CSV of ours cut anywhere", promise="refused")
 @pytest.mark.parametrize("cut", [1, 2, 5, 9, 20, 100])
 def test_a_written_file_that_was_cut_anywhere_is_refused(tmp_path, recording, cut):
     """Its manifest counts its samples, and its last line has an end."""
@@ -358,6 +367,7 @@ def test_a_written_file_that_was_cut_anywhere_is_refused(tmp_path, recording, cu
     assert "cut short" in said or "breaks off" in said
 
 
+@pytest.mark.fault(name="a foreign CSV whose last line breaks off", promise="refused")
 @pytest.mark.parametrize(
     ("end", "whole"),
     [("0.4,1.0,10.5", True), ("0.4,1.0,1", False), ("0.4,1.0,105", False), ("0.4,1.0,", False)],
@@ -373,6 +383,7 @@ def test_a_foreign_file_without_a_last_line_end_is_checked_for_one_that_breaks_o
         refused(path)
 
 
+@pytest.mark.fault(name="many runs that name one file, or too many bytes in all", promise="refused")
 def test_runs_of_one_file_are_refused_and_so_are_too_many_bytes_in_all(tmp_path, monkeypatch):
     path = folder(tmp_path, HEAD + RUN + '[[run]]\nfile = "./a.csv"\nname = "b"\n')
     assert "name one file, 'a.csv'" in refused(path)
@@ -382,6 +393,7 @@ def test_runs_of_one_file_are_refused_and_so_are_too_many_bytes_in_all(tmp_path,
     assert f"{2 * len(CSV)} bytes, but at most {len(CSV) + 1}" in refused(path)
 
 
+@pytest.mark.fault(name="a session time too large for its digits", promise="refused")
 @pytest.mark.parametrize("start", ["1e12", "-2e10", "1e300"])
 def test_a_session_time_that_cannot_be_told_finely_is_refused(tmp_path, start):
     said = refused(folder(tmp_path, HEAD + RUN + f"start_s = {start}\n"))

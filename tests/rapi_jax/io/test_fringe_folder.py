@@ -178,6 +178,7 @@ def without(key):
     return "".join(line for line in HEAD.splitlines(True) if not line.startswith(key))
 
 
+@pytest.mark.fault(name="a manifest of fringe records that is wrong", promise="refused in one line")
 @pytest.mark.parametrize(("head", "records", "words"), [
     *((without(key), RECORD, f"`{key}` is missing: add") for key in (
         "schema", "sample_hz", "channels", "interferometer_path_m", "excitation_hz")),
@@ -221,6 +222,7 @@ def npy(array, **options):
 GOOD = npy(codes())
 
 
+@pytest.mark.fault(name="an array of fringe records that is wrong", promise="refused in one line")
 @pytest.mark.parametrize(("data", "words"), [
     (GOOD[:-1], "cut short"),
     (GOOD[:200], "cut short"),
@@ -250,6 +252,7 @@ def test_a_wrong_array_is_refused(tmp_path, data, words):
     assert words in refused(tmp_path)
 
 
+@pytest.mark.fault(name="NaN and Inf in fringe records", promise="refused with the place")
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_a_number_that_is_not_finite_is_found(tmp_path, value):
     array = codes(size=500_000).astype(np.float32)
@@ -258,6 +261,7 @@ def test_a_number_that_is_not_finite_is_found(tmp_path, value):
     assert "'interferometer' is not finite at sample 400123" in said
 
 
+@pytest.mark.fault(name="links out of a folder of fringe records", promise="refused")
 def test_links_out_of_the_folder_and_odd_files_are_refused(tmp_path):
     where = tmp_path / "r"
     where.mkdir()
@@ -271,6 +275,9 @@ def test_links_out_of_the_folder_and_odd_files_are_refused(tmp_path):
     assert "no manifest.toml" in refused(tmp_path / "none")
 
 
+@pytest.mark.fault(
+    name="generated damage to fringe records", promise="read, or refused in one line", trials=100
+)
 @settings(deadline=None, max_examples=100)
 @given(st.integers(0, len(GOOD) - 1), st.binary(min_size=1, max_size=4))
 def test_any_damage_is_read_or_refused_in_one_line(at, patch):

@@ -27,6 +27,7 @@ def ended():
     return int(done.stdout)
 
 
+@pytest.mark.fault(name="what a killed writer left", promise="removed by the next write")
 @posix
 @pytest.mark.parametrize("suffix", ["", ".json", ".csv"])
 def test_the_next_write_removes_what_a_killed_writer_left(tmp_path, ended, suffix):

@@ -104,6 +104,12 @@ KINDS = {
 }
 
 
+@pytest.mark.fault(
+    name=lambda kind: f"a file damaged at random: {kind}",
+    promise="read, or refused in one line, within 5 s",
+    trials=lambda kind: trials(KINDS[kind][2]),
+    seed="its kind",
+)
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_damaged_file_is_read_or_refused_in_one_line(kind, tmp_path):
     make, read, few, after = KINDS[kind]

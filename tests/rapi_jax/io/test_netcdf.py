@@ -114,6 +114,7 @@ def test_files_made_by_others_are_read(tmp_path):
     assert read_recording(tmp_path / "r.nc").runs[0].response[-1] == 0.049
 
 
+@pytest.mark.fault(name="netCDF with wrong content", promise="refused in one line")
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -146,6 +147,7 @@ def test_no_runs_or_a_foreign_file_is_refused(tmp_path):
     assert "`run`" in refused(tmp_path / "r.nc")
 
 
+@pytest.mark.fault(name="netCDF cut short", promise="refused")
 @pytest.mark.parametrize("part", [0.001, 0.1, 0.5, 0.9, 0.9999])
 def test_a_truncated_file_is_refused(tmp_path, recording, part):
     path = tmp_path / "r.nc"
@@ -155,6 +157,7 @@ def test_a_truncated_file_is_refused(tmp_path, recording, part):
     assert "cut short" in refused(path)
 
 
+@pytest.mark.fault(name="a bit flipped in the data of a netCDF file", promise="a checksum error")
 def test_a_flipped_bit_in_the_data_is_a_checksum_error(tmp_path, recording):
     path = tmp_path / "r.nc"
     write_recording(recording, path)
@@ -166,6 +169,7 @@ def test_a_flipped_bit_in_the_data_is_a_checksum_error(tmp_path, recording):
     assert "damaged or cut short (" in refused(path)
 
 
+@pytest.mark.fault(name="a value edited in a netCDF file", promise="refused")
 def test_an_edited_value_does_not_match_the_hash(tmp_path, recording):
     path = tmp_path / "r.nc"
     for item, key, value in [("/", "response_lag_s", 0.5), ("run01", "start_s", 9.0)]:
@@ -175,6 +179,9 @@ def test_an_edited_value_does_not_match_the_hash(tmp_path, recording):
         assert "damaged or edited" in refused(path)
 
 
+@pytest.mark.fault(
+    name="bits flipped anywhere in a netCDF file", promise="the same numbers, or refused"
+)
 def test_flipped_bits_anywhere_never_give_other_numbers(tmp_path, recording):
     path = tmp_path / "r.nc"
     write_recording(recording, path)

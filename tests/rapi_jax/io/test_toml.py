@@ -19,6 +19,10 @@ HOSTILE = {
 }
 
 
+@pytest.mark.fault(
+    name="hostile TOML: deep, dotted, of long integers",
+    promise="refused in one line by every reader",
+)
 @pytest.mark.parametrize("name", HOSTILE)
 def test_every_reader_refuses_it_in_one_line(tmp_path, name):
     (tmp_path / "manifest.toml").write_bytes(HOSTILE[name].encode(errors="surrogateescape"))

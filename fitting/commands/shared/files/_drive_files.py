@@ -28,6 +28,24 @@ def _kinds(drive_unit: str) -> tuple[str, ...]:
     return ("csv", "afg", "nc") if drive_unit == "V" else ("csv", "nc")
 
 
+def check_no_other_drives(folder: Path) -> None:
+    """Refuse a folder with a drive that its certificate does not list: `OutputError`.
+
+    Beside a new certificate it would be taken for one of its drives.
+    """
+    from fitting._result_files import listed_files
+    from rapi_jax.io import OutputError, printable
+
+    known = listed_files(folder / CERTIFICATE)
+    for path in sorted(folder.glob("drive_*Hz.*")):
+        if path.name not in known:
+            raise OutputError(
+                f"the output {printable(folder)} holds {printable(path.name, 80)}, which no "
+                f"{CERTIFICATE} there lists: it would lie beside the certificate of other drives. "
+                "Choose another folder with `-o`, or move it away."
+            )
+
+
 def drive_files(rates: list[float], drive_unit: str, paper: bool, plots: bool) -> list[str]:
     """The files of a compensation but for its certificate."""
     from fitting.report.compensation._page import PAGE

@@ -1,5 +1,7 @@
 """Where a bench may write what it takes: over what a bench wrote there before, and nothing else."""
 
+import json
+import os
 from pathlib import Path
 
 _CURE = "Choose another with `-o`, or move it away."
@@ -45,6 +47,25 @@ def check_fringes_output(path: Path) -> None:
         raise OutputError(
             f"the output {printable(path)} is there and holds no fringe records. {_CURE}"
         )
+    settings = path / "settings.json"
+    if os.path.lexists(settings) and not _is_settings(settings):
+        raise OutputError(
+            f"the output {printable(settings)} is there and holds no settings of a bench. {_CURE}"
+        )
+
+
+def check_sent_output(path: Path) -> None:
+    """Refuse a folder that holds anything but the bytes of a dry run. Raises `OutputError`."""
+    from rapi_jax.io import OutputError, printable
+
+    if not path.is_dir():
+        return
+    others = sorted(one.name for one in path.iterdir() if one.suffix != ".bytes")
+    if others:
+        raise OutputError(
+            f"the output {printable(path)} holds {printable(others[0], 80)}, which is not of a dry "
+            f"run. {_CURE}"
+        )
 
 
 def check_bench_output(path: Path) -> None:
@@ -64,6 +85,21 @@ def check_bench_output(path: Path) -> None:
             f"the output {printable(path)} is there and describes no simulated laboratory. Choose "
             "another name, or move it away."
         )
+
+
+def _is_settings(path: Path) -> bool:
+    """Whether it is settings of instruments by family, as a bench tells them."""
+    from rapi_jax import DataError
+    from rapi_jax.internal import read_text
+
+    try:
+        content = json.loads(read_text(path, 2**24))
+    except (DataError, ValueError, RecursionError):
+        return False
+    families = ("generator", "digitizer", "laser")
+    return isinstance(content, dict) and all(
+        name in families and isinstance(one, dict) for name, one in content.items()
+    )
 
 
 def _is_free(path: Path) -> bool:

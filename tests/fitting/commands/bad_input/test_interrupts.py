@@ -12,6 +12,9 @@ from command_output import assert_model, assert_one_line, process, without_progr
 NAN = float("nan")
 
 
+@pytest.mark.fault(
+    name="an interrupt in each command", promise="exit 130, one line, nothing half-written"
+)
 @pytest.mark.parametrize(
     "command", ["fit", pytest.param("demo", marks=pytest.mark.slow), "predict"]
 )
@@ -59,6 +62,10 @@ def test_as_a_process(fitted, tmp_path):
     assert without_progress(said[4][1]) == ""
 
 
+@pytest.mark.fault(
+    name="SIGINT to a real process while JAX loads, traces, compiles or runs",
+    promise="exit 130, one line",
+)
 @pytest.mark.process
 @pytest.mark.skipif(os.name == "nt", reason="no such signal")
 @pytest.mark.parametrize("delay", [0.1, 1.3, 1.9, 2.8])

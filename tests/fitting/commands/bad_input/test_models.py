@@ -63,6 +63,9 @@ MODELS = {
 }
 
 
+@pytest.mark.fault(
+    name="a model file that is damaged, hostile or of another version", promise="exit 3, one line"
+)
 @pytest.mark.parametrize("name", MODELS)
 def test_model(name, rapi, fitted, tmp_path):
     damage, words = MODELS[name]
@@ -74,6 +77,7 @@ def test_model(name, rapi, fitted, tmp_path):
         assert_one_line(err, str(path), *words)
 
 
+@pytest.mark.fault(name="NaN in a model file", promise="exit 3, one line")
 @pytest.mark.parametrize("value", [NAN, float("inf")])
 def test_a_parameter_that_is_not_finite_is_refused_when_the_model_is_read(
     value, rapi, fitted, tmp_path
@@ -93,6 +97,7 @@ def test_no_model(rapi, fitted, tmp_path):
         assert_one_line(err, "no such model", "`rapi fit` wrote")
 
 
+@pytest.mark.fault(name="a model of another unit than the recording", promise="exit 3, one line")
 def test_model_of_another_unit(rapi, fitted, tmp_path):
     for key, unit in (("response_unit", "um"), ("drive_unit", "um")):
         data(head(**{key: unit}))(tmp_path / key)

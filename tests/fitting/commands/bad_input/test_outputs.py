@@ -38,6 +38,10 @@ MINE = {
 }
 
 
+@pytest.mark.fault(
+    name="a file of the user where a result would be written",
+    promise="exit 3, one line, the file as it was",
+)
 @pytest.mark.parametrize("command, file", [(c, f) for c, names in MINE.items() for f in names])
 def test_a_file_of_the_user_is_not_written_over(command, file, rapi, fitted, tmp_path):
     (tmp_path / file).write_text('{"mine": 1}')
@@ -46,6 +50,9 @@ def test_a_file_of_the_user_is_not_written_over(command, file, rapi, fitted, tmp
     assert_one_line(err, file, "Choose another folder with `-o`")
 
 
+@pytest.mark.fault(
+    name="a recording as output folder", promise="exit 3, one line, the recording as it was"
+)
 @pytest.mark.parametrize("command", ["fit", "predict", "compensate", "diagnose"])
 def test_a_result_is_not_written_into_a_recording(command, rapi, fitted, tmp_path):
     shutil.copytree(fitted / "recording", place := tmp_path / "recording")
@@ -66,6 +73,7 @@ def test_an_own_result_is_replaced_but_not_what_was_changed_since(rapi, fitted, 
     assert_one_line(err, "run01.csv was changed after prediction.json")
 
 
+@pytest.mark.fault(name="two rates that round to one file name", promise="exit 3, one line")
 @pytest.mark.parametrize("rates", [("10", "10"), ("10", "10.0000001")])
 def test_two_rates_of_one_file_name_are_refused(rates, rapi, fitted, tmp_path):
     code, _, err = rapi("compensate", fitted, *SPAN[:3], *rates, "-o", tmp_path / "o")

@@ -334,6 +334,11 @@ ROWS = (
 )
 
 
+@pytest.mark.fault(
+    name=lambda row: row.name,
+    promise=lambda row: "exit 3, one line: " + ", ".join(row.words) if row.code else "exit 0",
+    seed=7,
+)
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name)
 def test_recording(row, rapi, tmp_path):
     check_row(row, rapi, tmp_path)

@@ -12,6 +12,10 @@ from command_output import assert_one_line
 from fitting.commands.run import explain_error, one_line
 
 
+@pytest.mark.fault(
+    name="a reader that goes away, a full device, an ASCII terminal, a platform that is not there",
+    promise="one line and the right exit code",
+)
 @pytest.mark.process
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no such device")
 def test_streams_of_a_real_process(fitted, tmp_path):
@@ -62,6 +66,7 @@ PATHS = {
 }  # fmt: skip
 
 
+@pytest.mark.fault(name="a path that no system takes", promise="exit 3, one line")
 @pytest.mark.parametrize("name", PATHS)
 def test_a_path_that_no_system_takes_is_one_line(name, rapi, fitted, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -72,6 +77,7 @@ def test_a_path_that_no_system_takes_is_one_line(name, rapi, fitted, tmp_path, m
         assert len(err) < 1000 and not (tmp_path / "o").exists()
 
 
+@pytest.mark.fault(name="a disk that fails while reading", promise="exit 3, one line")
 @pytest.mark.skipif(not Path("/proc/self/mem").exists(), reason="no such file")
 def test_a_disk_that_fails_while_reading_is_one_line(rapi, fitted, tmp_path):
     for command in (("fit", "/proc/self/mem"), ("predict", "/proc/self/mem", fitted / "recording")):

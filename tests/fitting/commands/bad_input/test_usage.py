@@ -27,6 +27,7 @@ USAGE = {
 }
 
 
+@pytest.mark.fault(name="wrong options", promise="exit 2, one line")
 @pytest.mark.parametrize("name", USAGE)
 def test_usage(name, rapi):
     arguments, words = USAGE[name]
@@ -55,6 +56,7 @@ OUTPUTS = {
 }
 
 
+@pytest.mark.fault(name="an output that is in the way", promise="exit 2 or 3, one line")
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_output(name, rapi, tmp_path):
     inject, words = OUTPUTS[name]

@@ -120,6 +120,11 @@ ROWS = (
 )
 
 
+@pytest.mark.fault(
+    name=lambda row: row.name,
+    promise=lambda row: f"exit {row.code}, everything written, the reason: " + ", ".join(row.words),
+    seed=7,
+)
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name)
 def test_recording(row, rapi, tmp_path):
     check_row(row, rapi, tmp_path)

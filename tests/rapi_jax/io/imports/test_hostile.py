@@ -69,6 +69,7 @@ FILES = {
 }
 
 
+@pytest.mark.fault(name="foreign files that are hostile", promise="refused in one line")
 @pytest.mark.parametrize("name", FILES)
 def test_refused(tmp_path, name):
     write, words = FILES[name]
@@ -94,6 +95,7 @@ def mutated(text: str, rng: random.Random) -> str:
     return text
 
 
+@pytest.mark.fault(name="foreign text files, damaged", promise="read, or refused in one line")
 @pytest.mark.parametrize("maker", MAKERS)
 def test_damaged_text_is_read_or_refused_in_one_line(tmp_path, maker):
     t, u, y = scanned((10.0, 2, 4.5), (20.0, 2, 4.5), sample_hz=400.0)

@@ -6,9 +6,12 @@ Headers as in the AFG31000 series' programmer manual.
 import math
 from collections.abc import Callable, Mapping
 
-from ._afg_output import AfgOutput
-from ._messages import Unit
-from ._scpi_instrument import Handler, boolean, number, word
+from hardware.simulated.instruments._messages import Unit
+from hardware.simulated.instruments._scpi_instrument import Handler, boolean, number, one, word
+from hardware.simulated.instruments._status import ScpiFault
+
+from ._output import AfgOutput
+from ._shapes import volts_of_unit
 
 _MODULATIONS = {"AM": "AM:STATe", "FM": "FM:STATe", "PM": "PM:STATe", "FSK": "FSKey[:STATe]"}
 _MODULATIONS |= {"PWM": "PWM:STATe"}
@@ -24,7 +27,7 @@ _VALUES = {  # header: field of `Playback`, smallest, largest, unit
     "FREQuency:STARt": ("sweep_from_hz", 1e-6, 25e6, "HZ"),
     "FREQuency:STOP": ("sweep_to_hz", 1e-6, 25e6, "HZ"),
     "SWEep:TIME": ("sweep_s", 1e-3, 500.0, "S"),
-    "BURSt:NCYCles": ("burst_cycles", 1.0, 1e6, ""),
+    "BURSt:TDELay": ("burst_delay_s", 0.0, 85.0, "S"),
 }
 
 
@@ -43,14 +46,14 @@ class AfgStates:
 
     def set_level(self, name: str, n: int, value: float) -> None:
         """A level of a channel, and of the other where their voltages are coupled."""
-        for one in self._follow("VOLTage", n):
-            self._outputs[one].set_level(name, value)
+        for each in self._follow("VOLTage", n):
+            self._outputs[each].set_level(name, value)
 
     def set_frequency(self, n: int, hertz: float) -> None:
         """The rate of a channel, and of the other where their rates are coupled."""
-        for one in self._follow("FREQuency", n):
-            self._outputs[one].play.frequency_hz = hertz
-            self._outputs[one].record()
+        for each in self._follow("FREQuency", n):
+            self._outputs[each].play.frequency_hz = hertz
+            self._outputs[each].record()
 
     def commands(self) -> dict[str, Handler]:
         """By header."""
@@ -61,9 +64,32 @@ class AfgStates:
             "SOURce{n}:FREQuency:MODE?": lambda n, unit: self._play(n).mode,
             "SOURce{n}:BURSt[:STATe]": self._set_burst,
             "SOURce{n}:BURSt[:STATe]?": lambda n, unit: str(int(self._play(n).burst)),
+            "SOURce{n}:BURSt:MODE": self._set_burst_mode,
+            "SOURce{n}:BURSt:MODE?": lambda n, unit: self._play(n).burst_mode,
+            "SOURce{n}:BURSt:IDLE": self._set_idle,
+            "SOURce{n}:BURSt:IDLE?": lambda n, unit: self._play(n).burst_idle,
             "SOURce{n}:VOLTage:UNIT": self._set_unit,
             "SOURce{n}:VOLTage:UNIT?": lambda n, unit: self._outputs[n].unit,
-            "SOURce{n}:AM[:DEPTh]": self._set_depth,
+            "SOURce{n}:AM[:DEPTh]": self._set_share("am_depth", 120.0),
+            "SOURce{n}:AM[:DEPTh]?": self._tell_share("am_depth"),
+            "SOURce{n}:FUNCtion:RAMP:SYMMetry": self._set_share("symmetry"),
+            "SOURce{n}:FUNCtion:RAMP:SYMMetry?": self._tell_share("symmetry"),
+            "SOURce{n}:PULSe:DCYCle": self._set_share("duty", 99.999, 0.001),
+            "SOURce{n}:PULSe:DCYCle?": self._tell_share("duty"),
+            "SOURce{n}:PULSe:PERiod": lambda n, unit: self.set_frequency(
+                n, 1 / number(unit, 4e-8, 1e6, "S")
+            ),
+            "SOURce{n}:PULSe:PERiod?": lambda n, unit: _told(1 / self._play(n).frequency_hz),
+            "SOURce{n}:PULSe:WIDTh": self._set_width,
+            "SOURce{n}:PULSe:WIDTh?": lambda n, unit: _told(
+                self._play(n).duty / self._play(n).frequency_hz
+            ),
+            "SOURce{n}:BURSt:NCYCles": self._set_cycles,
+            "SOURce{n}:BURSt:NCYCles?": lambda n, unit: _told(self._play(n).burst_cycles),
+            "SOURce{n}:FREQuency:CENTer": self._set_sweep(True),
+            "SOURce{n}:FREQuency:CENTer?": lambda n, unit: _told(self._play(n).sweep_hz[0]),
+            "SOURce{n}:FREQuency:SPAN": self._set_sweep(False),
+            "SOURce{n}:FREQuency:SPAN?": lambda n, unit: _told(self._play(n).sweep_hz[1]),
             "SEQControl[:STATe]": lambda n, unit: setattr(self, "sequence", boolean(unit)),
             "SEQControl[:STATe]?": lambda n, unit: str(int(self.sequence)),
             "[SOURce:]ROSCillator:SOURce": self._set_reference,
@@ -121,10 +147,31 @@ class AfgStates:
         return put, lambda n, unit: f"{getattr(self._play(n), field):.10E}"
 
     def _level(self, name: str) -> tuple[Handler, Callable[[int, Unit], str]]:
+        if name == "amplitude":
+            return self._set_amplitude, self._tell_amplitude
         return (
             lambda n, unit: self.set_level(name, n, number(unit, quantity="V")),
             lambda n, unit: f"{self._outputs[n].level(name):.4E}",
         )
+
+    def _set_amplitude(self, n: int, unit: Unit) -> None:
+        """In the channel's unit, or in the one behind the number."""
+        out, given = self._outputs[n], one(unit).upper()
+        named = next((name for name in ("VRMS", "DBM") if given.endswith(name)), None)
+        if named is not None:
+            unit = unit._replace(parameters=(given.removesuffix(named),))
+        name = named or ("VPP" if given[-1:] in "VP" else out.unit)
+        scale = volts_of_unit(name, out.shape, out.set_ohm)
+        if scale is None:
+            raise ScpiFault(-221, f"{name} of this shape or load")
+        value = number(unit, quantity="V" if named is None else "")
+        self.set_level("amplitude", n, scale[0] * (10 ** (value / 20) if scale[1] else value))
+
+    def _tell_amplitude(self, n: int, unit: Unit) -> str:
+        out = self._outputs[n]
+        scale = volts_of_unit(out.unit, out.shape, out.set_ohm) or (1.0, False)
+        value = out.level("amplitude") / scale[0]
+        return f"{20 * math.log10(value) if scale[1] else value:.4E}"
 
     def _set_polarity(self, n: int, unit: Unit) -> None:
         self._play(n).inverted = word(unit, ("NORMal", "INVerted")) == "INV"
@@ -136,13 +183,51 @@ class AfgStates:
 
     def _set_burst(self, n: int, unit: Unit) -> None:
         self._play(n).burst = boolean(unit)
+        self._play(n).fired_s = -math.inf
+
+    def _set_burst_mode(self, n: int, unit: Unit) -> None:
+        self._play(n).burst_mode = word(unit, ("TRIGgered", "GATed"))
+
+    def _set_idle(self, n: int, unit: Unit) -> None:
+        self._play(n).burst_idle = word(unit, ("STARt", "DC", "END"))
 
     def _set_unit(self, n: int, unit: Unit) -> None:
         self._outputs[n].unit = word(unit, ("VPP", "VRMS", "DBM"))
 
-    def _set_depth(self, n: int, unit: Unit) -> None:
-        self._play(n).am_depth = number(unit, 0.0, 120.0, "PCT") / 100
+    def _set_share(self, field: str, most: float = 100.0, least: float = 0.0) -> Handler:
+        def put(n: int, unit: Unit) -> None:
+            setattr(self._play(n), field, number(unit, least, most, "PCT") / 100)
+
+        return put
+
+    def _tell_share(self, field: str) -> Handler:
+        return lambda n, unit: _told(100 * getattr(self._play(n), field))
+
+    def _set_width(self, n: int, unit: Unit) -> None:
+        period_s = 1 / self._play(n).frequency_hz
+        self._play(n).duty = number(unit, 1e-5 * period_s, 0.99999 * period_s, "S") / period_s
+
+    def _set_cycles(self, n: int, unit: Unit) -> None:
+        endless = unit.parameters and unit.parameters[0].upper() in ("INF", "INFINITY")
+        self._play(n).burst_cycles = math.inf if endless else float(int(number(unit, 1.0, 1e6)))
+
+    def _set_sweep(self, centre: bool) -> Handler:
+        def put(n: int, unit: Unit) -> None:
+            play, value = self._play(n), number(unit, 0.0, 25e6, "HZ")
+            middle, span = play.sweep_hz
+            middle, span = (value, span) if centre else (middle, value)
+            ends = middle - span / 2, middle + span / 2
+            if not 1e-6 <= ends[0] <= ends[1] <= 25e6:
+                raise ScpiFault(-222, f"{value:g}")
+            play.sweep_from_hz, play.sweep_to_hz = ends
+            self._outputs[n].record()
+
+        return put
 
     def _set_reference(self, n: int, unit: Unit) -> None:
         del n
         self.reference = word(unit, ("INTernal", "EXTernal"))
+
+
+def _told(value: float) -> str:
+    return "9.9E+37" if math.isinf(value) else f"{value:.10E}"

@@ -15,15 +15,21 @@ MODULATIONS = ("AM", "FM", "PM", "FSK", "PWM")
 class Playback:
     """How a channel plays its waveform, beside its levels; the defaults play it as it is.
 
-    - `frequency_hz`: of the waveform. `inverted`: the output's polarity. `phase_rad`: at the
+    - `frequency_hz`: of the waveform. `symmetry`: share of a ramp that rises; `duty`: share of a
+      pulse that is high. `inverted`: the output's polarity. `phase_rad`: at the
       trigger. `mode`: "CW" or "SWE" (a sweep from `sweep_from_hz` to `sweep_to_hz` in `sweep_s`).
     - `modulation`: those of `MODULATIONS` that are on, with a sine or square of `modulation_hz`.
       `am_depth`: 0 to 1. `fm_hz`, `pm_rad`: deviations. `fsk_hz`: the other rate of FSK. PWM
       changes pulses alone, which are not played here.
-    - `burst`: whether `burst_cycles` are played at a time, every `burst_s`.
+    - `burst`: whether `burst_cycles` are played at a time: every `burst_s` if `by_clock`, else
+      `burst_delay_s` after the last trigger from outside, `fired_s` (s), as far as `burst_mode` is
+      "TRIG". Before and after, such a burst rests at `burst_idle`: the waveform's "STAR", "END", or
+      half-way between its levels, "DC".
     """
 
     frequency_hz: float = 1e6
+    symmetry: float = 0.5
+    duty: float = 0.5
     inverted: bool = False
     phase_rad: float = 0.0
     mode: str = "CW"
@@ -37,8 +43,37 @@ class Playback:
     sweep_to_hz: float = 1e6
     sweep_s: float = 1.0
     burst: bool = False
+    by_clock: bool = True  # what begins a burst
     burst_cycles: float = 5.0
     burst_s: float = 1e-3
+    burst_mode: str = "TRIG"
+    burst_idle: str = "STAR"
+    burst_delay_s: float = 0.0
+    fired_s: float = -math.inf
+
+    @property
+    def burst_span_s(self) -> tuple[float, float]:
+        """When the last burst begins and ends that was begun from outside, s; never, if gated."""
+        if self.burst_mode == "GAT" or math.isinf(self.fired_s):  # no gate is connected
+            return math.inf, math.inf
+        begin = self.fired_s + self.burst_delay_s
+        return begin, begin + self.burst_cycles / self.frequency_hz
+
+    @property
+    def _burst_by_clock(self) -> bool:
+        """Whether bursts come one after the other; one without end is no burst."""
+        return self.burst and self.by_clock and not math.isinf(self.burst_cycles)
+
+    @property
+    def sweep_hz(self) -> tuple[float, float]:
+        """Centre and span of the sweep, Hz."""
+        low, high = self.sweep_from_hz, self.sweep_to_hz
+        return (low + high) / 2, abs(high - low)
+
+    def rest(self, codes: np.ndarray) -> np.ndarray:
+        """What it plays between two bursts."""
+        code = {"STAR": codes[0], "END": codes[-1], "DC": FULL // 2}[self.burst_idle]
+        return np.full(2, code, np.uint16)
 
     @property
     def fastest_hz(self) -> float:
@@ -57,7 +92,7 @@ class Playback:
         codes = FULL - codes if self.inverted else codes
         turn = round(self.phase_rad / (2 * math.pi) * codes.size)
         codes = np.roll(codes, -turn).astype(np.uint16)
-        if not (self.burst or self.mode == "SWE" or self.modulation - {"PWM"}):
+        if not (self._burst_by_clock or self.mode == "SWE" or self.modulation - {"PWM"}):
             return AfgWaveform(codes, low_v, high_v, self.frequency_hz)
         period_s = self._period_s()
         time = (np.arange(POINTS) + 0.5) * (period_s / POINTS)
@@ -70,7 +105,7 @@ class Playback:
         if "FSK" in self.modulation:
             rate = np.where(wave > 0, rate, self.fsk_hz)
         cycles = np.cumsum(rate) * (period_s / POINTS)
-        if self.burst:
+        if self._burst_by_clock:
             cycles = np.where(cycles < self.burst_cycles, cycles, 0.0)  # rests at its first code
         if "PM" in self.modulation:
             cycles = cycles + self.pm_rad / (2 * np.pi) * wave
@@ -83,6 +118,6 @@ class Playback:
     def _period_s(self) -> float:
         if self.mode == "SWE":
             return self.sweep_s
-        if self.burst:
+        if self._burst_by_clock:
             return max(self.burst_s, 2 * self.burst_cycles / self.frequency_hz)
         return 1 / self.modulation_hz

@@ -3,8 +3,9 @@
 import dataclasses
 import math
 
-from ._afg_playback import Playback
-from ._status import ScpiFault
+from hardware.simulated.instruments._status import ScpiFault
+
+from ._playback import Playback
 
 _OPEN_V = 10.0  # most into high impedance, either sign
 _LEAST_PP = 0.002  # V into high impedance

@@ -2,9 +2,10 @@
 
 from typing import Any
 
+from fitting.report.charts._figure import Table
+
 from . import _text as words
 from ._numbers import DASH, finite_or_none, format_quantity
-from .figures._figure import Table
 
 
 def tabulate_detectability(diagnosis: dict, labels: words.Labels) -> Table | None:

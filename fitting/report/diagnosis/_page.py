@@ -1,18 +1,16 @@
 """The page of a diagnosis: one HTML file that needs nothing but itself.
 
 The verdict comes first, then what it looks like in the data, where the gap lies, which effect
-causes it, how far it shrinks, what to record next, and how sure all that is. Figures are drawn by
-plotly.js, which is inside the page; every number is also in a table, so the page can be read
-without a script.
+causes it, how far it shrinks, what to record next, and how sure all that is. Figures are SVG in the
+page; every number is also in a table.
 """
 
-import dataclasses
 import functools
 from typing import Any
 
 import jinja2
 
-from fitting.report._pages import load_plotly, load_template, read_script, read_style
+from fitting.report._pages import load_template, read_style
 
 from . import _text as words
 from ._detectability import tabulate_detectability
@@ -72,7 +70,6 @@ def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
     drive_unit = str((diagnosis.get("recording") or {}).get("drive_unit") or "")
     drawn = draw_figures(diagnosis, scale, drive_unit)
     signatures = draw_signatures(diagnosis, scale, labels)
-    panels = [dataclasses.asdict(p) for figure in (*signatures, *drawn) for p in figure.panels]
     name = str((diagnosis.get("recording") or {}).get("name") or "")
     return {
         "title": " · ".join(filter(None, ["Diagnosis", name])),
@@ -100,10 +97,7 @@ def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
         "calibration": describe_calibration(diagnosis),
         "reliability": tabulate_reliability(diagnosis),
         "provenance": list_provenance(diagnosis, drive_unit),
-        "drawings": [{key: p[key] for key in ("key", "data", "layout")} for p in panels],
         "style": read_style(),
-        "script": read_script(),
-        "plotly": load_plotly() if panels else "",
     }
 
 

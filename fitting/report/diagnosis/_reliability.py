@@ -4,8 +4,9 @@ from typing import Any
 
 from scipy import stats
 
+from fitting.report.charts._figure import Table
+
 from ._numbers import finite_or_none
-from .figures._figure import Table
 
 
 def tabulate_reliability(diagnosis: dict) -> Table | None:

@@ -2,9 +2,10 @@
 
 from typing import Any
 
+from fitting.report.charts._figure import Table
+
 from . import _text as words
 from ._numbers import Scale, finite_or_none, format_percent
-from .figures._figure import Table
 
 
 def tabulate_runs(shrinkage: dict[str, Any], scale: Scale, drive_unit: str) -> Table | None:

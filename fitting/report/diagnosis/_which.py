@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from fitting.report.charts._figure import Table
+
 from . import _text as words
 from ._numbers import (
     DASH,
@@ -11,7 +13,6 @@ from ._numbers import (
     format_percent,
     format_with_error,
 )
-from .figures._figure import Table
 
 _SHOWN_AT_LENGTH = 0.01  # less probable ones go to a table, unless in the 95 % set
 

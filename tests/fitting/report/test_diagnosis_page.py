@@ -11,7 +11,6 @@ import hypothesis.strategies as st
 import pytest
 from parsed_page import Page, spaced
 
-from fitting.report.diagnosis import _page as _diagnosis_page
 from fitting.report.diagnosis._numbers import (
     Scale,
     format_number,
@@ -52,9 +51,10 @@ def test_verdict_is_first_and_sections_are_in_order(parsed):
 
 def test_nothing_leaves_the_page(parsed):
     _, _, text, read = parsed
-    assert len(text.encode()) < 8_000_000
+    assert len(text.encode()) < 1_000_000
     for tag, attributes in read.tags:
         assert not any(name.startswith("on") for name in attributes), (tag, attributes)
+        assert tag != "script"
         for name in ("src", "href", "srcset", "action", "data", "poster"):
             assert name not in attributes or attributes[name] == "data:,", (tag, attributes)
     style = text[text.index("<style>") : text.index("</style>")]
@@ -66,13 +66,11 @@ def test_nothing_leaves_the_page(parsed):
 def test_every_figure_has_words_and_a_table(parsed):
     _, diagnosis, _, read = parsed
     plots = [a for a in read.all("div") if (a.get("class") or "") == "plot"]
-    drawings = [a for a in read.all("script") if a.get("id") == "drawings"]
-    assert bool(plots) == bool(drawings) == bool(diagnosis.get("maps"))
+    assert bool(plots) == bool(diagnosis.get("maps"))
     for plot in plots:
         assert plot["role"] == "img" and len(plot["aria-label"] or "") > 40
     if plots:
-        keys = [d["key"] for d in json.loads(read.scripts[1])]
-        assert sorted(f"plot-{key}" for key in keys) == sorted(str(p["id"]) for p in plots)
+        assert len({p["id"] for p in plots}) == len(plots)
         assert len(read.all("details")) >= 5
     assert len(read.all("figcaption")) == len(read.all("figure"))
 
@@ -126,23 +124,11 @@ def test_the_signature_says_over_what_it_is(axis, unit, quantity, size):
 
 def test_hostile_text_stays_text():
     tame, wild = Page(render_page(diagnoses.look_alikes())), Page(render_page(diagnoses.hostile()))
-    assert [tag for tag, _ in wild.tags if tag != "div"].count("script") == 4
-    assert len(wild.all("script")) == len(tame.all("script"))
+    assert not wild.all("script")
     assert not wild.all("b") or all(not attributes for attributes in wild.all("b"))
     assert spaced(diagnoses.HOSTILE) in wild.text
-    drawings = wild.scripts[1]
-    assert "<" not in drawings and ">" not in drawings
-    # plotly.js takes tags and `%{...}` in labels at their word, so none may reach it.
-    for label in strings(json.loads(drawings)):
-        assert "script>" not in label and "%{y}" not in label.replace("%{y:+.3~g}", "")
-
-
-def strings(node: Any) -> list[str]:
-    if isinstance(node, dict):
-        return [s for value in node.values() for s in strings(value)]
-    if isinstance(node, list):
-        return [s for value in node for s in strings(value)]
-    return [node] if isinstance(node, str) else []
+    # Labels in a chart are as text as any other.
+    assert not {tag for tag, _ in wild.tags} - {tag for tag, _ in tame.tags}
 
 
 def test_what_the_verdicts_say():
@@ -218,9 +204,7 @@ def without(diagnosis: dict, path: tuple, null: bool) -> dict:
 
 
 @pytest.mark.parametrize("null", [True, False])
-def test_any_key_may_be_missing_or_null(null, monkeypatch):
-    # Two hundred pages without five megabytes of script in each.
-    monkeypatch.setattr(_diagnosis_page, "load_plotly", lambda: "")
+def test_any_key_may_be_missing_or_null(null):
     kept = {("schema",), ("verdict",)}
     for path in paths(brief(diagnoses.look_alikes())):
         if path not in kept:

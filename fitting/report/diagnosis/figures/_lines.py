@@ -2,9 +2,8 @@
 
 from typing import Any
 
+from fitting.report.charts._figure import Figure, Table
 from fitting.report.diagnosis._numbers import Scale, finite_or_none, format_number, format_setting
-
-from ._figure import Figure, Table
 
 
 def tabulate_spectral_lines(found: Any, scale: Scale) -> Figure | None:

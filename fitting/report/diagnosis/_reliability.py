@@ -16,8 +16,8 @@ def tabulate_reliability(diagnosis: dict) -> Table | None:
     if not rows:
         return None
     return Table(
-        "How often answers were right",
-        ["probability given, mean", "answers", "right", "95 % interval"],
+        "How often verdicts of a given probability were right, on simulated devices",
+        ["mean probability", "verdicts", "right", "95 % interval"],
         rows,
     )
 

@@ -24,6 +24,11 @@ def tabulate_runs(shrinkage: dict[str, Any], scale: Scale, drive_unit: str) -> T
         for e in found
     ]
     first = words.label_run(found[0], drive_unit)
-    caption = f"Runs that carry the verdict: {first} most, {format_percent(found[0]['share'])}"
-    head = ["run", f"without, {scale.unit}", f"with the effect, {scale.unit}", "share of the fall"]
+    caption = f"Evidence by run: the run at {first} gives {format_percent(found[0]['share'])} of it"
+    head = [
+        "run",
+        f"without, {scale.unit}",
+        f"with the effect, {scale.unit}",
+        "share of the evidence",
+    ]
     return Table(caption, head, rows)

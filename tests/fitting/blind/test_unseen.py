@@ -35,9 +35,7 @@ def test_a_bank_without_them_is_the_one_it_always_was():
     # The digests are older than `any_session`, which such a bank never asks for.
     specs = [[dataclasses.asdict(s) for s in bank(seed, 200)] for seed in (1, 2)]
     assert not any(s.pop("any_session") for of in specs for s in of)
-    digests = [
-        hashlib.sha256(json.dumps(of, sort_keys=True).encode()).hexdigest() for of in specs
-    ]
+    digests = [hashlib.sha256(json.dumps(of, sort_keys=True).encode()).hexdigest() for of in specs]
     assert digests == [
         "50d84f8fa47bb7b2b5640de1ed9c23b5c2de6186b18dfc64b8756016a1f8fb3c",
         "0cdeda92c5257152dbb9838c3ffc8cf74ef3edad6a1c98ad558e4d859d05f887",

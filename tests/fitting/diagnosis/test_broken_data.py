@@ -46,7 +46,7 @@ def test_the_verdict_blames_the_data():
     WAYS["bias wrong in half of the runs"](columns)
     diagnosis = diagnose(None, columns.recording(), scan=False)
     assert diagnosis.verdict.name == "unlisted" and diagnosis.verdict.effects == ()
-    assert "The data come first" in diagnosis.verdict.sentence
+    assert "The recording has a fault" in diagnosis.verdict.sentence
     assert "0.3" in diagnosis.verdict.sentence
     content = diagnosis.to_dict()
     assert content["faults"][0]["kind"] == "run does not belong"

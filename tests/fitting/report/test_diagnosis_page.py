@@ -40,10 +40,10 @@ def test_verdict_is_first_and_sections_are_in_order(parsed):
     ids = [attributes.get("id") for _, attributes in read.tags]
     assert [name for name in ids if name in SECTIONS] == SECTIONS
     assert [t for tag, t in read.texts if tag == "h2"] == [
-        *(["What it looks like"] if diagnosis.get("signature") else []),
+        *(["The effect in the data"] if diagnosis.get("signature") else []),
         "Where the gap lies",
         "Which effect it is",
-        "How far the gap shrinks",
+        "How far the gap closes",
         "The next scan",
         "How sure this is",
     ]
@@ -102,7 +102,22 @@ def test_the_signature_stands_under_the_verdict_with_all_its_numbers():
         for key in ("without", "with"):
             for value in row[key]:
                 assert value is None or format_number(1e3 * value, sign=True) in cells
-    assert "What it looks like" not in Page(render_page(diagnoses.none())).text
+    assert "The effect in the data" not in Page(render_page(diagnoses.none())).text
+
+
+def test_without_a_signature_the_residual_itself_stands_under_the_verdict():
+    diagnosis = diagnoses.unlisted() | {"maps": diagnoses.creep()["maps"]}
+    page = render_page(diagnosis)
+    heads = [text for tag, text in Page(page).texts if tag in ("h2", "h3")]
+    assert heads[:2] == ["The residual in the data", "Over phase and rate"]
+
+
+def test_the_map_over_the_axis_of_the_effect_comes_first():
+    for axis, title in (("response", "Over optical frequency"), ("session", "Over the session")):
+        diagnosis = diagnoses.creep()
+        diagnosis["signature"][0]["axis"] = axis
+        heads = [text for tag, text in Page(render_page(diagnosis)).texts if tag == "h3"]
+        assert heads[2] == title
 
 
 @pytest.mark.parametrize(
@@ -136,8 +151,10 @@ def test_what_the_verdicts_say():
     assert "closes 94 % of it on data it has not seen" in text["creep"]
     assert "Use the model with creep, model.rapi" in text["creep"]
     assert "no effect is missing (probability 96 %)" in text["none"]
-    assert "no gap to close" in text["none"] and "no gap to close" not in text["one_period"]
-    assert "no effect on the list explains it (probability 96 %)" in text["unlisted"]
+    assert "no gap above the noise" in text["none"] and "no gap" not in text["one_period"]
+    assert "none of the known effects explains it (probability 96 %)" in text["unlisted"]
+    # The best of them is no answer, and a gap that is not explained is still one.
+    assert "no gap" not in text["unlisted"] and "too little to name that effect" in text["unlisted"]
     assert "cannot tell a delay between drive and reading from a low-pass" in text["look_alikes"]
     assert "Record one more scan (triangle, 100 Hz, amplitude 1 V, bias 3 V)" in text["look_alikes"]
     assert "97 % together" in text["look_alikes"]
@@ -153,7 +170,10 @@ def test_what_lies_below_noise_is_called_nothing():
     diagnosis = diagnoses.creep()
     diagnosis["gap"] |= {"locked": 0.0213, "not_locked": -0.001}
     text = Page(render_page(diagnosis)).text
-    assert "what repeats with the scan is 21.3 MHz rms and what does not is nothing" in text
+    assert (
+        "the part that repeats with the scan is 21.3 MHz rms and the part that does not is zero"
+        in text
+    )
 
 
 def test_hypotheses_are_ranked_and_the_set_is_marked():
@@ -209,7 +229,9 @@ def test_any_key_may_be_missing_or_null(null):
     for path in paths(brief(diagnoses.look_alikes())):
         if path not in kept:
             read = Page(render_page(without(brief(diagnoses.look_alikes()), path, null)))
-            assert read.texts[0][0] == "h1" and "None" not in read.text, path
+            assert read.texts[0][0] == "h1", path
+            # A missing value as Python writes it, not "None of the known effects".
+            assert not re.search(r"None(?! of the known)", read.text), path
             assert "nan" not in read.text.lower().split(), path
 
 

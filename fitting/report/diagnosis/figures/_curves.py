@@ -62,8 +62,8 @@ def draw_since_turn(found: dict, scale: Scale) -> Figure | None:
         "Since the turning point",
         f"After a turning point the mean residual is largest, {format_number(top[2], sign=True)} "
         f"{scale.unit}, {format_number(shown[top[1]])} ms after the {top[0]}.",
-        "What decays in the same time at every rate is a lag or a ringing; what keeps its shape "
-        "in phase is hysteresis.",
+        "A lag or a ringing decays in the same time at every rate; hysteresis keeps its shape over "
+        "the phase of the period.",
         panels,
         tabulate_values("Mean residual since the turning point", "ms", shown, rows, scale.unit),
     )
@@ -91,10 +91,10 @@ def draw_session(found: dict, scale: Scale) -> Figure | None:
         shows += f"; the mean goes from {format_number(middle[0], sign=True)} to "
         shows += f"{format_number(middle[-1], sign=True)} {scale.unit}"
     return Figure(
-        "Over the session's time",
+        "Over the session",
         shows + ".",
-        "A slope or a wander of the mean is drift; an rms that grows about a still mean is a gain "
-        "that changes, or noise that does.",
+        "A mean that changes is drift; an rms that grows while the mean does not is a change of "
+        "the gain or of the noise.",
         [Panel("session", 220, x_axis, y_axis, marks, legend=legend)],
         tabulate_values(
             "Residual by session time", "s", x, [("mean", mean), ("rms", rms)], scale.unit

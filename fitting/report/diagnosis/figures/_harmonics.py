@@ -52,9 +52,8 @@ def draw_harmonics(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure |
         "By harmonic of the scan",
         f"The largest harmonic, {format_number(largest['amplitude'])} {scale.unit}, is number "
         f"{largest['harmonic']} of the run at {labels[where]}; {share}.",
-        "A dot marks an amplitude above the noise floor. Odd harmonics return with their sign "
-        "turned half a period later, as a symmetric loop does; even ones return unchanged, as a "
-        "curvature does.",
+        "A dot marks an amplitude above the noise floor. A symmetric hysteresis loop has odd "
+        "harmonics alone; even ones come from a curvature.",
         [panel],
         Table(
             f"Harmonics, in {scale.unit}",

@@ -60,7 +60,8 @@ def draw_phase(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure | Non
         "Over phase and rate",
         f"The mean residual is largest, {format_number(top[2], sign=True)} {scale.unit}, "
         f"at phase {x[top[1]] or 0.0:.2f} of the run at {top[0]}{sure}.",
-        "Each row is a run, from slow to fast. A symmetric triangle turns at 0 and at 0.5.",
+        "Each row is a run, from slow to fast. A symmetric triangle has its turning points at 0 "
+        "and 0.5.",
         [panel],
         tabulate_values("Mean residual by phase", "phase", x, rows, scale.unit),
     )
@@ -91,7 +92,8 @@ def draw_frequency(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure |
         f"Over {quantity}",
         f"The mean residual is largest, {format_number(top[2], sign=True)} {scale.unit}, "
         f"at {format_number(x[top[1]])} {scale.axis} of the run at {top[0]}.",
-        f"A column of one colour through all rows is fixed in {quantity}, as an etalon is.",
+        f"A column of one colour through all rows depends on the {quantity} alone"
+        f"{', as an etalon does' if optical else ''}.",
         [panel],
         tabulate_values(f"Mean residual by {quantity}", scale.axis, x, rows, scale.unit),
     )

@@ -18,12 +18,12 @@ _AXES = {
     "drive": "drive",
 }
 _SHAPES = {
-    "phase": "An effect of its kind has one shape in every period.",
-    "since_turn": "An effect of its kind begins at each turn and keeps its time at every rate.",
-    "session": "An effect of its kind knows the time, not the scan.",
-    "gain": "The residual's slope by the response, period by period, in percent of the response.",
-    "drive": "An effect of its kind sits at one value of the drive, whichever way it moves.",
-    "response": "An effect of its kind sits at one value of the response, whichever way it moves.",
+    "phase": "Such an effect has the same shape in every period.",
+    "since_turn": "Such an effect starts at each turning point and lasts as long at any rate.",
+    "session": "Such an effect depends on time, not on the scan.",
+    "gain": "The slope of the residual over the response, in percent, period by period.",
+    "drive": "Such an effect depends on the drive alone, in either direction of the scan.",
+    "response": "Such an effect depends on the response alone, in either direction of the scan.",
 }
 
 
@@ -86,12 +86,14 @@ def _draw_signature(found: dict, number: int, scale: Scale, labels: Labels) -> F
         f"{format_number(100.0 * (v or 0.0))} %" if gain else scale(v)
         for v in (finite_or_none(found.get(f"rms_{key}")) for key in ("without", "with"))
     )
-    few = "" if len(shown) == len(parts) else f" The {len(shown)} of {len(parts)} curves that it "
-    few += "explains most of are shown; the table has all." if few else ""
+    few = ""
+    if len(shown) < len(parts):
+        few = f" Shown are the {len(shown)} of {len(parts)} curves of which it explains most; all "
+        few += "are in the table."
     return Figure(
-        f"The data beside {title}",
+        f"Residual without and with {title}",
         f"Over the {quantity} the mean residual is {before} rms without it, and {after} with it.",
-        f"Points are the data less the model; the line is what the model with it adds. "
+        "Points are residuals averaged over periods; the line is what the effect explains. "
         f"{_SHAPES.get(axis, '')}{few}".strip(),
         panels,
         _tabulate(parts, over, x_unit, unit),

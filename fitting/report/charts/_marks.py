@@ -90,9 +90,7 @@ def draw_boxes(boxes: Sequence[Box]) -> Boxes | Areas:
     """Rectangles by left, top, width and height in percent; without their texts where many."""
     if len(boxes) > _MOST_TEXTS:
         return draw_areas(boxes)
-    return Boxes(
-        [(_short(x), _short(y), _short(w), _short(h), *rest) for x, y, w, h, *rest in boxes]
-    )
+    return Boxes([(_short(x), _short(y), _short(w), _short(h), a, b) for x, y, w, h, a, b in boxes])
 
 
 def draw_areas(boxes: Sequence[Box]) -> Areas:

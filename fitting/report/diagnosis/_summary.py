@@ -24,7 +24,9 @@ def list_facts(diagnosis: dict, scale: Scale, labels: words.Labels) -> list[tupl
     if len(among) > 1:
         lines.append(("95 % set", words.capitalise(words.list_alternatives(among, labels))))
     before, after = finite_or_none(shrinkage.get("before")), finite_or_none(shrinkage.get("after"))
-    if before is not None and after is not None:
+    if before is not None and among[0] == "unlisted":
+        lines.append(("Residual", f"{scale(before)} rms, on held-out data"))
+    elif before is not None and after is not None:
         lines.append(("Residual", f"{scale.bare(before)} → {scale(after)} rms, on held-out data"))
     elif finite_or_none(gap.get("total")) is not None:
         lines.append(("Residual", f"{scale(gap['total'])} rms"))

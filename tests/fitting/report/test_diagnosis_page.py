@@ -160,7 +160,9 @@ def test_what_the_verdicts_say():
     assert "97 % together" in text["look_alikes"]
     assert "not to be trusted" in text["one_period"]
     assert "The noise floor is not known" in text["one_period"]
-    assert "400 → 310 MHz" in text["unlisted"] and "24.7 → 10.8 MHz" in text["creep"]
+    assert (
+        "400 MHz rms, on held-out data" in text["unlisted"] and "24.7 → 10.8 MHz" in text["creep"]
+    )
     assert "24.7 → 10.8 nm" in text["displacement"] and "2, 3 μm" in text["displacement"]
     assert "Over optical frequency" in text["creep"]
     assert "Over optical frequency" not in text["displacement"]

@@ -7,7 +7,7 @@ from typing import ClassVar
 from ._axis import Axis
 
 _LEVELS = 12  # of colour on either side of zero, and in all of a scale that begins there
-_MOST_TEXTS = 1600  # of rectangles on one chart; beyond it the table alone has the values
+_MOST_TEXTS = 1000  # of rectangles on one chart; beyond it the table alone has the values
 
 
 @dataclasses.dataclass(frozen=True)

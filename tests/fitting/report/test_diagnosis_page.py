@@ -319,3 +319,13 @@ def test_contrast(scheme):
         assert contrast(name) >= 4.5 and contrast(name, "--wash") >= 4.5
     for name in ("--accent", "--dot", *(f"--s{i}" for i in range(6))):  # lines and marks
         assert contrast(name) >= 3.0, name
+
+
+def test_a_page_of_a_hundred_runs_is_below_a_megabyte():
+    diagnosis = diagnoses.creep()
+    for key in ("phase", "frequency", "harmonics"):
+        rows = diagnosis["maps"][key]["rows"]
+        diagnosis["maps"][key]["rows"] = [
+            row | {"run": row["run"] + 8 * k} for k in range(12) for row in rows
+        ]
+    assert len(render_page(diagnosis).encode()) < 1_000_000

@@ -11,10 +11,12 @@ _STEPS = {"before": "model alone", "after": "model refitted", "floor": "noise fl
 _NOTHING_EXCEEDS = "It does not exceed the noise: there is no gap to close"
 
 
-def tabulate_shrinkage(found: dict, scale: Scale, name: str) -> dict[str, Any] | None:
+def tabulate_shrinkage(
+    found: dict, scale: Scale, name: str, *, judged: bool = True
+) -> dict[str, Any] | None:
     """Residual before and after the refit and noise floor as bars, and by held-out part; or None.
 
-    `name`: of the verdict.
+    `name`: of the verdict; `judged`: whether the device was judged at all.
     """
     steps = _STEPS | ({} if name == "none" else {"after": "with the effect"})
     if name == "unlisted":
@@ -38,7 +40,7 @@ def tabulate_shrinkage(found: dict, scale: Scale, name: str) -> dict[str, Any] |
             }
             for key, name in steps.items()
         ],
-        "shows": _summarise_refit(found, values, scale, name),
+        "shows": _summarise_refit(found, values, scale, name, judged),
         "parts": [_tabulate_part(p, start, scale) for p in parts],
         "parts_shows": _summarise_parts(parts, name),
         "zero": -start / (1.0 - start),
@@ -49,11 +51,13 @@ def tabulate_shrinkage(found: dict, scale: Scale, name: str) -> dict[str, Any] |
     }
 
 
-def _summarise_refit(found: dict, values: dict[str, float | None], scale: Scale, name: str) -> str:
+def _summarise_refit(
+    found: dict, values: dict[str, float | None], scale: Scale, name: str, judged: bool
+) -> str:
     alone = f"The model alone leaves a residual of {scale(values['before'])} rms on held-out data"
     closed = found.get("closed_fraction")
     if name == "unlisted" and not isinstance(closed, dict):
-        return f"{alone}. No known effect reduces it."
+        return f"{alone}." + (" No known effect reduces it." if judged else "")
     if values.get("after") is None:
         return f"{alone}."
     text = f"The residual on held-out data goes from {scale(values['before'])} to "

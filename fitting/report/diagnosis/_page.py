@@ -95,7 +95,12 @@ def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
         "lines": tabulate_spectral_lines(maps.get("lines"), scale),
         "which": tabulate_hypotheses(diagnosis, labels, scale),
         "seen": tabulate_detectability(diagnosis, labels, scale),
-        "far": tabulate_shrinkage(refit, scale, words.credible_names(diagnosis["verdict"])[0]),
+        "far": tabulate_shrinkage(
+            refit,
+            scale,
+            words.credible_names(diagnosis["verdict"])[0],
+            judged=bool(diagnosis["verdict"].get("judged", True)),
+        ),
         "carried": tabulate_runs(refit, scale, drive_unit),
         "next_scan": describe_next_scan(diagnosis.get("next_scan"), drive_unit, labels),
         "no_scan": words.explain_no_scan(diagnosis["verdict"]),

@@ -43,6 +43,8 @@ def describe_closed(diagnosis: dict, floor: float | None) -> str:
     closed = (diagnosis.get("shrinkage") or {}).get("closed_fraction")
     named = words.credible_names(diagnosis["verdict"])[0]
     known = isinstance(closed, dict)
+    if not diagnosis["verdict"].get("judged", True):
+        return "not judged"
     if named == "unlisted":
         best = f"; {format_interval(closed)} by the best of them" if known else ""
         return f"not by any known effect{best}"

@@ -59,7 +59,7 @@ def test_probabilities_say_as_little_of_the_device_as_the_sentence():
     columns = healthy(74)
     WAYS["one run times 10"](columns)
     content = check(diagnose(None, columns.recording()))
-    assert "nothing is said of the device" in content["verdict"]["sentence"]
+    assert "the device was not judged" in content["verdict"]["sentence"]
     assert not content["verdict"]["judged"]
     assert {h["name"]: h["probability"] for h in content["hypotheses"]} == {
         "unlisted": 0.5,

@@ -329,3 +329,11 @@ def test_a_page_of_a_hundred_runs_is_below_a_megabyte():
             row | {"run": row["run"] + 8 * k} for k in range(12) for row in rows
         ]
     assert len(render_page(diagnosis).encode()) < 1_000_000
+
+
+def test_a_device_that_was_not_judged_is_not_said_to_lack_an_effect():
+    diagnosis = diagnoses.unlisted()
+    diagnosis["verdict"]["judged"] = False
+    diagnosis["shrinkage"]["closed_fraction"] = None
+    text = Page(render_page(diagnosis)).text
+    assert "Gap closed not judged" in text and "known effect reduces" not in text

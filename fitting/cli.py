@@ -8,6 +8,7 @@ from cyclopts import App, Parameter
 
 from .commands.shared._help import FilledHelp, description
 from .commands.shared._listing import COMMANDS, FIRST_STEPS
+from .commands.shared._options_file import apply_options_file, options_hint
 
 app = App(
     name="rapi",
@@ -15,7 +16,10 @@ app = App(
     version="0.1.0",
     help_format="plaintext",
     help_formatter=FilledHelp(),
-    help_epilogue="`rapi` alone says where to begin; `rapi COMMAND --help` has examples.",
+    help_epilogue="`rapi` alone says where to begin; `rapi COMMAND --help` has examples. Options "
+    "can also stand in a `rapi.toml` beside the data, in a table of the command's name: `[fit]`, "
+    "then `starts = 12`. Those on the command line win.",
+    config=apply_options_file,
     suppress_keyboard_interrupt=False,  # `run` says so, and exits with 130
 )
 for _place, (_name, _one) in enumerate(COMMANDS.items()):
@@ -25,7 +29,7 @@ for _place, (_name, _one) in enumerate(COMMANDS.items()):
             name=_name,
             help=_one.sentence,
             sort_key=_place,
-            help_epilogue=_one.epilogue,
+            help_epilogue="\n\n".join(filter(None, (options_hint(_name), _one.epilogue))),
         )
     else:  # of several commands of its own
         app.command(_one.target, name=_name, help=_one.sentence, sort_key=_place)

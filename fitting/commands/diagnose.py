@@ -39,14 +39,14 @@ def diagnose(
         Folder for the results; made if missing.
     model
         A folder that `rapi fit` or `rapi diagnose` wrote, or the `model.rapi` in it. Without one a
-        model is identified first, and nothing of the gap is a wrong parameter's.
+        model is identified first, so that no part of the gap comes from wrong parameters.
     limits
         A file with the drive's limits, for the next scan; by default the range and slew recorded.
     plugin
         A Python file with effects of your own: further candidates, and those that the model may
         name. Its code is run. May be given several times.
     scan
-        Look for the scan that would best separate the hypotheses still tied.
+        Look for the next scan, which would best separate the hypotheses that remain.
     compare
         Compare two recordings, the earlier first: which parameters changed, and by how much.
     effects
@@ -136,7 +136,7 @@ def _check_options(count: int, compare: bool, effects: bool) -> None:
     if compare and count != 2:
         raise _usage(f"--compare takes two recordings, BEFORE and AFTER, not {count}.")
     if effects and not compare:
-        raise _usage("--effects goes with --compare: without that effects are always looked for.")
+        raise _usage("--effects needs --compare: without --compare effects are always looked for.")
 
 
 def _usage(message: str) -> CycloptsError:

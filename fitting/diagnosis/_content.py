@@ -47,7 +47,12 @@ def describe_gap(whitened: WhitenedModel, fitted: FittedBase, none: Candidate) -
             "locked": _root(whole.synchronous),
             "not_locked": _root(whole.nonsynchronous),
             "significant": whole.significant and parts["structural"] != 0,
-            "sentence": describe_localisation(entries, profiles, repeats=_repeats(blocks)),
+            "sentence": describe_localisation(
+                entries,
+                profiles,
+                repeats=_repeats(blocks),
+                drive_unit=whitened.recording.drive_unit,
+            ),
         },
         "where": entries,
         "maps": profiles,
@@ -91,7 +96,12 @@ def describe_shrinkage(
         "foreseen": None if gain is None else gain.closed,
         "straighter": None if gain is None else gain.linearity_gain,
         "nonlinearity": _describe_nonlinearity(whitened.recording, gain),
-        "remainder": describe_localisation(remainder, repeats=_repeats(blocks)),
+        "remainder": describe_localisation(
+            remainder,
+            repeats=_repeats(blocks),
+            what="the remaining residual",
+            drive_unit=whitened.recording.drive_unit,
+        ),
     }
 
 

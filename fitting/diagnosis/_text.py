@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from fitting._units import readable_unit
-from fitting.report.diagnosis._text import describe_hypothesis
-from rapi_jax.effects import AbstractEffect
+from fitting.report.diagnosis._text import describe_hypothesis, join_items
+from rapi_jax.effects import ALL, AbstractEffect
 
 Effects = Sequence[AbstractEffect | type[AbstractEffect]]
 
@@ -54,9 +54,9 @@ def verdict_sentence(
     sure = f"probability {min(probability, 0.99):.0%}".replace("%", " %")
     sure = sure if probability < 0.995 else "probability over 99 %"
     if name == "none":
-        return f"No effect is missing: what the model leaves is noise ({sure})."
+        return f"No effect is missing: the residual of the model is noise ({sure})."
     if name == "unlisted":
-        return f"Something is missing that is none of the effects known ({sure})."
+        return f"The gap is real, but none of the known effects explains it ({sure})."
     what = describe_effects(effects, unit)
     closed = shrinkage.get("closed_fraction")
     verb = "is" if probability > 0.5 else "may be"
@@ -67,12 +67,13 @@ def verdict_sentence(
     before, after = (f"{factor * size:.3g}" for size in sizes)
     if closed["value"] <= 0.0:
         return (
-            f"The gap looks like {what} ({sure}), but with it the model predicts data held out no "
-            f"better: {before} and {after} {shown} rms."
+            f"The gap looks like {what} ({sure}), but adding it to the model does not improve the "
+            f"prediction of held-out data: {before} {shown} rms without it, {after} {shown} with "
+            "it."
         )
     return (
-        f"The gap {verb} {what} ({sure}). With it the model closes {_share(closed)} of the gap on "
-        f"data held out: {before} becomes {after} {shown} rms."
+        f"The gap {verb} {what} ({sure}). Added to the model, it closes {_share(closed)} of the "
+        f"gap on held-out data: the residual falls from {before} to {after} {shown} rms."
     )
 
 
@@ -109,19 +110,23 @@ def verdict_advice(
     hypothesis. `unit`: of the response.
     """
     if len(tied) > 1:
-        apart = f"{' and '.join(tied)} cannot be told apart"
+        labels = {effect.name: effect_label(effect, unit) for effect in (*ALL, *effects)}
+        apart = f"tell {join_items([describe_hypothesis(n, labels) for n in tied], 'from')}"
         if scan is not None:
-            return f"{apart} yet: play the next scan below."
-        return f"{apart} by these data: predict with the model, but build on none as the cause."
+            return f"These data cannot yet {apart}: record the next scan given below."
+        return (
+            f"These data cannot {apart}. The model predicts equally well with each of them, but "
+            "none is established as the cause."
+        )
     if name == "none":
         return "Use the model as it is."
     if name == "unlisted":
         then = " and record the next scan" if scan is not None else ""
         return (
-            f"None of the listed effects belongs in the model. Look at where the gap lies{then}. "
-            "An effect of your own is a class in one file, see README."
+            "Add none of the listed effects to the model. See where in the scan the gap "
+            f"lies{then}. Further effects can be defined in a Python file and given by `--plugin`."
         )
     first = ""
     if unsure and scan is not None:
-        first = "Play the next scan below first: more may be missing. Then: "
+        first = "First record the next scan given below: a second effect may be missing. Then: "
     return first + " ".join(_remedy(effect, unit) for effect in sort_effects(effects))

@@ -10,7 +10,7 @@ from rapi_jax import Recording
 
 from ._data_checks import SINGLE_SWEEP
 from ._diagnosis import Verdict
-from ._text import verdict_advice, verdict_sentence
+from ._text import describe_effects, verdict_advice, verdict_sentence
 from .family._law import threshold_law
 from .next_scan._confirmation import needs_confirmation
 from .next_scan._next_scan import NextScan
@@ -45,7 +45,7 @@ def give_verdict(
         effects=effects,
         probability=probability,
         set=tuple(credible),
-        reason=_reason(none, top, gap["gap"]["sentence"]),
+        reason=_reason(none, top, gap["gap"]["sentence"], recording.response_unit),
         sentence=verdict_sentence(
             name, top.effects, probability, shrinkage, recording.response_unit
         ),
@@ -62,22 +62,25 @@ def give_verdict(
 
 def blame_data(verdict: Verdict, faults: list[Fault]) -> Verdict:
     """The verdict on data that do not belong together: the first fault in place of a cause."""
-    sentence = f"The data come first, nothing is said of the device: {faults[0].message}"
+    sentence = f"The recording has a fault, so the device was not judged: {faults[0].message}"
     healthy = faults[0].kind == SINGLE_SWEEP
-    advice = "Diagnose that recording." if healthy else "Mend the recording, and diagnose it again."
+    advice = (
+        "Diagnose that recording." if healthy else "Correct the recording, then diagnose it again."
+    )
     return dataclasses.replace(verdict, sentence=sentence, advice=advice, judged=False)
 
 
 def explain_random_jumps(verdict: Verdict, jumps: RandomJumps, unit: str) -> Verdict:
     """The verdict where what does not repeat with the scan moves by jumps."""
-    size = f" of some {jumps.size:.2g} {unit}" if jumps.size > 0 else ""
+    size = f" of about {jumps.size:.2g} {unit}" if jumps.size > 0 else ""
     sentence = (
-        f"What does not repeat with the scan moves by jumps{size}, as telegraph noise does: none "
-        "of the effects known, and no noise that averages out."
+        f"The part of the residual that does not repeat with the scan consists of random "
+        f"jumps{size} (telegraph noise). None of the known effects does this, and averaging does "
+        "not remove it."
     )
     advice = (
-        "Look for what switches: mode competition, feedback, a loose contact, a digit of a "
-        "converter. Diagnose again once it is gone."
+        "Look for something that switches: mode competition, optical feedback, a loose contact, a "
+        "toggling bit of a converter. Diagnose again once it is gone."
     )
     return dataclasses.replace(verdict, sentence=sentence, advice=advice)
 
@@ -92,8 +95,8 @@ def doubt_noise(
     """
     if verdict.effects and (closed is None or closed["value"] <= 0.0):
         advice = (
-            "Do not add the effect on these data. Record three periods or more of one drive, and "
-            "diagnose that."
+            "Do not add the effect on the evidence of these data. Record at least three periods of "
+            "one drive, and diagnose that recording."
         )
         return dataclasses.replace(verdict, advice=advice)
     size = (
@@ -101,35 +104,36 @@ def doubt_noise(
     )
     if verdict.name == "none":
         sentence = (
-            f"No effect shows: what the model leaves, {size}, can be noise. That it is, is not "
-            "measured, since nothing repeats."
+            f"No effect is visible: the residual of the model, {size}, is consistent with noise. "
+            "The noise itself was not measured, since no period is repeated."
         )
         advice = (
-            "Use the model where it was recorded. Record three periods or more of one drive to "
-            "measure the noise."
+            "Use the model within the recorded range. Record at least three periods of one drive "
+            "to measure the noise."
         )
     elif verdict.name == "unlisted" and left.doubts:
         sentence = (
-            f"What the model leaves, {size}, is not to be called noise: "
-            f"{' and '.join(left.doubts)}. Whether it is slow noise or an effect that is missing "
-            "cannot be said, since nothing repeats."
+            f"The residual of the model, {size}, does not look like noise: "
+            f"{' and '.join(left.doubts)}. Without repeated periods, slow noise cannot be told "
+            "from a missing effect."
         )
         advice = (
-            "Do not add an effect. Record three periods or more of one drive, at two rates if you "
-            "can, and diagnose that."
+            "Add no effect to the model yet. Record at least three periods of one drive, at two "
+            "rates if possible, and diagnose that recording."
         )
     else:
         return verdict
     return dataclasses.replace(verdict, sentence=sentence, advice=advice)
 
 
-def _reason(none: Candidate, top: Candidate, sentence: str) -> str:
+def _reason(none: Candidate, top: Candidate, sentence: str, unit: str) -> str:
     without = none.on_flexible_base
     lines = max(without.errors.synchronous.size, 1)
-    text = "reduced chi-square of what repeats with the scan: "
+    text = "reduced chi-square of the scan-synchronous residual: "
     text += f"{without.synchronous / lines:.3g} without any effect"
     if top.effects:
-        text += f", {top.on_flexible_base.synchronous / lines:.3g} with {top.name}"
+        text += f", {top.on_flexible_base.synchronous / lines:.3g} with "
+        text += describe_effects(top.effects, unit)
     return f"{text}. {sentence}".strip()
 
 
@@ -141,25 +145,25 @@ def collect_notes(
     notes += describe_creep(recording)
     if not fitted.spectrum.measured:
         notes.append(
-            "No run repeats, so noise is not measured but read off the fastest lines: the gap is a "
-            "lower edge, and probabilities are wide. "
-            + (describe_repetition(recording) or "Record three periods or more.")
+            "No run repeats a period, so noise was not measured but estimated from the highest "
+            "frequencies: the gap is a lower bound, and the probabilities are less certain. "
+            + (describe_repetition(recording) or "Record at least three periods.")
         )
     if len(recording.rates) == 1:
         which = "One scan rate" if recording.rates[0] > 0 else "No scan rate"
         notes.append(
-            f"{which}: a lag cannot be told from rate-dependent thresholds for sure. Record a "
-            "second rate, five times as fast or slow."
+            f"{which}: a lag cannot be told reliably from rate-dependent thresholds. Record a "
+            "second rate, five times faster or slower."
         )
     if len(recording.amplitudes) == 1:
         notes.append(
-            "One amplitude: an amplitude law cannot show, nor can drift be told from creep. Record "
-            "a second one, half as large."
+            "One amplitude: a dependence on amplitude cannot be seen, and drift cannot be told "
+            "from creep. Record a second amplitude, half as large."
         )
     if flexible:
         notes.append(
-            "The identified operator is not quite the device's: the model holds the richer one of "
-            f"{top.flexible_refit.base.operator.count} plays."
+            "The identified hysteresis operator does not describe this device exactly, so the "
+            f"model has a more flexible one with {top.flexible_refit.base.operator.count} plays."
         )
     return tuple(notes)
 
@@ -174,8 +178,8 @@ def describe_family(whitened: WhitenedModel, fitted: FittedBase) -> tuple[str, .
     plays = fitted.operator.count
     command += "" if plays == 10 else f" --plays {plays}"
     if fitted.given is not None:
-        return (f"{law} describe these runs better than the model brought: {command}",)
+        return (f"{law} describe these runs better than the given model does: {command}",)
     return (
-        f"{law} describe these runs, and not thresholds that grow with the swing as RA-PI has "
-        f"them: {command}",
+        f"{law} describe these runs better than thresholds proportional to the swing, as in RA-PI: "
+        f"{command}",
     )

@@ -12,11 +12,7 @@ from markupsafe import Markup
 from ._pages import load_template, read_style
 
 Pairs = Sequence[tuple[str, str]]
-# Pictures are drawn on white, also where the page is dark.
-_MORE = Markup(
-    ".picture { margin: 0 0 1.5rem; } .picture img { max-width: 100%; height: auto; "
-    "background: #ffffff; padding: 0.4rem; } .plain td { white-space: normal; }"
-)
+_MORE = Markup(".picture { margin: 0 0 1.5rem; } .plain td { white-space: normal; }")
 
 
 @dataclasses.dataclass(frozen=True)

@@ -7,7 +7,6 @@ import select
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -103,7 +102,7 @@ class Chromium:
             self.complaints.append(str(params["exceptionDetails"]))
 
     def open(self, path: Path, *, width: int, height: int = 800, dark: bool, script: bool = True):
-        """Load a file at a size and a colour scheme, and wait until its figures are drawn."""
+        """Load a file at a size and a colour scheme, and wait until it is drawn."""
         self.requests.clear()
         self.complaints.clear()
         self._events.clear()
@@ -123,20 +122,11 @@ class Chromium:
         features = [{"name": "prefers-color-scheme", "value": value}]
         self.send("Emulation.setEmulatedMedia", features=features)
 
-    def settle(self, seconds: float = 30.0) -> None:
-        """Wait for the figures of the page."""
+    def settle(self) -> None:
+        """Wait until the page is drawn as it is now."""
         # A page hears of another colour scheme when its next frame is drawn.
         frame = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
         self.send("Runtime.evaluate", expression=frame, awaitPromise=True)
-        until = time.monotonic() + seconds
-        drawn = (
-            "!document.getElementById('drawings') || document.documentElement.dataset.drawn"
-            " === 'yes'"
-        )
-        while not self.evaluate(drawn):
-            if time.monotonic() > until:
-                raise TimeoutError(f"The figures were not drawn in {seconds} s.")
-            time.sleep(0.02)
 
     def evaluate(self, expression: str) -> Any:
         """The value of a JavaScript expression in the page."""

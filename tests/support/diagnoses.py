@@ -361,7 +361,7 @@ def displacement() -> dict[str, Any]:
 
 
 def hostile() -> dict[str, Any]:
-    """Markup, script and plotly's own directives in every string."""
+    """Markup, script and template directives in every string."""
 
     def spoil(node: Any, key: str = "") -> Any:
         if isinstance(node, dict):

@@ -35,7 +35,9 @@ def confirmation_scan(
         return None
     (name,) = (n for n in names if n != UNLISTED)
     effects = name.replace("_", " ").replace("+", " and ")
-    whole = "nothing is missing" if name == "none" else f"{effects} is all there is"
+    whole = (
+        "an effect is missing" if name == "none" else f"another effect than {effects} is missing"
+    )
     return NextScan(
         waveform=found.waveform,
         excitation_hz=found.excitation_hz,
@@ -46,7 +48,7 @@ def confirmation_scan(
         pairs=[],
         candidates=[{**found.to_dict(), "power": 0.0, "checked": False}],
         reason=(
-            f"{found.describe(recording.drive_unit)}, within what was recorded, so that the "
+            f"{found.describe(recording.drive_unit)}, inside the recorded range, where the "
             f"hysteresis is known: it shows whether {whole}."
         ),
         drive=found.drive,

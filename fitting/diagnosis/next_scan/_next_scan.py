@@ -87,14 +87,15 @@ def next_scan_of(
 def _reason(
     candidate: Candidate, pair: Pair, power: float, names: list[str], unit: str, needs: str
 ) -> str:
-    one, other = (names[i].replace("_", " ") for i in pair)
+    one, other = (names[i].replace("_", " ").replace("+", " and ") for i in pair)
     scan, sigmas = candidate.describe(unit), float(np.sqrt(power))
     if power >= THRESHOLDS.separated_power:
         return (
-            f"{scan} tells {one} from {other}, the hardest pair, best: the wrong one would "
-            f"miss it by {sigmas:.3g} standard deviations even after a refit."
+            f"{scan} is the scan that best tells apart the two hypotheses that are hardest to "
+            f"separate, ({one}) and ({other}): even refitted, the wrong one would miss it by "
+            f"{sigmas:.3g} standard deviations."
         )
     return (
-        f"{scan} is the best there is within the limits, but {one} and {other} would still "
-        f"differ by only {sigmas:.2g} standard deviations: {needs}."
+        f"{scan} is the best scan within the limits, but the predictions of ({one}) and ({other}) "
+        f"still differ by only {sigmas:.2g} standard deviations: {needs}."
     )

@@ -13,24 +13,26 @@ def describe_localisation(
     profiles: dict[str, Any] | None = None,
     *,
     repeats: bool = True,
+    what: str = "the gap",
+    drive_unit: str = "",
 ) -> str:
     """The sentence of a report; `entries`: see `localise`, `profiles`: see `residual_profiles`.
 
     Names the part (region, direction, rate, amplitude) of the largest information, `s log(s / d)`
     for a share `s` of the gap in a share `d` of the readings, and nothing where none stands out. A
     tone that does not follow the scan is named too. `repeats`: whether some run holds two periods,
-    so that what repeats is known.
+    so that what repeats is known. `what`: the name of what is placed; `drive_unit`: of amplitudes.
     """
     if not any(entry["share"] > 0 for entry in entries):
-        return "Nothing stands above the noise, so there is no gap to place."
+        return "No part of the residual exceeds the noise."
     kind = _describe_kind(entries) if repeats else ""
     tone = _describe_tones(profiles)
-    share, data, words = _best_part(entries)
+    share, data, words = _best_part(entries, drive_unit)
     if share - data < THRESHOLDS.least_excess_share:
-        text = "The gap is spread evenly over runs, directions and phases"
+        text = f"{what[:1].upper()}{what[1:]} is spread evenly over runs, directions and phases"
     else:
-        of = f"which is {100 * data:.2g} % of the readings"
-        text = f"{100 * share:.0f} % of the gap lies {words}, {of}"
+        inside = f"{100 * data:.2g} % of the samples"
+        text = f"{100 * share:.0f} % of {what} lies in {inside}: {words}"
     return text + kind + tone + "."
 
 
@@ -50,10 +52,10 @@ def _describe_tones(profiles: dict[str, Any] | None) -> str:
         return ""
     hertz = " and ".join(f"{line['hz']:.4g} Hz" for line in tones[:2])
     verb = "stand" if len(tones) > 1 else "stands"
-    return f", and {hertz} {verb} out whatever the scan does"
+    return f", and {hertz} {verb} out independently of the scan"
 
 
-def _best_part(entries: list[dict[str, Any]]) -> tuple[float, float, str]:
+def _best_part(entries: list[dict[str, Any]], drive_unit: str) -> tuple[float, float, str]:
     rates = _distinct([e["excitation_hz"] for e in entries if e["excitation_hz"] is not None], 1e-6)
     same = THRESHOLDS.same_amplitude
     sizes = _distinct([e["amplitude"] for e in entries], same)
@@ -70,7 +72,7 @@ def _best_part(entries: list[dict[str, Any]]) -> tuple[float, float, str]:
             x is not None for x in part
         )
         if score > best:
-            best, found = score, (share, data, _describe_part(*part))
+            best, found = score, (share, data, _describe_part(*part, drive_unit))
     return found
 
 
@@ -98,15 +100,19 @@ def _distinct(values: list[float], tolerance: float) -> list[float]:
 
 
 def _describe_part(
-    region: str | None, direction: str | None, rate: float | None, size: float | None
+    region: str | None,
+    direction: str | None,
+    rate: float | None,
+    size: float | None,
+    drive_unit: str,
 ) -> str:
     near = {
         None: "",
         "edge": "within 10 % of a turning point",
-        "middle": "away from turning points",
+        "middle": "away from the turning points",
     }
     branch = {None: "", "up": "on rising branches", "down": "on falling branches"}
     parts = [near[region], branch[direction]]
     parts.append("" if rate is None else f"at {rate:.4g} Hz")
-    parts.append("" if size is None else f"at the amplitude {size:.3g}")
+    parts.append("" if size is None else f"with an amplitude of {size:.3g} {drive_unit}".rstrip())
     return " ".join(part for part in parts if part)

@@ -3,24 +3,30 @@
 import math
 from typing import Any
 
-from fitting.report.diagnosis._numbers import format_number, format_quantity, unit_text
-from fitting.report.diagnosis.figures._figure import (
-    Figure,
-    Panel,
-    Table,
-    escape_text,
-    make_axis,
-    make_layout,
+from fitting.report.charts._axis import Axis, make_axis, round_values, write_tick
+from fitting.report.charts._figure import ColourScale, Figure, Panel, Table
+from fitting.report.charts._marks import (
+    Areas,
+    Boxes,
+    Line,
+    Mark,
+    draw_areas,
+    draw_boxes,
+    draw_dots,
+    draw_line,
+    plain_level,
 )
+from fitting.report.diagnosis._numbers import format_number, format_quantity, unit_text
 
 from . import _text as words
 
 READING = (
     "Dots are recordings with one standard error; large ones stand out, and a triangle at the edge "
-    "lies beyond it. On the right their distribution, on the left that over the session."
+    "lies beyond it. Where they are many, colour is the number of recordings in a cell. On the "
+    "right is their distribution."
 )
-_HEIGHT = 250  # pixels
-_POINTS = 2000  # drawn of one parameter; outliers always are
+_HEIGHT = 220  # pixels
+_CELLS = (48, 24)  # of a density, across and up
 _REACH = 10.0  # robust standard deviations: what lies beyond is drawn at the edge
 _QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 
@@ -32,10 +38,13 @@ def draw_parameter(
     outlying: set[int],
     key: str,
     reading: str = READING,
+    points: int = 250,
 ) -> Figure:
     """Values with standard errors over time, their histogram, and the trend where there is one.
 
     `names`: of all recordings; `outlying`: which of them stand out. `reading`: how to read it.
+    `points`: recordings drawn one by one; more are drawn as a density, but for those that stand
+    out.
     """
     unit, factor = words.time_unit(group) if group["hours"] else ("", 1.0)
     first = 0.0 if group["hours"] else 1.0
@@ -45,19 +54,27 @@ def draw_parameter(
     title = f"{parameter['name']} ({text})" if text else parameter["name"]
     x = make_axis(
         f"time since the first ({unit})" if group["hours"] else "recording, in the order given",
-        domain=[0, 0.76],
+        time,
     )
-    y = make_axis(escape_text(title), range=[low, high], exponentformat="power", nticks=6)
-    counts = make_axis("recordings", domain=[0.8, 1], anchor="y", rangemode="tozero", nticks=3)
-    layout = make_layout(x, y, xaxis2=counts, bargap=0)
-    data = _points(parameter, group, time, names, outlying, (low, high))
-    data += _trend(parameter, time, factor, first)
-    data.append(_histogram(parameter, (low, high)))
+    y = make_axis(title, [], ends=(low, high))
+    counts, bars = _histogram(parameter, y)
+    values, index, scale = parameter["values"], group["index"], None
+    few = len(values) <= points
+    shown = [k for k in range(len(values)) if few or index[k] in outlying]
+    marks: list[Mark] = []
+    if not few:
+        density, scale = _density(values, time, (x, y))
+        marks.append(density)
+    marks += _points(parameter, group, time, names, outlying, shown, (x, y))
+    marks += _trend(parameter, time, factor, first, (x, y))
     return Figure(
         parameter["name"],
         _describe(parameter, group),
         reading,
-        [Panel(key, _HEIGHT, data, layout)],
+        [
+            Panel(key, _HEIGHT, x, y, marks, scale=scale),
+            Panel(f"{key}-histogram", _HEIGHT, counts, y, [bars], beside=True),
+        ],
         _tabulate(parameter),
     )
 
@@ -77,107 +94,101 @@ def _points(
     time: list[float],
     names: list[str],
     outlying: set[int],
-    limits: tuple[float, float],
-) -> list[dict]:
-    values, errors, index = parameter["values"], parameter["stderr"], group["index"]
-    step = max(1, math.ceil(len(values) / _POINTS))
-    shown = [k for k, i in enumerate(index) if k % step == 0 or i in outlying]
-    bars_x: list[float | None] = []
-    bars_y: list[float | None] = []
-    for k in shown:
-        bars_x += [time[k], time[k], None]
-        bars_y += [_within(values[k] + s * errors[k], limits) for s in (-1, 1)] + [None]
-    bars = {
-        "type": "scatter",
-        "mode": "lines",
-        "x": bars_x,
-        "y": bars_y,
-        "line": {"color": "var(--calm)", "width": 1},
-        "hoverinfo": "skip",
-    }
-    traces = [bars]
+    shown: list[int],
+    axes: tuple[Axis, Axis],
+) -> list[Mark]:
+    """The recordings of numbers `shown`, with their standard errors."""
+    values, index = parameter["values"], group["index"]
+    marks: list[Mark] = [_error_bars(parameter, time, shown, axes)]
     for inside in (False, True):
         chosen = [k for k in shown if (index[k] in outlying) == inside]
-        if chosen:
-            traces.append(_dots(parameter, time, chosen, names, index, inside, limits))
-    return traces
-
-
-def _dots(
-    parameter: dict,
-    time: list[float],
-    chosen: list[int],
-    names: list[str],
-    index: list[int],
-    outlying: bool,
-    limits: tuple[float, float],
-) -> dict:
-    values = parameter["values"]
-    symbols = [
-        "triangle-up" if values[k] > limits[1] else "triangle-down" if values[k] < limits[0]
-        else "circle"
-        for k in chosen
-    ]  # fmt: skip
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "x": [time[k] for k in chosen],
-        "y": [_within(values[k], limits) for k in chosen],
-        "customdata": [
-            f"{escape_text(names[index[k]])}<br>"
-            f"{escape_text(format_quantity(values[k], parameter['unit'], digits=5))}"
+        points = [
+            (
+                time[k],
+                _within(values[k], axes[1]),
+                f"{names[index[k]]}: {format_quantity(values[k], parameter['unit'], digits=5)}",
+            )
             for k in chosen
-        ],
-        "marker": {
-            "color": "var(--accent)" if outlying else "var(--s3)",
-            "size": 9 if outlying else 5,
-            "symbol": symbols,
-        },
-        "hovertemplate": "%{customdata}<extra></extra>",
-    }
+        ]
+        shapes = [
+            "up" if values[k] > axes[1].high else "down" if values[k] < axes[1].low else "dot"
+            for k in chosen
+        ]
+        colour, radius = ("var(--accent)", 4.5) if inside else ("var(--s3)", 2.5)
+        marks.append(draw_dots(axes, points, colour, radius, shapes))
+    return marks
 
 
-def _trend(parameter: dict, time: list[float], factor: float, first: float) -> list[dict]:
+def _error_bars(
+    parameter: dict, time: list[float], shown: list[int], axes: tuple[Axis, Axis]
+) -> Line:
+    x: list[float | None] = []
+    y: list[float | None] = []
+    for k in shown:
+        value, error = parameter["values"][k], parameter["stderr"][k]
+        x += [time[k], time[k], None]
+        y += [_within(value - error, axes[1]), _within(value + error, axes[1]), None]
+    return draw_line(axes, x, y, "var(--calm)", width=1.0)
+
+
+def _density(
+    values: list[float], time: list[float], axes: tuple[Axis, Axis]
+) -> tuple[Areas, ColourScale]:
+    """Recordings in each cell of the chart as colour, and what the colours mean."""
+    across, up = _CELLS
+    counts: dict[tuple[int, int], int] = {}
+    for t, value in zip(time, values, strict=True):
+        at, height = axes[0].place(t), axes[1].place(_within(value, axes[1]))
+        if at is not None and height is not None:
+            cell = (min(across - 1, int(at / 100 * across)), min(up - 1, int(height / 100 * up)))
+            counts[cell] = counts.get(cell, 0) + 1
+    most = max(counts.values(), default=1)
+    width, tall = 100.0 / across, 100.0 / up
+    cells = [
+        (i * width, 100.0 - (j + 1) * tall, width, tall, plain_level(0.15 + 0.85 * n / most), "")
+        for (i, j), n in counts.items()
+    ]
+    return draw_areas(cells), ColourScale("plain-scale", "0", words.plural(most, "recording"))
+
+
+def _trend(
+    parameter: dict, time: list[float], factor: float, first: float, axes: tuple[Axis, Axis]
+) -> list[Mark]:
     """The line of a trend that was found."""
     drift = parameter["drift"]
     if not drift or not drift["found"]:
         return []
-    ends = [min(time), max(time)]
+    ends: list[float | None] = [min(time), max(time)]
     middle = drift["mean_time"] * factor + first
-    slope = drift["change"] / (ends[1] - ends[0])
-    return [
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "x": ends,
-            "y": [drift["middle"] + slope * (x - middle) for x in ends],
-            "line": {"color": "var(--ink)", "width": 1.8},
-            "hoverinfo": "skip",
-        }
+    slope = drift["change"] / (max(time) - min(time))
+    heights: list[float | None] = [
+        drift["middle"] + slope * (x - middle) for x in (min(time), max(time))
     ]
+    return [draw_line(axes, ends, heights, "var(--ink)")]
 
 
-def _histogram(parameter: dict, limits: tuple[float, float]) -> dict:
+def _histogram(parameter: dict, y: Axis) -> tuple[Axis, Boxes | Areas]:
     """Counts in bins whose width is that of Freedman and Diaconis (1981), at most 60."""
-    values = sorted(_within(v, limits) for v in parameter["values"])
+    values = sorted(_within(v, y) for v in parameter["values"])
     n = len(values)
     width = 2.0 * (_quantile(values, 0.75) - _quantile(values, 0.25)) / n ** (1 / 3)
     span = values[-1] - values[0]
     bins = min(60, max(1, math.ceil(span / width))) if width > 0 and span > 0 else 1
-    step = span / bins if span > 0 else (limits[1] - limits[0]) / 20
+    step = span / bins if span > 0 else (y.high - y.low) / 20
     counts = [0] * bins
     for v in values:
         counts[min(bins - 1, int((v - values[0]) / step))] += 1
-    return {
-        "type": "bar",
-        "orientation": "h",
-        "x": counts,
-        "y": [values[0] + (i + 0.5) * step for i in range(bins)] if span > 0 else [values[0]],
-        "width": step,
-        "xaxis": "x2",
-        "marker": {"color": "var(--s1)", "line": {"width": 0}},
-        "hovertemplate": "%{x} recordings near %{y:.4~g}<extra></extra>",
-    }
+    most = float(max(counts))
+    ticks = [(v, write_tick(v)) for v in round_values(0.0, most, 2) if v == round(v)]
+    axis = Axis("recordings", 0.0, 1.05 * most, ticks)
+    start = values[0] if span > 0 else values[0] - step / 2
+    boxes = []
+    for i, count in enumerate(counts):
+        low, high = (y.place(start + k * step) or 0.0 for k in (i, i + 1))
+        text = f"{words.plural(count, 'recording')} from {format_number(start + i * step, 4)} to "
+        text += format_number(start + (i + 1) * step, 4)
+        boxes.append((0.0, 100.0 - high, axis.place(float(count)) or 0.0, high - low, "bar", text))
+    return axis, draw_boxes(boxes)
 
 
 def _describe(parameter: dict, group: dict) -> str:
@@ -212,5 +223,5 @@ def _quantile(values: list[float], q: float) -> float:
     return values[i] + (at - i) * (after - values[i])
 
 
-def _within(value: Any, limits: tuple[float, float]) -> float:
-    return min(max(value, limits[0]), limits[1])
+def _within(value: Any, axis: Axis) -> float:
+    return min(max(value, axis.low), axis.high)

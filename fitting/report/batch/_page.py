@@ -5,14 +5,13 @@ parameters that drift; then each parameter, the failures, and every recording wi
 own files.
 """
 
-import dataclasses
 import functools
 from typing import Any
 
 import jinja2
 import numpy as np
 
-from fitting.report._pages import load_plotly, load_template, read_script, read_style
+from fitting.report._pages import load_template, read_style
 from fitting.report.diagnosis._numbers import Scale, finite_or_none, format_quantity
 from rapi_jax.io import printable
 
@@ -20,9 +19,11 @@ from . import _tables as tables
 from . import _text as words
 from ._figures import READING, draw_parameter
 
-_MOST = 2000  # rows of a table on the page; all are in `results.csv`
+_MOST = 1000  # rows of the table of recordings; all are in `results.csv`
+_MOST_REASONS = 300  # rows of a table with reasons, which are up to `_LONGEST` long
 _LONGEST = 400  # characters of a text
-_DRAWN = 60  # figures; of further parameters the page has the numbers
+_DRAWN = 24  # figures; of further parameters the page has the numbers
+_POINTS = 4000  # of all figures; more recordings are drawn as a density
 
 
 def render_page(content: dict[str, Any]) -> str:
@@ -32,18 +33,26 @@ def render_page(content: dict[str, Any]) -> str:
     found = _outliers(rows, groups)
     outlying = {one["row"] for one in found}
     names = [row["name"] for row in rows]
-    parts, panels = [], []
+    parts, drawn = [], 0
+    number = sum(len(group["parameters"]) for group in groups)
+    points = min(250, _POINTS // max(1, min(number, _DRAWN)))
     for g, group in enumerate(groups):
         figures = []
         if len(group["index"]) > 1:
-            room = max(0, _DRAWN - len(panels))
+            room = max(0, _DRAWN - drawn)
             figures = [
                 draw_parameter(
-                    one, group, names, outlying, f"{g}-{k}", "" if panels or k else READING
+                    one,
+                    group,
+                    names,
+                    outlying,
+                    f"{g}-{k}",
+                    "" if drawn or k else READING,
+                    points,
                 )
                 for k, one in enumerate(group["parameters"][:room])
             ]
-        panels += [dataclasses.asdict(panel) for figure in figures for panel in figure.panels]
+        drawn += len(figures)
         parts.append(_describe_group(group, figures, len(groups) > 1))
     head, recordings = tables.tabulate_recordings(rows, outlying, _MOST)
     return _load_template().render(
@@ -55,20 +64,17 @@ def render_page(content: dict[str, Any]) -> str:
         drifts=words.summarise_drift(groups, content["fewest_in_time"]),
         facts=_facts(rows, found, groups),
         outliers=found,
-        untrusted=tables.tabulate_untrusted(rows, _MOST),
+        untrusted=tables.tabulate_untrusted(rows, _MOST_REASONS),
         verdicts=tables.tabulate_verdicts(rows),
         groups=parts,
-        failures=tables.tabulate_failures(rows, _MOST),
+        failures=tables.tabulate_failures(rows, _MOST_REASONS),
         head=head,
         recordings=recordings,
         left_out=max(0, len(rows) - _MOST),
         significance=f"{100 * content['significance']:g}",
         permutations=content["permutations"],
         fewest=content["fewest_compared"],
-        drawings=[{key: p[key] for key in ("key", "data", "layout")} for p in panels],
         style=read_style(),
-        script=read_script(),
-        plotly=load_plotly() if panels else "",
     )
 
 

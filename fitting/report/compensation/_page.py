@@ -7,6 +7,14 @@ from fitting.report._result_page import Section, list_versions, render_result
 
 PAGE = "drives.html"
 _ROUNDING = 1e-12  # of the span
+# Of each limit in the file: its name, and its unit where the drive is in `{u}`.
+_LIMITS = {
+    "low_v": ("lowest drive", "{u}"),
+    "high_v": ("highest drive", "{u}"),
+    "slew_v_per_s": ("steepest slope", "{u}/s"),
+    "step_v": ("largest step between samples", "{u}"),
+    "max_frequency_hz": ("highest scan rate", "Hz"),
+}
 
 
 def render_page(report: dict[str, Any], picture: bytes) -> str:
@@ -17,8 +25,8 @@ def render_page(report: dict[str, Any], picture: bytes) -> str:
     return render_result(
         title="Drives",
         headline=f"Drives for straight scans of {drives[0]['span']:g} {unit} at {rates} Hz.",
-        advice="Play them (`rapi measure`), then hold the new scans against this certificate: "
-        "`rapi fit NEW-SCANS --check` and this folder.",
+        advice="Play them (`rapi measure`), then compare the new scans with this certificate: "
+        "`rapi fit NEW-SCANS --check THIS-FOLDER`.",
         cautions=report["notes"],
         facts=[
             ("Inverse", drives[0]["inverse"]),
@@ -46,7 +54,11 @@ def render_page(report: dict[str, Any], picture: bytes) -> str:
             Section(
                 "Limits that were kept",
                 heads=("limit", "value"),
-                rows=[(name, f"{value:.6g}") for name, value in report["limits"].items()],
+                rows=[
+                    (name, f"{report['limits'][key]:.6g} {per.format(u=volts)}")
+                    for key, (name, per) in _LIMITS.items()
+                    if key in report["limits"]
+                ],
             ),
         ],
         provenance=[

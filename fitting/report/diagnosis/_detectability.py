@@ -2,31 +2,37 @@
 
 from typing import Any
 
+from fitting.report.charts._figure import Table
+
 from . import _text as words
-from ._numbers import DASH, finite_or_none, format_quantity
-from .figures._figure import Table
+from ._numbers import DASH, Scale, format_quantity
 
 
-def tabulate_detectability(diagnosis: dict, labels: words.Labels) -> Table | None:
+def tabulate_detectability(diagnosis: dict, labels: words.Labels, scale: Scale) -> Table | None:
     """A row an effect; `None` where the file has none."""
     found = [e for e in diagnosis.get("detectability") or [] if isinstance(e, dict)]
     if not found:
         return None
     rows = []
     for entry in found:
-        size, kind = describe_size(entry)
+        size, kind = describe_size(entry, scale)
         name = words.describe_hypothesis(str(entry.get("effect") or "?"), labels)
         rows.append([words.capitalise(name), size, kind or DASH])
-    return Table("Smallest effects that would show", ["effect", "smallest size", "for"], rows)
+    return Table(
+        "Smallest detectable size of each effect", ["effect", "smallest size", "for"], rows
+    )
 
 
-def describe_size(entry: dict[str, Any]) -> tuple[str, str]:
+def describe_size(entry: dict[str, Any], scale: Scale) -> tuple[str, str]:
     """The size, with its parameter, and the kind of effect that it is for."""
-    value, unit = finite_or_none(entry.get("value")), str(entry.get("unit") or "")
+    value, unit = scale.convert(entry.get("value"), str(entry.get("unit") or ""))
     name = str(entry.get("parameter") or "").replace("_", " ")
-    size = "none shows" if value is None else f"{name} {format_quantity(value, unit)}"
+    size = (
+        "not detectable at any size" if value is None else f"{name} {format_quantity(value, unit)}"
+    )
     others = [
-        f"{key.replace('_', ' ')} {format_quantity(p.get('value'), str(p.get('unit') or ''))}"
+        f"{key.replace('_', ' ')} "
+        + format_quantity(*scale.convert(p.get("value"), str(p.get("unit") or "")))
         for key, p in (entry.get("others") or {}).items()
         if isinstance(p, dict) and p.get("value") and key != "phase"
     ]

@@ -2,19 +2,27 @@
 
 from typing import Any
 
+from fitting.report.charts._figure import Table
+
 from . import _text as words
 from ._numbers import Scale, finite_or_none, format_interval, format_number, format_percent
-from .figures._figure import Table
 
 _STEPS = {"before": "model alone", "after": "model refitted", "floor": "noise floor"}
+_NOTHING_EXCEEDS = "It does not exceed the noise: there is no gap to close"
 
 
-def tabulate_shrinkage(found: dict, scale: Scale, named: bool) -> dict[str, Any] | None:
+def tabulate_shrinkage(
+    found: dict, scale: Scale, name: str, *, judged: bool = True
+) -> dict[str, Any] | None:
     """Residual before and after the refit and noise floor as bars, and by held-out part; or None.
 
-    `named`: whether the refit added an effect.
+    `name`: of the verdict; `judged`: whether the device was judged at all.
     """
-    steps = _STEPS | ({"after": "with the effect"} if named else {})
+    steps = _STEPS | ({} if name == "none" else {"after": "with the effect"})
+    if name == "unlisted":
+        steps["after"] = "with the best known effect"
+        if found.get("closed_fraction") is None:  # no effect was added
+            del steps["after"]
     values = {key: finite_or_none(found.get(key)) for key in steps}
     if values["before"] is None:
         return None
@@ -32,9 +40,9 @@ def tabulate_shrinkage(found: dict, scale: Scale, named: bool) -> dict[str, Any]
             }
             for key, name in steps.items()
         ],
-        "shows": _summarise_refit(found, values, scale),
+        "shows": _summarise_refit(found, values, scale, name, judged),
         "parts": [_tabulate_part(p, start, scale) for p in parts],
-        "parts_shows": _summarise_parts(parts),
+        "parts_shows": _summarise_parts(parts, name),
         "zero": -start / (1.0 - start),
         "low": format_percent(start),
         "held_out": words.join_items([str(name) for name in found.get("held_out") or []]),
@@ -43,34 +51,40 @@ def tabulate_shrinkage(found: dict, scale: Scale, named: bool) -> dict[str, Any]
     }
 
 
-def _summarise_refit(found: dict, values: dict[str, float | None], scale: Scale) -> str:
-    if values["after"] is None:
-        return f"The model alone leaves {scale(values['before'])} rms on data left out."
-    text = f"The residual on data left out goes from {scale(values['before'])} to "
-    text += f"{scale(values['after'])} rms"
+def _summarise_refit(
+    found: dict, values: dict[str, float | None], scale: Scale, name: str, judged: bool
+) -> str:
+    alone = f"The model alone leaves a residual of {scale(values['before'])} rms on held-out data"
     closed = found.get("closed_fraction")
-    if not isinstance(closed, dict) and values["floor"] is None:
+    if name == "unlisted" and not isinstance(closed, dict):
+        return f"{alone}." + (" No known effect reduces it." if judged else "")
+    if values.get("after") is None:
+        return f"{alone}."
+    text = f"The residual on held-out data goes from {scale(values['before'])} to "
+    text += f"{scale(values['after'])} rms"
+    if isinstance(closed, dict):
+        share = f"{text}: {format_interval(closed)} of the gap above the noise is closed"
+        return f"{share}, too little to name that effect." if name == "unlisted" else f"{share}."
+    if values["floor"] is None:
         return f"{text}. How much of that is noise is not known."
-    if not isinstance(closed, dict):
-        return f"{text}. There was no gap above the noise to close."
-    return f"{text}: {format_interval(closed)} of the gap above the noise is closed."
+    return f"{text}. {_NOTHING_EXCEEDS if name == 'none' else 'The closed share is not known'}."
 
 
-def _summarise_parts(parts: list[dict]) -> str:
+def _summarise_parts(parts: list[dict], name: str) -> str:
     known = [
         (value, str(p.get("part") or "?"))
         for p in parts
         if (value := finite_or_none((p.get("closed_fraction") or {}).get("value"))) is not None
     ]
     if not known and any(p.get("determined") is False for p in parts):
-        return "The data that are left determine the model in none of the parts left out."
+        return "Without any of these parts the other data do not determine the model."
     if not known:
-        return "No part left out had a gap to close."
+        return "No part has a gap above the noise." if name == "none" else ""
     (least, where), most = min(known), max(known)[0]
     if len(known) == 1:
-        return f"On {where}, {format_percent(least)} of the gap is closed."
+        return f"With {where} left out, {format_percent(least)} of the gap there is closed."
     lowest, highest = format_percent(least), format_percent(most)
-    return f"The gap closed is least on {where}, {lowest}, and at most {highest}."
+    return f"The closed share is smallest for {where}, {lowest}; the largest is {highest}."
 
 
 def _tabulate_part(p: dict, start: float, scale: Scale) -> dict[str, Any]:
@@ -78,7 +92,7 @@ def _tabulate_part(p: dict, start: float, scale: Scale) -> dict[str, Any]:
         "name": str(p.get("part") or "?"),
         "before": scale.bare(p.get("before")),
         "after": scale.bare(p.get("after")),
-        "closed": "not determined by the rest"
+        "closed": "the rest does not determine the model"
         if p.get("determined") is False
         else format_interval(p.get("closed_fraction")),
         "whisker": _place_interval(p.get("closed_fraction"), start),

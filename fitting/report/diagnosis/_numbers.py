@@ -74,13 +74,18 @@ def format_percent(value: Any) -> str:
 
 
 def format_interval(fraction: Any) -> str:
-    """`{"value", "low", "high"}` as `94 % (90 to 96 %)`; a dash where there is no value."""
+    """`{"value", "low", "high"}` as `94 % (90 to 96 %)`; a dash where there is no value.
+
+    An end beyond all of it is none: `99 % (at least 97 %)`.
+    """
     if not isinstance(fraction, dict) or finite_or_none(fraction.get("value")) is None:
         return DASH
     low, high = finite_or_none(fraction.get("low")), finite_or_none(fraction.get("high"))
-    value = format_percent(fraction["value"])
+    value = format_percent(min(fraction["value"], 1.0))
     if low is None or high is None:
         return value
+    if high >= 0.9995:
+        return f"{value} (at least{SPACE}{format_percent(min(low, 1.0))})"
     start = format_percent(low).removesuffix(f"{SPACE}%")
     return f"{value} ({start}{SPACE}to{SPACE}{format_percent(high)})"
 
@@ -132,5 +137,21 @@ class Scale:
         """A recorded number in the page's unit, without the unit."""
         return format_number(self.value(recorded), digits, sign=sign)
 
+    def convert(self, value: Any, unit: str) -> tuple[float | None, str]:
+        """A number in `unit` and its unit, as the page shows those of the response."""
+        own = bool(unit) and unit == self.recorded
+        return (self.value(value), self.unit) if own else (finite_or_none(value), unit)
+
     def __call__(self, recorded: Any, *, digits: int = 3, sign: bool = False) -> str:
         return format_quantity(self.value(recorded), self.unit, digits=digits, sign=sign)
+
+
+def page_scale(diagnosis: dict) -> Scale:
+    """The unit of a diagnosis: that in which its verdict gives the residuals, else that of the gap.
+
+    The verdict's sentence is in the file as text, so all else takes its unit.
+    """
+    refit, gap = diagnosis.get("shrinkage") or {}, diagnosis.get("gap") or {}
+    held_out = [finite_or_none(refit.get(key)) for key in ("before", "after")]
+    sizes = held_out if any(held_out) else [finite_or_none(gap.get("total"))]
+    return Scale.of(str(diagnosis.get("unit") or ""), sizes)

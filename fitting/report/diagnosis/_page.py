@@ -1,23 +1,22 @@
 """The page of a diagnosis: one HTML file that needs nothing but itself.
 
 The verdict comes first, then what it looks like in the data, where the gap lies, which effect
-causes it, how far it shrinks, what to record next, and how sure all that is. Figures are drawn by
-plotly.js, which is inside the page; every number is also in a table, so the page can be read
-without a script.
+causes it, how far it shrinks, what to record next, and how sure all that is. Figures are SVG in the
+page; every number is also in a table.
 """
 
-import dataclasses
 import functools
 from typing import Any
 
 import jinja2
 
-from fitting.report._pages import load_plotly, load_template, read_script, read_style
+from fitting.report._pages import load_template, read_style
+from fitting.report.charts._figure import Figure
 
 from . import _text as words
 from ._detectability import tabulate_detectability
 from ._how_far import describe_next_scan, tabulate_shrinkage
-from ._numbers import Scale
+from ._numbers import page_scale
 from ._reliability import tabulate_reliability
 from ._runs import tabulate_runs
 from ._summary import (
@@ -34,6 +33,15 @@ from .figures._maps import draw_figures
 from .figures._signature import draw_signatures
 
 _SCHEMA = "rapi.diagnosis/1"
+# Of a signature's axis, the key of the map over the same.
+_MAP_OF_AXIS = {
+    "phase": "phase",
+    "since_turn": "turn-0",
+    "session": "session",
+    "gain": "session",
+    "response": "frequency",
+    "drive": "frequency",
+}
 
 
 def render_page(diagnosis: dict, labels: words.Labels | None = None) -> str:
@@ -67,12 +75,10 @@ def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
     refit = diagnosis.get("shrinkage") or {}
     where = [e for e in diagnosis.get("where") or [] if isinstance(e, dict)]
     maps = diagnosis.get("maps") or {}
-    sizes = [gap.get("total"), refit.get("before"), *(e.get("rms") for e in where)]
-    scale = Scale.of(str(diagnosis.get("unit") or ""), sizes)
+    scale = page_scale(diagnosis)
     drive_unit = str((diagnosis.get("recording") or {}).get("drive_unit") or "")
     drawn = draw_figures(diagnosis, scale, drive_unit)
     signatures = draw_signatures(diagnosis, scale, labels)
-    panels = [dataclasses.asdict(p) for figure in (*signatures, *drawn) for p in figure.panels]
     name = str((diagnosis.get("recording") or {}).get("name") or "")
     return {
         "title": " · ".join(filter(None, ["Diagnosis", name])),
@@ -82,15 +88,18 @@ def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
         "cautions": list_cautions(diagnosis),
         "facts": list_facts(diagnosis, scale, labels),
         "budget": tabulate_budget(gap, scale),
-        "signatures": signatures,
-        "phase": next((f for f in drawn if f.panels[0].key == "phase"), None),
-        "figures": [f for f in drawn if f.panels[0].key != "phase"],
+        "leading": signatures or drawn[:1],
+        "leading_title": "The effect in the data" if signatures else "The residual in the data",
+        "figures": _order_figures(drawn if signatures else drawn[1:], diagnosis),
         "grid": tabulate_residuals(where, scale, drive_unit),
         "lines": tabulate_spectral_lines(maps.get("lines"), scale),
-        "which": tabulate_hypotheses(diagnosis, labels),
-        "seen": tabulate_detectability(diagnosis, labels),
+        "which": tabulate_hypotheses(diagnosis, labels, scale),
+        "seen": tabulate_detectability(diagnosis, labels, scale),
         "far": tabulate_shrinkage(
-            refit, scale, words.credible_names(diagnosis["verdict"])[0] not in words.SPECIAL
+            refit,
+            scale,
+            words.credible_names(diagnosis["verdict"])[0],
+            judged=bool(diagnosis["verdict"].get("judged", True)),
         ),
         "carried": tabulate_runs(refit, scale, drive_unit),
         "next_scan": describe_next_scan(diagnosis.get("next_scan"), drive_unit, labels),
@@ -100,11 +109,15 @@ def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
         "calibration": describe_calibration(diagnosis),
         "reliability": tabulate_reliability(diagnosis),
         "provenance": list_provenance(diagnosis, drive_unit),
-        "drawings": [{key: p[key] for key in ("key", "data", "layout")} for p in panels],
         "style": read_style(),
-        "script": read_script(),
-        "plotly": load_plotly() if panels else "",
     }
+
+
+def _order_figures(drawn: list[Figure], diagnosis: dict) -> list[Figure]:
+    """The maps, that over the axis of the named effect's signature first."""
+    axes = {e.get("axis") for e in diagnosis.get("signature") or [] if isinstance(e, dict)}
+    first = {_MAP_OF_AXIS.get(str(axis)) for axis in axes}
+    return sorted(drawn, key=lambda f: f.panels[0].key not in first)
 
 
 @functools.cache

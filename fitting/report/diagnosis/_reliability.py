@@ -4,8 +4,9 @@ from typing import Any
 
 from scipy import stats
 
+from fitting.report.charts._figure import Table
+
 from ._numbers import finite_or_none
-from .figures._figure import Table
 
 
 def tabulate_reliability(diagnosis: dict) -> Table | None:
@@ -15,8 +16,8 @@ def tabulate_reliability(diagnosis: dict) -> Table | None:
     if not rows:
         return None
     return Table(
-        "How often answers were right",
-        ["probability given, mean", "answers", "right", "95 % interval"],
+        "How often verdicts of a given probability were right, on simulated devices",
+        ["mean probability", "verdicts", "right", "95 % interval"],
         rows,
     )
 

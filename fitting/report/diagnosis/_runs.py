@@ -2,9 +2,10 @@
 
 from typing import Any
 
+from fitting.report.charts._figure import Table
+
 from . import _text as words
 from ._numbers import Scale, finite_or_none, format_percent
-from .figures._figure import Table
 
 
 def tabulate_runs(shrinkage: dict[str, Any], scale: Scale, drive_unit: str) -> Table | None:
@@ -23,6 +24,11 @@ def tabulate_runs(shrinkage: dict[str, Any], scale: Scale, drive_unit: str) -> T
         for e in found
     ]
     first = words.label_run(found[0], drive_unit)
-    caption = f"Runs that carry the verdict: {first} most, {format_percent(found[0]['share'])}"
-    head = ["run", f"without, {scale.unit}", f"with the effect, {scale.unit}", "share of the fall"]
+    caption = f"Evidence by run: the run at {first} gives {format_percent(found[0]['share'])} of it"
+    head = [
+        "run",
+        f"without, {scale.unit}",
+        f"with the effect, {scale.unit}",
+        "share of the evidence",
+    ]
     return Table(caption, head, rows)

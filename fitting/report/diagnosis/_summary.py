@@ -17,29 +17,41 @@ _THIN = "\N{NARROW NO-BREAK SPACE}"
 
 
 def list_facts(diagnosis: dict, scale: Scale, labels: words.Labels) -> list[tuple[str, str]]:
-    """The headline numbers: verdict, probability, residual, closed fraction, noise floor."""
+    """The headline numbers: probability, residual, closed fraction, noise floor."""
     gap, shrinkage = diagnosis.get("gap") or {}, diagnosis.get("shrinkage") or {}
     among = words.credible_names(diagnosis["verdict"])
-    lines = [("Verdict", words.capitalise(words.describe_hypothesis(among[0], labels)))]
-    lines.append(("Probability", format_percent(words.verdict_probability(diagnosis))))
+    lines = [("Probability", format_percent(words.verdict_probability(diagnosis)))]
     if len(among) > 1:
         lines.append(("95 % set", words.capitalise(words.list_alternatives(among, labels))))
     before, after = finite_or_none(shrinkage.get("before")), finite_or_none(shrinkage.get("after"))
-    if before is not None and after is not None:
-        lines.append(("Residual", f"{scale.bare(before)} → {scale(after)} rms, on data left out"))
+    if before is not None and among[0] == "unlisted":
+        lines.append(("Residual", f"{scale(before)} rms, on held-out data"))
+    elif before is not None and after is not None:
+        lines.append(("Residual", f"{scale.bare(before)} → {scale(after)} rms, on held-out data"))
     elif finite_or_none(gap.get("total")) is not None:
         lines.append(("Residual", f"{scale(gap['total'])} rms"))
     floor = finite_or_none(shrinkage.get("floor", gap.get("noise_floor")))
-    # Without a floor nobody can say whether there was a gap.
-    none = "not known" if floor is None else "no gap to close"
-    closed = shrinkage.get("closed_fraction")
-    lines.append(("Gap closed", format_interval(closed) if closed else none))
-    if straighter := words.describe_linearity_gain(diagnosis):
-        lines.append(("Scan straighter", f"{straighter}, once compensated with the effect"))
+    lines.append(("Gap closed", describe_closed(diagnosis, floor)))
     if nonlinearity := words.describe_nonlinearity(diagnosis, scale):
-        lines.append(("Nonlinearity of a compensated scan", nonlinearity))
+        lines.append(("Nonlinearity after compensation", nonlinearity))
     lines.append(("Noise floor", "not known" if floor is None else f"{scale(floor)} rms"))
     return lines
+
+
+def describe_closed(diagnosis: dict, floor: float | None) -> str:
+    """The closed fraction of the gap, or why there is none."""
+    closed = (diagnosis.get("shrinkage") or {}).get("closed_fraction")
+    named = words.credible_names(diagnosis["verdict"])[0]
+    known = isinstance(closed, dict)
+    if not diagnosis["verdict"].get("judged", True):
+        return "not judged"
+    if named == "unlisted":
+        best = f"; {format_interval(closed)} by the best of them" if known else ""
+        return f"not by any known effect{best}"
+    if known:
+        return format_interval(closed)
+    # Without a floor nobody can say whether there was a gap.
+    return "not known" if floor is None else "no gap above the noise"
 
 
 def list_cautions(diagnosis: dict) -> list[str]:
@@ -47,11 +59,11 @@ def list_cautions(diagnosis: dict) -> list[str]:
     found = []
     gap = diagnosis.get("gap") or {}
     if (diagnosis.get("model") or {}).get("trusted") is False:
-        found.append("The fit of the model is not to be trusted, and so neither is this diagnosis.")
+        found.append("The fit of the model is not to be trusted, and neither is this diagnosis.")
     if gap and finite_or_none(gap.get("noise_floor")) is None:
         found.append(
-            "The noise floor is not known: without periods that repeat, noise cannot be told "
-            "from model error."
+            "The noise floor is not known: without repeated periods, noise cannot be told from "
+            "model error."
         )
     elif gap.get("significant") is False and diagnosis["verdict"].get("name") != "none":
         found.append("The gap is not significantly larger than the noise.")

@@ -9,47 +9,57 @@ from rich.table import Table
 from rich.text import Text
 
 from ._detectability import describe_size
-from ._numbers import SPACE, Scale, format_interval, format_with_error
-from ._text import describe_linearity_gain, describe_nonlinearity
+from ._numbers import SPACE, Scale, format_interval, page_scale
+from ._text import describe_nonlinearity, list_alternatives, packaged_labels
+from ._which import describe_parameters
 
 _LEAST_SHOWN = 5e-4  # probability; less is 0.000 in the table
 
 
 def render_lines(diagnosis: dict[str, Any]) -> Group:
     """The diagnosis for a rich console, from the dictionary of `diagnosis.json`."""
-    verdict, gap, unit = diagnosis["verdict"], diagnosis["gap"], diagnosis["unit"]
-    head = Text(verdict["sentence"], style="bold")
-    scale = Scale.of(unit, [gap["total"]])
-    parts = [f"residual {scale(gap['total'])} rms".replace(SPACE, " ")]
-    parts += [
-        f"{name} {scale.bare(gap[name])}" for name in ("parametric", "structural", "noise_floor")
-    ]
-    where = gap.get("sentence") or "no part of the scan stands out."
-    rows: list[Any] = [head, Text(verdict["advice"]), Text(", ".join(parts).replace("_", " "))]
-    rows += [Text(where), _tabulate_hypotheses(diagnosis)]
-    if factor := describe_linearity_gain(diagnosis):
-        rows.append(Text(f"a scan compensated with the effect should be straighter: {factor}"))
+    verdict, scale = diagnosis["verdict"], page_scale(diagnosis)
+    labels = packaged_labels()
+    rows: list[Any] = [Text(verdict["sentence"], style="bold"), Text(verdict["advice"])]
+    rows += [Text(_describe_gap(diagnosis["gap"], scale)), _tabulate(diagnosis, scale)]
     if nonlinearity := describe_nonlinearity(diagnosis, scale):
-        rows.append(Text(f"its nonlinearity: {nonlinearity}".replace(SPACE, " ")))
+        rows.append(Text(f"nonlinearity after compensation: {nonlinearity}".replace(SPACE, " ")))
     if len(verdict["set"]) > 1:
-        rows.append(Text(f"95 % set: {', '.join(verdict['set'])}"))
+        names = list_alternatives(verdict["set"], labels)
+        rows.append(Text(f"95 % set of hypotheses: {names}"))
     scan = diagnosis.get("next_scan")
     if scan is not None:
         rows.append(Text(f"next scan: {scan['reason']}"))
-    if shown := _describe_detectability(diagnosis):
+    if shown := _describe_detectability(diagnosis, scale):
         rows.append(Text(shown))
-    rows += [Text(f"  - {note}") for note in diagnosis.get("notes", [])]
+    rows += [Text(f"note: {note}") for note in diagnosis.get("notes", [])]
     return Group(*rows)
 
 
-def _describe_detectability(diagnosis: dict[str, Any]) -> str:
+def _describe_gap(gap: dict[str, Any], scale: Scale) -> str:
+    """The residual of the model alone, of what it is made, and where it lies."""
+    text = f"residual of the model alone: {scale(gap['total'])} rms".replace(SPACE, " ")
+    parts = (
+        ("structural", "not described by the model"),
+        ("parametric", "removed by a refit"),
+        ("noise_floor", "noise"),
+    )
+    known = [f"{name} {scale.bare(gap[key])}" for key, name in parts if gap.get(key) is not None]
+    made_of = f" ({', '.join(known)})" if known else ""
+    return f"{text}{made_of}. {gap.get('sentence') or ''}".strip()
+
+
+def _describe_detectability(diagnosis: dict[str, Any], scale: Scale) -> str:
     """The smallest effects that would show, in a line; empty where none is known."""
     found = [e for e in diagnosis.get("detectability") or [] if e.get("value") is not None]
-    sizes = [f"{e['effect']} ({describe_size(e)[0]})" for e in found]
-    return f"smallest effects that would have shown (95 %): {', '.join(sizes)}" if sizes else ""
+    sizes = [
+        f"{e['effect'].replace('_', ' ')} ({describe_size(e, scale)[0]})".replace(SPACE, " ")
+        for e in found
+    ]
+    return f"smallest detectable effects (95 %): {', '.join(sizes)}" if sizes else ""
 
 
-def _tabulate_hypotheses(diagnosis: dict[str, Any]) -> Table:
+def _tabulate(diagnosis: dict[str, Any], scale: Scale) -> Table:
     table = Table(title="Hypotheses", title_justify="left")
     for name in ("effect", "probability", "gap closed, held out", "parameters"):
         table.add_column(name, justify="right" if name == "probability" else "left")
@@ -57,16 +67,12 @@ def _tabulate_hypotheses(diagnosis: dict[str, Any]) -> Table:
     for h in diagnosis["hypotheses"][:6]:
         if h["name"] not in shown and h["probability"] < _LEAST_SHOWN:
             continue
-        found = h.get("parameters", {}) | h.get("derived", {})
-        values = ", ".join(
-            f"{name} {format_with_error(p['value'], p['stderr'], p['unit'])}"
-            for name, p in found.items()
-        )
+        found = describe_parameters(h.get("parameters", {}) | h.get("derived", {}), scale)
         table.add_row(
             escape(h["name"]),
             f"{h['probability']:.3f}",
             format_interval(h.get("closed_fraction")),
-            escape(values),
+            escape(", ".join(f"{name} {value}" for name, value in found)),
         )
     return table
 

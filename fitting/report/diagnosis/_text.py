@@ -1,6 +1,7 @@
 """The sentences of a diagnosis: hypotheses by their labels, the verdict, the advice."""
 
 from collections.abc import Mapping
+from typing import Any
 
 from rapi_jax import effects
 
@@ -15,7 +16,7 @@ from ._numbers import (
 
 SPECIAL = {
     "none": "no effect beyond the model",
-    "unlisted": "something not on the list of effects",
+    "unlisted": "none of the known effects",
 }
 
 
@@ -82,7 +83,7 @@ def write_headline(diagnosis: dict, labels: Labels) -> str:
     sure = verdict_probability(diagnosis)
     odds = "" if sure is None else f" (probability {format_percent(sure)})"
     closed = (diagnosis.get("shrinkage") or {}).get("closed_fraction")
-    part = f"closes {format_interval(closed)} of the gap on data left out" if closed else ""
+    part = f"closes {format_interval(closed)} of the gap on held-out data" if closed else ""
     if len(among) > 1:
         rivals = join_items([describe_hypothesis(n, labels) for n in among], "from")
         likeliest = f"{describe_hypothesis(among[0], labels)}{odds}{part and f', which {part}'}"
@@ -90,10 +91,9 @@ def write_headline(diagnosis: dict, labels: Labels) -> str:
     if among[0] == "none":
         return f"The base model explains this recording; no effect is missing{odds}."
     if among[0] == "unlisted":
-        text = f"The gap is real, but no effect on the list explains it{odds}"
-        return to_sentence(f"{text}; the best of them {part}" if part else text)
-    text = f"the gap comes from {describe_hypothesis(among[0], labels)}{odds}"
-    return to_sentence(f"{text}; a model with that {part}" if part else text)
+        return f"The gap is real, but none of the known effects explains it{odds}."
+    text = f"the gap is {describe_hypothesis(among[0], labels)}{odds}"
+    return to_sentence(f"{text}; added to the model, it {part}" if part else text)
 
 
 def describe_scan(entry: dict, drive_unit: str) -> str:
@@ -133,11 +133,11 @@ def write_advice(diagnosis: dict, drive_unit: str, labels: Labels) -> str:
         )
     among = credible_names(verdict)
     if len(among) > 1:
-        return "Predict with any of them, but build on none as the cause."
+        return "The model predicts equally well with each; none is established as the cause."
     if among[0] == "none":
         return "Use the model as it is."
     if among[0] == "unlisted":
-        return "Look at where the gap lies before you trust a prediction there."
+        return "See where in the scan the gap lies before you rely on a prediction there."
     file = (diagnosis.get("model") or {}).get("file")
     return "Use the model with the effect added" + (f", {file}." if file else ".")
 
@@ -145,10 +145,10 @@ def write_advice(diagnosis: dict, drive_unit: str, labels: Labels) -> str:
 def explain_no_scan(verdict: dict) -> str:
     """Why there is no scan to record next."""
     if not verdict.get("judged", True):
-        return "The recording comes first: no scan is chosen from data that say nothing."
+        return "The recording has a fault: correct it first, then a scan can be chosen."
     if len(credible_names(verdict)) > 1:
-        return "No scan within the limits would tell the effects of the 95 % set apart."
-    return "No further scan is asked for: the 95 % set holds one hypothesis alone."
+        return "No scan within the limits would separate the effects of the 95 % set."
+    return "No further scan is needed: the 95 % set holds a single hypothesis."
 
 
 def name_run(entry: dict) -> str:
@@ -168,25 +168,26 @@ def label_run(entry: dict, drive_unit: str) -> str:
 
 
 def describe_nonlinearity(diagnosis: dict, scale: Scale) -> str:
-    """How far a compensated scan is off its line without and with the effects; empty if unknown."""
-    found = (diagnosis.get("shrinkage") or {}).get("nonlinearity")
-    if not isinstance(found, dict) or finite_or_none(found.get("before")) is None:
-        return ""
-    after = found.get("after") or {}
-    low, high = (finite_or_none(after.get(key)) for key in ("low", "high"))
-    text = f"{scale.bare(found['before'])} → {scale(after.get('value'))} rms"
-    if low is not None and high is not None:
-        text += f" ({scale.bare(low, digits=2)} to {scale.bare(high, digits=2)})"
-    return f"{text} at {format_setting(found['excitation_hz'], 'Hz')}"
+    """How far a compensated scan is off its line without and with the effects; empty if unknown.
+
+    With the factor between them, each with its 95 % interval.
+    """
+    shrinkage = diagnosis.get("shrinkage") or {}
+    found, gain = shrinkage.get("nonlinearity"), shrinkage.get("straighter")
+    parts = []
+    if isinstance(found, dict) and finite_or_none(found.get("before")) is not None:
+        after = found.get("after") or {}
+        text = f"{scale.bare(found['before'])} → {scale(after.get('value'))} rms"
+        text += _describe_range(*(scale.value(after.get(key)) for key in ("low", "high")))
+        parts.append(f"{text} at {format_setting(found['excitation_hz'], 'Hz')}")
+    if isinstance(gain, dict) and finite_or_none(gain.get("value")) is not None:
+        text = f"{format_number(gain['value'])} times less"
+        parts.append(text + _describe_range(gain.get("low"), gain.get("high")))
+    return "; ".join(parts)
 
 
-def describe_linearity_gain(diagnosis: dict) -> str:
-    """The predicted gain in scan linearity by compensation; empty where it is not known."""
-    found = (diagnosis.get("shrinkage") or {}).get("straighter")
-    if not isinstance(found, dict) or finite_or_none(found.get("value")) is None:
+def _describe_range(low: Any, high: Any) -> str:
+    """Ends of an interval in brackets; empty where one is missing."""
+    if finite_or_none(low) is None or finite_or_none(high) is None:
         return ""
-    low, value, high = (finite_or_none(found.get(key)) for key in ("low", "value", "high"))
-    text = f"{format_number(value)} times"
-    if low is not None and high is not None:
-        text += f" ({format_number(low, 2)} to {format_number(high, 2)})"
-    return text
+    return f" ({format_number(low, 2)} to {format_number(high, 2)})"

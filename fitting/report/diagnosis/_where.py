@@ -7,9 +7,9 @@ from ._numbers import Scale, finite_or_none, format_percent
 from .figures._rows import sort_by_rate
 
 _PARTS = (
-    ("structural", "needs an effect"),
-    ("parametric", "goes when the model is refitted"),
-    ("noise_floor", "noise, which nothing removes"),
+    ("structural", "not described by the model"),
+    ("parametric", "removed by refitting the parameters"),
+    ("noise_floor", "measurement noise"),
 )
 
 
@@ -34,9 +34,12 @@ def tabulate_budget(gap: dict, scale: Scale) -> dict[str, Any] | None:
         }
         for key, name in _PARTS
     ]
-    shows = f"Model and recording differ by {scale(gap.get('total'))} rms"
+    shows = f"Over all runs the model alone leaves a residual of {scale(gap.get('total'))} rms"
     if "structural" in shares and "noise_floor" in shares:
-        shows += f"; {format_percent(shares['structural'])} of the mean square needs an effect"
+        shows += (
+            f"; {format_percent(shares['structural'])} of its mean square is neither noise nor "
+        )
+        shows += "a matter of parameters"
     return {
         "parts": parts,
         "shows": f"{shows}.",
@@ -49,7 +52,7 @@ def describe_synchronous_part(gap: dict, scale: Scale) -> str:
     parts_of_gap = (("locked", "repeats with the scan"), ("not_locked", "does not"))
     # Estimates of a mean square less its noise: at or below zero there is nothing to see.
     parts = [
-        f"what {text} is {scale(value) + ' rms' if value > 0 else 'nothing'}"
+        f"the part that {text} is {scale(value) + ' rms' if value > 0 else 'zero'}"
         for key, text in parts_of_gap
         if (value := finite_or_none(gap.get(key))) is not None
     ]
@@ -77,12 +80,19 @@ def tabulate_residuals(where: list[dict], scale: Scale, drive_unit: str) -> dict
         top = max(where, key=lambda e: finite_or_none(e.get("share")) or 0.0)
         direction, region = _column_of(top)
         shows = (
-            f"The largest share of the gap, {format_percent(top.get('share'))}, lies in the "
-            f"{region} of the {direction} scan at {words.label_run(top, drive_unit)}: "
+            f"The largest share of the gap, {format_percent(top.get('share'))}, lies in the run at "
+            f"{words.label_run(top, drive_unit)}, {_name_place(direction, region)}: "
             f"{scale(top.get('rms'))} rms."
         )
     heads = [", ".join(filter(None, place)) for place in columns]
     return {"columns": heads, "rows": list(rows.values()), "shows": shows, "unit": scale.unit}
+
+
+def _name_place(direction: str, region: str) -> str:
+    """A part of a run in running text: "scanning up, near the turning points"."""
+    near = {"edge": "near the turning points", "middle": "between the turning points"}
+    way = f"scanning {direction}" if direction else ""
+    return ", ".join(filter(None, [way, near.get(region, region)]))
 
 
 def _column_of(entry: dict) -> tuple[str, str]:

@@ -2,27 +2,31 @@
 
 from typing import Any
 
+from fitting.report.charts._figure import Table
+
 from . import _text as words
 from ._numbers import (
     DASH,
+    Scale,
     finite_or_none,
     format_interval,
     format_number,
     format_percent,
     format_with_error,
 )
-from .figures._figure import Table
 
 _SHOWN_AT_LENGTH = 0.01  # less probable ones go to a table, unless in the 95 % set
 
 
-def tabulate_hypotheses(diagnosis: dict, labels: words.Labels) -> dict[str, Any] | None:
+def tabulate_hypotheses(
+    diagnosis: dict, labels: words.Labels, scale: Scale
+) -> dict[str, Any] | None:
     """The likely ones at length, the others as a table, and what the 95 % set is."""
     inside = words.credible_names(diagnosis["verdict"])
     found = [h for h in diagnosis.get("hypotheses") or [] if isinstance(h, dict)]
     if not found:
         return None
-    entries = [_describe_entry(h, set(inside), labels) for h in found]
+    entries = [_describe_entry(h, set(inside), labels, scale) for h in found]
     entries.sort(key=lambda h: -(h["probability"] or 0.0))
     shown = [h for h in entries if h["inside"] or (h["probability"] or 0.0) >= _SHOWN_AT_LENGTH]
     rest = [h for h in entries if h not in shown]
@@ -32,8 +36,8 @@ def tabulate_hypotheses(diagnosis: dict, labels: words.Labels) -> dict[str, Any]
     return {
         "shown": shown,
         "others": _tabulate_others(rest) if rest else None,
-        "shows": f"The smallest set with at least 95 % of the probability: {members}{together}. "
-        "A line at the left marks it.",
+        "shows": f"The smallest set of hypotheses with at least 95 % of the probability: "
+        f"{members}{together}. A line on the left marks its members.",
     }
 
 
@@ -45,7 +49,9 @@ def _tabulate_others(rest: list[dict[str, Any]]) -> Table:
     return Table(f"{len(rest)} other {plural}, {odds} in all", head, rows)
 
 
-def _describe_entry(h: dict, inside: set[str], labels: words.Labels) -> dict[str, Any]:
+def _describe_entry(
+    h: dict, inside: set[str], labels: words.Labels, scale: Scale
+) -> dict[str, Any]:
     name = str(h.get("name") or "?")
     numbers = {
         "probability": format_percent(h.get("probability")),
@@ -54,21 +60,37 @@ def _describe_entry(h: dict, inside: set[str], labels: words.Labels) -> dict[str
         "gap closed": format_interval(h.get("closed_fraction")),
     }
     shares = h.get("shares") or {}
-    numbers |= {f"share of {effect}": format_percent(part) for effect, part in shares.items()}
+    numbers |= {
+        f"share of {effect.replace('_', ' ')}": format_percent(part)
+        for effect, part in shares.items()
+    }
     parameters = (h.get("parameters") or {}) | (h.get("derived") or {})
+    title = words.describe_hypothesis(name, labels)
+    sentence = words.to_sentence(str(h.get("sentence") or ""))
     return {
         "name": name,
-        "title": words.capitalise(words.describe_hypothesis(name, labels)),
+        "title": words.capitalise(title),
         "inside": name in inside,
         "probability": finite_or_none(h.get("probability")),
         "percent": numbers["probability"],
-        "sentence": words.to_sentence(str(h.get("sentence") or "")),
+        "sentence": "" if sentence.rstrip(".").lower() == title.lower() else sentence,
         "numbers": numbers,
         # What is known of this hypothesis, for the line under it.
         "known": [(k, v) for k, v in numbers.items() if v != DASH and k != "probability"],
-        "parameters": [
-            (str(key), format_with_error(p.get("value"), p.get("stderr"), str(p.get("unit") or "")))
-            for key, p in parameters.items()
-            if isinstance(p, dict)
-        ],
+        "parameters": describe_parameters(parameters, scale),
     }
+
+
+def describe_parameters(found: dict, scale: Scale) -> list[tuple[str, str]]:
+    """Names and values with standard errors; those of the response in the page's unit."""
+    return [
+        (str(key).replace(".", " ").replace("_", " "), _describe_value(p, scale))
+        for key, p in found.items()
+        if isinstance(p, dict)
+    ]
+
+
+def _describe_value(p: dict, scale: Scale) -> str:
+    value, unit = scale.convert(p.get("value"), str(p.get("unit") or ""))
+    error, _ = scale.convert(p.get("stderr"), str(p.get("unit") or ""))
+    return format_with_error(value, error, unit)

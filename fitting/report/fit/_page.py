@@ -8,7 +8,7 @@ from fitting._units import quantity, readable_unit
 from fitting._versions import package_versions
 from fitting.report._result_page import Section, list_versions, render_result
 
-from ._table import describe_model, render_verdict, round_with_error
+from ._table import ORIGIN, describe_model, render_verdict, round_with_error
 
 if TYPE_CHECKING:
     from fitting.identification._result import FitResult
@@ -77,7 +77,8 @@ def _sections(result: "FitResult") -> list[Section]:
         ),
         Section(
             "Left out of the fit, then predicted",
-            "Each line is a fit without a part of the data, held against that part.",
+            "Each row is a fit without a part of the data, compared with that part."
+            + (f" {ORIGIN}" if any(h.origin_from_data for h in result.held_out) else ""),
             heads=("left out", "rmse", "of the span", "fitted part"),
             rows=_held_out_rows(result),
         ),
@@ -107,7 +108,7 @@ def _held_out_rows(result: "FitResult") -> list[tuple[str, ...]]:
     )
     return [
         (
-            held.scheme + (" (own origin)" if held.origin_from_data else ""),
+            held.scheme + (" (origin from its mean)" if held.origin_from_data else ""),
             f"{factor * held.rmse:.3g} {name}",
             f"{100 * held.fraction:.2g} %",
             f"{factor * held.train_rmse:.3g} {name}",

@@ -34,6 +34,10 @@ def round_with_error(value: float, stderr: float) -> tuple[str, str]:
 
 Ends = Mapping[str, tuple[float, float]]
 Notes = Literal["full", "folded", "none"]
+ORIGIN = (
+    "Runs have origins of their own here; that of a run left out is taken from its mean, so its "
+    "shape alone is tested."
+)
 
 
 def render_tables(
@@ -203,6 +207,8 @@ def _tabulate_held_out(result: "FitResult") -> Table:
     errors = [h.rmse for h in result.held_out]
     unit, factor = readable_unit(result.recording.response_unit, errors)
     table = Table(title="Left out of the fit, then predicted", title_justify="left")
+    if any(h.origin_from_data for h in result.held_out):
+        table.caption, table.caption_justify = ORIGIN, "left"
     for name in (
         "left out",
         f"rmse ({unit})",
@@ -212,7 +218,7 @@ def _tabulate_held_out(result: "FitResult") -> Table:
     ):
         table.add_column(name, justify="left" if name == "left out" else "right")
     for h in result.held_out:
-        name = escape(h.scheme) + (" (own origin)" if h.origin_from_data else "")
+        name = escape(h.scheme) + (" (origin from its mean)" if h.origin_from_data else "")
         table.add_row(
             name,
             _format_number(factor * h.rmse),

@@ -63,6 +63,8 @@ def test_drives_make_the_device_scan_straight(model, tmp_path, capsys):
     page = Page(text)
     assert len(text) < 1_000_000 and not page.scripts and "drives.html" in report["files"]
     assert f"straight scans of 75 GHz at {', '.join(map(str, RATES))} Hz" in page.text
+    cells = [text for tag, text in page.texts if tag in ("th", "td")]
+    assert cells[cells.index("steepest slope") + 1].endswith(" V/s")
 
 
 def test_bias_shape_and_limits_are_followed(model, tmp_path):

@@ -250,7 +250,7 @@ def test_compare_says_what_changed(rapi, folder, tmp_path):
     [
         (("--compare", "plain", "-o", "out"), ("two recordings", "BEFORE and AFTER", "not 1")),
         (("plain", "etalon", "plain", "--compare", "-o", "out"), ("two recordings", "not 3")),
-        (("plain", "--effects", "-o", "out"), ("--effects goes with --compare",)),
+        (("plain", "--effects", "-o", "out"), ("--effects needs --compare",)),
     ],
 )
 def test_options_that_do_not_go_together_are_refused(

@@ -102,7 +102,7 @@ import jax
 assert jax.config.jax_compilation_cache_dir is None
 assert jax.config.jax_persistent_cache_min_compile_time_secs == 1.0
 assert not [name for name in os.environ if name.startswith({SETTINGS!r}) and name not in before]
-heavy = {{"scipy", "matplotlib", "xarray", "h5py", "plotly", "jinja2"}} & set(sys.modules)
+heavy = {{"scipy", "matplotlib", "xarray", "h5py", "jinja2"}} & set(sys.modules)
 assert not heavy, heavy
 """
 

@@ -46,7 +46,7 @@ def test_the_verdict_blames_the_data():
     WAYS["bias wrong in half of the runs"](columns)
     diagnosis = diagnose(None, columns.recording(), scan=False)
     assert diagnosis.verdict.name == "unlisted" and diagnosis.verdict.effects == ()
-    assert "The data come first" in diagnosis.verdict.sentence
+    assert "The recording has a fault" in diagnosis.verdict.sentence
     assert "0.3" in diagnosis.verdict.sentence
     content = diagnosis.to_dict()
     assert content["faults"][0]["kind"] == "run does not belong"
@@ -59,7 +59,7 @@ def test_probabilities_say_as_little_of_the_device_as_the_sentence():
     columns = healthy(74)
     WAYS["one run times 10"](columns)
     content = check(diagnose(None, columns.recording()))
-    assert "nothing is said of the device" in content["verdict"]["sentence"]
+    assert "the device was not judged" in content["verdict"]["sentence"]
     assert not content["verdict"]["judged"]
     assert {h["name"]: h["probability"] for h in content["hypotheses"]} == {
         "unlisted": 0.5,

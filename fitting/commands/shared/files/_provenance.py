@@ -19,10 +19,13 @@ def provenance(command: str, options: Mapping[str, Any], inputs: Sequence[str]) 
     - `command`: as it is typed, such as `rapi fit`. `options`: all arguments of it, by name.
     - `inputs`: which of `options` are inputs; each path among the other options is one, too.
 
+    `options_file` is the `rapi.toml` that was read, null without one.
+
     Inputs are listed by path and SHA-256: of a file; of a recording's manifest and the files that
     it names; of a folder's model.
     """
     from fitting.batch.jobs._key import content_sha256
+    from fitting.commands.shared._options_file import describe_options_file
 
     paths = [path for value in options.values() for path in _paths(value)]
     if isinstance(options.get("output"), Path):
@@ -34,6 +37,7 @@ def provenance(command: str, options: Mapping[str, Any], inputs: Sequence[str]) 
             for name, value in options.items()
             if name not in _NOT_OPTIONS and name not in inputs
         },
+        "options_file": describe_options_file(command, options),
         "inputs": [{"path": str(path), "sha256": content_sha256(path)} for path in paths],
         "versions": all_versions(),
     }

@@ -1,10 +1,11 @@
 """The residual against time: since a turning point, and over the session."""
 
+from fitting.report.charts._axis import make_axis, make_log_axis
+from fitting.report.charts._curves import describe_points, draw_curve
+from fitting.report.charts._figure import Figure, Panel, finite_values, ordered_colour
 from fitting.report.diagnosis._numbers import Scale, finite_or_none, format_number, format_setting
 
-from ._figure import Figure, Panel, escape_text, finite_values, make_axis, make_layout
 from ._rows import find_peak, scale_values, sort_by_rate, tabulate_values
-from ._traces import axis_range, draw_curve, make_log_axis, ordered_colour
 
 
 def draw_since_turn(found: dict, scale: Scale) -> Figure | None:
@@ -26,50 +27,43 @@ def draw_since_turn(found: dict, scale: Scale) -> Figure | None:
     top = find_peak(x, rows)
     if top is None:
         return None
-    low, high = axis_range([v for row in every for v in row])
     steps = [b - a for a, b in zip(x, x[1:], strict=False) if a is not None and b is not None]
     # Bins that grow with time were made for a logarithmic axis.
     grows = steps and min(v for v in x if v is not None) > 0 and max(steps) > 3 * min(steps)
     shown = [None if v is None else 1e3 * v for v in x]
+    x_title = "time since the turning point (ms)"
+    x_axis = make_log_axis(x_title, shown) if grows else make_axis(x_title, shown)
+    y_title = f"mean residual ({scale.unit})"
+    y_axis = make_axis(y_title, [v for row in every for v in row], margin=0.08, zero=True)
     panels = []
     for turn in sorted(turns, key=lambda t: {"low": 0, "high": 1}.get(t, 2)):
-        curves = []
+        marks, legend = [], []
         for e, values in zip(entries, every, strict=True):
             rate = finite_or_none(e.get("excitation_hz"))
             if str(e.get("turn") or "") == turn:
-                color = (
-                    ordered_colour(rates.index(rate), len(rates))
-                    if rate in rates
-                    else "var(--soft)"
-                )
+                known = rate in rates
+                colour = ordered_colour(rates.index(rate), len(rates)) if known else "var(--soft)"
                 name = format_setting(rate, "Hz")
-                curves.append(
-                    draw_curve(shown, values, name=name, color=color, hover="ms", unit=scale.unit)
-                )
-        x_axis = make_axis(
-            "time since the turning point (ms)", **(make_log_axis(shown) if grows else {})
-        )
-        y_axis = make_axis(
-            f"mean residual ({escape_text(scale.unit)})",
-            range=[low, high],
-            zeroline=True,
-            zerolinecolor="var(--rule)",
-        )
+                texts = describe_points(name, shown, values, "ms", scale.unit)
+                marks += draw_curve((x_axis, y_axis), shown, values, texts, colour)
+                legend.append((name, colour))
         panels.append(
             Panel(
                 f"turn-{len(panels)}",
-                280,
-                curves,
-                make_layout(x_axis, y_axis, showlegend=len(curves) > 1),
+                240,
+                x_axis,
+                y_axis,
+                marks,
                 f"After the {turn} turning point" if turn else "After a turning point",
+                legend=legend if len(legend) > 1 else (),
             )
         )
     return Figure(
         "Since the turning point",
         f"After a turning point the mean residual is largest, {format_number(top[2], sign=True)} "
         f"{scale.unit}, {format_number(shown[top[1]])} ms after the {top[0]}.",
-        "What decays in the same time at every rate is a lag or a ringing; what keeps its shape "
-        "in phase is hysteresis.",
+        "A lag or a ringing decays in the same time at every rate; hysteresis keeps its shape over "
+        "the phase of the period.",
         panels,
         tabulate_values("Mean residual since the turning point", "ms", shown, rows, scale.unit),
     )
@@ -82,17 +76,14 @@ def draw_session(found: dict, scale: Scale) -> Figure | None:
     top = find_peak(x, [("mean", mean), ("rms", rms)])
     if top is None:
         return None
-    curves = [
-        draw_curve(x, values, name=name, color=color, hover="s", unit=scale.unit)
-        for name, values, color in (("rms", rms, "var(--soft)"), ("mean", mean, "var(--accent)"))
-        if any(v is not None for v in values)
-    ]
-    y = make_axis(
-        f"residual ({escape_text(scale.unit)})",
-        range=axis_range([*mean, *rms]),
-        zeroline=True,
-        zerolinecolor="var(--rule)",
-    )
+    x_axis = make_axis("time in the session (s)", x)
+    y_axis = make_axis(f"residual ({scale.unit})", [*mean, *rms], margin=0.08, zero=True)
+    marks, legend = [], []
+    for name, values, colour in (("rms", rms, "var(--soft)"), ("mean", mean, "var(--accent)")):
+        if any(v is not None for v in values):
+            texts = describe_points(name, x, values, "s", scale.unit)
+            marks += draw_curve((x_axis, y_axis), x, values, texts, colour)
+            legend.append((name, colour))
     middle = [v for v in mean if v is not None]
     shows = f"Over the session the {top[0]} residual is largest, {format_number(top[2])} "
     shows += f"{scale.unit}, at {format_number(x[top[1]])} s"
@@ -100,11 +91,11 @@ def draw_session(found: dict, scale: Scale) -> Figure | None:
         shows += f"; the mean goes from {format_number(middle[0], sign=True)} to "
         shows += f"{format_number(middle[-1], sign=True)} {scale.unit}"
     return Figure(
-        "Over the session's time",
+        "Over the session",
         shows + ".",
-        "A slope or a wander of the mean is drift; an rms that grows about a still mean is a gain "
-        "that changes, or noise that does.",
-        [Panel("session", 260, curves, make_layout(make_axis("time (s)"), y, showlegend=True))],
+        "A mean that changes is drift; an rms that grows while the mean does not is a change of "
+        "the gain or of the noise.",
+        [Panel("session", 220, x_axis, y_axis, marks, legend=legend)],
         tabulate_values(
             "Residual by session time", "s", x, [("mean", mean), ("rms", rms)], scale.unit
         ),

@@ -1,13 +1,16 @@
 """The gap by harmonic of the scan."""
 
+import dataclasses
 import math
 from typing import Any
 
-from fitting.report.diagnosis._numbers import Scale, format_number
+from fitting.report.charts._axis import make_axis
+from fitting.report.charts._figure import ColourScale, Figure, Table, finite_values, shorten
+from fitting.report.charts._heatmap import make_map
+from fitting.report.charts._marks import plain_level
+from fitting.report.diagnosis._numbers import Scale, format_number, format_quantity
 
-from ._figure import Figure, Panel, Table, escape_text, finite_values, make_axis, make_layout
 from ._rows import sort_by_rate
-from ._traces import SEQUENTIAL, make_colour_bar, make_row_axis, map_height
 
 
 def draw_harmonics(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure | None:
@@ -24,64 +27,34 @@ def draw_harmonics(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure |
     low, high = min(decades), max(decades)
     # Two decades at least: harmonics of about one size must not look unlike.
     low = min(low, high - 2.0)
-    ticks = [float(k) for k in range(math.ceil(low), math.floor(high) + 1)]
-    bar = make_colour_bar(scale.unit, ticks, [format_number(10.0**k, 1) for k in ticks])
-    heat = {
-        "type": "heatmap",
-        "x": orders,
-        "y": list(range(len(entries))),
-        "z": [
-            [
-                math.log10(row[n]["amplitude"]) if n in row and row[n]["amplitude"] else None
-                for n in orders
-            ]
-            for row in cells
-        ],
-        "customdata": [
-            [_write_hover(escape_text(labels[i]), n, row.get(n), scale) for n in orders]
-            for i, row in enumerate(cells)
-        ],
-        "hovertemplate": "%{customdata}<extra></extra>",
-        "hoverongaps": False,
-        "colorscale": SEQUENTIAL,
-        "zmin": low,
-        "zmax": high,
-        "ygap": 2,
-        "colorbar": bar,
-    }
-    above = [(n, i) for i, row in enumerate(cells) for n in row if row[n]["significant"]]
-    dots = {
-        "type": "scatter",
-        "mode": "markers",
-        "x": [n for n, _ in above],
-        "y": [i for _, i in above],
-        "marker": {
-            "size": 5,
-            "color": "var(--dot)",
-            "line": {"width": 1, "color": "var(--ground)"},
-        },
-        "hoverinfo": "skip",
-    }
-    y = make_row_axis(labels)
-    x = make_axis("", showline=False, range=[orders[0] - 0.5, orders[-1] + 0.5])
+    cells_drawn = [
+        (
+            i,
+            n - 0.5,
+            n + 0.5,
+            plain_level((math.log10(cell["amplitude"]) - low) / (high - low)),
+            _describe_cell(labels[i], n, cell, scale),
+        )
+        for i, row in enumerate(cells)
+        for n, cell in row.items()
+        if cell["amplitude"]
+    ]
+    above = [(float(n), i) for i, row in enumerate(cells) for n in row if row[n]["significant"]]
+    axis = make_axis("harmonic of the scan rate", [], ends=(orders[0] - 0.5, orders[-1] + 0.5))
+    axis = dataclasses.replace(axis, ticks=[t for t in axis.ticks if t[0] in orders])
+    ends = [format_quantity(10.0**k, scale.unit, digits=2) for k in (low, high)]
+    colours = ColourScale("plain-scale", ends[0], f"{ends[1]}, logarithmic")
+    named = [shorten(label) for label in labels]
+    panel = make_map("harmonics", axis, cells_drawn, named, colours, above)
     largest, where = max(known, key=lambda item: item[0]["amplitude"])
     share = f"{len(above)} of {sum(map(len, cells))} stand above the noise floor"
     return Figure(
         "By harmonic of the scan",
         f"The largest harmonic, {format_number(largest['amplitude'])} {scale.unit}, is number "
         f"{largest['harmonic']} of the run at {labels[where]}; {share}.",
-        "A dot marks an amplitude above the noise floor. Odd harmonics return with their sign "
-        "turned half a period later, as a symmetric loop does; even ones return unchanged, as a "
-        "curvature does.",
-        [
-            Panel(
-                "harmonics",
-                map_height(len(entries)),
-                [heat, dots],
-                make_layout(x, y),
-                below="harmonic of the scan rate",
-            )
-        ],
+        "A dot marks an amplitude above the noise floor. A symmetric hysteresis loop has odd "
+        "harmonics alone; even ones come from a curvature.",
+        [panel],
         Table(
             f"Harmonics, in {scale.unit}",
             ["run", "harmonic", "amplitude", "floor", "above"],
@@ -125,9 +98,8 @@ def _cells_by_order(entry: dict, scale: Scale) -> dict[int, dict]:
     }
 
 
-def _write_hover(label: str, order: int, cell: dict | None, scale: Scale) -> str:
-    if cell is None:
-        return label
-    unit = escape_text(scale.unit)
-    text = f"{label}<br>harmonic {order}<br>{format_number(cell['amplitude'])} {unit}"
-    return text + (f"<br>floor {format_number(cell['floor'])} {unit}" if cell["floor"] else "")
+def _describe_cell(label: str, order: int, cell: dict, scale: Scale) -> str:
+    size = format_quantity(cell["amplitude"], scale.unit)
+    text = f"{label}, harmonic {order}: {size}"
+    floor = format_quantity(cell["floor"], scale.unit)
+    return text + (f", noise floor {floor}" if cell["floor"] else "")

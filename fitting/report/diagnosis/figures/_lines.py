@@ -2,9 +2,8 @@
 
 from typing import Any
 
+from fitting.report.charts._figure import Figure, Table
 from fitting.report.diagnosis._numbers import Scale, finite_or_none, format_number, format_setting
-
-from ._figure import Figure, Table
 
 
 def tabulate_spectral_lines(found: Any, scale: Scale) -> Figure | None:
@@ -26,8 +25,12 @@ def tabulate_spectral_lines(found: Any, scale: Scale) -> Figure | None:
         "Lines in the spectrum",
         f"The strongest line of the residual is at {format_setting(top.get('hz'), 'Hz')}, "
         f"{scale(top.get('amplitude'))}.",
-        "A line that is not locked to the scan is fixed in time, as pickup is. The last but one "
-        "column is the chance of so strong a line in noise alone.",
+        "A line that is not scan-synchronous is fixed in time, as pickup is. The p-value is the "
+        "probability of a line this strong in noise alone.",
         [],
-        Table("Lines", ["line", "amplitude", "chance in noise", "locked"], rows),
+        Table(
+            f"The {len(rows)} strongest lines",
+            ["line", "amplitude", "p-value", "scan-synchronous"],
+            rows,
+        ),
     )

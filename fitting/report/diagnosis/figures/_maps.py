@@ -2,13 +2,14 @@
 
 from typing import Any
 
+from fitting.report.charts._axis import make_axis
+from fitting.report.charts._figure import Figure, finite_values
+from fitting.report.charts._heatmap import draw_heatmap
 from fitting.report.diagnosis._numbers import Scale, format_number
 
 from ._curves import draw_session, draw_since_turn
-from ._figure import Figure, finite_values
 from ._harmonics import draw_harmonics
 from ._rows import find_peak, label_runs, scale_values, sort_by_rate, tabulate_values
-from ._traces import draw_heatmap
 
 
 def draw_figures(diagnosis: dict, scale: Scale, drive_unit: str) -> list[Figure]:
@@ -44,22 +45,23 @@ def draw_phase(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure | Non
     error = errors[named.index(top[0])]
     against = error[top[1]] if top[1] < len(error) else None
     sure = f"; that is {abs(top[2]) / against:.0f} standard errors" if against else ""
-    marks = {"range": [0, 1], "tickvals": [0, 0.25, 0.5, 0.75, 1]}
+    title = "phase of the period, from the drive's minimum"
     panel = draw_heatmap(
         "phase",
         x,
         rows,
-        x_title="phase of the period, from the drive's minimum",
-        x_axis=marks,
+        title=title,
         unit=scale.unit,
-        hover="phase",
+        x_name="phase",
+        axis=make_axis(title, [], ends=(0.0, 1.0), ticks=(0.0, 0.25, 0.5, 0.75, 1.0)),
         texts=texts if any(errors) else None,
     )
     return Figure(
         "Over phase and rate",
         f"The mean residual is largest, {format_number(top[2], sign=True)} {scale.unit}, "
         f"at phase {x[top[1]] or 0.0:.2f} of the run at {top[0]}{sure}.",
-        "Each row is a run, from slow to fast. A symmetric triangle turns at 0 and at 0.5.",
+        "Each row is a run, from slow to fast. A symmetric triangle has its turning points at 0 "
+        "and 0.5.",
         [panel],
         tabulate_values("Mean residual by phase", "phase", x, rows, scale.unit),
     )
@@ -82,15 +84,16 @@ def draw_frequency(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure |
         "frequency",
         x,
         rows,
-        x_title=f"{quantity} ({scale.axis})",
+        title=f"{quantity} ({scale.axis})",
         unit=scale.unit,
-        hover=quantity,
+        x_name=quantity,
     )
     return Figure(
         f"Over {quantity}",
         f"The mean residual is largest, {format_number(top[2], sign=True)} {scale.unit}, "
         f"at {format_number(x[top[1]])} {scale.axis} of the run at {top[0]}.",
-        f"A column of one colour through all rows is fixed in {quantity}, as an etalon is.",
+        f"A column of one colour through all rows depends on the {quantity} alone"
+        f"{', as an etalon does' if optical else ''}.",
         [panel],
         tabulate_values(f"Mean residual by {quantity}", scale.axis, x, rows, scale.unit),
     )

@@ -2,10 +2,9 @@
 
 from typing import Any
 
+from fitting.report.charts._figure import Table, finite_values
 from fitting.report.diagnosis._numbers import Scale, finite_or_none, format_number
 from fitting.report.diagnosis._text import label_run, name_run
-
-from ._figure import Table, finite_values
 
 Row = tuple[str, list[float | None]]
 _PLAIN = (str, int, float)

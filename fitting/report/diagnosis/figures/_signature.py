@@ -2,11 +2,12 @@
 
 import math
 
+from fitting.report.charts._axis import make_axis, make_log_axis
+from fitting.report.charts._curves import describe_points
+from fitting.report.charts._figure import Figure, Panel, Table, finite_values, ordered_colour
+from fitting.report.charts._marks import draw_dots, draw_line
 from fitting.report.diagnosis._numbers import Scale, finite_or_none, format_number, unit_text
 from fitting.report.diagnosis._text import Labels, describe_hypothesis
-
-from ._figure import Figure, Panel, Table, escape_text, finite_values, make_axis, make_layout
-from ._traces import axis_range, draw_curve, make_log_axis, ordered_colour
 
 _ROWS = 4  # curves in one drawing
 _AXES = {
@@ -17,12 +18,12 @@ _AXES = {
     "drive": "drive",
 }
 _SHAPES = {
-    "phase": "An effect of its kind has one shape in every period.",
-    "since_turn": "An effect of its kind begins at each turn and keeps its time at every rate.",
-    "session": "An effect of its kind knows the time, not the scan.",
-    "gain": "The residual's slope by the response, period by period, in percent of the response.",
-    "drive": "An effect of its kind sits at one value of the drive, whichever way it moves.",
-    "response": "An effect of its kind sits at one value of the response, whichever way it moves.",
+    "phase": "Such an effect has the same shape in every period.",
+    "since_turn": "Such an effect starts at each turning point and lasts as long at any rate.",
+    "session": "Such an effect depends on time, not on the scan.",
+    "gain": "The slope of the residual over the response, in percent, period by period.",
+    "drive": "Such an effect depends on the drive alone, in either direction of the scan.",
+    "response": "Such an effect depends on the response alone, in either direction of the scan.",
 }
 
 
@@ -59,41 +60,41 @@ def _draw_signature(found: dict, number: int, scale: Scale, labels: Labels) -> F
     quantity = _AXES.get(axis, "optical frequency" if scale.recorded.endswith("Hz") else "response")
     folded = finite_or_none(found.get("period"))
     over = f"{quantity}, folded" if folded else quantity
-    shown = sorted(parts, key=lambda p: -_explained(p))[:_ROWS]
-    y_range = axis_range([v for p in shown for k in ("without", "with") for v in p[k]])
+    most = sorted(parts, key=lambda p: -_explained(p))[:_ROWS]
+    shown = [p for p in parts if p in most]
     every_x = [v for p in shown for v in p["x"]]
-    more = make_log_axis(every_x) if axis == "since_turn" else {}
+    every_y = [v for p in shown for k in ("without", "with") for v in p[k]]
+    x_title = f"{over} ({x_unit})" if x_unit else over
+    x_axis = (make_log_axis if axis == "since_turn" else make_axis)(x_title, every_x)
+    y_axis = make_axis(f"mean residual ({unit})", every_y, margin=0.08, zero=True)
     panels = []
-    for key, heading in (("without", "Without it"), ("with", "With it")):
-        curves = []
+    for key, heading in (("without", "Without the effect"), ("with", "With the effect")):
+        marks, legend = [], []
         for k, p in enumerate(shown):
-            color = ordered_colour(k, len(shown))
-            look = {"color": color, "hover": x_unit, "unit": unit, "name": p["name"] or "data"}
-            points = {"mode": "markers", "marker": {"color": color, "size": 4}}
-            curves.append(draw_curve(p["x"], p[key], **look, **points))
+            colour, name = ordered_colour(k, len(shown)), p["name"] or "data"
             if key == "without":
-                look["name"] = "explained"
-                curves.append(draw_curve(p["x"], _difference(p), **look, showlegend=False))
-        x_axis = make_axis(f"{over}{f' ({escape_text(x_unit)})' if x_unit else ''}", **more)
-        y_axis = make_axis(
-            f"mean residual ({escape_text(unit)})",
-            range=y_range,
-            zeroline=True,
-            zerolinecolor="var(--rule)",
+                marks.append(draw_line((x_axis, y_axis), p["x"], _difference(p), colour))
+            texts = describe_points(name, p["x"], p[key], x_unit, unit)
+            points = list(zip(p["x"], p[key], texts, strict=False))
+            marks.append(draw_dots((x_axis, y_axis), points, colour))
+            legend.append((name, colour))
+        legend = legend if len(shown) > 1 else []
+        panels.append(
+            Panel(f"signature-{number}-{key}", 240, x_axis, y_axis, marks, heading, legend=legend)
         )
-        layout = make_layout(x_axis, y_axis, showlegend=len(shown) > 1)
-        panels.append(Panel(f"signature-{number}-{key}", 280, curves, layout, heading))
     before, after = (
         f"{format_number(100.0 * (v or 0.0))} %" if gain else scale(v)
         for v in (finite_or_none(found.get(f"rms_{key}")) for key in ("without", "with"))
     )
-    most = "" if len(shown) == len(parts) else f" The {len(shown)} of {len(parts)} curves that it "
-    most += "explains most of are shown; the table has all." if most else ""
+    few = ""
+    if len(shown) < len(parts):
+        few = f" Shown are the {len(shown)} of {len(parts)} curves of which it explains most; all "
+        few += "are in the table."
     return Figure(
-        f"The data beside {title}",
+        f"Residual without and with {title}",
         f"Over the {quantity} the mean residual is {before} rms without it, and {after} with it.",
-        f"Points are the data less the model; the line is what the model with it adds. "
-        f"{_SHAPES.get(axis, '')}{most}".strip(),
+        "Points are residuals averaged over periods; the line is what the effect explains. "
+        f"{_SHAPES.get(axis, '')}{few}".strip(),
         panels,
         _tabulate(parts, over, x_unit, unit),
     )

@@ -127,7 +127,7 @@ def test_a_model_brought_whose_law_loses_is_told_so():
     recording = record(classical(), drives=TWO)
     brought = ECDL(RAPI.guess(recording))
     out = check(diagnose(brought, recording, candidates=(AmplitudeLaw,), scan=False))
-    (note,) = [n for n in out["notes"] if "than the model brought" in n]
+    (note,) = [n for n in out["notes"] if "than the given model does" in n]
     assert note.startswith("thresholds fixed in V describe") and "--operator FixedRAPI" in note
     assert out["verdict"]["name"] == "none" and out["gap"]["parametric"] > 0.1
 

@@ -40,8 +40,8 @@ def test_the_scan_lies_inside_what_was_recorded(whitened):
     assert found.drive.periods == 3 and found.drive.size == 3 * 200
     assert found.drive.start_s >= whitened.recording.drives[-1].session_time[-1] + 60.0
     Identified.of(whitened.recording).recorded_limits().check(found.drive)
-    assert "creep and etalon is all there is" in found.reason
-    assert "nothing is missing" in confirmation_scan(whitened, ["none", "unlisted"]).reason
+    assert "another effect than creep and etalon is missing" in found.reason
+    assert "an effect is missing" in confirmation_scan(whitened, ["none", "unlisted"]).reason
     written = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert {"waveform", "excitation_hz", "amplitude", "bias", "separates"} <= written.keys()
     assert (
@@ -55,6 +55,6 @@ def test_limits_that_forbid_it_are_kept(whitened):
 
 def test_the_scan_comes_before_the_cure():
     said = verdict_advice("creep", (Creep,), ["creep"], {"waveform": "sine"}, unsure=True)
-    assert said.startswith("Play the next scan below first") and "run in" in said
+    assert said.startswith("First record the next scan given below") and "run in" in said
     assert "next scan" not in verdict_advice("creep", (Creep,), ["creep"], None, unsure=True)
     assert "next scan" not in verdict_advice("creep", (Creep,), ["creep"], {"waveform": "sine"})

@@ -122,5 +122,5 @@ def test_the_diagnosis_names_them_and_no_effect():
     jumping = type(jumping)(tuple(runs))
     few = (AmplifierLowpass, Pickup)
     said = diagnose(None, jumping, candidates=few, scan=False).verdict
-    assert said.name == "unlisted" and "moves by jumps of some 0.0" in said.sentence
+    assert said.name == "unlisted" and "random jumps of about 0.0" in said.sentence
     assert diagnose(None, plain, candidates=few, scan=False).verdict.name == "none"

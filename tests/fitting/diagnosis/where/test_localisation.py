@@ -102,7 +102,7 @@ def test_noise_alone_lies_nowhere():
     recording, parts = session()
     entries = localise(white(parts), parts, WHITE, recording)
     assert all(entry["share"] == 0 for entry in entries)
-    assert "no gap to place" in describe_localisation(entries, None)
+    assert "No part of the residual exceeds the noise" in describe_localisation(entries, None)
 
 
 def test_a_run_that_does_not_repeat_has_directions_and_regions():

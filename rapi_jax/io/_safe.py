@@ -50,7 +50,9 @@ def open_regular(path: StrPath, max_bytes: int = MAX_BYTES) -> Iterator[BinaryIO
     except FileNotFoundError:
         raise DataError(f"{label}: no such file. Check the path and the manifest.") from None
     except (OSError, ValueError) as error:
-        raise DataError(f"{label}: cannot be opened ({cause(error)}).") from error
+        raise DataError(
+            f"{label}: cannot be opened ({cause(error)}). Check its permissions and its path."
+        ) from error
     status = os.fstat(handle)
     if not stat.S_ISREG(status.st_mode):
         os.close(handle)

@@ -35,7 +35,11 @@ def read_drive(path: StrPath, *, waveform: Waveform = "triangle") -> Drive:
         text = read_text(Path(path))
         lines = text.rstrip("\n").split("\n")
         if lines[0].replace(" ", "") != HEADER:
-            raise DataError(f"line 1 must be {HEADER}, but is '{printable(lines[0], 60)}'.")
+            raise DataError(
+                f"line 1 must be {HEADER}, but is '{printable(lines[0], 60)}'. Give a drive as "
+                "`rapi compensate` writes it, or a recording: `rapi import` makes one of a table "
+                "of another program."
+            )
         table = _numbers(lines[1:], 2, first_line=2)
         time, value = table[:, 0], table[:, 1]
         if not text.endswith("\n"):

@@ -53,8 +53,9 @@ def _read_file(path: Path, nan: NanPolicy) -> Recording:
     if start.startswith(b"CDF"):
         raise DataError(f"{label}: netCDF-3. Convert it with `nccopy -k nc4`.")
     raise DataError(
-        f"{label}: neither a netCDF-4 file nor a folder with a {MANIFEST}. For CSV files, put a "
-        f"{MANIFEST} beside them and give the folder, or make one with `rapi import`."
+        f"{label}: neither a netCDF-4 file nor a folder with a {MANIFEST}. Where another program "
+        f"wrote it, `rapi import {label} -o my-recording` makes a recording; files with the columns "
+        f"time_s, drive, response need a {MANIFEST} beside them: give their folder."
     )
 
 

@@ -81,5 +81,7 @@ def response_factor(unit: str) -> tuple[str, float]:
 
 def _refusal(option: str, unit: str, allowed: dict) -> str:
     scale = option.replace("unit", "scale")
+    near = [one for one in allowed if one.lower() == unit.strip().lower()]
+    meant = f" Did you mean {' or '.join(near)}?" if near else ""
     cure = "" if option == "--time-unit" else f" Of another quantity, give its factor by {scale}."
-    return f"{option} must be one of {', '.join(allowed)}, not '{printable(unit, 30)}'.{cure}"
+    return f"{option} must be one of {', '.join(allowed)}, not '{printable(unit, 30)}'.{meant}{cure}"

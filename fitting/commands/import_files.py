@@ -49,9 +49,10 @@ def import_files(
     """Make a recording from FILE: a table of an oscilloscope or another program.
 
     Read are text (commas, semicolons with decimal commas, tabs, spaces; headers of Tektronix,
-    Keysight, Rigol, Siglent, Rohde & Schwarz, PicoScope), .mat, .npy, .npz, HDF5, netCDF-4 and
-    TDMS. A record of several scan rates or swings is cut into runs. What was found, done and
-    assumed is listed, and kept in the manifest; then follows what `rapi check` says.
+    Keysight, Rigol, Siglent, Rohde & Schwarz, LeCroy, PicoScope, aixACCT), .mat, .npy, .npz, HDF5,
+    netCDF-4, TDMS, and force curves of JPK and Igor. A record of several scan rates or swings is
+    cut into runs. What was found, done and assumed is listed, and kept in the manifest; then
+    follows what `rapi check` says.
 
     Parameters
     ----------
@@ -75,7 +76,8 @@ def import_files(
     drive_unit
         V, mV, uV, kV, m, mm, um, nm or pm; by default the file's.
     response_unit
-        GHz, MHz, kHz, Hz, THz, V, mV, uV, kV, m, mm, um, nm or pm; by default the file's.
+        GHz, MHz, kHz, Hz, THz, V, mV, uV, kV, m, mm, um, nm, pm, C, mC, uC, nC or pC; by default
+        the file's.
     drive_scale
         Factor on the drive, such as an amplifier's gain; its unit is then to be given.
     response_scale
@@ -167,7 +169,9 @@ def import_files(
     out = console(json)
     for note in imported.notes:
         out.print(f"  - {note}", markup=False, soft_wrap=True)
-    out.print(render_recording_check(checked, printable(paths[0].name if output is None else output)))
+    out.print(
+        render_recording_check(checked, printable(paths[0].name if output is None else output))
+    )
     if output is None:
         done = "nothing was written: add `-o my-recording` to write it"
     elif dry_run:

@@ -14,6 +14,7 @@ RESPONSE_UNITS = {
     "um": ("um", 1.0),
     "nm": ("nm", 1.0),
     "V": ("V", 1.0),
+    "uC": ("uC", 1.0),
 }
 
 _DRIVE_SPAN = (1e-4, 300.0)  # V

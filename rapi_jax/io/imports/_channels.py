@@ -44,9 +44,8 @@ class Channels:
     temperature_c: str | None
 
 
-def read_channels(path: str, options: ImportOptions) -> Channels:
-    """Read a file as `options` say. Raises `DataError` that names what is missing."""
-    table = read_table(path)
+def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
+    """Read a table of a file as `options` say. Raises `DataError` that names what is missing."""
     short = printable(Path(path).name)
     notes = [f"{short}: {table.form}; columns {table.describe()}"]
     source = table if options.drive_file is None else read_table(options.drive_file)

@@ -28,10 +28,11 @@ def locate_columns(table: Table, source: Table, options: ImportOptions) -> dict[
     if units:
         verb = "is" if len(units) == 1 else "are"
         noun = "unit" if len(units) == 1 else "units"
-        allowed = "; ".join(f"--{what}-unit is one of {', '.join(_ALLOWED[what])}" for what in units)
+        choices = (f"--{what}-unit is one of {', '.join(_ALLOWED[what])}" for what in units)
         parts.append(
             f"the {noun} of the {' and the '.join(units)} {verb} not known. Give "
-            f"{' and '.join(f'--{what}-unit' for what in units)}; no unit is assumed ({allowed})."
+            f"{' and '.join(f'--{what}-unit' for what in units)}; no unit is assumed "
+            f"({'; '.join(choices)})."
         )
     there = dict.fromkeys([table.label, source.label] if columns else [])
     lists = [

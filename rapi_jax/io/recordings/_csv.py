@@ -60,10 +60,10 @@ def _foreign(line: str) -> str:
     """The likely cause and cure, where a file begins unlike that of a recording."""
     if not line.strip():
         return " Record or export it again."
-    other = next((name for sign, name in ((";", "semicolons"), ("\t", "tabs")) if sign in line), None)
-    cause = f"It is separated by {other}, as other programs write it:" if other else (
-        "Correct the names, or, where another program wrote the file:"
-    )  # fmt: skip
+    signs = {";": "semicolons", "\t": "tabs"}
+    cause = "Correct the names, or, where another program wrote the file:"
+    for other in (name for sign, name in signs.items() if sign in line):
+        cause = f"It is separated by {other}, as other programs write it:"
     return f" {cause} `rapi import` makes a recording of it."
 
 

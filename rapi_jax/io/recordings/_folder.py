@@ -28,8 +28,8 @@ def read_folder(folder: Path, *, nan: NanPolicy) -> Recording:
     if not os.path.lexists(folder / MANIFEST):
         raise DataError(
             f"{printable(folder)}: no {MANIFEST} in this folder, so it is no recording"
-            f"{_contents(folder)}. `rapi import FILE... -o my-recording` makes one from files of an "
-            "oscilloscope or another program."
+            f"{_contents(folder)}. `rapi import FILE... -o my-recording` makes one from files of "
+            "an oscilloscope or another program."
         )
     table = load_manifest(folder, label)
     with located(label):

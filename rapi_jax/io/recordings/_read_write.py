@@ -54,8 +54,8 @@ def _read_file(path: Path, nan: NanPolicy) -> Recording:
         raise DataError(f"{label}: netCDF-3. Convert it with `nccopy -k nc4`.")
     raise DataError(
         f"{label}: neither a netCDF-4 file nor a folder with a {MANIFEST}. Where another program "
-        f"wrote it, `rapi import {label} -o my-recording` makes a recording; files with the columns "
-        f"time_s, drive, response need a {MANIFEST} beside them: give their folder."
+        f"wrote it, `rapi import {label} -o my-recording` makes a recording; files with the "
+        f"columns time_s, drive, response need a {MANIFEST} beside them: give their folder."
     )
 
 

@@ -23,7 +23,19 @@ WRITER = "rapi import"
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Imported:
-    """A recording made from files; `notes`: what was found, done and assumed, a sentence each."""
+    """A recording made from files; `notes`: what was found, done and assumed, a sentence each.
+
+    >>> import numpy as np
+    >>> from rapi_jax.io import ImportOptions, import_recording
+    >>> with open("scope.csv", "w") as file:
+    ...     print("TIME (s),CH1 (V),CH2 (V)", file=file)
+    ...     for k in range(400):
+    ...         volt = 3.0 - 2.0 * np.cos(2 * np.pi * k / 100)
+    ...         print(f"{k / 2000},{volt},{4.0 * volt}", file=file)
+    >>> made = import_recording("scope.csv", ImportOptions(drive="CH1", response="CH2"))
+    >>> made.notes[0]
+    "scope.csv: text, separated by commas; columns 0 'TIME (s)', 1 'CH1 (V)', 2 'CH2 (V)'"
+    """
 
     recording: Recording
     notes: tuple[str, ...]
@@ -40,6 +52,20 @@ def import_recording(
     given. `write_import` writes what comes back.
 
     Raises `DataError`, in one line with the file, where something is missing, wrong or damaged.
+
+    >>> import numpy as np
+    >>> from rapi_jax.io import ImportOptions, import_recording
+    >>> with open("scope.csv", "w") as file:
+    ...     print("TIME (s),CH1 (V),CH2 (V)", file=file)
+    ...     for k in range(400):
+    ...         volt = 3.0 - 2.0 * np.cos(2 * np.pi * k / 100)
+    ...         print(f"{k / 2000},{volt},{4.0 * volt}", file=file)
+    >>> columns = ImportOptions(
+    ...     drive="CH1", response="CH2", response_scale=4.5, response_unit="GHz"
+    ... )
+    >>> (run,) = import_recording("scope.csv", columns).recording.runs
+    >>> run.drive.excitation_hz, run.drive.waveform, round(run.span, 6)  # GHz
+    (20.0, 'sine', 72.0)
     """
     options = options or ImportOptions()
     paths = [files] if isinstance(files, str | os.PathLike) else list(files)

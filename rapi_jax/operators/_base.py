@@ -69,7 +69,8 @@ class AbstractOperator(eqx.Module):
     >>> from rapi_jax import AbstractOperator, RAPI
     >>> from rapi_jax.examples import paper_device
     >>> operator = paper_device().operator
-    >>> isinstance(operator, AbstractOperator), operator.plays(jnp.array(4.5), jnp.array(10.0)).r.shape
+    >>> thresholds = operator.plays(jnp.array(4.5), jnp.array(10.0)).r  # V
+    >>> isinstance(operator, AbstractOperator), thresholds.shape
     (True, (10,))
     """
 

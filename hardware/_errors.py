@@ -22,6 +22,11 @@ class InstrumentError(Exception):
     - `reply`: what came back, empty where nothing did.
 
     All three are safe to print: control characters are escaped and long texts are cut.
+
+    >>> from hardware import InstrumentError
+    >>> error = InstrumentError("GEN", "*IDN?", "", why="it did not answer", cure="Switch it on.")
+    >>> error.resource, error.command
+    ('GEN', '*IDN?')
     """
 
     def __init__(
@@ -39,6 +44,11 @@ class LinkError(Exception):
     """A connection that failed; a session turns it into an `InstrumentError`.
 
     `why` and `cure` are sentences; `received` is what had come before.
+
+    >>> from hardware import LinkError
+    >>> error = LinkError("the connection was closed", "Connect again.")
+    >>> isinstance(error, Exception)
+    True
     """
 
     def __init__(self, why: str, cure: str, received: bytes = b"") -> None:

@@ -38,6 +38,13 @@ class ECDL(eqx.Module):
 
     Effects on the drive act in order before the operator, those on the response in order after it;
     laws change what the operator's own laws see of a run.
+
+    >>> from rapi_jax import ECDL, parameters
+    >>> from rapi_jax.effects import Delay
+    >>> from rapi_jax.examples import paper_device
+    >>> laser = ECDL(paper_device().operator, (Delay.at(tau=2e-5),))
+    >>> [found.name for found in parameters(laser)][-3:]
+    ['d_0', 'origin', 'Delay.tau']
     """
 
     operator: AbstractOperator
@@ -196,6 +203,13 @@ def predict(ecdl: ECDL, drive: Drive, *, initial: Any = None) -> Float[Array, " 
     first output as a fraction of its band (0 lower, 1 upper); without it the plays start as Eq. 13
     has them at the drive's minimum, and effects with a memory at rest. Turning points between
     samples count.
+
+    >>> from rapi_jax import predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> (drive,) = triangle(10.0, amplitude=4.5, bias=3.0, samples=100)
+    >>> response = predict(paper_device(), drive)  # GHz
+    >>> round(float(response[25] - response[75]), 2)  # up less down at 3 V: the loop is open
+    -13.48
     """
     given = None if initial is None else jnp.asarray(initial, dtype=jnp.float64)
     alone = None if ecdl.effects else _operator_alone(ecdl.operator, drive, given)

@@ -19,6 +19,16 @@ class DriveLimits:
       that closes the period.
     - `max_frequency_hz`: highest scan rate, Hz.
     - `unit`: of the drive, where it is not a voltage; in place of V throughout.
+
+    >>> from rapi_jax import DriveLimits, LimitError, triangle
+    >>> limits = DriveLimits(low_v=0.0, high_v=7.0, slew_v_per_s=200.0)
+    >>> slow, fast = triangle([10.0, 40.0], amplitude=4.5, bias=3.0, samples=100)
+    >>> limits.check(slow)  # 90 V/s: nothing is raised
+    >>> try:
+    ...     limits.check(fast)
+    ... except LimitError as error:
+    ...     print(str(error).split(" (")[0])
+    the step after sample 40 is 360 V/s, but `slew_v_per_s` is 200 V/s
     """
 
     low_v: float

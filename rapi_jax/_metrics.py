@@ -128,7 +128,14 @@ class Branch:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Linearity:
-    """Both branches of a scan: `up` and `down` over all complete periods, and one a period."""
+    """Both branches of a scan: `up` and `down` over all complete periods, and one a period.
+
+    >>> from rapi_jax import Run, linearity, triangle
+    >>> (drive,) = triangle(10.0, amplitude=4.5, bias=3.0, samples=200)
+    >>> scan = linearity(Run(drive, 20.0 * drive.value))
+    >>> max(scan.rms_ghz) < 1e-9, scan.up.direction  # GHz
+    (True, 'up')
+    """
 
     up: Branch
     down: Branch
@@ -150,6 +157,14 @@ def linearity(run: Run, *, turning: tuple[float, float] | None = None) -> Linear
     phases (cycles after the drive's first sample: minimum, maximum) where they are known better.
     Readings that are not numbers are left out. Raises `DataError` where there is no complete
     branch.
+
+    >>> import numpy as np
+    >>> from rapi_jax import Run, linearity, predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> (drive,) = triangle(10.0, amplitude=4.5, bias=3.0, samples=200)
+    >>> scan = linearity(Run(drive, np.asarray(predict(paper_device(), drive))))
+    >>> [round(float(rms), 2) for rms in scan.rms_ghz]  # GHz, up and down
+    [0.44, 3.3]
     """
     drive = run.drive
     if not drive.repeats:

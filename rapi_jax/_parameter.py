@@ -37,6 +37,14 @@ def parameter(
     - `first`: the number of a vector's first element, in names such as `d_1`.
     - `held`: whether a diagnosis keeps the value it starts from; a fit moves it where it is freed
       by itself, not with the whole operator or effect.
+
+    >>> import equinox as eqx
+    >>> from jaxtyping import Array, Float
+    >>> from rapi_jax import parameter, parameters
+    >>> class Gain(eqx.Module):
+    ...     gain: Float[Array, ""] = parameter(unit="GHz/V", default=20.0, positive=True)
+    >>> [(found.name, found.unit) for found in parameters(Gain())]
+    [('gain', 'GHz/V')]
     """
     if positive:
         bounds = (0.0, np.inf)
@@ -50,7 +58,14 @@ def parameter(
 
 @dataclasses.dataclass(frozen=True)
 class Parameter:
-    """One declared leaf of a model, as found by `parameters`."""
+    """One declared leaf of a model, as found by `parameters`.
+
+    >>> from rapi_jax import parameters
+    >>> from rapi_jax.examples import paper_device
+    >>> alpha = parameters(paper_device().operator)[0]
+    >>> alpha.name, alpha.bounds, alpha.linear
+    ('alpha', (0.0, inf), False)
+    """
 
     name: str  # the field's name, prefixed by the effect's class where it belongs to one
     path: tuple[str | int, ...]  # attribute names and tuple indices from the root
@@ -74,7 +89,13 @@ class Parameter:
 
 
 def parameters(module: Any, path: tuple[str | int, ...] = (), prefix: str = "") -> list[Parameter]:
-    """Every leaf of `module` that was declared by `parameter`, in order of declaration."""
+    """Every leaf of `module` that was declared by `parameter`, in order of declaration.
+
+    >>> from rapi_jax import parameters
+    >>> from rapi_jax.examples import paper_device
+    >>> [found.name for found in parameters(paper_device().operator)]
+    ['alpha', 'zeta', 'lam', 'eta', 'a', 'b', 'd', 'd_0', 'origin']
+    """
     return list(_walk(module, path, prefix))
 
 

@@ -84,6 +84,13 @@ class Drive:
 
     Raises `DataError` where a column is not finite, or the clock is unsorted, doubled, jittered,
     has gaps or changes its rate.
+
+    >>> import numpy as np
+    >>> from rapi_jax import Drive
+    >>> time = np.arange(400) / 4000  # s
+    >>> drive = Drive(time, 3.0 - 2.0 * np.cos(2 * np.pi * 20.0 * time), 20.0, "sine")
+    >>> drive.periods, round(drive.u_pp, 3)  # V peak to peak
+    (2, 4.0)
     """
 
     time: np.ndarray
@@ -225,6 +232,12 @@ class Run:
 
     `response` is in the recording's response unit, NaN where the reading is masked. `name` is a
     short file stem, used in outputs.
+
+    >>> from rapi_jax import Run, triangle
+    >>> (drive,) = triangle(10.0, amplitude=4.5, bias=3.0, samples=100)
+    >>> run = Run(drive, 18.0 * drive.value, name="up and down")
+    >>> run.name, round(run.span, 6)  # GHz
+    ('up and down', 81.0)
     """
 
     drive: Drive
@@ -270,8 +283,8 @@ class Run:
 class Recording:
     """Runs of one session on one device; they may differ in length, rate and sampling.
 
-    - `response_unit`, `drive_unit`: "GHz" for optical frequency ("um", "nm", "V" for others), and
-      "V" or "um"; conversion happens where files are read.
+    - `response_unit`, `drive_unit`: "GHz" for optical frequency ("um", "nm", "V", "uC" for others),
+      and "V" or "um"; conversion happens where files are read.
     - `response_origin`: whether the runs share one zero of the response ("session") or have one
       each ("run").
     - `response_lag_s`: known latency of the reading, s; taken out before fitting.
@@ -279,6 +292,13 @@ class Recording:
       `recorded_at`, when it was recorded, and `temperature_c`, the device's temperature.
 
     Raises `DataError` where a field is not what it should be.
+
+    >>> from rapi_jax import Recording, predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> drives = triangle([10.0, 20.0], amplitude=4.5, bias=3.0, samples=100)
+    >>> recording = Recording.of(drives, [predict(paper_device(), drive) for drive in drives])
+    >>> recording.rates, recording.response_unit, round(recording.runs[1].span, 1)
+    ([10.0, 20.0], 'GHz', 75.5)
     """
 
     runs: tuple[Run, ...]

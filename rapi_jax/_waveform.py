@@ -48,6 +48,11 @@ def triangle(
     """A triangle at each of `frequencies` (Hz); `amplitude` is peak to peak, `bias` the centre (V).
 
     `samples` is the number in a run of `periods` periods. Runs follow each other in session time.
+
+    >>> from rapi_jax import triangle
+    >>> slow, fast = triangle([10.0, 40.0], amplitude=4.5, bias=3.0, samples=200, periods=2)
+    >>> float(slow.value.min()), float(slow.value.max()), fast.periods
+    (0.75, 5.25, 2)
     """
 
     def shape(cycles: np.ndarray) -> np.ndarray:
@@ -64,7 +69,13 @@ def sine(
     samples: int = 4000,
     periods: int = 1,
 ) -> tuple[Drive, ...]:
-    """A sine at each of `frequencies`, from its minimum; arguments as for `triangle`."""
+    """A sine at each of `frequencies`, from its minimum; arguments as for `triangle`.
+
+    >>> from rapi_jax import sine
+    >>> (drive,) = sine(20.0, amplitude=4.0, bias=3.0, samples=200)
+    >>> [round(float(volt), 6) for volt in (drive.value.min(), drive.value.max())]
+    [1.0, 5.0]
+    """
 
     def shape(cycles: np.ndarray) -> np.ndarray:
         return -np.cos(2.0 * np.pi * cycles)
@@ -81,7 +92,13 @@ def multisine(
     samples: int = 4000,
     periods: int = 1,
 ) -> tuple[Drive, ...]:
-    """Equal harmonics, Schroeder phases, scaled to `amplitude` peak to peak; see `triangle`."""
+    """Equal harmonics, Schroeder phases, scaled to `amplitude` peak to peak; see `triangle`.
+
+    >>> from rapi_jax import multisine
+    >>> (drive,) = multisine(10.0, amplitude=4.5, bias=3.0, harmonics=(1, 3), samples=200)
+    >>> drive.waveform, round(drive.u_pp, 6)
+    ('multisine', 4.5)
+    """
     order = np.arange(len(harmonics))
     phases = -np.pi * order * (order + 1) / len(harmonics)
     number = np.asarray(harmonics, dtype=float)
@@ -105,6 +122,11 @@ def step_and_hold(
     """Levels (V) held for `hold_s` each, joined by ramps of `rise_s`, sampled every `step_s`.
 
     Not periodic. What shows creep.
+
+    >>> from rapi_jax import step_and_hold
+    >>> (drive,) = step_and_hold([1.0, 4.0], hold_s=0.5, rise_s=0.01, step_s=1e-3)
+    >>> drive.waveform, drive.excitation_hz, float(drive.value[-1])
+    ('step', None, 4.0)
     """
     if len(levels) < 2 or not (hold_s > 0 and rise_s > 0 and step_s > 0):
         raise ValueError("`step_and_hold` needs two or more levels and positive times.")
@@ -117,7 +139,14 @@ def step_and_hold(
 
 
 def repeated(drive: Drive, periods: int) -> Drive:
-    """One period of `drive`, `periods` times. Raises `DataError` where it has none."""
+    """One period of `drive`, `periods` times. Raises `DataError` where it has none.
+
+    >>> from rapi_jax import repeated, triangle
+    >>> (period,) = triangle(10.0, amplitude=4.5, bias=3.0, samples=100)
+    >>> drive = repeated(period, 3)
+    >>> drive.periods, drive.size
+    (3, 300)
+    """
     if drive.excitation_hz is None or drive.periods < 1:
         raise DataError("Only a drive that repeats can be played again and again.")
     if periods < 1:

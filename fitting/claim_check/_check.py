@@ -58,6 +58,17 @@ class ClaimCheck:
     `offset`: the model's zero less the recording's, response unit, where runs share one; no part of
     the claim.
     `advice`: what to do, where the claim did not hold.
+
+    >>> from fitting import Claim, check_claim
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> claim = Claim(
+    ...     rms=0.024, low=0.011, high=0.049, noise=0.022, curvature=3.0,
+    ...     rates_hz=(10.0, 40.0), swings=(4.4, 4.6), hours=1.0,
+    ... )
+    >>> checked = check_claim(paper_device(), recording, claim=claim)
+    >>> checked.unit, checked.held
+    ('GHz', True)
     """
 
     kind: str

@@ -32,6 +32,17 @@ def check_claim(
     Runs beyond the claim's rates, swings, hours or range are listed and not judged. The claim held
     where the rms error of each run judged is within the 95 % interval for so many runs together; a
     smaller error than claimed is no failure. Raises `DataError` where no run can be judged.
+
+    >>> from fitting import Claim, check_claim
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> claim = Claim(
+    ...     rms=0.024, low=0.011, high=0.049, noise=0.022, curvature=3.0,
+    ...     rates_hz=(10.0, 40.0), swings=(4.4, 4.6), hours=1.0,
+    ... )
+    >>> checked = check_claim(paper_device(), recording, claim=claim)
+    >>> checked.kind, len(checked.checked)
+    ('prediction', 4)
     """
     use = [_samples(run, recording.response_lag_s) for run in recording.runs]
     begin = min(drive.start_s for drive in recording.drives)

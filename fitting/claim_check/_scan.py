@@ -20,6 +20,12 @@ class CertifiedDrive:
 
     `nonlinearity`: rms that the model itself predicts of the scan, up and down, response unit.
     `notes`: in which ways the drive goes beyond what was identified.
+
+    >>> from fitting import CertifiedDrive
+    >>> from rapi_jax import triangle
+    >>> (drive,) = triangle(20.0, amplitude=4.0, bias=3.0, samples=200)
+    >>> CertifiedDrive(drive, nonlinearity=(2e-4, 2e-4)).drive.excitation_hz  # Hz
+    20.0
     """
 
     drive: Drive

@@ -1,5 +1,6 @@
 """`rapi import`: files of oscilloscopes and other programs as a recording."""
 
+import glob
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -15,7 +16,7 @@ Count = Annotated[int | None, Parameter(validator=validators.Number(gte=1))]
 def import_files(
     file: Path,
     *files: Path,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     time: str | None = None,
     drive: str | None = None,
     response: str | None = None,
@@ -48,9 +49,10 @@ def import_files(
     """Make a recording from FILE: a table of an oscilloscope or another program.
 
     Read are text (commas, semicolons with decimal commas, tabs, spaces; headers of Tektronix,
-    Keysight, Rigol, Siglent, Rohde & Schwarz, PicoScope), .mat, .npy, .npz, HDF5, netCDF-4 and
-    TDMS. A record of several scan rates or swings is cut into runs. What was found, done and
-    assumed is listed, and kept in the manifest; then follows what `rapi check` says.
+    Keysight, Rigol, Siglent, Rohde & Schwarz, LeCroy, PicoScope, aixACCT), .mat, .npy, .npz, HDF5,
+    netCDF-4, TDMS, and force curves of JPK and Igor. A record of several scan rates or swings is
+    cut into runs. What was found, done and assumed is listed, and kept in the manifest; then
+    follows what `rapi check` says.
 
     Parameters
     ----------
@@ -60,7 +62,7 @@ def import_files(
         More of them, of the same session, each as runs that follow.
     output
         Folder for the recording, or a file that ends in .nc. An earlier import there is replaced,
-        anything else is left and refused.
+        anything else is left and refused. Without it nothing is written, as with `--dry-run`.
     time
         Column of the time: its name, or its number from 0; by default one that is called so.
     drive
@@ -74,7 +76,8 @@ def import_files(
     drive_unit
         V, mV, uV, kV, m, mm, um, nm or pm; by default the file's.
     response_unit
-        GHz, MHz, kHz, Hz, THz, V, mV, uV, kV, m, mm, um, nm or pm; by default the file's.
+        GHz, MHz, kHz, Hz, THz, V, mV, uV, kV, m, mm, um, nm, pm, C, mC, uC, nC or pC; by default
+        the file's.
     drive_scale
         Factor on the drive, such as an amplifier's gain; its unit is then to be given.
     response_scale
@@ -122,7 +125,8 @@ def import_files(
         drive_amplitude, drive_offset, drive_rate, drive_phase, drive_waveform,
         column=drive is not None or drive_file is not None,
     )  # fmt: skip
-    if drive_file is not None and files:
+    paths = _expand([file, *files])
+    if drive_file is not None and len(paths) > 1:
         _refuse("--drive-file goes with one FILE alone.")
     from fitting._json import replace_nonfinite
     from fitting.commands.shared._out import console, print_json
@@ -145,16 +149,17 @@ def import_files(
         decimate=decimate, max_samples=max_samples, nan=nan, response_origin=response_origin,
         response_lag_s=response_lag, recorded_at=recorded_at, temperature_c=temperature,
     )  # fmt: skip
-    check_output(output)  # now, before a long file is read
-    imported = import_recording([file, *files], options)
+    if output is not None:
+        check_output(output)  # now, before a long file is read
+    imported = import_recording(paths, options)
     checked = check_recording(imported.recording)
     written: list[Path] = []
-    if not dry_run:
+    if output is not None and not dry_run:
         written = write_import(imported, output, picture=_picture(imported) if picture else None)
     if json:
         table: dict[str, Any] = {
             "schema": "rapi.import/1",
-            "recording": str(output),
+            "recording": None if output is None else str(output),
             "written": [str(path) for path in written],
             "notes": list(imported.notes),
             "check": replace_nonfinite(checked.to_dict()),
@@ -164,15 +169,28 @@ def import_files(
     out = console(json)
     for note in imported.notes:
         out.print(f"  - {note}", markup=False, soft_wrap=True)
-    out.print(render_recording_check(checked, printable(output)))
-    done = "nothing was written (--dry-run); this would be: " if dry_run else "written to "
-    named = [path.name for path in written[1:]]
     out.print(
-        f"{done}{printable(output)}" + (f", with {', '.join(named)}" if named else ""),
-        markup=False,
-        soft_wrap=True,
+        render_recording_check(checked, printable(paths[0].name if output is None else output))
     )
+    if output is None:
+        done = "nothing was written: add `-o my-recording` to write it"
+    elif dry_run:
+        done = f"nothing was written (--dry-run); this would be: {printable(output)}"
+    else:
+        named = ", ".join(path.name for path in written[1:])
+        done = f"written to {printable(output)}" + (f", with {named}" if named else "")
+    out.print(done, markup=False, soft_wrap=True)
     return 0
+
+
+def _expand(paths: list[Path]) -> list[Path]:
+    """Paths as they are, and those that a pattern names, for shells that leave it as it is."""
+    found: list[Path] = []
+    for path in paths:
+        pattern = any(sign in str(path) for sign in "*?[") and not path.exists()
+        names = sorted(glob.glob(str(path))) if pattern else []
+        found += [Path(name) for name in names] or [path]
+    return found
 
 
 def _refuse(message: str) -> None:

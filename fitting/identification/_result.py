@@ -22,7 +22,13 @@ SCHEMA = "rapi.model/1"
 
 @dataclasses.dataclass(frozen=True)
 class Estimate:
-    """One parameter: `stderr` is 0 for one that was held, infinite for one the data cannot fix."""
+    """One parameter: `stderr` is 0 for one that was held, infinite for one the data cannot fix.
+
+    >>> from fitting import Estimate
+    >>> alpha = Estimate("alpha", 0.28, 0.01, "1", 0.0, 1.0, at_bound=False, held=False)
+    >>> [round(float(end), 3) for end in alpha.interval(0.95)]
+    [0.26, 0.3]
+    """
 
     name: str
     value: float
@@ -76,6 +82,13 @@ class FitResult:
     seen. `loss`: of residuals. `recording` is what was fitted; `data_sha256` is set where more was
     given, and is that of what was given. RMS values are in `recording.response_unit`; with a loss
     other than "squares" those of `held_out` and `claim` are of errors weighted as in the fit.
+
+    >>> from fitting import fit
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> result = fit(paper_device(), recording, starts=2, hold_out=False)
+    >>> [estimate.name for estimate in result.parameters][:3], len(result.runs)
+    (['alpha', 'zeta', 'lam'], 4)
     """
 
     ecdl: ECDL
@@ -265,7 +278,17 @@ def _instant(recording: Recording) -> str | None:
 
 
 class UntrustedFit(RuntimeError):
-    """A fit whose verdict is not to be trusted; `result` holds it all the same."""
+    """A fit whose verdict is not to be trusted; `result` holds it all the same.
+
+    >>> from fitting import UntrustedFit, fit
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> try:
+    ...     fit(paper_device(), recording, starts=1, hold_out=False)
+    ... except UntrustedFit as error:
+    ...     print(error.result.verdict.reasons[0].split(":")[0])
+    one start only
+    """
 
     def __init__(self, result: FitResult):
         reasons = "; ".join(result.verdict.reasons)

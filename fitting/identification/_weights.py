@@ -35,7 +35,14 @@ def hysteresis_fraction(run: Run, lag_s: float = 0.0) -> float:
 
 
 def hysteresis_weights(recording: Recording) -> np.ndarray:
-    """`A_j` of Eq. 26, one a run: proportional to the hysteresis percentage, with mean 1."""
+    """`A_j` of Eq. 26, one a run: proportional to the hysteresis percentage, with mean 1.
+
+    >>> from fitting import hysteresis_weights
+    >>> from rapi_jax.examples import paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> hysteresis_weights(recording).round(2).tolist()  # more hysteresis, more weight
+    [0.96, 0.99, 1.02, 1.03]
+    """
     fractions = np.array(
         [hysteresis_fraction(run, recording.response_lag_s) for run in recording.runs]
     )

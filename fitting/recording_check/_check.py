@@ -22,6 +22,13 @@ class RecordingCheck:
     - `recording`: what was checked. `runs`: each run in numbers.
     - `faults`: what a fit would not be trusted for, with run and samples. `questions`: what may be
       asked. `notes`: what does not speak against a fit.
+
+    >>> from fitting import check_recording
+    >>> from rapi_jax.examples import paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> checked = check_recording(recording)
+    >>> [question.answer for question in checked.questions][0]
+    'yes'
     """
 
     recording: Recording
@@ -69,6 +76,13 @@ def check_recording(recording: Any) -> RecordingCheck:
 
     Raises `ValueError` where `recording` is not a `Recording`, `DataError` where a run has no
     reading that is a number.
+
+    >>> from fitting import check_recording
+    >>> from rapi_jax.examples import paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> checked = check_recording(recording)
+    >>> len(checked.runs), [fault.name for fault in checked.faults]
+    (4, [])
     """
     if not isinstance(recording, Recording):
         raise ValueError(

@@ -34,6 +34,10 @@ class SolverOptions:
     limit of steps over all attempts, checked after each stage; a curved valley may take thousands.
     `promise`, `whole_promise`: the shares of the cost that the next step and, undamped, a whole
     step must promise, one of them at least, for the solver to go on.
+
+    >>> from fitting import SolverOptions
+    >>> SolverOptions(max_steps=200).tolerance
+    1e-08
     """
 
     tolerance: float = 1e-8
@@ -74,6 +78,13 @@ def least_squares(
     - `ties`: for each value, the number of its group; values of one group move together in the
       unbounded coordinate. By default each is its own group.
     - `options`: tolerances and the limit of steps.
+
+    >>> import jax.numpy as jnp
+    >>> from fitting import least_squares
+    >>> time = jnp.array([0.0, 1.0, 2.0, 3.0])
+    >>> residual = lambda x, time: x[0] * jnp.exp(-x[1] * time) - 4.0 * jnp.exp(-0.5 * time)
+    >>> least_squares(residual, jnp.array([1.0, 1.0]), time).values.round(6).tolist()
+    [4.0, 0.5]
     """
     tolerance, slope, max_steps = options.tolerance, options.slope, options.max_steps
     first = np.asarray(start, dtype=np.float64)

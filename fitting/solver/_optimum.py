@@ -27,6 +27,14 @@ class LeastSquares:
     count, so `converged` says nothing about them: they show as zeros of `spectrum` and as infinite
     `stderr`. `reason` says why `converged` is false, else it is empty. `trace` lists (steps, cost)
     by stage.
+
+    >>> import jax.numpy as jnp
+    >>> from fitting import least_squares
+    >>> line = jnp.array([0.0, 1.0, 2.0])
+    >>> off = lambda x, line: x[0] + x[1] * line - (1.0 + 2.0 * line)
+    >>> found = least_squares(off, jnp.zeros(2), line)
+    >>> found.converged, found.values.round(6).tolist()
+    (True, [1.0, 2.0])
     """
 
     values: np.ndarray

@@ -33,6 +33,11 @@ class ProfileInterval:
       up to 64 standard errors away (`open_low`, `open_high`), the bound where that comes first.
     - `at_bound`: whether one of the ends is a bound. `calibration`: by what the sum of squares was
       divided. `evaluations`: fits that were made. `remark`: why an end is open, else empty.
+
+    >>> from fitting import ProfileInterval
+    >>> zeta = ProfileInterval("zeta", 0.0067, 0.0065, 0.0069, 0.95, "V/Hz", False, 1.0, 24)
+    >>> zeta.low < zeta.value < zeta.high  # V/Hz
+    True
     """
 
     name: str
@@ -72,6 +77,14 @@ def profile_likelihood(
     Unlike `Estimate.interval`, ends need not lie evenly about the value, and stay inside bounds. A
     parameter that the data do not fix has infinite ends. Raises `ModelError` for a name that was
     not fitted, a robust loss, or where a fit on the way ends lower than the optimum.
+
+    >>> from fitting import fit, profile_likelihood
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> result = fit(paper_device(), recording, starts=2, hold_out=False)
+    >>> zeta = profile_likelihood(result, ["zeta"])["zeta"]
+    >>> zeta.low < 6.7126e-3 < zeta.high  # V/Hz: the true value
+    True
     """
     from scipy.special import chdtri
 

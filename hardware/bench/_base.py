@@ -8,7 +8,12 @@ from rapi_jax import DataError, Drive, DriveLimits, Recording
 
 
 class AbstractBench(abc.ABC):
-    """A device that can be driven and read."""
+    """A device that can be driven and read.
+
+    >>> from hardware import AbstractBench, SimulatedBench
+    >>> isinstance(SimulatedBench.like_paper(), AbstractBench)  # and so is a real one
+    True
+    """
 
     limits: DriveLimits
 

@@ -72,7 +72,16 @@ class Air(Table):
 
 
 class BenchFile(Table):
-    """The whole file; the tables of instruments are those of the drivers that they name."""
+    """The whole file; the tables of instruments are those of the drivers that they name.
+
+    >>> from pathlib import Path
+    >>> from hardware import read_bench
+    >>> from hardware.simulated import bench_toml
+    >>> at = {"generator": "GEN", "laser": "LAS", "digitizer": "DIG"}  # VISA addresses
+    >>> _ = Path("bench.toml").write_text(bench_toml(at, delay_s=24.5e-9))
+    >>> read_bench("bench.toml").limits.high_v  # V
+    7.5
+    """
 
     schema_: Literal["rapi.bench/1"] = Field(alias="schema")
     limits: Limits
@@ -97,6 +106,15 @@ def read_bench(path: StrPath, *, drivers: Iterable[Driver] = ()) -> BenchFile:
 
     No limit has a default: what the device behind the generator stands, this package cannot know.
     `drivers`: classes beside those of this package that the file may name by their `kind`.
+
+    >>> from pathlib import Path
+    >>> from hardware import read_bench
+    >>> from hardware.simulated import bench_toml
+    >>> at = {"generator": "GEN", "laser": "LAS", "digitizer": "DIG"}  # VISA addresses
+    >>> _ = Path("bench.toml").write_text(bench_toml(at, delay_s=24.5e-9))
+    >>> file = read_bench("bench.toml")
+    >>> file.generator.kind, file.digitizer.kind
+    ('afg31000', 'infiniivision')
     """
     known = collect_drivers(drivers)
     label = printable(path)

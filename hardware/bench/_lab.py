@@ -289,7 +289,24 @@ class LabBench(AbstractBench, ClosesOnExit):
 
 
 def check_against_bench(drives: Drive | Sequence[Drive], file: BenchFile) -> tuple[Drive, ...]:
-    """The drives, if all may be played; `LimitError` or `DataError` otherwise."""
+    """The drives, if all may be played; `LimitError` or `DataError` otherwise.
+
+    >>> from pathlib import Path
+    >>> from hardware import check_against_bench, read_bench
+    >>> from hardware.simulated import bench_toml
+    >>> from rapi_jax import LimitError, triangle
+    >>> at = {"generator": "GEN", "laser": "LAS", "digitizer": "DIG"}  # VISA addresses
+    >>> _ = Path("bench.toml").write_text(bench_toml(at, delay_s=24.5e-9))
+    >>> file = read_bench("bench.toml")
+    >>> good, fast = triangle([10.0, 400.0], amplitude=4.5, bias=3.0, samples=1000)
+    >>> len(check_against_bench(good, file))
+    1
+    >>> try:
+    ...     check_against_bench(fast, file)
+    ... except LimitError as error:
+    ...     print("refused")
+    refused
+    """
     several = (drives,) if isinstance(drives, Drive) else tuple(drives)
     amplifier = file.amplifier
     behind = [amplify(d, gain=amplifier.gain, offset_v=amplifier.offset_v) for d in several]

@@ -17,7 +17,12 @@ from ._thresholds import THRESHOLDS
 
 @dataclass(frozen=True)
 class Input:
-    """One input: its `connector`, and the lowest and highest voltage to be read there, V."""
+    """One input: its `connector`, and the lowest and highest voltage to be read there, V.
+
+    >>> from hardware import Input
+    >>> Input(connector=1, low_v=-0.2, high_v=1.2).high_v
+    1.2
+    """
 
     connector: int
     low_v: float
@@ -38,6 +43,11 @@ class Acquisition:
     - `before_s`, `after_s`: from so long before the trigger to so long after it, s.
     - `sample_hz`: samples a second, at least. A Fabry-Perot's peak at 40 Hz lasts 1.25 us: fewer
       than 5 MS/s would miss it.
+
+    >>> from hardware import Acquisition, Input
+    >>> read = Acquisition({"interferometer": Input(1, -0.2, 1.2)}, before_s=0.001, after_s=0.1)
+    >>> read.sample_hz  # at least
+    5000000.0
     """
 
     inputs: Mapping[str, Input]
@@ -61,6 +71,15 @@ class Samples:
 
     - `sample_hz`: what it was, Hz. `start_s`: time of the first sample after the trigger, s.
     - `full_scale`: the codes at which the digitizer clips, `None` where unknown.
+
+    >>> import numpy as np
+    >>> from hardware import Samples
+    >>> samples = Samples(
+    ...     {"interferometer": np.zeros(100, np.int16)}, {"interferometer": 1e-3},
+    ...     {"interferometer": 0.0}, sample_hz=5e6, start_s=0.0,
+    ... )
+    >>> samples.sample_hz, samples.codes["interferometer"].size
+    (5000000.0, 100)
     """
 
     codes: Mapping[str, Int16[np.ndarray, " time"]]

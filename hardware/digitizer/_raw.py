@@ -49,6 +49,15 @@ def write_samples(
     """Write a record under `name` into a folder that is there; the path of its JSON file.
 
     `notes`: what else belongs to it, as text. Raises `OutputError`.
+
+    >>> import numpy as np
+    >>> from hardware import Samples, write_samples
+    >>> samples = Samples(
+    ...     {"interferometer": np.zeros(100, np.int16)}, {"interferometer": 1e-3},
+    ...     {"interferometer": 0.0}, sample_hz=5e6, start_s=0.0,
+    ... )
+    >>> write_samples(samples, ".", "record00").name
+    'record00.json'
     """
     root = Path(folder)
     inputs: dict[str, Any] = {}
@@ -97,7 +106,19 @@ def check_raw_folder(folder: StrPath) -> None:
 
 
 def read_samples(path: StrPath) -> tuple[Samples, dict[str, str]]:
-    """The record of a JSON file, and its notes. Raises `DataError` where it is not whole."""
+    """The record of a JSON file, and its notes. Raises `DataError` where it is not whole.
+
+    >>> import numpy as np
+    >>> from hardware import Samples, read_samples, write_samples
+    >>> samples = Samples(
+    ...     {"interferometer": np.zeros(100, np.int16)}, {"interferometer": 1e-3},
+    ...     {"interferometer": 0.0}, sample_hz=5e6, start_s=0.0,
+    ... )
+    >>> path = write_samples(samples, ".", "record00", notes={"laser": "775 nm"})
+    >>> again, notes = read_samples(path)
+    >>> again.sample_hz, notes["laser"]
+    (5000000.0, '775 nm')
+    """
     path = Path(path)
     with located(printable(path)):
         try:

@@ -26,6 +26,16 @@ class ReplayDigitizer(AbstractDigitizer):
     """Returns the raw records of a folder in the order of their names, one for each trigger.
 
     A record that does not hold what is asked for is refused, and so is one more than there are.
+
+    >>> import numpy as np
+    >>> from hardware import ReplayDigitizer, Samples, write_samples
+    >>> samples = Samples(
+    ...     {"interferometer": np.zeros(100, np.int16)}, {"interferometer": 1e-3},
+    ...     {"interferometer": 0.0}, sample_hz=5e6, start_s=0.0,
+    ... )
+    >>> _ = write_samples(samples, ".", "record00")
+    >>> isinstance(ReplayDigitizer("."), ReplayDigitizer)
+    True
     """
 
     kind = "replay"

@@ -106,7 +106,14 @@ def _refused(why: str) -> bytes:
 
 
 def read_bridge_token(path: StrPath) -> str:
-    """The shared token in a file of one line. Raises `DataError` where it is none, or too short."""
+    """The shared token in a file of one line. Raises `DataError` where it is none, or too short.
+
+    >>> from pathlib import Path
+    >>> from hardware import read_bridge_token
+    >>> _ = Path("token.txt").write_text("0123456789abcdef" * 2)
+    >>> len(read_bridge_token("token.txt"))
+    32
+    """
     label = printable(path)
     text = read_text(path, _LINE).strip()
     if not (16 <= len(text) <= 200 and text.isascii() and text.isprintable()):

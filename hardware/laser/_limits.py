@@ -14,6 +14,13 @@ class LaserLimits:
 
     - `wavelength_nm`: TLB-6712: 765 to 781. `piezo_percent`: of the controller's range.
     - `current_ma`: of the diode. `diode_c`, `cavity_c`: temperatures between which it may be used.
+
+    >>> from hardware import LaserLimits
+    >>> limits = LaserLimits(
+    ...     (765.0, 781.0), (0.0, 100.0), (30.0, 140.0), diode_c=(15.0, 30.0), cavity_c=(20.0, 40.0)
+    ... )
+    >>> limits.piezo_percent
+    (0.0, 100.0)
     """
 
     wavelength_nm: Range

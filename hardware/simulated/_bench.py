@@ -37,6 +37,14 @@ class SimulatedBench(AbstractBench):
     own number of periods, with a margin on either side. Noise is drawn from `seed` and the number
     of the measurement: the same sequence of measurements gives the same numbers, and no two have
     the same noise. `session_s` is the session's time, which measurements and `wait` advance.
+
+    >>> from hardware import SimulatedBench
+    >>> from rapi_jax import triangle
+    >>> bench = SimulatedBench.like_paper(seed=0)
+    >>> (drive,) = triangle(40.0, amplitude=4.5, bias=3.0, samples=1000)
+    >>> bench.limits.check(drive)
+    >>> bench.limits.high_v  # V
+    7.5
     """
 
     def __init__(

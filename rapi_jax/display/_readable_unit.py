@@ -7,6 +7,7 @@ import numpy as np
 _LADDERS = (
     {"THz": 1e12, "GHz": 1e9, "MHz": 1e6, "kHz": 1e3, "Hz": 1.0},
     {"V": 1.0, "mV": 1e-3, "uV": 1e-6},
+    {"C": 1.0, "mC": 1e-3, "uC": 1e-6, "nC": 1e-9, "pC": 1e-12},
     {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "pm": 1e-12},
 )
 

@@ -24,6 +24,12 @@ class AmplitudeLaw(AbstractLawEffect):
 
     The effect is the identity at $U$ (`reference`) and $C$ (`centre`). With one amplitude neither
     $k$ nor $g$ is identifiable, with one bias $h$ is not.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax.effects import AmplitudeLaw, Law
+    >>> law = Law.of(jnp.array(10.0), jnp.array(2.0))  # Hz, V peak to peak
+    >>> float(AmplitudeLaw.at(gain=0.1)(law, jnp.array(3.0)).gain)
+    1.1
     """
 
     threshold: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(-0.9, 2.0))  # k

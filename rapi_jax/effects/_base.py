@@ -44,6 +44,10 @@ class AbstractEffect(eqx.Module):
     - `signature_axis`: over what its signature is regular: the `phase` of the period, the time
       `since_turn` of the drive, the `drive` or the `response` itself, the time of the `session`, or
       the response's `gain` over the session. See `signature_period`, too.
+
+    >>> from rapi_jax.effects import ALL
+    >>> len(ALL), ALL[0].name
+    (15, 'quantisation')
     """
 
     name: eqx.AbstractClassVar[str]
@@ -92,7 +96,12 @@ class AbstractEffect(eqx.Module):
 
 
 class AbstractDriveEffect(AbstractEffect):
-    """Acts on the drive (V), before the operator."""
+    """Acts on the drive (V), before the operator.
+
+    >>> from rapi_jax.effects import AbstractDriveEffect, ALL
+    >>> [effect.name for effect in ALL if issubclass(effect, AbstractDriveEffect)]
+    ['quantisation', 'slew_limit', 'saturation', 'amplifier_lowpass']
+    """
 
     @abc.abstractmethod
     def __call__(self, t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
@@ -100,7 +109,15 @@ class AbstractDriveEffect(AbstractEffect):
 
 
 class AbstractFollower(AbstractDriveEffect):
-    """A drive effect whose state is its output, so that it can continue from any value."""
+    """A drive effect whose state is its output, so that it can continue from any value.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax.effects import AbstractFollower, SlewLimit
+    >>> limited = SlewLimit.at(limit=500.0)  # V/s
+    >>> time, drive = jnp.arange(3.0) * 0.001, jnp.array([2.0, 2.0, 2.0])
+    >>> limited.follow(time, drive, jnp.array(1.0)).tolist()  # from an output of 1 V
+    [1.0, 1.5, 2.0]
+    """
 
     @abc.abstractmethod
     def follow(
@@ -114,7 +131,12 @@ class AbstractFollower(AbstractDriveEffect):
 
 
 class AbstractOpticalEffect(AbstractEffect):
-    """Acts on the response (GHz), after the operator."""
+    """Acts on the response (GHz), after the operator.
+
+    >>> from rapi_jax.effects import AbstractOpticalEffect, ALL
+    >>> [effect.name for effect in ALL if issubclass(effect, AbstractOpticalEffect)]
+    ['delay', 'creep', 'resonance', 'drift', 'mode_hop', 'etalon', 'pickup']
+    """
 
     @abc.abstractmethod
     def __call__(
@@ -127,6 +149,10 @@ class AbstractSwitch(AbstractOpticalEffect):
     """Adds `size` (GHz) while on; switches where the response crosses thresholds.
 
     No model of the response predicts the instant of a switch to a fraction of a sample.
+
+    >>> from rapi_jax.effects import AbstractSwitch, ModeHop
+    >>> isinstance(ModeHop(), AbstractSwitch)
+    True
     """
 
     smooth: ClassVar[bool] = False
@@ -149,6 +175,10 @@ class AbstractCouplingEffect(AbstractEffect):
     """Acts on the response (GHz), as a function of the drive that was sent.
 
     `steady`: whether the response to a periodic drive is periodic.
+
+    >>> from rapi_jax.effects import AbstractCouplingEffect, CurrentCoupling
+    >>> isinstance(CurrentCoupling(), AbstractCouplingEffect)
+    True
     """
 
     steady: eqx.AbstractClassVar[bool]
@@ -165,6 +195,12 @@ class Law(NamedTuple):
 
     `freq`: scan rate, Hz. `u_pp`: peak-to-peak drive, V. `gain` multiplies the operator's response
     less its constant; `offset` (response unit) is added.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax.effects import Law
+    >>> law = Law.of(jnp.array(10.0), jnp.array(4.5))  # Hz, V peak to peak
+    >>> float(law.gain), float(law.offset)  # the operator's own: 1 and 0
+    (1.0, 0.0)
     """
 
     freq: Float[Array, ""]
@@ -191,7 +227,12 @@ class Law(NamedTuple):
 
 
 class AbstractLawEffect(AbstractEffect):
-    """Changes how thresholds and gain follow rate, amplitude and bias (Eq. 11)."""
+    """Changes how thresholds and gain follow rate, amplitude and bias (Eq. 11).
+
+    >>> from rapi_jax.effects import AbstractLawEffect, ALL
+    >>> [effect.name for effect in ALL if issubclass(effect, AbstractLawEffect)]
+    ['rate_law', 'amplitude_law']
+    """
 
     @abc.abstractmethod
     def __call__(self, law: Law, bias: Float[Array, ""]) -> Law:
@@ -206,6 +247,11 @@ class Modes(NamedTuple):
 
     `tau`: s, shape `modes`, real part not negative. `weight`: 1, shape `modes`. A pair of complex
     modes is named once, with twice the weight. Both real (which is faster) or both complex.
+
+    >>> from rapi_jax.effects import AmplifierLowpass
+    >>> modes = AmplifierLowpass.at(tau=1e-4).modes()
+    >>> modes.tau.real.tolist(), modes.weight.real.tolist()  # s; 1
+    ([0.0001], [1.0])
     """
 
     tau: Inexact[Array, " modes"]
@@ -237,7 +283,14 @@ ALWAYS_ON_S = 1e4
 
 
 class AbstractLinearEffect(AbstractEffect):
-    """A linear time-invariant effect; second base beside the type that says where it acts."""
+    """A linear time-invariant effect; second base beside the type that says where it acts.
+
+    >>> import numpy as np
+    >>> from rapi_jax.effects import Delay
+    >>> delayed = Delay.at(tau=1e-3).transfer(np.array([250.0]))  # Hz
+    >>> round(float(np.degrees(np.angle(delayed[0]))), 6)
+    -90.0
+    """
 
     @abc.abstractmethod
     def transfer(self, hertz: Float[np.ndarray, " freq"]) -> Complex[np.ndarray, " freq"]:
@@ -248,6 +301,10 @@ class AbstractLagEffect(AbstractLinearEffect):
     """A linear effect that is a sum of first-order lags, which share one recursion.
 
     `session`: whether its memory outlasts a run, so that the runs of a session are one history.
+
+    >>> from rapi_jax.effects import Creep
+    >>> Creep.at(gain=0.01).modes().tau.shape  # its first-order lags
+    (8,)
     """
 
     session: eqx.AbstractClassVar[bool]
@@ -271,7 +328,14 @@ def _compiled_modes(effect: AbstractLagEffect) -> Modes:
 
 
 class AbstractInvertible(eqx.Module):
-    """An effect with an inverse, so that a drive can compensate for it."""
+    """An effect with an inverse, so that a drive can compensate for it.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax.effects import Etalon
+    >>> etalon, nu = Etalon.at(amplitude=0.3, spacing=5.0), jnp.linspace(0.0, 20.0, 9)  # GHz
+    >>> bool(jnp.allclose(etalon.inverse(nu, etalon(nu, nu)), nu))
+    True
+    """
 
     @abc.abstractmethod
     def inverse(

@@ -47,6 +47,13 @@ class Creep(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
     counted from the first run's first value as a share of its range.
 
     Creep as a sum of first-order lags: Actuators 13, 534.
+
+    >>> import numpy as np
+    >>> from rapi_jax.effects import Creep
+    >>> creep = Creep.at(gain=0.01)  # 1 % a decade of time
+    >>> slow, fast = np.abs(creep.transfer(np.array([1e-4, 100.0])))
+    >>> bool(slow > fast)
+    True
     """
 
     name: ClassVar[str] = "creep"

@@ -25,6 +25,12 @@ class Delay(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
     (pickup, drift) come after it and are not delayed.
 
     Before the first sample the response is constant.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax.effects import Delay
+    >>> time = jnp.arange(4.0) * 0.001
+    >>> Delay.at(tau=0.0005)(time, 10.0 * jnp.arange(4.0)).tolist()  # GHz
+    [0.0, 5.0, 15.0, 25.0]
     """
 
     tau: Float[Array, ""] = parameter(unit="s", default=0.0, bounds=(0.0, 0.2))

@@ -22,6 +22,12 @@ class Drift(AbstractOpticalEffect):
     on the drive, so no periodic drive compensates it.
 
     Temperature moves a laser by some 30 GHz/K (MOGLabs CEL manual); drift: arXiv 2205.14149.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax.effects import Drift
+    >>> drift = Drift.at(amplitude=2.0, tau=60.0)  # GHz, s
+    >>> drift(jnp.array([0.0, 60.0, 600.0]), jnp.zeros(3)).round(3).tolist()  # GHz
+    [0.0, 1.264, 2.0]
     """
 
     name: ClassVar[str] = "drift"

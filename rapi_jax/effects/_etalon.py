@@ -32,6 +32,12 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
     inverse.
 
     Parasitic cavities in tunable lasers: Zorabedian, Tunable Lasers Handbook, 16.3.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax.effects import Etalon
+    >>> nu = jnp.array([0.0, 1.25, 2.5, 3.75])  # GHz
+    >>> Etalon.at(amplitude=0.3, spacing=5.0)(nu, nu).round(3).tolist()  # GHz
+    [0.0, 1.55, 2.5, 3.45]
     """
 
     name: ClassVar[str] = "etalon"

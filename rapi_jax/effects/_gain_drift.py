@@ -23,6 +23,12 @@ class GainDrift(AbstractCouplingEffect):
     mean of both directions; `centre` $c$ the offset of the fixed point from there; `start` $t_0$,
     s. It does not depend on the history of the drive, as creep does; no periodic drive compensates
     it. Typically 0.01 to 3 % in a session.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax.effects import GainDrift
+    >>> time, nu, drive = jnp.array([0.0, 100.0]), jnp.array([50.0, 50.0]), jnp.array([3.0, 3.0])
+    >>> GainDrift.at(rate=1e-6)(time, nu, drive).round(3).tolist()  # GHz
+    [50.0, 50.0]
     """
 
     name: ClassVar[str] = "gain_drift"

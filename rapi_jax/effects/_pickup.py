@@ -25,6 +25,12 @@ class Pickup(AbstractOpticalEffect):
     and `third_cosine` $s$ and $c$: a distorted mains line is half-wave symmetric, so its harmonics
     are odd. It depends on time alone, so runs must have their times in the session (`start_s`), and
     no periodic drive compensates it.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax.effects import Pickup
+    >>> time = jnp.array([0.0, 0.005, 0.01])  # s; half a period of the mains
+    >>> Pickup.at(amplitude=0.2, hertz=50.0)(time, jnp.zeros(3)).round(3).tolist()  # GHz
+    [0.0, 0.2, 0.0]
     """
 
     name: ClassVar[str] = "pickup"

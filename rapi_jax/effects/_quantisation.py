@@ -21,6 +21,12 @@ class Quantisation(AbstractDriveEffect):
 
     A converter of $n$ bits over a range $R$ has $q = R / 2^n$; `origin` ($u_0$) is where one of its
     levels lies. It cannot be undone; a finer source can replace it.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax.effects import Quantisation
+    >>> time, drive = jnp.arange(4.0) * 0.001, jnp.array([0.0, 0.3, 0.6, 0.8])
+    >>> Quantisation.at(step=0.5)(time, drive).round(3).tolist()  # V
+    [0.0, 0.5, 0.5, 1.0]
     """
 
     step: Float[Array, ""] = parameter(unit="{u}", default=0.0, bounds=(0.0, jnp.inf))  # q

@@ -19,6 +19,12 @@ class RateLaw(AbstractLawEffect):
 
     $f_0$ is 10 Hz, so that $\zeta$ keeps its meaning there. Eq. 11 has $m = 1$; piezos that are
     viscous or that creep show 0.2 to 2.6. At rate 0 the term is zero for every $m$.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax.effects import Law, RateLaw
+    >>> law = Law.of(jnp.array(40.0), jnp.array(4.5))  # Hz, V peak to peak
+    >>> float(RateLaw.at(exponent=1.0)(law, jnp.array(3.0)).freq)  # 1: proportional to the rate
+    40.0
     """
 
     exponent: Float[Array, ""] = parameter(unit="1", default=1.0, bounds=(0.0, 3.0))  # m

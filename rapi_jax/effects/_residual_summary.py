@@ -15,6 +15,17 @@ class ResidualSummary:
     - `residual`: data less base model. `run`: number of the run of each sample.
     - `rates`: Hz, of each run. `u_pp`: V, of each run. `step_s`: the shortest sampling interval.
     - `noise`: rms of the noise of one sample. `span`: of the response.
+
+    >>> import numpy as np
+    >>> from rapi_jax.effects import ResidualSummary
+    >>> time = np.arange(200) / 2000.0  # s
+    >>> drive = 3.0 - 2.0 * np.cos(2 * np.pi * 20.0 * time)
+    >>> summary = ResidualSummary(
+    ...     time, drive, 18.0 * drive, 0.1 * np.sin(314.0 * time), np.zeros(200, int),
+    ...     rates=(20.0,), u_pp=(4.0,), step_s=1 / 2000, noise=0.02, span=72.0,
+    ... )
+    >>> round(summary.duration_s, 4), len(summary.lags)
+    (0.0995, 4)
     """
 
     time: Float[np.ndarray, " samples"]

@@ -29,6 +29,12 @@ class Resonance(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
     $1/(z\omega_0)$; a resonance too fast to be seen still delays by $2z/\omega_0$.
 
     Piezo-driven mirrors: Opt. Express 28, 16118.
+
+    >>> import numpy as np
+    >>> from rapi_jax.effects import Resonance
+    >>> mirror = Resonance.at(hertz=1000.0, damping=0.05, share=1.0)
+    >>> round(float(np.abs(mirror.transfer(np.array([1000.0])))[0]), 3)  # 1 / (2 x damping)
+    10.0
     """
 
     name: ClassVar[str] = "resonance"

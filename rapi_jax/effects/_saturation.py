@@ -21,6 +21,12 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
 
     An amplifier at its supply rail clips the last percent of a scan, at one end or at both. `knee`
     ($k$, V) makes the corner soft, $u - k \ln(1 + e^{(u - u_\mathrm{high})/k})$, likewise below.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax.effects import Saturation
+    >>> time, drive = jnp.arange(4.0) * 0.001, jnp.array([0.0, 1.0, 2.0, 3.0])
+    >>> Saturation.at(high=2.0)(time, drive).round(3).tolist()  # V
+    [0.0, 1.0, 2.0, 2.0]
     """
 
     low: Float[Array, ""] = parameter(unit="{u}", default=-jnp.inf)

@@ -39,6 +39,12 @@ class SlewLimit(AbstractFollower, AbstractInvertible):
     does this. It acts on the fastest record alone.
 
     Exact at any sampling for a piecewise linear drive.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax.effects import SlewLimit
+    >>> time, drive = jnp.arange(4.0) * 0.001, jnp.array([0.0, 1.0, 2.0, 3.0])
+    >>> SlewLimit.at(limit=500.0)(time, drive).round(3).tolist()  # V
+    [0.0, 0.5, 1.0, 1.5]
     """
 
     limit: Float[Array, ""] = parameter(unit="{u}/s", default=jnp.inf, positive=True)

@@ -49,6 +49,12 @@ class Certificate:
     - `slope_min`, `slope_at`, `slope_direction`: the smallest slope and where it is met.
     - `failures`: where it is not positive. `crossed`: (play, from, to) where its band is crossed:
       memoryless there, and by itself no fault. `negative`: plays with a threshold below zero.
+
+    >>> from rapi_jax import certify
+    >>> from rapi_jax.examples import paper_device
+    >>> proof = certify(paper_device().operator, 0.75, 5.25, 10.0)
+    >>> proof.invertible, round(proof.slope_min, 1), proof.slope_direction  # GHz/V
+    (True, 8.3, 'down')
     """
 
     invertible: bool
@@ -93,6 +99,13 @@ def certify(
 
     `freq` is the scan rate, Hz; `u_pp` the peak-to-peak drive in Eq. 11, by default the whole
     range.
+
+    >>> from rapi_jax import certify
+    >>> from rapi_jax.examples import paper_device
+    >>> certify(paper_device().operator, 0.75, 5.25, 10.0).invertible
+    True
+    >>> certify(paper_device().operator, 0.0, 40.0, 10.0).invertible  # the cubic turns over
+    False
     """
     if not (np.isfinite([low, high]).all() and low < high):
         raise ValueError(f"`low` must lie below `high`, both finite, but they are {low}, {high}.")

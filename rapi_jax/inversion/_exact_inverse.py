@@ -192,6 +192,13 @@ def exact_inverse(
     to rounding, provided the operator is monotone there: see `certify`. Fails with a RuntimeError
     where `y` leaves what the operator reaches `within`. Works under `jit`, `vmap` and `grad`, by
     the implicit function theorem.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax import PI, exact_inverse
+    >>> operator, rate = PI(r=[0.5], p=[2.0], d=[1.0]), jnp.array(10.0)
+    >>> wanted = operator(jnp.array([0.0, 1.0, 2.0, 1.5, 1.0]), rate)
+    >>> exact_inverse(operator, wanted, rate, within=(-1.0, 5.0)).round(9).tolist()  # V
+    [0.0, 1.0, 2.0, 1.5, 1.0]
     """
     low, high = (as_float64(x) for x in within)
     y, freq = as_float64(y), as_float64(freq)

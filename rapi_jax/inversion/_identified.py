@@ -18,6 +18,13 @@ class Identified:
 
     `swings_joined`: whether what was recorded at one amplitude was seen to predict the others, so
     that swings between them are inside, too. `drive_unit`: in place of V, where it is no voltage.
+
+    >>> from rapi_jax import Identified
+    >>> from rapi_jax.examples import paper_recording
+    >>> recording, _ = paper_recording(samples=100)
+    >>> seen = Identified.of(recording)
+    >>> seen.rates_hz, round(seen.drive_min, 2), round(seen.drive_max, 2)
+    ((10.0, 20.0, 30.0, 40.0), 0.75, 5.25)
     """
 
     drive_min: float

@@ -24,6 +24,15 @@ class Learned:
     - `best`: the measurement with the smallest nonlinearity (both branches together).
     - `lead_s`: lag of the response that was allowed for, s.
     - `stopped`: "done" after all iterations, "diverged" or "limits"; `reason` says more.
+
+    >>> from rapi_jax import DriveLimits, Run, learn, linear_scan, triangle
+    >>> (target,) = linear_scan(20.0, span=60.0, samples=512)
+    >>> (start,) = triangle(20.0, amplitude=3.0, bias=3.0, samples=512)
+    >>> limits = DriveLimits(low_v=0.0, high_v=7.0, slew_v_per_s=1000.0)
+    >>> bench = lambda drive: Run(drive, 20.0 * drive.value)
+    >>> found = learn(bench, target, start, limits=limits, iterations=1)
+    >>> found.best, found.rms_ghz.shape  # measurements x branches
+    (0, (2, 2))
     """
 
     runs: tuple[Run, ...]
@@ -88,6 +97,17 @@ def learn(
 
     A nonlinearity 1.5 times the best twice in a row (4 times: once) is taken for divergence and
     ends the learning; `best` is kept. Raises `DataError` where drive and target do not match.
+
+    >>> import numpy as np
+    >>> from rapi_jax import DriveLimits, Run, learn, linear_scan, predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> (target,) = linear_scan(20.0, span=60.0, samples=512)
+    >>> (start,) = triangle(20.0, amplitude=3.6, bias=3.0, samples=512)
+    >>> limits = DriveLimits(low_v=0.0, high_v=7.0, slew_v_per_s=1000.0)
+    >>> bench = lambda drive: Run(drive, np.asarray(predict(paper_device(), drive)))
+    >>> found = learn(bench, target, start, limits=limits, iterations=3)
+    >>> bool(found.rms_ghz[-1].max() < 0.2 * found.rms_ghz[0].max())
+    True
     """
     if not (gain > 0 and iterations >= 0):
         raise ValueError("Arguments `gain` and `iterations` must be positive.")

@@ -16,6 +16,12 @@ class Target:
     - `time`: s, even steps from 0, the next period beginning one step after the last.
     - `value`: response unit (GHz); the smallest is 0, since where a scan lies is set by the bias.
     - `excitation_hz`: periods a second.
+
+    >>> import numpy as np
+    >>> from rapi_jax import linear_scan
+    >>> (target,) = linear_scan(20.0, span=60.0, samples=512)
+    >>> target.excitation_hz, round(float(np.ptp(target.value)), 6)  # Hz, GHz
+    (20.0, 60.0)
     """
 
     time: np.ndarray
@@ -72,6 +78,11 @@ def linear_scan(
     - `corner`: share of the period over which each turn is rounded to a parabola, 0 for sharp
       turns. Between corners the scan is straight to the last bit.
     - `samples`: number in one period.
+
+    >>> from rapi_jax import linear_scan
+    >>> slow, fast = linear_scan([10.0, 40.0], span=75.0, samples=512)
+    >>> fast.excitation_hz, fast.value.shape
+    (40.0, (512,))
     """
     if not (np.isfinite(span) and span > 0):
         raise ValueError(f"Argument `span` must be positive, but is {span}.")

@@ -20,7 +20,15 @@ _CURE = {
 
 
 class OutputError(OSError):
-    """An output that could not be written: path, cause and cure; what was there is unchanged."""
+    """An output that could not be written: path, cause and cure; what was there is unchanged.
+
+    >>> from rapi_jax.io import OutputError, write_atomic
+    >>> try:
+    ...     write_atomic("no/such/folder/a.txt", "text")
+    ... except OutputError as error:
+    ...     print(str(error).split(".")[0])
+    cannot write no/such/folder/a
+    """
 
 
 def output_error(path: StrPath, error: OSError) -> OutputError:
@@ -78,6 +86,15 @@ def atomic_path(path: StrPath) -> Iterator[Path]:
     one path, the last to complete wins. A process that is killed may leave a `.tmp-*` file behind,
     which the next write into the same folder removes. Raises `OutputError` for every `OSError` of
     the block.
+
+    >>> from pathlib import Path
+    >>> from rapi_jax.io import atomic_path
+    >>> with atomic_path("result.csv") as path:
+    ...     _ = path.write_text("1,2")
+    ...     print(Path("result.csv").exists())
+    False
+    >>> Path("result.csv").exists()
+    True
     """
     target = Path(os.path.realpath(path))  # a link stays a link
     remove_leftovers(target.parent)
@@ -98,7 +115,14 @@ def atomic_path(path: StrPath) -> Iterator[Path]:
 
 
 def write_atomic(path: StrPath, data: bytes | memoryview | str) -> None:
-    """Write `data` (text as UTF-8) to `path`, whole or not at all. Raises `OutputError`."""
+    """Write `data` (text as UTF-8) to `path`, whole or not at all. Raises `OutputError`.
+
+    >>> from pathlib import Path
+    >>> from rapi_jax.io import write_atomic
+    >>> write_atomic("result.txt", "42.7 MHz")
+    >>> Path("result.txt").read_text()
+    '42.7 MHz'
+    """
     content = data.encode() if isinstance(data, str) else data
     with atomic_path(path) as temporary:
         temporary.write_bytes(content)

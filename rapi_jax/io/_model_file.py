@@ -48,6 +48,13 @@ def write_model(path: StrPath, ecdl: ECDL, **about: Any) -> None:
 
     Operator and effects may be classes of your own: hand these to `read_model`. Raises `ValueError`
     where one of them is more than its parameters, so that a file could not hold it.
+
+    >>> from pathlib import Path
+    >>> from rapi_jax.examples import paper_device
+    >>> from rapi_jax.io import write_model
+    >>> write_model("device.rapi", paper_device())
+    >>> Path("device.rapi").stat().st_size > 100
+    True
     """
     _check("operator", ecdl.operator, _operator_spec(ecdl.operator), _operator)
     for effect in ecdl.effects:
@@ -77,6 +84,13 @@ def read_model(
 
     Raises `DataError` where the file is not a model, is damaged, or names a class that is not
     known.
+
+    >>> from rapi_jax.examples import paper_device
+    >>> from rapi_jax.io import read_model, write_model
+    >>> write_model("device.rapi", paper_device(), units={"response": "GHz"})
+    >>> laser, about = read_model("device.rapi")
+    >>> laser.operator.count, about["units"]
+    (10, {'response': 'GHz'})
     """
     label = printable(path)
     jax.devices()  # an unknown JAX_PLATFORMS fails here, and is not taken for a fault of the file

@@ -18,7 +18,12 @@ StrPath = str | os.PathLike[str]
 
 
 def printable(text: object, limit: int = 200) -> str:
-    """`text` on one line and safe on a terminal: control characters escaped, the middle cut out."""
+    """`text` on one line and safe on a terminal: control characters escaped, the middle cut out.
+
+    >>> from rapi_jax.io import printable
+    >>> printable("path/" + "a" * 100, limit=20)
+    'path/aaaaa...aaaaaaaaaa'
+    """
     safe = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(text))
     half = limit // 2
     return safe if len(safe) <= limit else f"{safe[:half]}...{safe[-half:]}"
@@ -50,7 +55,9 @@ def open_regular(path: StrPath, max_bytes: int = MAX_BYTES) -> Iterator[BinaryIO
     except FileNotFoundError:
         raise DataError(f"{label}: no such file. Check the path and the manifest.") from None
     except (OSError, ValueError) as error:
-        raise DataError(f"{label}: cannot be opened ({cause(error)}).") from error
+        raise DataError(
+            f"{label}: cannot be opened ({cause(error)}). Check its permissions and its path."
+        ) from error
     status = os.fstat(handle)
     if not stat.S_ISREG(status.st_mode):
         os.close(handle)

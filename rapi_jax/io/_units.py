@@ -14,6 +14,7 @@ RESPONSE_UNITS = {
     "um": ("um", 1.0),
     "nm": ("nm", 1.0),
     "V": ("V", 1.0),
+    "uC": ("uC", 1.0),
 }
 
 _DRIVE_SPAN = (1e-4, 300.0)  # V
@@ -52,6 +53,19 @@ def check_plausible(recording: Recording) -> None:
 
     A drive or response that is constant passes: that is no matter of units. Raises `DataError`
     naming the run and the likely slip.
+
+    >>> from rapi_jax import DataError
+    >>> from rapi_jax.io import check_plausible
+    >>> from rapi_jax import Recording, predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> drives = triangle([10.0, 20.0], amplitude=4.5, bias=3.0, samples=100)
+    >>> recording = Recording.of(drives, [predict(paper_device(), drive) for drive in drives])
+    >>> wrong = Recording.of(drives, [1e3 * run.response for run in recording.runs])  # MHz
+    >>> try:
+    ...     check_plausible(wrong)
+    ... except DataError as error:
+    ...     print(str(error).split("; ")[1])
+    it is likely in MHz: say response_unit = "MHz".
     """
     drive_unit(recording.drive_unit)
     response_unit(recording.response_unit)

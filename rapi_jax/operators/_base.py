@@ -27,6 +27,10 @@ class Fields(NamedTuple):
 
     `polynomial`: the coefficients, from the first power on. `constant`: what is added to them.
     `origin`: the drive from which plays and polynomial count; `None` where that is 0.
+
+    >>> from rapi_jax import RAPI
+    >>> RAPI.fields.polynomial, RAPI.fields.constant, RAPI.fields.origin
+    ('d', 'd_0', 'origin')
     """
 
     polynomial: str
@@ -40,6 +44,11 @@ class FlexibleForm:
 
     `deviations`: for each parameter, the standard deviation of its elements about where they begin.
     `held`: the parameters that do not move.
+
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=100)
+    >>> paper_device().operator.flexible(recording).operator.count  # plays, for 10
+    24
     """
 
     operator: "AbstractOperator"
@@ -55,6 +64,14 @@ class AbstractOperator(eqx.Module):
     is constructed from its parameters by name, and from the number of plays where `count` is a
     field. What estimation may ask of it besides has defaults: `initial_guesses`, `held`,
     `linear_basis`, `couplings`, `flexible` and the class attributes.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax import AbstractOperator, RAPI
+    >>> from rapi_jax.examples import paper_device
+    >>> operator = paper_device().operator
+    >>> thresholds = operator.plays(jnp.array(4.5), jnp.array(10.0)).r  # V
+    >>> isinstance(operator, AbstractOperator), thresholds.shape
+    (True, (10,))
     """
 
     fields: eqx.AbstractClassVar[Fields]

@@ -38,6 +38,13 @@ class FixedRAPI(AbstractRAPI):
 
     At one scan rate all runs have the same thresholds, and `eta` cannot be told from their scale,
     whatever the amplitudes; nor can it where thresholds do not grow with rate.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax import FixedRAPI
+    >>> operator = FixedRAPI(rho=0.6, zeta=0.0, lam=1.0, eta=1.0, a=0.6, b=0.1, d=[18.8], plays=3)
+    >>> rate, swings = jnp.array(10.0), jnp.array([2.0, 4.0])
+    >>> [operator.plays(swing, rate).r.round(3).tolist() for swing in swings]  # V: the same
+    [[0.2, 0.4, 0.6], [0.2, 0.4, 0.6]]
     """
 
     rho: Float[Array, "*plays"] = parameter(unit="{u}", positive=True)

@@ -38,6 +38,14 @@ class GeneralRAPI(AbstractOperator):
     the generalised Prandtl-Ishlinskii operator (Al Janaideh, Rakheja and Su, 2009); the other two
     let a device whose weights fall by another law than Eq. 14 be told from one with an effect that
     no hysteresis has.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax import GeneralRAPI
+    >>> operator = GeneralRAPI(
+    ...     alpha=0.25, zeta=[0.0, 0.0], lam=1.0, eta=1.0, a=0.6, b=[0.1, 0.0], d=[18.8], plays=2
+    ... )
+    >>> operator.plays(jnp.array(4.0), jnp.array(10.0)).r.round(3).tolist()  # V
+    [0.25, 0.5]
     """  # noqa: E501
 
     alpha: Float[Array, "*plays"] = parameter(unit="1", positive=True)

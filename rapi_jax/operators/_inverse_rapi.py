@@ -45,6 +45,15 @@ class InverseRAPI(AbstractOperator):
 
     Thresholds do not depend on the amplitude, unlike those of `RAPI`: valid near the span it was
     identified on. They must be positive over the rates in use; fits hold them there.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax import InverseRAPI
+    >>> operator = InverseRAPI(
+    ...     s_1=0.1, s_2=0.5, s_3=0.2, kappa=0.01, sigma=-0.003, epsilon=0.5, lam=1.0, eta=1.0,
+    ...     g=[0.05], plays=3,
+    ... )
+    >>> operator.plays(jnp.array(60.0), jnp.array(10.0)).r.round(3).tolist()  # GHz
+    [0.9, 1.7, 2.7]
     """
 
     s_1: Float[Array, ""] = parameter(unit="{u}", positive=True)

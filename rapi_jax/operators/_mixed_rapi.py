@@ -39,6 +39,15 @@ class MixedRAPI(AbstractRAPI):
 
     With `rho` 0 it is `RAPI`, with `alpha` 0 `FixedRAPI`. One amplitude does not tell the two
     apart: `rho` is held there.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax import MixedRAPI
+    >>> operator = MixedRAPI(
+    ...     alpha=0.3, rho=0.2, zeta=0.0, lam=1.0, eta=1.0, a=0.6, b=0.1, d=[18.8], plays=2
+    ... )
+    >>> rate, swings = jnp.array(10.0), jnp.array([2.0, 4.0])
+    >>> [operator.plays(swing, rate).r.round(3).tolist() for swing in swings]  # V
+    [[0.25, 0.5], [0.4, 0.8]]
     """
 
     alpha: Float[Array, "*plays"] = parameter(unit="1", positive=True)

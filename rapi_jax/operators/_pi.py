@@ -27,6 +27,12 @@ class PI(AbstractOperator):
 
     Symmetric and rate-independent: the yardstick beside `RAPI`, and the operator whose inverse has
     a closed form (Eq. 17).
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax import PI
+    >>> operator = PI(r=[0.5], p=[2.0], d=[1.0])  # one play of 0.5 V and a straight line
+    >>> operator(jnp.array([0.0, 1.0, 2.0, 1.5, 1.0]), jnp.array(10.0)).tolist()
+    [1.0, 2.0, 5.0, 4.5, 4.0]
     """
 
     r: Float[Array, " plays"] = parameter(unit="{u}", positive=True)

@@ -39,6 +39,12 @@ class RAPI(AbstractRAPI):
     Only `r (1 + eta)` and `b r` are seen in one scan, up to an offset: with one rate and amplitude,
     or with an origin of its own for every run, `eta` cannot be told from the scale of the
     thresholds.
+
+    >>> from rapi_jax import ECDL, RAPI, predict, triangle
+    >>> operator = RAPI(alpha=0.28, zeta=0.0067, lam=1.6, eta=1.0, a=0.63, b=0.1, d=(18.8, -1.08))
+    >>> (drive,) = triangle(10.0, amplitude=4.5, bias=3.0, samples=100)
+    >>> round(float(predict(ECDL(operator), drive).max()), 1)  # GHz
+    98.2
     """
 
     alpha: Float[Array, "*plays"] = parameter(unit="1", positive=True)

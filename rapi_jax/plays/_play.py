@@ -100,6 +100,12 @@ def play(
 
     **Returns** the output at each sample. Its derivative is exact away from kinks, at the cost of
     one gather a tangent.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax import play
+    >>> drive = jnp.array([0.0, 1.0, 2.0, 1.5, 0.0])
+    >>> play(drive - 0.5, drive + 0.5, jnp.array(0.0)).tolist()
+    [0.0, 0.5, 1.5, 1.5, 0.5]
     """
     return _play(as_float64(lower), as_float64(upper), as_float64(start))
 
@@ -198,6 +204,13 @@ def memory(
     `stretches` known the recursion runs over its turning points alone; NaN then where a falling
     bound does not rise with the drive. This function and its derivative are the seam behind which
     the recursion lives: everything that predicts comes through here.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax import memory
+    >>> drive = jnp.array([0.0, 1.0, 2.0, 1.0, 0.0])
+    >>> one = jnp.ones(1)
+    >>> memory(drive, 0.5 * one, one, one, 2.0 * one, 0.0 * one).tolist()  # 2 x a play of 0.5 V
+    [0.0, 1.0, 3.0, 3.0, 1.0]
     """
     bend = (None, None) if bow is None or u_0 is None else (as_float64(bow), as_float64(u_0))
     return _memory(*(as_float64(x) for x in (u, r, lam, eta, p, start)), *bend, stretches)

@@ -9,6 +9,12 @@ class Plays(eqx.Module):
     """The play operators of one run: thresholds, shapes and weights, each of shape `plays`.
 
     `bow` and `u_0` bend all falling bounds alike, by `bow (u - u_0)^2`; `None`: they are straight.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax.examples import paper_device
+    >>> plays = paper_device().operator.plays(jnp.array(4.5), jnp.array(10.0))
+    >>> plays.r.shape, round(float(plays.r[0]), 4)  # V
+    ((10,), 0.1304)
     """
 
     r: Float[Array, " plays"]

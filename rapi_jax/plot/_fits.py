@@ -37,6 +37,19 @@ def residuals(
 
     Many readings are drawn as their median and the band that holds 95 % of them. `run`: that run
     alone; `ax`: axes to draw it (the first, unless one is given) into.
+
+    >>> import numpy as np
+    >>> from rapi_jax import plot
+    >>> from rapi_jax import Recording, predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> drives = triangle([10.0, 20.0], amplitude=4.5, bias=3.0, samples=100)
+    >>> truth = [np.asarray(predict(paper_device(), drive)) for drive in drives]
+    >>> noise = np.random.default_rng(0).standard_normal(100)  # GHz
+    >>> recording = Recording.of(drives, [y + 0.02 * noise for y in truth])
+    >>> used = [np.ones(100, bool)] * 2
+    >>> picture = plot.residuals(recording, truth, used)
+    >>> picture.axes[0].get_xlabel(), picture.axes[0].get_ylabel()
+    ("scan phase since the drive's minimum", 'residual (MHz)')
     """
     rows = shown_runs(recording) if run is None and ax is None else [run or 0]
     figure, axes = grid(len(rows), 2.6) if ax is None else (ax.figure, [ax])
@@ -67,6 +80,19 @@ def spectrum(
 
     Power is averaged in 24 steps a decade. White noise is level, slow noise falls with frequency,
     and a resonance or a pickup is a line.
+
+    >>> import numpy as np
+    >>> from rapi_jax import plot
+    >>> from rapi_jax import Recording, predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> drives = triangle([10.0, 20.0], amplitude=4.5, bias=3.0, samples=100)
+    >>> truth = [np.asarray(predict(paper_device(), drive)) for drive in drives]
+    >>> noise = np.random.default_rng(0).standard_normal(100)  # GHz
+    >>> recording = Recording.of(drives, [y + 0.02 * noise for y in truth])
+    >>> used = [np.ones(100, bool)] * 2
+    >>> picture = plot.spectrum(recording, truth, used)
+    >>> picture.axes[0].get_xlabel(), picture.axes[0].get_ylabel()
+    ('frequency (Hz)', 'residual (GHz/√Hz)')
     """
     from scipy.signal import welch
 
@@ -102,7 +128,14 @@ def _average_in_steps(
 def correlation(
     names: Sequence[str], matrix: Float[np.ndarray, "names names"], *, ax: Any = None
 ) -> Any:
-    """Correlation of the parameters' errors: those near 1 or -1 are fixed only together."""
+    """Correlation of the parameters' errors: those near 1 or -1 are fixed only together.
+
+    >>> import numpy as np
+    >>> from rapi_jax import plot
+    >>> picture = plot.correlation(["alpha", "zeta"], np.array([[1.0, -0.8], [-0.8, 1.0]]))
+    >>> [label.get_text() for label in picture.axes[0].get_xticklabels()]
+    ['alpha', 'zeta']
+    """
     size = 2.2 + 0.34 * len(names)
     figure, axis = one_axis(ax, (size + 1.0, size))
     picture = axis.imshow(matrix, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
@@ -117,7 +150,13 @@ def correlation(
 def convergence(
     traces: Sequence[tuple[str, Sequence[tuple[int, float]], bool]], *, ax: Any = None
 ) -> Any:
-    """Cost against solver steps of each start: (name, (step, cost) pairs, reached the optimum)."""
+    """Cost against solver steps of each start: (name, (step, cost) pairs, reached the optimum).
+
+    >>> from rapi_jax import plot
+    >>> picture = plot.convergence([("guess 1", [(0, 9.0), (1, 1.2), (2, 1.0)], True)])
+    >>> picture.axes[0].get_xlabel(), picture.axes[0].get_ylabel()
+    ('solver steps', 'cost (half the weighted sum of squares)')
+    """
     figure, axis = one_axis(ax)
     reached = sum(agrees for _, _, agrees in traces)
     names = {

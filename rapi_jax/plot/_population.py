@@ -12,6 +12,10 @@ def population(found: Any, change: Any = None) -> Picture:
 
     The inner band is of the expectation, the outer one of recordings without errors of their own.
     Where time is no covariate, recordings stand in their order. `change`: of a new recording.
+
+    >>> from fitting import fit_population
+    >>> from rapi_jax import plot
+    >>> picture = plot.population(fit_population(results))  # doctest: +SKIP
     """
     recordings, warm = found.recordings, "temperature" in found.covariates.names
     timed = "time" in found.covariates.names

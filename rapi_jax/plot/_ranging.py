@@ -11,6 +11,21 @@ def ranging(found: Any) -> Picture:
     """Distances of scans over time with their errors, the track, and the scans' nonlinearity.
 
     `found`: a `Ranging`. Error bars and bands are standard errors.
+
+    >>> import numpy as np
+    >>> from rapi_jax import plot
+    >>> from rapi_jax.ranging import FringeRecord, FringeRecords, range_records
+    >>> light, rate, path = 299792458.0, 1e6, 7.34  # m/s, Hz, m
+    >>> time = np.arange(30000) / rate
+    >>> phase = np.mod(time * 50.0, 1.0)
+    >>> hertz = 75e9 * np.where(phase < 0.5, 2 * phase, 2 - 2 * phase)
+    >>> fringe = lambda metres: np.cos(2 * np.pi * (hertz + 3.84e14) * metres / light)
+    >>> record = FringeRecord(fringe(2 * 0.7), fringe(path), rising_at_start=True)
+    >>> records = FringeRecords((record,), rate, 50.0, path)
+    >>> found = range_records(records)
+    >>> picture = plot.ranging(found)
+    >>> len(picture.axes)
+    2
     """
     track, table = found.target.track, found.table
     figure = Picture(figsize=(9.0, 7.6 if track is not None else 5.4), layout="constrained")

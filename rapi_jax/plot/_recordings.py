@@ -10,7 +10,20 @@ from ._style import MEASURED, MODEL, UP, Picture, grid, quantity, shown_runs, ti
 
 
 def overview(recording: Recording) -> Picture:
-    """Drive and response of each run over time, and its loop: what was imported."""
+    """Drive and response of each run over time, and its loop: what was imported.
+
+    >>> import numpy as np
+    >>> from rapi_jax import plot
+    >>> from rapi_jax import Recording, predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> drives = triangle([10.0, 20.0], amplitude=4.5, bias=3.0, samples=100)
+    >>> truth = [np.asarray(predict(paper_device(), drive)) for drive in drives]
+    >>> noise = np.random.default_rng(0).standard_normal(100)  # GHz
+    >>> recording = Recording.of(drives, [y + 0.02 * noise for y in truth])
+    >>> picture = plot.overview(recording)
+    >>> len(picture.axes)
+    6
+    """
     rows = shown_runs(recording, 6)
     figure = Picture(figsize=(9.6, 2.6 * len(rows) + 0.4), layout="constrained")
     axes = figure.subplots(len(rows), 2, squeeze=False, width_ratios=(2.0, 1.0))
@@ -41,6 +54,18 @@ def loops(
 
     `predicted`: the model's response to each run, drawn beside the measured one. `run`: that run
     alone; `ax`: axes to draw it (the first, unless one is given) into.
+
+    >>> import numpy as np
+    >>> from rapi_jax import plot
+    >>> from rapi_jax import Recording, predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> drives = triangle([10.0, 20.0], amplitude=4.5, bias=3.0, samples=100)
+    >>> truth = [np.asarray(predict(paper_device(), drive)) for drive in drives]
+    >>> noise = np.random.default_rng(0).standard_normal(100)  # GHz
+    >>> recording = Recording.of(drives, [y + 0.02 * noise for y in truth])
+    >>> picture = plot.loops(recording, truth)
+    >>> picture.axes[0].get_xlabel(), picture.axes[0].get_ylabel()
+    ('drive (V)', 'response less a straight line (GHz)')
     """
     rows = shown_runs(recording) if run is None and ax is None else [run or 0]
     figure, axes = grid(len(rows)) if ax is None else (ax.figure, [ax])
@@ -76,6 +101,18 @@ def predictions(recording: Recording, predicted: Sequence[np.ndarray]) -> Pictur
     """Response and prediction over time, with the difference below, for each run.
 
     Of a run without any reading the prediction alone is drawn.
+
+    >>> import numpy as np
+    >>> from rapi_jax import plot
+    >>> from rapi_jax import Recording, predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> drives = triangle([10.0, 20.0], amplitude=4.5, bias=3.0, samples=100)
+    >>> truth = [np.asarray(predict(paper_device(), drive)) for drive in drives]
+    >>> noise = np.random.default_rng(0).standard_normal(100)  # GHz
+    >>> recording = Recording.of(drives, [y + 0.02 * noise for y in truth])
+    >>> picture = plot.predictions(recording, truth)
+    >>> len(picture.axes)
+    4
     """
     rows = shown_runs(recording, 6)
     figure = Picture(figsize=(8.0, 3.6 * len(rows) + 0.4), layout="constrained")

@@ -21,7 +21,17 @@ from ._style import (
 
 
 def compensation(made: Sequence[Any], unit: str, drive_unit: str) -> Picture:
-    """Each target and the drive for it over one period, and the drive less a straight one."""
+    """Each target and the drive for it over one period, and the drive less a straight one.
+
+    >>> from rapi_jax import DriveLimits, compensate, linear_scan, plot
+    >>> from rapi_jax.examples import paper_device
+    >>> (target,) = linear_scan(20.0, span=60.0, samples=512)
+    >>> limits = DriveLimits(low_v=0.0, high_v=7.0, slew_v_per_s=1000.0)
+    >>> made = compensate(paper_device(), target, bias=3.0, limits=limits)
+    >>> picture = plot.compensation([made], "GHz", "V")
+    >>> len(picture.axes)
+    3
+    """
     figure = Picture(figsize=(8.0, 7.5), layout="constrained")
     top, middle, bottom = figure.subplots(3, 1, sharex=True)
     for i, one in enumerate(made):
@@ -45,6 +55,19 @@ def scans(before: Recording, after: Recording) -> Picture:
 
     Below the scans each rate has a row of its own; where readings are many, a line is their median
     and the band holds 95 % of them.
+
+    >>> import numpy as np
+    >>> from rapi_jax import plot
+    >>> from rapi_jax import Recording, predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> drives = triangle([10.0, 20.0], amplitude=4.5, bias=3.0, samples=100)
+    >>> truth = [np.asarray(predict(paper_device(), drive)) for drive in drives]
+    >>> noise = np.random.default_rng(0).standard_normal(100)  # GHz
+    >>> recording = Recording.of(drives, [y + 0.02 * noise for y in truth])
+    >>> straight = Recording.of(drives, [18.0 * drive.value for drive in drives])
+    >>> picture = plot.scans(recording, straight)
+    >>> len(picture.axes)
+    6
     """
     count = max(len(shown_runs(one, 6)) for one in (before, after))
     heights = (2.0, *(1.0 for _ in range(count)))
@@ -83,7 +106,18 @@ def _draw_nonlinearity(axis: Any, run: Run, unit: str, colour: str) -> None:
 
 
 def learning(courses: Sequence[tuple[str, Any]]) -> Picture:
-    """Nonlinearity (rms) against iteration, both branches, for each (name, `Learned`)."""
+    """Nonlinearity (rms) against iteration, both branches, for each (name, `Learned`).
+
+    >>> from rapi_jax import DriveLimits, Run, learn, linear_scan, plot, triangle
+    >>> (target,) = linear_scan(20.0, span=60.0, samples=512)
+    >>> (start,) = triangle(20.0, amplitude=3.0, bias=3.0, samples=512)
+    >>> limits = DriveLimits(low_v=0.0, high_v=7.0, slew_v_per_s=1000.0)
+    >>> bench = lambda drive: Run(drive, 20.0 * drive.value)
+    >>> found = learn(bench, target, start, limits=limits, iterations=1)
+    >>> picture = plot.learning([("20 Hz", found)])
+    >>> len(picture.axes)
+    1
+    """
     figure = Picture(figsize=(6.8, 4.2), layout="constrained")
     axis = figure.subplots()
     for i, (name, course) in enumerate(courses):
@@ -104,7 +138,17 @@ def learning(courses: Sequence[tuple[str, Any]]) -> Picture:
 
 
 def word_lengths(errors: Sequence[Any]) -> Picture:
-    """Largest errors of drive and scan against word length, for each `WordLengthError`."""
+    """Largest errors of drive and scan against word length, for each `WordLengthError`.
+
+    >>> import numpy as np
+    >>> from rapi_jax import StreamingCompensator, plot, word_length_errors
+    >>> from rapi_jax.examples import paper_device
+    >>> stream = StreamingCompensator.of(paper_device(), 10.0, within=(0.75, 5.25))
+    >>> wanted = 50.0 + 10.0 * np.sin(np.linspace(0.0, 6.0, 50))  # GHz
+    >>> picture = plot.word_lengths(word_length_errors(stream, wanted, bits=(16, 24)))
+    >>> len(picture.axes)
+    1
+    """
     bits = np.array([e.bits for e in errors])
     figure = Picture(figsize=(6.8, 4.2), layout="constrained")
     axis = figure.subplots()

@@ -19,21 +19,45 @@ GROUPS = 240  # of samples, along a curve; more are drawn as a band
 
 
 class Picture(Figure):
-    """A figure that a notebook shows, with or without `matplotlib.pyplot`."""
+    """A figure that a notebook shows, with or without `matplotlib.pyplot`.
+
+    >>> import numpy as np
+    >>> from rapi_jax import plot
+    >>> from rapi_jax import Recording, predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> drives = triangle([10.0, 20.0], amplitude=4.5, bias=3.0, samples=100)
+    >>> truth = [np.asarray(predict(paper_device(), drive)) for drive in drives]
+    >>> noise = np.random.default_rng(0).standard_normal(100)  # GHz
+    >>> recording = Recording.of(drives, [y + 0.02 * noise for y in truth])
+    >>> isinstance(plot.overview(recording), plot.Picture)
+    True
+    """
 
     def _repr_png_(self) -> bytes:
         return png(self)
 
 
 def png(figure: Figure, *, dpi: int = 120) -> bytes:
-    """A figure as the bytes of a PNG file, with `dpi` dots an inch."""
+    """A figure as the bytes of a PNG file, with `dpi` dots an inch.
+
+    >>> from rapi_jax import plot
+    >>> picture = plot.convergence([("guess 1", [(0, 9.0), (1, 1.2), (2, 1.0)], True)])
+    >>> plot.png(picture)[1:4]
+    b'PNG'
+    """
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=dpi)
     return buffer.getvalue()
 
 
 def svg(figure: Figure) -> bytes:
-    """A figure as the bytes of an SVG file, the same for the same figure."""
+    """A figure as the bytes of an SVG file, the same for the same figure.
+
+    >>> from rapi_jax import plot
+    >>> picture = plot.convergence([("guess 1", [(0, 9.0), (1, 1.2), (2, 1.0)], True)])
+    >>> plot.svg(picture)[:5]
+    b'<?xml'
+    """
     import matplotlib as mpl
 
     buffer = io.BytesIO()

@@ -42,6 +42,19 @@ def range_records(
 
     Raises `DataError` where a record shows no fringes of the interferometer or no turns, or no scan
     is complete.
+
+    >>> import numpy as np
+    >>> from rapi_jax.ranging import FringeRecord, FringeRecords, range_records
+    >>> light, rate, path = 299792458.0, 1e6, 7.34  # m/s, Hz, m
+    >>> time = np.arange(30000) / rate
+    >>> phase = np.mod(time * 50.0, 1.0)
+    >>> hertz = 75e9 * np.where(phase < 0.5, 2 * phase, 2 - 2 * phase)
+    >>> fringe = lambda metres: np.cos(2 * np.pi * (hertz + 3.84e14) * metres / light)
+    >>> record = FringeRecord(fringe(2 * 0.7), fringe(path), rising_at_start=True)
+    >>> records = FringeRecords((record,), rate, 50.0, path)
+    >>> found = range_records(records)
+    >>> round(float(found.summary.distance), 4)  # m
+    0.7
     """
     sums = ScaleSums()
     parts: list[ReadPart] = []

@@ -22,6 +22,10 @@ class AirState:
 
     Raises `DataError` outside -40 to 100 deg C, 10 to 140 kPa, 0 to 1, 0 to 2000 ppm: the range of
     the formulas for the index.
+
+    >>> from rapi_jax.ranging import AirState
+    >>> AirState(temperature_c=21.0, pressure_pa=101325.0, relative_humidity=0.5).co2_ppm
+    450.0
     """
 
     temperature_c: float
@@ -72,6 +76,12 @@ class FringeRecord:
 
     Columns may be views into a file; they are read once. Raises `DataError` where a column is not
     one of numbers, is too short, or differs in length from the others.
+
+    >>> import numpy as np
+    >>> from rapi_jax.ranging import FringeRecord
+    >>> record = FringeRecord(np.zeros(300, np.int16), np.ones(300, np.int16), start_s=0.1)
+    >>> record.size, record.cavity is None
+    (300, True)
     """
 
     measurement: np.ndarray
@@ -128,6 +138,17 @@ class FringeRecords:
       highest value the digitizer gives, in the records' own unit; `None` where unknown.
 
     Raises `DataError` where there is no record, or a number is not positive or beyond any set-up.
+
+    >>> import numpy as np
+    >>> from rapi_jax.ranging import FringeRecord, FringeRecords
+    >>> record = FringeRecord(
+    ...     np.zeros(300, np.int16), np.ones(300, np.int16), rising_at_start=True
+    ... )
+    >>> records = FringeRecords(
+    ...     (record,), sample_hz=1e6, excitation_hz=10.0, interferometer_path_m=7.34
+    ... )
+    >>> records.waveform, records.air is None  # without the air, its index is taken for 1
+    ('triangle', True)
     """
 
     records: tuple[FringeRecord, ...]

@@ -28,6 +28,19 @@ class ScanTable:
     - `span_hz`: of optical frequency. `velocity_s`, `acceleration_s2`: how `path` answers to motion
       about `time_s`. `problem`: what is wrong with the scan, "" where nothing is.
     - `bend_ghz`: rms nonlinearity of the optical frequency over time in the region of interest.
+
+    >>> import numpy as np
+    >>> from rapi_jax.ranging import FringeRecord, FringeRecords, range_records
+    >>> light, rate, path = 299792458.0, 1e6, 7.34  # m/s, Hz, m
+    >>> time = np.arange(30000) / rate
+    >>> phase = np.mod(time * 50.0, 1.0)
+    >>> hertz = 75e9 * np.where(phase < 0.5, 2 * phase, 2 - 2 * phase)
+    >>> fringe = lambda metres: np.cos(2 * np.pi * (hertz + 3.84e14) * metres / light)
+    >>> record = FringeRecord(fringe(2 * 0.7), fringe(path), rising_at_start=True)
+    >>> records = FringeRecords((record,), rate, 50.0, path)
+    >>> found = range_records(records)
+    >>> found.table.rising.tolist(), found.table.time_s.round(3).tolist()
+    ([True, False, True], [0.005, 0.015, 0.025])
     """
 
     time_s: np.ndarray

@@ -15,6 +15,20 @@ class RangeSummary:
     - `scatter`: rms of the scans' distances about the track, or about their mean without one, m.
     - `velocity`, `velocity_stderr`: mean over time, m/s; of a track alone.
     - `scans`: how many there are. `counted`: how many of them count.
+
+    >>> import numpy as np
+    >>> from rapi_jax.ranging import FringeRecord, FringeRecords, range_records
+    >>> light, rate, path = 299792458.0, 1e6, 7.34  # m/s, Hz, m
+    >>> time = np.arange(30000) / rate
+    >>> phase = np.mod(time * 50.0, 1.0)
+    >>> hertz = 75e9 * np.where(phase < 0.5, 2 * phase, 2 - 2 * phase)
+    >>> fringe = lambda metres: np.cos(2 * np.pi * (hertz + 3.84e14) * metres / light)
+    >>> record = FringeRecord(fringe(2 * 0.7), fringe(path), rising_at_start=True)
+    >>> records = FringeRecords((record,), rate, 50.0, path)
+    >>> found = range_records(records)
+    >>> summary = found.summary
+    >>> summary.scans, summary.counted, bool(summary.stderr < 1e-3)  # m
+    (3, 3, True)
     """
 
     distance: float

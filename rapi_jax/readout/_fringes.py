@@ -36,6 +36,13 @@ class Fringes:
 
     Raises `DataError` where a channel is not a column of finite numbers, or the two differ in
     length.
+
+    >>> import numpy as np
+    >>> from rapi_jax.readout import Fringes
+    >>> signal = np.cos(np.linspace(0.0, 100.0, 4000))
+    >>> fringes = Fringes(signal, None, sample_hz=1e6, delay_s=2.45e-8)
+    >>> fringes.interferometer.size, fringes.cavity is None
+    (4000, True)
     """
 
     interferometer: np.ndarray

@@ -30,6 +30,18 @@ def read_fringes(fringes: Fringes, drive: Drive) -> Readout:
     its standard error; the cavity's comb checks the count of fringes, mends it where it can, and
     calibrates the delay. What is wrong with a record is listed in `faults`; `DataError` only where
     there is nothing to read.
+
+    >>> import numpy as np
+    >>> from rapi_jax import triangle
+    >>> from rapi_jax.readout import Fringes, read_fringes
+    >>> (drive,) = triangle(20.0, amplitude=4.0, bias=3.0, samples=2000)
+    >>> time = 0.01 + np.arange(60_000) * 1e-6  # s
+    >>> phase = np.mod(time * 20.0, 1.0)
+    >>> ghz = 75.0 * np.where(phase < 0.5, 2 * phase, 2 - 2 * phase)
+    >>> light = np.cos(2 * np.pi * ghz * 24.5)  # a delay of 24.5 ns
+    >>> found = read_fringes(Fringes(light, None, sample_hz=1e6, start_s=0.01), drive)
+    >>> round(float(np.ptp(found.frequency)))  # GHz
+    75
     """
     faults: list[str] = []
     mask = mask_clipped(fringes.interferometer, fringes.full_scale)

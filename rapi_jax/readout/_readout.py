@@ -21,6 +21,11 @@ class Turn:
     - `rising_after`: whether the frequency rises after it.
     - `rounding_s`: time constant of its corner, 0 where that is too short to tell.
     - `checked`: whether cavity peaks on both sides confirm its fringe count.
+
+    >>> from rapi_jax.readout import Turn
+    >>> turn = Turn(time_s=0.0251, stderr_s=1e-6, drive_s=0.0250, rising_after=False)
+    >>> round(turn.lag_s, 7)  # s
+    0.0001
     """
 
     time_s: float
@@ -38,7 +43,15 @@ class Turn:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Peaks:
-    """Cavity peaks on the comb: time (s), order, and distance from the comb with error (GHz)."""
+    """Cavity peaks on the comb: time (s), order, and distance from the comb with error (GHz).
+
+    >>> import numpy as np
+    >>> from rapi_jax.readout import Peaks
+    >>> at = np.array([0.001, 0.002])
+    >>> peaks = Peaks(at, order=np.array([0, 1]), residual_ghz=0.0 * at, stderr_ghz=0.0 * at + 1e-3)
+    >>> peaks.size
+    2
+    """
 
     time_s: np.ndarray
     order: np.ndarray
@@ -62,6 +75,16 @@ class Readout:
       as given, with an infinite error, where there is none.
     - `fringe_noise`: rms of what the phase does not explain, in fringe amplitudes.
     - `faults`: what is wrong or doubtful with the record, one line each.
+
+    >>> import numpy as np
+    >>> from rapi_jax.readout import Peaks, Readout, Turn
+    >>> time, none = np.linspace(0.0, 0.02, 5), np.zeros(0)
+    >>> found = Readout(
+    ...     time, 1500.0 * time, np.full(5, 1e-3), (Turn(0.025, 1e-6, 0.0249, False),),
+    ...     Peaks(none, none, none, none), 2.45e-8, 1e-12, 0.01, (),
+    ... )
+    >>> found.frequency.tolist(), found.faults  # GHz
+    ([0.0, 7.5, 15.0, 22.5, 30.0], ())
     """
 
     time: np.ndarray

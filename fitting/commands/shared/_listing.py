@@ -27,7 +27,7 @@ COMMANDS = {
         "fitting.commands.import_files:import_files",
         "Make a recording from files of an oscilloscope or another program.",
         (
-            "rapi import scope.csv --dry-run -o my-recording",
+            "rapi import scope.csv",
             "rapi import scope.csv --drive CH1 --response CH2 --response-scale 4.5 "
             "--response-unit GHz -o my-recording",
             "rapi import data.mat --drive u --response y --sample-rate 100000 -o my-recording",
@@ -122,7 +122,7 @@ FIRST_STEPS = """\
 rapi makes the frequency scan of a piezo-tuned laser linear. Where to begin:
 
   rapi demo                          everything on a simulated laser, one to two minutes
-  rapi import scope.csv -o my-recording    your own file: lists its columns, says what to add
+  rapi import scope.csv              your own file: lists its columns, says what to add
   rapi check my-recording            what the recording allows, in seconds
   rapi fit my-recording -o result    identify a model and say whether it can be trusted
   rapi compensate result --span 60 --frequency 10 20 -o drives

@@ -24,6 +24,14 @@ class Claim:
       straight line in the drive, which compensation is to take away.
     - `rates_hz`, `swings`, `hours`: between which the runs lay, and how long the session was.
     - `runs`: how many errors the interval rests on.
+
+    >>> from fitting import Claim
+    >>> claim = Claim(
+    ...     rms=0.024, low=0.011, high=0.049, noise=0.022, curvature=3.0,
+    ...     rates_hz=(10.0, 40.0), swings=(2.5, 4.5), hours=0.01,
+    ... )
+    >>> claim.low < claim.rms < claim.high  # GHz
+    True
     """
 
     rms: float

@@ -30,6 +30,11 @@ class Verdict:
     """`trusted` with no reasons, or not with at least one; `notes` do not speak against the fit.
 
     `with_gap`: trusted, though what is left is more than noise; the claim covers it.
+
+    >>> from fitting import Verdict
+    >>> verdict = Verdict(False, ("single sweep: nothing tests what was fitted",), ())
+    >>> verdict.trusted, verdict.reasons
+    (False, ('single sweep: nothing tests what was fitted',))
     """
 
     trusted: bool

@@ -29,6 +29,13 @@ def swap(recording: Recording, forward: FitResult, *, smooth: float | None = Non
 
     **Returns** a recording with units swapped, no latency, one origin. Raises `DataError` where
     `forward` was not fitted to `recording`.
+
+    >>> from fitting import fit, swap
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> result = fit(paper_device(), recording, starts=2, hold_out=False)
+    >>> swap(recording, result).drive_unit  # frequency in, drive out
+    'GHz'
     """
     smooth = THRESHOLDS.misfit_smoothing if smooth is None else smooth
     lengths = [predicted.size for predicted in forward.predicted]

@@ -19,6 +19,13 @@ class ModelDraws:
     - `ecdl`: the model that was fitted, from whose drives and predictions bands are counted.
     - `values`: all declared parameters of it, in order of declaration; held ones are the same in
       all draws. `method`: "laplace" or "posterior".
+
+    >>> from fitting import fit, laplace_draws
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> result = fit(paper_device(), recording, starts=2, hold_out=False)
+    >>> laplace_draws(result, draws=20).values.shape[0]
+    20
     """
 
     ecdl: ECDL
@@ -37,6 +44,14 @@ def laplace_draws(result: FitResult, *, draws: int = 1000, seed: int = 0) -> Mod
     Their covariance is that of the fit, corrected for correlated residuals. Draws outside the
     parameters' bounds are drawn again. Raises `ModelError` where the data do not fix a parameter,
     or hardly a draw lies within the bounds.
+
+    >>> from fitting import fit, laplace_draws
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> result = fit(paper_device(), recording, starts=2, hold_out=False)
+    >>> draws = laplace_draws(result, draws=20, seed=1)
+    >>> draws.method, draws.values.shape[0]
+    ('laplace', 20)
     """
     vector = ParameterVector.of(result.ecdl)
     stderr = {p.name: p.stderr for p in result.parameters}

@@ -21,6 +21,16 @@ class PredictionBand:
     - `predicted`: of the fitted model. `low`, `high`: hold the response at each sample alone with
       probability `level`. `all_low`, `all_high`: hold it at all samples at once.
     - `stderr`: standard deviation over the draws. `method`: what was drawn from.
+
+    >>> from fitting import fit, prediction_band
+    >>> from rapi_jax import triangle
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> result = fit(paper_device(), recording, starts=2, hold_out=False)
+    >>> (drive,) = triangle(25.0, amplitude=4.5, bias=3.0, samples=200)
+    >>> band = prediction_band(result, drive, draws=50)
+    >>> band.level, band.method, bool(band.stderr.max() < 0.1)  # GHz
+    (0.95, 'laplace', True)
     """
 
     drive: Drive
@@ -61,6 +71,16 @@ def prediction_band(
     The simultaneous band is wider by one factor everywhere: the quantile of the largest deviation
     in units of the standard deviation (sup-t; J. L. Montiel Olea and M. Plagborg-Moller, Journal of
     Applied Econometrics 34, 1, 2019). Raises what `laplace_draws` or `sample_posterior` raises.
+
+    >>> from fitting import fit, prediction_band
+    >>> from rapi_jax import triangle
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> result = fit(paper_device(), recording, starts=2, hold_out=False)
+    >>> (drive,) = triangle(25.0, amplitude=4.5, bias=3.0, samples=200)  # not recorded
+    >>> band = prediction_band(result, drive, draws=50)
+    >>> bool((band.low <= band.predicted).all() and (band.predicted <= band.high).all())
+    True
     """
     check_level(level)
     models = draws_of(source, method, posterior, draws, seed)

@@ -45,6 +45,16 @@ class StreamingCompensator(eqx.Module):
 
     A target out of reach of the drives allowed gives the nearest of these; one that is not a number
     holds the last drive. Both show in `StreamingState.error`.
+
+    >>> import numpy as np
+    >>> from rapi_jax import StreamingCompensator, StreamingOperator, linear_scan
+    >>> from rapi_jax.examples import paper_device
+    >>> stream = StreamingCompensator.of(paper_device(), 10.0, within=(0.75, 5.25))
+    >>> wanted = 50.0 + 10.0 * np.sin(np.linspace(0.0, 6.0, 50))  # GHz
+    >>> _, drive = stream.run(wanted)
+    >>> model = StreamingOperator(stream.frozen, stream.low)
+    >>> float(np.abs(model.run(drive)[1] - wanted).max()) < 1e-9  # GHz
+    True
     """
 
     frozen: FrozenOperator

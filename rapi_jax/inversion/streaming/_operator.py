@@ -20,6 +20,15 @@ class StreamingOperator(eqx.Module):
     """Drive in, response out; the state is the plays' outputs (Eq. 9).
 
     With an `InverseRAPI` it is the paper's compensator: frequency in, drive out (Eq. 24).
+
+    >>> import numpy as np
+    >>> from rapi_jax import StreamingOperator, predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> (drive,) = triangle(10.0, amplitude=4.5, bias=3.0, samples=100)
+    >>> model = StreamingOperator.of(paper_device(), 10.0, u_min=0.75, u_pp=4.5)
+    >>> _, response = model.run(drive.value)
+    >>> float(np.abs(response - predict(paper_device(), drive))[50:].max()) < 1e-9  # GHz
+    True
     """
 
     frozen: FrozenOperator

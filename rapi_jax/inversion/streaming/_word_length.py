@@ -39,6 +39,15 @@ def word_length_errors(
     """The errors over `targets` for each word length in `bits`.
 
     Raises `ValueError` for one that `FixedPointCompensator` refuses.
+
+    >>> import numpy as np
+    >>> from rapi_jax import StreamingCompensator, word_length_errors
+    >>> from rapi_jax.examples import paper_device
+    >>> stream = StreamingCompensator.of(paper_device(), 10.0, within=(0.75, 5.25))
+    >>> wanted = 50.0 + 10.0 * np.sin(np.linspace(0.0, 6.0, 50))  # GHz
+    >>> short, long = word_length_errors(stream, wanted, bits=(16, 24))
+    >>> short.drive > 10 * long.drive
+    True
     """
     targets = np.asarray(targets, float)
     _, exact = compensator.run(targets)

@@ -22,6 +22,13 @@ class AfgWaveform:
     - `codes`: 0 to 16382, uint16, played in equal times over one period, each held.
     - `low_v`, `high_v`: the levels of code 0 and of code 16382, V.
     - `frequency_hz`: periods a second.
+
+    >>> from rapi_jax import AfgWaveform, DriveLimits, triangle
+    >>> (drive,) = triangle(10.0, amplitude=4.0, bias=3.0, samples=100)
+    >>> limits = DriveLimits(low_v=0.0, high_v=7.0, slew_v_per_s=1000.0)
+    >>> wave = AfgWaveform.of(drive, limits=limits)
+    >>> wave.low_v, wave.high_v, wave.frequency_hz
+    (1.0, 5.0, 10.0)
     """
 
     codes: np.ndarray

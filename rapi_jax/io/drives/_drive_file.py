@@ -20,7 +20,16 @@ _KEYS = ("frequency_hz", "low_v", "high_v")
 
 
 def write_drive(drive: Drive, path: StrPath) -> None:
-    """Write the samples of `drive` as CSV with the header `time_s,drive`, whole or not at all."""
+    """Write the samples of `drive` as CSV with the header `time_s,drive`, whole or not at all.
+
+    >>> from pathlib import Path
+    >>> from rapi_jax import triangle
+    >>> from rapi_jax.io import write_drive
+    >>> (drive,) = triangle(10.0, amplitude=4.0, bias=3.0, samples=100)
+    >>> write_drive(drive, "drive.csv")
+    >>> Path("drive.csv").read_text().splitlines()[:2]
+    ['time_s,drive', '0.0,1.0']
+    """
     rows = map("%r,%r\n".__mod__, zip(drive.time.tolist(), drive.value.tolist(), strict=True))
     write_atomic(path, HEADER + "\n" + "".join(rows))
 
@@ -30,12 +39,23 @@ def read_drive(path: StrPath, *, waveform: Waveform = "triangle") -> Drive:
 
     The scan rate follows from the length. Raises `DataError`, in one line, where the file is not
     such a drive.
+
+    >>> from rapi_jax import triangle
+    >>> from rapi_jax.io import read_drive, write_drive
+    >>> (drive,) = triangle(10.0, amplitude=4.0, bias=3.0, samples=100)
+    >>> write_drive(drive, "drive.csv")
+    >>> round(read_drive("drive.csv").excitation_hz, 6)  # Hz
+    10.0
     """
     with located(printable(path)):
         text = read_text(Path(path))
         lines = text.rstrip("\n").split("\n")
         if lines[0].replace(" ", "") != HEADER:
-            raise DataError(f"line 1 must be {HEADER}, but is '{printable(lines[0], 60)}'.")
+            raise DataError(
+                f"line 1 must be {HEADER}, but is '{printable(lines[0], 60)}'. Give a drive as "
+                "`rapi compensate` writes it, or a recording: `rapi import` makes one of a table "
+                "of another program."
+            )
         table = _numbers(lines[1:], 2, first_line=2)
         time, value = table[:, 0], table[:, 1]
         if not text.endswith("\n"):
@@ -47,14 +67,32 @@ def read_drive(path: StrPath, *, waveform: Waveform = "triangle") -> Drive:
 
 
 def write_afg(wave: AfgWaveform, path: StrPath) -> None:
-    """Write codes and levels for a generator: a header of `# key = value`, then a code a line."""
+    """Write codes and levels for a generator: a header of `# key = value`, then a code a line.
+
+    >>> from pathlib import Path
+    >>> from rapi_jax import AfgWaveform, triangle
+    >>> from rapi_jax.io import write_afg
+    >>> (drive,) = triangle(10.0, amplitude=4.0, bias=3.0, samples=100)
+    >>> write_afg(AfgWaveform.of(drive), "drive.afg")
+    >>> Path("drive.afg").read_text().splitlines()[1]
+    '# frequency_hz = 10.0'
+    """
     head = [_AFG, *(f"# {key} = {getattr(wave, key)!r}" for key in _KEYS)]
     head += [f"# points = {wave.codes.size}", "code"]
     write_atomic(path, "\n".join([*head, *map(str, wave.codes.tolist())]) + "\n")
 
 
 def read_afg(path: StrPath) -> AfgWaveform:
-    """Read what `write_afg` wrote. Raises `DataError`, in one line, where it is damaged."""
+    """Read what `write_afg` wrote. Raises `DataError`, in one line, where it is damaged.
+
+    >>> from rapi_jax import AfgWaveform, triangle
+    >>> from rapi_jax.io import read_afg, write_afg
+    >>> (drive,) = triangle(10.0, amplitude=4.0, bias=3.0, samples=100)
+    >>> write_afg(AfgWaveform.of(drive), "drive.afg")
+    >>> wave = read_afg("drive.afg")
+    >>> float(wave.frequency_hz), float(wave.high_v)
+    (10.0, 5.0)
+    """
     with located(printable(path)):
         text = read_text(Path(path))
         lines = text.rstrip("\n").split("\n")

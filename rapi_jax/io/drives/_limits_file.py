@@ -32,6 +32,13 @@ def read_limits(path: StrPath) -> DriveLimits:
     For a drive in um the keys are `low_um`, `high_um`, `slew_um_per_s` and `step_um`, and so is
     the unit of the limits. Raises `DataError`, in one line, where one is missing, misspelt or not a
     number.
+
+    >>> from rapi_jax.io import read_limits
+    >>> with open("limits.toml", "w") as file:
+    ...     for line in ("low_v = 0.0", "high_v = 7.0", "slew_v_per_s = 1000.0"):
+    ...         print(line, file=file)
+    >>> read_limits("limits.toml").high_v
+    7.0
     """
     label = printable(path)
     table = read_toml(Path(path), label)

@@ -19,6 +19,20 @@ def read_fringe_records(folder: StrPath) -> FringeRecords:
     one before it. `notes` says what was assumed or left out.
 
     Raises `DataError`, in one line, where something is missing, damaged, hostile or not finite.
+
+    >>> import numpy as np
+    >>> from rapi_jax.io import read_fringe_records, write_fringe_records
+    >>> from rapi_jax.ranging import FringeRecord, FringeRecords
+    >>> record = FringeRecord(
+    ...     np.zeros(300, np.int16), np.ones(300, np.int16), rising_at_start=True
+    ... )
+    >>> records = FringeRecords(
+    ...     (record,), sample_hz=1e6, excitation_hz=10.0, interferometer_path_m=7.34
+    ... )
+    >>> write_fringe_records(records, "fringes")
+    >>> again = read_fringe_records("fringes")
+    >>> again.sample_hz, again.records[0].size
+    (1000000.0, 300)
     """
     from ._manifest import WAVELENGTH_M, parse_manifest
 

@@ -32,6 +32,20 @@ class FringeWriter:
     manifest is written and the folder takes its place. On an exception nothing is left of it, and
     what was there stays; with `keep_partial`, the records appended so far are kept, and the notes
     say that there were to be more. Raises `OutputError` for every `OSError`.
+
+    >>> import numpy as np
+    >>> from rapi_jax.io import FringeWriter, read_fringe_records
+    >>> from rapi_jax.ranging import FringeRecord, FringeRecords
+    >>> record = FringeRecord(
+    ...     np.zeros(300, np.int16), np.ones(300, np.int16), rising_at_start=True
+    ... )
+    >>> records = FringeRecords(
+    ...     (record,), sample_hz=1e6, excitation_hz=10.0, interferometer_path_m=7.34
+    ... )
+    >>> with FringeWriter("fringes") as writer:
+    ...     writer.append(records)
+    >>> read_fringe_records("fringes").records[0].name
+    'record00'
     """
 
     def __init__(self, folder: StrPath, *, keep_partial: bool = False) -> None:
@@ -161,6 +175,20 @@ def write_fringe_records(records: FringeRecords, folder: StrPath) -> None:
     """Write records to a folder (`rapi.fringes/1`), whole or not at all.
 
     Raises `OutputError`, and `DataError` where a record cannot be named.
+
+    >>> import os
+    >>> import numpy as np
+    >>> from rapi_jax.io import write_fringe_records
+    >>> from rapi_jax.ranging import FringeRecord, FringeRecords
+    >>> record = FringeRecord(
+    ...     np.zeros(300, np.int16), np.ones(300, np.int16), rising_at_start=True
+    ... )
+    >>> records = FringeRecords(
+    ...     (record,), sample_hz=1e6, excitation_hz=10.0, interferometer_path_m=7.34
+    ... )
+    >>> write_fringe_records(records, "fringes")
+    >>> sorted(os.listdir("fringes"))
+    ['manifest.toml', 'record00.npy']
     """
     with FringeWriter(folder) as writer:
         writer.append(records)

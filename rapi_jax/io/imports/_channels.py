@@ -11,8 +11,6 @@ from rapi_jax.io._safe import printable
 from rapi_jax.io.tables._read import read_table
 from rapi_jax.io.tables._table import Table
 from rapi_jax.io.tables._units import (
-    DRIVES,
-    RESPONSES,
     drive_factor,
     known_unit,
     response_factor,
@@ -23,6 +21,7 @@ from ._clipping import describe_flat
 from ._clock import join_clocks
 from ._made_drive import check_made, make_drive
 from ._options import ImportOptions
+from ._questions import locate_columns
 
 Samples = Float[np.ndarray, " samples"]
 
@@ -45,19 +44,20 @@ class Channels:
     temperature_c: str | None
 
 
-def read_channels(path: str, options: ImportOptions) -> Channels:
-    """Read a file as `options` say. Raises `DataError` that names what is missing."""
-    table = read_table(path)
+def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
+    """Read a table of a file as `options` say. Raises `DataError` that names what is missing."""
     short = printable(Path(path).name)
     notes = [f"{short}: {table.form}; columns {table.describe()}"]
-    response_at = _choose(table, options.response, "response")
+    source = table if options.drive_file is None else read_table(options.drive_file)
+    places = locate_columns(table, source, options)
+    response_at = places["response"]
     response, response_unit, said = _scaled(table, response_at, "response", options)
     time, clock = _time_of(table, response_at, response.size, options)
     columns = [clock, f"response: {printable(table.columns[response_at].name, 40)} ({said})"]
     response = _settle(response, table.label, options)
     notes += [f"{short}: {line}" for line in describe_flat("response", response)]
     if options.made is not None:
-        unit, factor = drive_factor(_required(options.drive_unit, "drive", table))
+        unit, factor = drive_factor(str(options.drive_unit))
         drive = factor * make_drive(options.made, time - time[0])
         try:
             turn = check_made(options.made, time - time[0], response)
@@ -72,12 +72,11 @@ def read_channels(path: str, options: ImportOptions) -> Channels:
         )
         drive_unit = unit
     else:
-        source = table if options.drive_file is None else read_table(options.drive_file)
         other_short = short
         if options.drive_file is not None:
             other_short = printable(Path(options.drive_file).name)
             notes.append(f"{other_short}: {source.form}; columns {source.describe()}")
-        drive_at = _choose(source, options.drive, "drive")
+        drive_at = places["drive"]
         drive, drive_unit, said = _scaled(source, drive_at, "drive", options)
         if source is table and drive_at == response_at:
             raise DataError(
@@ -101,28 +100,6 @@ def read_channels(path: str, options: ImportOptions) -> Channels:
     )  # fmt: skip
 
 
-def _choose(table: Table, key: str | None, what: str) -> int:
-    if key is not None:
-        return table.find(key, f"--{what}")
-    named = [i for i, c in enumerate(table.columns) if what in [n.lower() for n in c.names]]
-    if len(named) == 1:
-        return named[0]
-    raise DataError(
-        f"{table.label}: which column is the {what}? Name it by --{what}. Columns, by number or "
-        f"name: {table.describe()}."
-    )
-
-
-def _required(unit: str | None, what: str, table: Table) -> str:
-    if unit is None:
-        allowed = ", ".join(DRIVES if what == "drive" else RESPONSES)
-        raise DataError(
-            f"{table.label}: the unit of the {what} is not known. Give --{what}-unit, one of "
-            f"{allowed}. No unit is assumed."
-        )
-    return unit
-
-
 def _scaled(
     table: Table, place: int, what: str, options: ImportOptions
 ) -> tuple[Samples, str, str]:
@@ -132,7 +109,7 @@ def _scaled(
     column = table.columns[place]
     unit = said if said is not None or scale != 1.0 else column.unit
     factor_of = drive_factor if what == "drive" else response_factor
-    target, factor = factor_of(_required(unit, what, table))
+    target, factor = factor_of(str(unit))
     unit = known_unit(str(unit)) or str(unit)
     (values,) = table.load([place])
     factor *= scale

@@ -137,6 +137,16 @@ def join_clocks(one: tuple[Any, Any], other: tuple[Any, Any]) -> tuple[Grid, Gri
         values.append(
             average_at(grid, slow, time, value) if finer else np.interp(grid, time, value)
         )
+    if max(steps) < 1.001 * min(steps):
+        return (
+            grid,
+            values[0],
+            values[1],
+            (
+                "drive and response were sampled at other times: both are taken at those of one of "
+                "them, the other interpolated"
+            ),
+        )
     said = (
         f"drive and response have clocks of their own (steps of {steps[0]:.4g} and {steps[1]:.4g} "
         f"s): both are taken every {slow:.4g} s, the finer one averaged"

@@ -38,6 +38,23 @@ def find_cycles(drive: Samples, step_s: float) -> list[Cycle]:
     return max(both, key=lambda cycles: sum(c.last - c.first for c in cycles))
 
 
+def closed_cycle(drive: Samples, step_s: float) -> Cycle | None:
+    """A record that is one period from anywhere: it ends where it began, past both its extremes."""
+    low, high = float(drive.min()), float(drive.max())
+    least = THRESHOLDS.repeats * (high - low)
+    near = max(drive.size // 50, 2)
+    if drive.size < 40 or abs(drive[-1] - drive[0]) > least:
+        return None
+    if not low + least < drive[0] < high - least:
+        return None  # it begins at a turn: that is a cycle by its turns
+    turns = turning_samples(drive, THRESHOLDS.turn)
+    if sum(0 < turn < drive.size - 1 for turn in turns) != 2:
+        return None
+    slope = (drive[-1] - drive[-1 - near]) / near
+    short = float(np.clip((drive[0] - drive[-1]) / slope, -2.0, 2.0)) if slope else 0.0
+    return Cycle(0, drive.size - 1, 1.0 / ((drive.size - 1 + short) * step_s), low, high)
+
+
 def _of_kind(drive: Samples, turns: np.ndarray, sign: float) -> list[int]:
     """The minima (`sign` 1) or maxima among the turns; ends of the record where they are one."""
     level = sign * drive[turns]

@@ -10,6 +10,7 @@ from rapi_jax._errors import DataError
 from rapi_jax._recording import Drive, Recording, Run
 from rapi_jax.io import _units
 from rapi_jax.io._safe import StrPath, open_regular, printable
+from rapi_jax.io.tables._read import read_tables
 
 from ._channels import Channels, read_channels
 from ._clock import even_clock, is_even, resample
@@ -22,7 +23,19 @@ WRITER = "rapi import"
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Imported:
-    """A recording made from files; `notes`: what was found, done and assumed, a sentence each."""
+    """A recording made from files; `notes`: what was found, done and assumed, a sentence each.
+
+    >>> import numpy as np
+    >>> from rapi_jax.io import ImportOptions, import_recording
+    >>> with open("scope.csv", "w") as file:
+    ...     print("TIME (s),CH1 (V),CH2 (V)", file=file)
+    ...     for k in range(400):
+    ...         volt = 3.0 - 2.0 * np.cos(2 * np.pi * k / 100)
+    ...         print(f"{k / 2000},{volt},{4.0 * volt}", file=file)
+    >>> made = import_recording("scope.csv", ImportOptions(drive="CH1", response="CH2"))
+    >>> made.notes[0]
+    "scope.csv: text, separated by commas; columns 0 'TIME (s)', 1 'CH1 (V)', 2 'CH2 (V)'"
+    """
 
     recording: Recording
     notes: tuple[str, ...]
@@ -33,11 +46,26 @@ def import_recording(
 ) -> Imported:
     """A recording from tables of other programs; nothing is written.
 
-    Oscilloscopes' CSV files and other text, `.mat`, `.npy`, `.npz`, HDF5, netCDF-4 and TDMS (with
-    the package nptdms). A record of several rates or swings is cut into runs of one each; several
-    files follow each other in the order given. `write_import` writes what comes back.
+    Oscilloscopes' CSV files and other text, `.mat`, `.npy`, `.npz`, HDF5, netCDF-4, TDMS (with the
+    package nptdms), JPK and Igor force curves (with the package afmformats). A record of several
+    rates or swings is cut into runs of one each; several files follow each other in the order
+    given. `write_import` writes what comes back.
 
     Raises `DataError`, in one line with the file, where something is missing, wrong or damaged.
+
+    >>> import numpy as np
+    >>> from rapi_jax.io import ImportOptions, import_recording
+    >>> with open("scope.csv", "w") as file:
+    ...     print("TIME (s),CH1 (V),CH2 (V)", file=file)
+    ...     for k in range(400):
+    ...         volt = 3.0 - 2.0 * np.cos(2 * np.pi * k / 100)
+    ...         print(f"{k / 2000},{volt},{4.0 * volt}", file=file)
+    >>> columns = ImportOptions(
+    ...     drive="CH1", response="CH2", response_scale=4.5, response_unit="GHz"
+    ... )
+    >>> (run,) = import_recording("scope.csv", columns).recording.runs
+    >>> run.drive.excitation_hz, run.drive.waveform, round(run.span, 6)  # GHz
+    (20.0, 'sine', 72.0)
     """
     options = options or ImportOptions()
     paths = [files] if isinstance(files, str | os.PathLike) else list(files)
@@ -51,16 +79,25 @@ def import_recording(
     units: dict[tuple[str, str], str] = {}
     start, stamp, warm = 0.0, options.recorded_at, None
     for number, path in enumerate(paths):
-        label = printable(path)
-        channels = read_channels(str(path), options)
-        units.setdefault((channels.drive_unit, channels.response_unit), label)
-        stamp, warm = stamp or channels.recorded_at, warm or channels.temperature_c
-        found, said = _runs_of(channels, options, label, start, len(runs))
-        runs += found
-        notes += [*channels.notes, *(f"{printable(Path(path).name)}: {line}" for line in said)]
-        start += float(channels.time[-1] - channels.time[0])
+        tables = read_tables(path)
+        short = printable(Path(path).name)
+        if len(tables) > 1:
+            notes.append(
+                f"{short}: {len(tables)} tables below each other, each as runs of its own; "
+                "assumed: they follow each other without a pause"
+            )
+        for table in tables:
+            channels = read_channels(table, str(path), options)
+            units.setdefault((channels.drive_unit, channels.response_unit), table.label)
+            stamp, warm = stamp or channels.recorded_at, warm or channels.temperature_c
+            place = short + table.label.removeprefix(printable(path))
+            found, said = _runs_of(channels, options, table.label, start, len(runs))
+            runs += found
+            notes += [line for line in channels.notes if line not in notes]
+            notes += [f"{place}: {line}" for line in said]
+            start += float(channels.time[-1] - channels.time[0])
+            provenance[f"columns{number:02d}"] = channels.columns
         provenance[f"file{number:02d}"] = f"{Path(path).name} sha256 {_digest(path)}"
-        provenance[f"columns{number:02d}"] = channels.columns
     if len(units) > 1:
         said = "; ".join(f"{u[0]} and {u[1]} in {label}" for u, label in units.items())
         raise DataError(

@@ -14,6 +14,11 @@ class MadeDrive:
     """A drive that was sent and not recorded: it begins `phase` periods after its minimum.
 
     `amplitude` is peak to peak and `offset` the centre, both in the drive's unit; `rate` is in Hz.
+
+    >>> from rapi_jax.io import MadeDrive
+    >>> sent = MadeDrive(amplitude=4.5, rate=10.0, offset=3.0, waveform="sine")
+    >>> sent.amplitude, sent.rate  # V peak to peak, Hz
+    (4.5, 10.0)
     """
 
     amplitude: float
@@ -46,6 +51,12 @@ class ImportOptions:
     - `nan`: "raise" refuses readings that are not finite, "mask" keeps them as NaN.
     - `response_origin`, `response_lag_s`: as in a `Recording`. `recorded_at`, `temperature_c`: as
       in its provenance; the temperature may also be a column (deg C), whose mean is taken.
+
+    >>> from rapi_jax.io import ImportOptions, MadeDrive
+    >>> sent = MadeDrive(amplitude=4.5, rate=10.0, offset=3.0)
+    >>> options = ImportOptions(response="CH2", response_unit="GHz", drive_unit="V", made=sent)
+    >>> options.nan, options.cut
+    ('raise', True)
     """
 
     time: str | None = None

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Run, Waveform
 
-from ._cycles import Cycle, find_cycles, name_waveform, refine_rate
+from ._cycles import Cycle, closed_cycle, find_cycles, name_waveform, refine_rate
 from ._options import ImportOptions
 from ._thresholds import THRESHOLDS
 
@@ -32,6 +32,8 @@ def cut_record(
     whole = (0, drive.size - 1)
     cycles = find_cycles(drive, step_s)
     if not cycles:
+        if (closed := closed_cycle(drive, step_s)) is not None:
+            return _one_period(drive, closed, step_s, options, label)
         return _without_cycles(whole, step_s, options)
     groups = _group(cycles)
     repeated = [group for group in groups if len(group) > 1]
@@ -191,6 +193,21 @@ def _without_cycles(
     return [Piece(*whole, rate, "other")], [
         "no period was found: the drive is taken for one that does not repeat"
     ]
+
+
+def _one_period(
+    drive: Samples, cycle: Cycle, step_s: float, options: ImportOptions, label: str
+) -> tuple[list[Piece], list[str]]:
+    """A record of one period that does not begin at a turn."""
+    whole = (cycle.first, cycle.last)
+    from_low = np.roll(drive[:-1], -int(np.argmin(drive[:-1])))
+    period = dataclasses.replace(cycle, last=from_low.size - 1)
+    shape = options.waveform or name_waveform(from_low, [period], cycle.rate, step_s)
+    if shape not in ("sine", "triangle"):
+        return _one_cycle(whole, cycle, options, label)
+    rate = _stated(float(f"{cycle.rate:.4g}"), options, label)
+    note = "one period only: its rate is read off the record's length; give --rate"
+    return [Piece(*whole, rate, shape)], [] if options.rates else [note]
 
 
 def _one_cycle(

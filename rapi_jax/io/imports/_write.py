@@ -19,6 +19,16 @@ def check_output(path: StrPath) -> None:
     """Refuse an output that is there and was not written by an import, or was changed since.
 
     Raises `OutputError`.
+
+    >>> from pathlib import Path
+    >>> from rapi_jax.io import OutputError, check_output
+    >>> Path("thesis").mkdir()
+    >>> _ = Path("thesis/chapter.txt").write_text("text")
+    >>> try:
+    ...     check_output("thesis")
+    ... except OutputError as error:
+    ...     print(error)
+    the output thesis is there and is no recording. Choose another with `-o`.
     """
     target = Path(path)
     label = printable(path)
@@ -73,6 +83,17 @@ def write_import(imported: Imported, path: StrPath, *, picture: bytes | None = N
 
     A folder with `manifest.toml` and a CSV file a run, or a netCDF-4 file where `path` ends in
     `.nc`. An earlier import at `path` is replaced, anything else is refused with `OutputError`.
+
+    >>> import numpy as np
+    >>> from rapi_jax.io import ImportOptions, import_recording, write_import
+    >>> with open("scope.csv", "w") as file:
+    ...     print("TIME (s),CH1 (V),CH2 (V)", file=file)
+    ...     for k in range(400):
+    ...         volt = 3.0 - 2.0 * np.cos(2 * np.pi * k / 100)
+    ...         print(f"{k / 2000},{volt},{4.0 * volt}", file=file)
+    >>> made = import_recording("scope.csv", ImportOptions(drive="CH1", response="CH2"))
+    >>> [path.name for path in write_import(made, "my-recording")]
+    ['my-recording']
     """
     check_output(path)
     recording, target = imported.recording, Path(path)

@@ -28,7 +28,9 @@ def read_columns(path: Path, label: str, samples: int | None = None) -> Columns:
         header = tuple(cell.strip() for cell in lines[0].split(","))
         if header[:3] != HEADER:
             found = f"'{printable(lines[0], 60)}'" if text.strip() else "nothing: the file is empty"
-            raise DataError(f"line 1 must begin with {','.join(HEADER)}, but is {found}.")
+            raise DataError(
+                f"line 1 must begin with {','.join(HEADER)}, but is {found}.{_foreign(lines[0])}"
+            )
         if len(set(header)) < len(header):
             raise DataError("line 1 names a column twice. Keep the one that is meant.")
         rows = lines[1:]
@@ -52,6 +54,17 @@ def read_columns(path: Path, label: str, samples: int | None = None) -> Columns:
         if not text.endswith("\n"):
             check_last_row([row.split(",")[:3] for row in rows[-ROWS:]], columns)
         return columns
+
+
+def _foreign(line: str) -> str:
+    """The likely cause and cure, where a file begins unlike that of a recording."""
+    if not line.strip():
+        return " Record or export it again."
+    signs = {";": "semicolons", "\t": "tabs"}
+    cause = "Correct the names, or, where another program wrote the file:"
+    for other in (name for sign, name in signs.items() if sign in line):
+        cause = f"It is separated by {other}, as other programs write it:"
+    return f" {cause} `rapi import` makes a recording of it."
 
 
 def parse_rows(rows: list[str], delimiter: str, use: Sequence[int], *, first_line: int) -> Columns:

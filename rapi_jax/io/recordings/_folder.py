@@ -27,8 +27,9 @@ def read_folder(folder: Path, *, nan: NanPolicy) -> Recording:
     label = printable(folder / MANIFEST)
     if not os.path.lexists(folder / MANIFEST):
         raise DataError(
-            f"{printable(folder)}: no {MANIFEST} in this folder, so it is no recording. `rapi "
-            "import` makes one from an oscilloscope's files."
+            f"{printable(folder)}: no {MANIFEST} in this folder, so it is no recording"
+            f"{_contents(folder)}. `rapi import FILE... -o my-recording` makes one from files of "
+            "an oscilloscope or another program."
         )
     table = load_manifest(folder, label)
     with located(label):
@@ -122,6 +123,18 @@ def _write_runs(recording: Recording, folder: Path, files: list[str]) -> None:
         path.write_text(text, encoding="utf-8", newline="\n")
         sync(path)
     sync_folder(folder)
+
+
+def _contents(folder: Path) -> str:
+    """What a folder that is no recording holds, for somebody who took the wrong one."""
+    try:
+        names = sorted(entry.name for entry in os.scandir(folder))
+    except OSError:
+        return ""
+    if not names:
+        return " (it is empty)"
+    more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+    return f" (it holds {', '.join(printable(name, 40) for name in names[:3])}{more})"
 
 
 def write_folder(recording: Recording, path: StrPath) -> None:

@@ -39,6 +39,20 @@ def read_oscilloscope(
     - `name`: of the run; default, the stem of the file.
 
     Raises `DataError` with the file and the line.
+
+    >>> import numpy as np
+    >>> from rapi_jax.io import read_oscilloscope
+    >>> with open("scope.csv", "w") as file:
+    ...     print("TIME (s),CH1 (V),CH2 (V)", file=file)
+    ...     for k in range(400):
+    ...         volt = 3.0 - 2.0 * np.cos(2 * np.pi * k / 100)
+    ...         print(f"{k / 2000},{volt},{4.0 * volt}", file=file)
+    >>> run = read_oscilloscope(
+    ...     "scope.csv", {"time_s": 0, "drive": 1, "response": 2},
+    ...     response_unit="V", drive_unit="V", excitation_hz=20.0, waveform="sine",
+    ... )
+    >>> run.drive.periods, round(run.span, 6)  # V
+    (4, 16.0)
     """
     check_nan_policy(nan)
     factors = dict(scale or {})
@@ -87,6 +101,15 @@ def join_runs(
     """One `Recording` from runs of one session, given the units that they were read with.
 
     Raises `DataError` where the numbers are implausible in those units.
+
+    >>> from rapi_jax.io import join_runs
+    >>> from rapi_jax import Recording, predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> drives = triangle([10.0, 20.0], amplitude=4.5, bias=3.0, samples=100)
+    >>> recording = Recording.of(drives, [predict(paper_device(), drive) for drive in drives])
+    >>> joined = join_runs(recording.runs, response_unit="GHz", drive_unit="V")
+    >>> len(joined.runs), joined.response_unit
+    (2, 'GHz')
     """
     recording = Recording(
         tuple(runs),

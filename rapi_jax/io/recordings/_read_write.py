@@ -28,6 +28,15 @@ def read_recording(path: StrPath, *, nan: NanPolicy = "raise") -> Recording:
 
     Raises `DataError`, in one line, where the recording is not there, damaged, hostile, incomplete,
     or implausible in its units.
+
+    >>> from rapi_jax.io import read_recording, write_recording
+    >>> from rapi_jax import Recording, predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> drives = triangle([10.0, 20.0], amplitude=4.5, bias=3.0, samples=100)
+    >>> recording = Recording.of(drives, [predict(paper_device(), drive) for drive in drives])
+    >>> write_recording(recording, "my-recording")
+    >>> read_recording("my-recording").sha256() == recording.sha256()
+    True
     """
     check_nan_policy(nan)
     path = Path(path)
@@ -53,8 +62,9 @@ def _read_file(path: Path, nan: NanPolicy) -> Recording:
     if start.startswith(b"CDF"):
         raise DataError(f"{label}: netCDF-3. Convert it with `nccopy -k nc4`.")
     raise DataError(
-        f"{label}: neither a netCDF-4 file nor a folder with a {MANIFEST}. For CSV files, put a "
-        f"{MANIFEST} beside them and give the folder, or make one with `rapi import`."
+        f"{label}: neither a netCDF-4 file nor a folder with a {MANIFEST}. Where another program "
+        f"wrote it, `rapi import {label} -o my-recording` makes a recording; files with the "
+        f"columns time_s, drive, response need a {MANIFEST} beside them: give their folder."
     )
 
 
@@ -63,6 +73,16 @@ def write_recording(recording: Recording, path: StrPath) -> None:
 
     The old recording stays whole until the new one is. Raises `OutputError`; `DataError` where the
     recording cannot be expressed in a file.
+
+    >>> import os
+    >>> from rapi_jax.io import write_recording
+    >>> from rapi_jax import Recording, predict, triangle
+    >>> from rapi_jax.examples import paper_device
+    >>> drives = triangle([10.0, 20.0], amplitude=4.5, bias=3.0, samples=100)
+    >>> recording = Recording.of(drives, [predict(paper_device(), drive) for drive in drives])
+    >>> write_recording(recording, "my-recording")
+    >>> sorted(os.listdir("my-recording"))
+    ['manifest.toml', 'run00.csv', 'run01.csv']
     """
     if os.fspath(path).endswith(".nc"):
         write_netcdf(recording, path)

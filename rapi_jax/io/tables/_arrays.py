@@ -37,6 +37,8 @@ def read_npz_table(path: Path) -> Table:
             file.seek(0)
             with np.load(file, allow_pickle=False) as arrays:
                 for name in arrays.files:
+                    if not isinstance(arrays[name], np.ndarray):
+                        continue  # a file of another kind beside them
                     pairs += columns_of(name, arrays[name])
         except DataError:
             raise

@@ -1,23 +1,34 @@
 """A file as a table, by what it holds and not by what it is called."""
 
+import zipfile
 from pathlib import Path
 
 from rapi_jax._errors import DataError
-from rapi_jax.io._safe import StrPath, open_regular, printable
+from rapi_jax.io._safe import StrPath, cause, open_regular, printable
 
+from ._afm import read_afm_tables
 from ._arrays import read_mat_table, read_npy_table, read_npz_table
 from ._hdf5 import read_hdf5_table
 from ._table import Table
 from ._tdms import read_tdms_table
-from ._text import read_text_table
+from ._text import read_text_tables
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
 def read_table(path: StrPath) -> Table:
-    """The columns of a file: text, `.mat`, `.npy`, `.npz`, HDF5, netCDF-4 or TDMS.
+    """The one table of a file. Raises `DataError` where it holds several."""
+    tables = read_tables(path)
+    if len(tables) > 1:
+        raise DataError(f"{printable(path)}: {len(tables)} tables. Give a file that holds one.")
+    return tables[0]
 
-    Raises `DataError` in one line where the file is not there, damaged, hostile or of another kind.
+
+def read_tables(path: StrPath) -> list[Table]:
+    """The tables of a file: text, `.mat`, `.npy`, `.npz`, HDF5, netCDF-4, TDMS, JPK, Igor.
+
+    Text and files of force curves may hold several, the others one. Raises `DataError` in one line
+    where the file is not there, damaged, hostile or of another kind.
     """
     path = Path(path)
     label = printable(path)
@@ -30,15 +41,38 @@ def read_table(path: StrPath) -> Table:
     if not start:
         raise DataError(f"{label}: the file is empty. Record or export it again.")
     if start.startswith(_HDF5) or start[512:520] == _HDF5:  # MATLAB 7.3 puts 512 bytes before
-        return read_hdf5_table(path)
+        return [read_hdf5_table(path)]
     if start.startswith(b"\x93NUMPY"):
-        return read_npy_table(path)
+        return [read_npy_table(path)]
     if start.startswith(b"PK\x03\x04"):
-        return read_npz_table(path)
+        return _read_archive(path, label)
     if start.startswith(b"TDSm"):
-        return read_tdms_table(path)
+        return [read_tdms_table(path)]
     if start.startswith(b"MATLAB 5.0"):
-        return read_mat_table(path)
+        return [read_mat_table(path)]
     if start.startswith(b"CDF"):
         raise DataError(f"{label}: netCDF-3. Convert it with `nccopy -k nc4`.")
-    return read_text_table(path)
+    if path.suffix.lower() == ".ibw":
+        return read_afm_tables(path)
+    return read_text_tables(path)
+
+
+def _read_archive(path: Path, label: str) -> list[Table]:
+    """A ZIP archive: arrays of NumPy, or curves of an atomic force microscope."""
+    with open_regular(path) as file:
+        try:
+            with zipfile.ZipFile(file) as archive:
+                names = archive.namelist()
+        except (zipfile.BadZipFile, OSError, ValueError) as error:
+            raise DataError(
+                f"{label}: a damaged ZIP archive ({cause(error)}). Copy or export it again."
+            ) from error
+    if any(name.endswith("header.properties") for name in names):
+        return read_afm_tables(path)
+    if any(name.endswith(".npy") for name in names):
+        return [read_npz_table(path)]
+    shown = ", ".join(printable(name, 40) for name in names[:3]) or "nothing"
+    raise DataError(
+        f"{label}: a ZIP archive without arrays of NumPy (it holds {shown}). Unpack it, and give "
+        "the file that holds the samples."
+    )

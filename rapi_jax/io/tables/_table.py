@@ -2,12 +2,15 @@
 
 import dataclasses
 import difflib
+import re
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from rapi_jax._errors import DataError
 from rapi_jax.io._safe import printable
+
+from ._units import split_unit
 
 _TIMES = {"time", "t", "time_s", "times", "second", "seconds", "zeit", "x", "x-axis", "in s"}
 _SHOWN = 12  # columns in a message
@@ -30,7 +33,8 @@ class Column:
     @property
     def names(self) -> tuple[str, ...]:
         """What it may be called."""
-        return tuple(dict.fromkeys(name for name in (self.name, self.bare) if name))
+        plain = re.split(r"\s*[\[(]", self.name)[0]  # "P1 [uC/cm2]" is P1, too
+        return tuple(dict.fromkeys(name for name in (self.name, self.bare, plain) if name))
 
     @property
     def is_time(self) -> bool:
@@ -61,7 +65,7 @@ class Table:
         for i, column in enumerate(self.columns[:_SHOWN]):
             name = printable(column.name, 40)
             unit = f" ({printable(column.unit, 12)})" if column.unit else ""
-            unit = "" if column.unit and column.unit in column.name else unit
+            unit = "" if split_unit(column.name)[1] else unit
             shown.append((f"{i} '{name}'" if name != str(i) else f"{i}") + unit)
         more = len(self.columns) - _SHOWN
         return ", ".join(shown) + (f" and {more} more" if more > 0 else "")
@@ -126,8 +130,6 @@ def table_of(label: str, form: str, pairs: Sequence[tuple[str, np.ndarray]]) -> 
 
     columns = []
     for name, _ in pairs:
-        from ._units import split_unit
-
         bare, unit = split_unit(name)
         columns.append(Column(name, bare, unit))
     return Table(label, form, tuple(columns), load)

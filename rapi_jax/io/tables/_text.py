@@ -23,8 +23,11 @@ _INFINITE = "\u221e"  # how PicoScope writes a reading beyond its range
 _STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d)?\S*|\d{1,2}:\d\d:\d\d([.,]\d+)?")
 
 
-def read_text_table(path: Path) -> Table:
-    """The table in a text file. Raises `DataError` where it holds no rows of numbers."""
+def read_text_tables(path: Path) -> list[Table]:
+    """The tables in a text file: one, or several below each other under the same line of names.
+
+    Raises `DataError` where it holds no rows of numbers.
+    """
     label = printable(path)
     text = _decode(path, label)
     lines = text.rstrip().split("\n")
@@ -38,10 +41,47 @@ def read_text_table(path: Path) -> Table:
             f"begins with '{printable(lines[0].strip(), 60)}'. Give a table of numbers: one row a "
             "sample, separated by commas, semicolons, tabs or spaces."
         )
+    sections = _sections(lines, first, delimiter, use)
+    if len(sections) > 1:
+        return [
+            _table_of(f"{label}, table {k + 1}", text, lines[:end], delimiter, use, begin)
+            for k, (begin, end) in enumerate(sections)
+        ]
+    return [_table_of(label, text, lines, delimiter, use, first)]
+
+
+def _sections(
+    lines: list[str], first: int, delimiter: str | None, use: list[int]
+) -> list[tuple[int, int]]:
+    """First line of each table, and one past its last, where the line of names comes again."""
+    names = lines[first - 1] if first else ""
+    if not any(cell and not is_number(cell) for cell in _cells(names, delimiter)):
+        return []
+    begins = [k + 1 for k, line in enumerate(lines) if line == names]
+    found = []
+    for begin in begins:
+        end = begin  # a blank line ends a table, and so do two without numbers: one is a slip
+        while end < len(lines) and lines[end].strip():
+            if all(not set(use) <= _numeric(line, delimiter) for line in lines[end : end + 2]):
+                break
+            end += 1
+        if end > begin:
+            found.append((begin, end))
+    return found if len(begins) > 1 else []
+
+
+def _table_of(
+    label: str,
+    text: str,
+    lines: list[str],
+    delimiter: str | None,
+    use: list[int],
+    first: int,
+) -> Table:
     rows = [line for line in lines[first:] if line.strip()]
     comma = delimiter != "," and any("," in row for row in rows[:_ALIKE])
     decimal = "," if comma else "."
-    split = [_cells(line.lstrip("#% "), delimiter) for line in lines[:first]]
+    split = [_cells(line.lstrip("#% "), delimiter) for line in lines[max(first - _HEAD, 0) : first]]
     sample = [_cells(row, delimiter) for row in rows[:_ALIKE]]
     header = read_header(split, sample, use, decimal=decimal)
     names = {None: "spaces", "\t": "tabs", ";": "semicolons", ",": "commas"}

@@ -9,13 +9,14 @@ _MICRO = "\u00b5\u03bc"  # the micro sign and the Greek letter
 _TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 _VOLT = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "kV": 1e3}
 _LENGTH = {"m": 1e6, "mm": 1e3, "um": 1.0, "nm": 1e-3, "pm": 1e-6}  # in um
+_CHARGE = {"C": 1e6, "mC": 1e3, "uC": 1.0, "nC": 1e-3, "pC": 1e-6}  # in uC
 _OPTICAL = {"GHz": 1.0, "MHz": 1e-3, "kHz": 1e-6, "Hz": 1e-9, "THz": 1e3}
 _WORDS = {
     "second": "s", "seconds": "s", "sec": "s", "volt": "V", "volts": "V", "v": "V",
     "millivolt": "mV", "millivolts": "mV", "micron": "um", "microns": "um", "hertz": "Hz",
     "msec": "ms", "usec": "us", "minutes": "min", "hours": "h",
 }  # fmt: skip
-_KNOWN = {*_TIME, *_VOLT, *_LENGTH, *_OPTICAL}
+_KNOWN = {*_TIME, *_VOLT, *_LENGTH, *_CHARGE, *_OPTICAL}
 
 DRIVES = {
     **{unit: ("V", factor) for unit, factor in _VOLT.items()},
@@ -27,6 +28,7 @@ RESPONSES = {
     **{unit: ("um", factor) for unit, factor in _LENGTH.items()},
     "nm": ("nm", 1.0),
     "pm": ("nm", 1e-3),
+    **{unit: ("uC", factor) for unit, factor in _CHARGE.items()},
 }
 
 
@@ -81,5 +83,9 @@ def response_factor(unit: str) -> tuple[str, float]:
 
 def _refusal(option: str, unit: str, allowed: dict) -> str:
     scale = option.replace("unit", "scale")
+    near = [one for one in allowed if one.lower() == unit.strip().lower()]
+    meant = f" Did you mean {' or '.join(near)}?" if near else ""
     cure = "" if option == "--time-unit" else f" Of another quantity, give its factor by {scale}."
-    return f"{option} must be one of {', '.join(allowed)}, not '{printable(unit, 30)}'.{cure}"
+    return (
+        f"{option} must be one of {', '.join(allowed)}, not '{printable(unit, 30)}'.{meant}{cure}"
+    )

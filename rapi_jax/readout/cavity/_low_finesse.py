@@ -29,6 +29,16 @@ def read_etalon(
     (four harmonics, the same up and down), background and visibility (straight lines on each
     branch) are fitted with it. There must be two fringes or more between most turns; shorter
     branches are extrapolated and listed. Raises `DataError` where no branch has them.
+
+    >>> import numpy as np
+    >>> from rapi_jax import Drive
+    >>> from rapi_jax.readout import read_etalon
+    >>> time = np.arange(400) * 0.006  # s
+    >>> volts = np.interp(time, [0.0, 0.12, 2.1, 2.4], [4.0, 5.5, -0.5, 5.0])
+    >>> transmission = 1 / (1 + 1.5 * np.sin(np.pi * 0.25 * volts / 0.322) ** 2)
+    >>> found = read_etalon(transmission, Drive(time, volts), fsr_ghz=0.322)
+    >>> round(float(np.ptp(found.frequency)), 2)  # GHz, of 0.25 GHz/V x 6 V
+    1.5
     """
     x = np.asarray(transmission, dtype=np.float64)
     if x.shape != drive.time.shape or not np.isfinite(x).all():

@@ -1,4 +1,4 @@
-"""`rapi import`: from an oscilloscope's file to a fit, and twelve natural mistakes."""
+"""`rapi import`: from an oscilloscope's file to a fit, and natural mistakes."""
 
 import json
 from pathlib import Path
@@ -64,6 +64,13 @@ def test_dry_run_writes_nothing_and_json_says_all(rapi, tmp_path):
     assert read_recording(tmp_path / "r.nc").sha256() == table["check"]["data_sha256"]
 
 
+def test_without_an_output_nothing_is_written_and_patterns_are_expanded(rapi, tmp_path):
+    path = scope(tmp_path)
+    code, out, _ = rapi("import", tmp_path / "sc*.csv", *SCOPE)
+    assert code == 0 and "nothing was written: add `-o my-recording`" in out
+    assert list(tmp_path.iterdir()) == [path]
+
+
 def test_a_drive_from_the_command_line(rapi, tmp_path):
     t, u, y = scanned((10.0, 3, 4.5), sample_hz=8000.0)
     path = put(tmp_path / "a.txt", "reading\n" + rows(y))
@@ -77,7 +84,7 @@ def test_a_drive_from_the_command_line(rapi, tmp_path):
     np.testing.assert_allclose(run.drive.value, u, atol=1e-6)
 
 
-# Twelve natural mistakes: what is typed, the exit code, and what the one line must say.
+# Natural mistakes: what is typed, the exit code, and what the one line must say.
 
 
 def wrong_column(folder):
@@ -98,7 +105,21 @@ def unit_that_is_off(folder):
 
 
 def no_columns_named(folder):
-    return (scope(folder),), 3, ("which column is the response?", "--response", "2 'CH2' (V)")
+    return (scope(folder),), 3, (
+        "which columns are the response and the drive?", "--response and --drive", "2 'CH2' (V)",
+    )  # fmt: skip
+
+
+def no_units(folder):
+    """All that is missing is asked for at once."""
+    return (put(folder / "a.csv", "t,u,y\n" + rows(T, U, Y)), "--response", "y"), 3, (
+        "which column is the drive? Name it by --drive.", "units of the response and the drive",
+        "Give --response-unit and --drive-unit", "1 'u', 2 'y'",
+    )  # fmt: skip
+
+
+def a_unit_in_small_letters(folder):
+    return (scope(folder), *SCOPE[:-1], "ghz"), 3, ("not 'ghz'. Did you mean GHz?",)
 
 
 def missing_reading(folder):
@@ -158,7 +179,7 @@ def a_letter_in_a_number(folder):
 MISTAKES = (
     wrong_column, wrong_unit, unit_that_is_off, no_columns_named, missing_reading, wrong_rate,
     folder_of_another_program, unknown_option, no_permission, output_exists, no_clock,
-    a_letter_in_a_number,
+    a_letter_in_a_number, no_units, a_unit_in_small_letters,
 )  # fmt: skip
 
 
@@ -200,7 +221,7 @@ def test_a_folder_without_a_manifest_is_led_to_the_import(rapi, tmp_path):
     scope(tmp_path)
     code, out, err = rapi("check", tmp_path)
     assert (code, out) == (3, "")
-    assert_one_line(err, "no manifest.toml in this folder", "rapi import")
+    assert_one_line(err, "no manifest.toml in this folder", "holds scope.csv", "rapi import")
 
 
 def test_missing_readings_are_kept_as_gaps_where_asked(rapi, tmp_path):

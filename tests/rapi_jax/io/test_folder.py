@@ -214,7 +214,7 @@ BAD_CSV = {
     "": "line 1 must begin with time_s,drive,response, but is nothing: the file is empty",
     "time_s,drive,response\n": "has a header, but no samples",
     CSV.replace("drive", "voltage"): "line 1 must begin",
-    CSV.replace(",", ";"): "line 1 must begin",
+    CSV.replace(",", ";"): "It is separated by semicolons",
     CSV.split("\n", 1)[1]: "line 1 must begin",
     CSV + "0.4,1.0\n": "line 6 has 2 value(s), but the header names 3",
     CSV + "0.4,1.0,1,1\n": "line 6 has 4 value(s)",

@@ -52,8 +52,22 @@ def cut_mat(path):
     path.write_bytes(path.read_bytes()[:400])
 
 
+def zipped(content: dict[str, str]):
+    """Writes a ZIP archive that holds these files."""
+
+    def write(path):
+        with zipfile.ZipFile(path, "w") as archive:
+            for name, text in content.items():
+                archive.writestr(name, text)
+
+    return write
+
+
 FILES = {
     "pickled.npy": (pickled_npy, "never unpickled"),
+    "photos.zip": (zipped({"a.txt": "1"}), "without arrays of NumPy (it holds a.txt). Unpack it"),
+    "mixed.npz": (zipped({"a.npy": "1", "b.txt": "1"}), "no array of real numbers"),
+    "a.jpk-force": (zipped({"header.properties": "jpk"}), "afmformats"),
     "pickled.npz": (pickled_npz, "never unpickled"),
     "a.pickle": (a_pickle, "holds NUL bytes"),
     "bomb.npz": (bomb, "bomb.npz"),

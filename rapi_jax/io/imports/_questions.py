@@ -1,0 +1,71 @@
+"""What a file leaves open and options must say, asked at once."""
+
+from rapi_jax._errors import DataError
+from rapi_jax.io.tables._table import Table
+from rapi_jax.io.tables._units import DRIVES, RESPONSES
+
+from ._options import ImportOptions
+
+_ALLOWED = {"drive": DRIVES, "response": RESPONSES}
+
+
+def locate_columns(table: Table, source: Table, options: ImportOptions) -> dict[str, int]:
+    """The columns of the response, in `table`, and of a recorded drive, in `source`.
+
+    Raises `DataError`, with one question for all columns and units that neither files nor options
+    give, and the options that answer it.
+    """
+    tables = {"response": table} | ({"drive": source} if options.made is None else {})
+    places = {what: _place(one, what, options) for what, one in tables.items()}
+    columns = [what for what, place in places.items() if place is None]
+    units = [what for what in ("response", "drive") if not _has_unit(tables, what, options)]
+    if not columns and not units:
+        return {what: place for what, place in places.items() if place is not None}
+    parts = []
+    if columns:
+        which = "which column is the " if len(columns) == 1 else "which columns are the "
+        parts.append(f"{which}{' and the '.join(columns)}? Name {_options(columns)}.")
+    if units:
+        verb = "is" if len(units) == 1 else "are"
+        noun = "unit" if len(units) == 1 else "units"
+        choices = (f"--{what}-unit is one of {', '.join(_ALLOWED[what])}" for what in units)
+        parts.append(
+            f"the {noun} of the {' and the '.join(units)} {verb} not known. Give "
+            f"{' and '.join(f'--{what}-unit' for what in units)}; no unit is assumed "
+            f"({'; '.join(choices)})."
+        )
+    there = dict.fromkeys([table.label, source.label] if columns else [])
+    lists = [
+        (f"Columns of {label}" if len(there) > 1 else "Columns")
+        + f", by number or name: {(table if label == table.label else source).describe()}."
+        for label in there
+    ]
+    text = " ".join([parts[0], *(part[0].upper() + part[1:] for part in parts[1:]), *lists])
+    raise DataError(f"{table.label}: {text}")
+
+
+def _place(table: Table, what: str, options: ImportOptions) -> int | None:
+    """The column that is named, or else the one that is called `what`."""
+    key = getattr(options, what)
+    if key is not None:
+        return table.find(key, f"--{what}")
+    named = [i for i, c in enumerate(table.columns) if what in [n.lower() for n in c.names]]
+    return named[0] if len(named) == 1 else None
+
+
+def _has_unit(tables: dict[str, Table], what: str, options: ImportOptions) -> bool:
+    """Whether a unit is said, or the file may say one: of a column not named yet, any has one."""
+    if getattr(options, f"{what}_unit") is not None:
+        return True
+    if what not in tables or getattr(options, f"{what}_scale") != 1.0:
+        return False
+    table = tables[what]
+    place = _place(table, what, options)
+    asked = table.columns if place is None else [table.columns[place]]
+    return any(column.unit for column in asked if place is not None or not column.is_time)
+
+
+def _options(columns: list[str]) -> str:
+    if len(columns) == 1:
+        return f"it by --{columns[0]}"
+    return f"them by {' and '.join(f'--{what}' for what in columns)}"

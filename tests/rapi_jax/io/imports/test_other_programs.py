@@ -1,0 +1,134 @@
+"""Files of other programs: tables below each other, a channel a file, force curves."""
+
+import sys
+import types
+
+import numpy as np
+import pytest
+from scope_files import put, rows, scanned
+
+from rapi_jax import DataError
+from rapi_jax.io import ImportOptions, import_recording
+
+RATES = (100.0, 200.0, 400.0)
+
+
+def loops(rates=RATES, samples=200) -> str:
+    """Loops as an aixACCT analyser writes them: a summary, then a table for each rate."""
+    text = "DynamicHysteresisResult\n\nTable 1\nIndex [1]\tVc+ [V]\tPr+ [uC/cm2]\n"
+    text += (
+        "".join(f"{k + 1:.6e}\t2.5\t14.4\n" for k in range(len(rates))) + "\nDynamicHysteresis\n"
+    )
+    for k, rate in enumerate(rates):
+        phase = np.arange(samples + 1) / samples
+        u = 5.0 * (1.0 - np.abs(4.0 * np.mod(phase + 0.75, 1.0) - 2.0))
+        p = 10.0 * np.tanh((u - 2.0 * np.cos(2 * np.pi * phase)) / 3.0)
+        text += (
+            f"Table {k + 1}\nWaveform: triangle\nArea [mm2]: 0.01\nTimestamp: 06/16/2017 11:39\n"
+        )
+        text += "Time [s]\tV+ [V]\tI1 [A]\tP1 [uC/cm2]\t\n"
+        text += rows(phase / rate, u, 0.0 * u, p, separator="\t", end="\t") + "\n"
+    return text
+
+
+def aixacct(**more) -> ImportOptions:
+    """The area of the electrode, 0.01 mm2 = 1e-4 cm2, makes a charge of the polarisation."""
+    return ImportOptions(drive="V+", response="P1", response_scale=1e-4, response_unit="uC", **more)
+
+
+def test_tables_below_each_other_become_runs(tmp_path):
+    made = import_recording(put(tmp_path / "a.dat", loops()), aixacct())
+    runs = made.recording.runs
+    assert [run.drive.excitation_hz for run in runs] == pytest.approx(RATES)
+    assert {(run.drive.waveform, run.drive.periods) for run in runs} == {("triangle", 1)}
+    assert made.recording.response_unit == "uC"
+    assert float(np.ptp(runs[0].response)) == pytest.approx(2e-3, rel=0.1)
+    assert "3 tables below each other" in made.notes[0]
+    assert any(note.startswith("a.dat, table 2: run01") for note in made.notes)
+
+
+def test_rates_that_are_stated_and_a_slip_in_a_table(tmp_path):
+    text = loops()
+    made = import_recording(put(tmp_path / "a.dat", text), aixacct(rates=(99.5, 201.0, 400.0)))
+    assert [run.drive.excitation_hz for run in made.recording.runs] == [99.5, 201.0, 400.0]
+    lines = text.split("\n")
+    at = 20 + next(k for k, line in enumerate(lines) if line.startswith("Time"))
+    lines[at] = "what\t1.0\t1.0\t1.0"
+    with pytest.raises(DataError, match=rf"table 1: line {at + 1}: column 0 must be a number"):
+        import_recording(put(tmp_path / "b.dat", "\n".join(lines)), aixacct())
+
+
+def test_a_drive_file_holds_one_table(tmp_path):
+    put(tmp_path / "a.dat", loops())
+    options = aixacct(drive_file=str(tmp_path / "a.dat"))
+    with pytest.raises(DataError, match="3 tables. Give a file that holds one"):
+        import_recording(tmp_path / "a.dat", options)
+
+
+def lecroy(t, y) -> str:
+    """LeCroy: a file a channel, without units."""
+    head = f"LECROYWS104MXs-A,54569,Waveform\nSegments,1,SegmentSize,{t.size}\n"
+    head += "Segment,TrigTime,TimeSinceSegment1\n#1,06-Dec-2024 13:07:09,0                 \n"
+    return head + "Time,Ampl\n" + rows(t, y)
+
+
+def test_channels_of_a_lecroy_with_times_a_fraction_of_a_step_apart(tmp_path):
+    t, u, y = scanned((10.0, 3, 4.5), (20.0, 3, 4.5), sample_hz=4000.0)
+    put(tmp_path / "C1.csv", lecroy(t + 3e-5, y))
+    put(tmp_path / "C2.csv", lecroy(t, u))
+    made = import_recording(
+        tmp_path / "C1.csv",
+        ImportOptions(
+            drive="Ampl", response="Ampl", drive_unit="V", response_unit="GHz",
+            drive_file=str(tmp_path / "C2.csv"),
+        ),
+    )  # fmt: skip
+    assert [run.drive.excitation_hz for run in made.recording.runs] == [10.0, 20.0]
+    assert any("were sampled at other times" in note for note in made.notes)
+
+
+class MissingMetaDataError(Exception):
+    """As afmformats has it."""
+
+
+class Curve(dict):
+    """A curve as afmformats has it: columns in SI units."""
+
+    columns = property(list)
+
+
+def afmformats(missing: bool) -> types.ModuleType:
+    """A stand-in for the package: two cycles of a piezo, with a force that is not taken."""
+    module = types.ModuleType("afmformats")
+    t, u, y = scanned((1.0, 3, 4.0), sample_hz=200.0)
+
+    def load_data(path, meta_override=None):
+        if missing and not meta_override:
+            raise MissingMetaDataError("spring constant")
+        height = {"height (piezo)": 1e-6 * u, "height (measured)": 1e-7 * y}
+        return [Curve({"force": y, "time": t, **height})]
+
+    module.load_data = load_data
+    module.errors = types.SimpleNamespace(MissingMetaDataError=MissingMetaDataError)
+    return module
+
+
+@pytest.mark.parametrize("missing", [False, True])
+def test_force_curves_by_afmformats(tmp_path, monkeypatch, missing):
+    monkeypatch.setitem(sys.modules, "afmformats", afmformats(missing))
+    put(tmp_path / "a.ibw", "wave")
+    options = ImportOptions(drive="height (piezo)", response="height (measured)")
+    made = import_recording(tmp_path / "a.ibw", options)
+    (run,) = made.recording.runs
+    assert (made.recording.drive_unit, made.recording.response_unit) == ("um", "um")
+    assert run.drive.u_pp == pytest.approx(4.0, rel=0.02)
+    assert (
+        "columns 0 'time' (s), 1 'height (measured)' (m), 2 'height (piezo)' (m)" in made.notes[0]
+    )
+
+
+def test_force_curves_without_afmformats_say_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "afmformats", None)
+    put(tmp_path / "a.ibw", "wave")
+    with pytest.raises(DataError, match=r"pip install afmformats` \(the extra `afm`\)"):
+        import_recording(tmp_path / "a.ibw", ImportOptions())

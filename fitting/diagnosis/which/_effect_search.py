@@ -14,7 +14,7 @@ from ._effect_refit import (
     refit_without_hysteresis,
     short_refit,
 )
-from ._excess import is_competitive, reduces_nonsynchronous
+from ._excess import is_competitive, least_score, reduces_nonsynchronous
 from ._flexible_refit import refit_on_flexible_base
 from ._screen import InitialGuesses, orthonormal_basis, screen_effect
 from ._screened_effects import ScreenedEffects
@@ -65,7 +65,8 @@ def _screen_all(refit: Refit, start: Candidate, guesses: InitialGuesses) -> Scre
     there = start.on_flexible_base
     flexible = there, orthonormal_basis(start.flexible_refit.jacobian_base(there))
     found = {n: screen_effect(refit, state, g, basis, flexible) for n, g in guesses.items()}
-    return ScreenedEffects({name: each for name, each in found.items() if each})
+    least = least_score(there) if start.effects else 0.0
+    return ScreenedEffects({name: each for name, each in found.items() if each}, least)
 
 
 def _refit_short(

@@ -57,3 +57,15 @@ def reduces_nonsynchronous(state: State, without: State, share: float) -> bool:
     before = nonsynchronous_excess(without)
     gain = before - nonsynchronous_excess(state)
     return gain > max(share * before, THRESHOLDS.chance_fall)
+
+
+def least_score(state: State) -> float:
+    """The score on the flexible base that a second effect must have beside those of `state` there.
+
+    A pair counts where the second effect removes a large share of the excess, or of what does not
+    repeat; a score far below that share promises neither.
+    """
+    of = [excess(state)]
+    if nonsynchronous_excess(state) > THRESHOLDS.chance_fall:
+        of.append(nonsynchronous_excess(state))
+    return THRESHOLDS.pair_screened * max(min(of), 0.0)

@@ -13,10 +13,12 @@ class ScreenedEffects:
     """Screened guesses of each effect by its name, the largest score first; none is empty.
 
     A base that misfits gives large scores to what stands in for another hysteresis; the flexible
-    base takes that away, and gives small ones to what it has adapted to. So either counts.
+    base takes that away, and gives small ones to what it has adapted to. So either counts, but for
+    what must explain `least` beyond the flexible base.
     """
 
     guesses: dict[str, list[Screened]]
+    least: float = 0.0
 
     @cached_property
     def promising(self) -> dict[str, list[Screened]]:
@@ -24,7 +26,11 @@ class ScreenedEffects:
         share = THRESHOLDS.screened_fall
         kept = self._near_best(lambda one: one.score, share)
         kept |= self._near_best(lambda one: one.flexible_score, share)
-        return {name: each for name, each in self.guesses.items() if name in kept}
+        return {
+            name: each
+            for name, each in self.guesses.items()
+            if name in kept and max(one.flexible_score for one in each) >= self.least
+        }
 
     @cached_property
     def leading_on_flexible_base(self) -> frozenset[str]:

@@ -211,6 +211,12 @@ class WhichThresholds:
     pair_gain: float = threshold(
         0.5, unit="of the single effect's excess", origin=f"{_TRIAL}; a second effect removes more"
     )
+    pair_screened: float = threshold(
+        0.1,
+        unit="of the single effect's excess",
+        origin="a fifth of `pair_gain`: none of 29 second effects that scored less on simulated "
+        "devices had been worth a pair",
+    )
     pair_base_gain: float = threshold(
         0.3, unit="of the gain on the flexible base", origin=f"{_TRIAL}; least gain on the base"
     )

@@ -25,6 +25,7 @@ def read_afm_tables(path: Path) -> list[Table]:
     label = printable(path)
     try:
         import afmformats  # pyright: ignore[reportMissingImports]
+        from afmformats.errors import MissingMetaDataError  # pyright: ignore[reportMissingImports]
     except ImportError as error:
         raise DataError(
             f"{label}: curves of an atomic force microscope need the package afmformats. Install "
@@ -37,7 +38,7 @@ def read_afm_tables(path: Path) -> list[Table]:
             warnings.simplefilter("ignore")  # of metadata that are not needed here
             try:
                 curves = afmformats.load_data(path)
-            except afmformats.errors.MissingMetaDataError:
+            except MissingMetaDataError:
                 curves = afmformats.load_data(path, meta_override=_FORCE)
             tables = [
                 _table(label if len(curves) == 1 else f"{label}, table {k + 1}", curve)

@@ -30,6 +30,12 @@ def test_what_explains_next_to_nothing_on_either_base_is_not_refitted():
     assert [s.flexible_score for s in found.by_flexible_score("beyond")] == [5e3, 4e3]
 
 
+def test_a_second_effect_must_explain_enough_beyond_the_flexible_base():
+    guesses = {"large": screened((1e6, 10.0)), "beyond": screened((0.0, 4e3))}
+    assert list(ScreenedEffects(guesses, least=100.0).promising) == ["beyond"]
+    assert not ScreenedEffects(guesses, least=1e4).promising
+
+
 def test_chance_leads_nowhere():
     chance = THRESHOLDS.chance_fall
     found = ScreenedEffects({"a": screened((5.0, chance)), "b": screened((4.0, 0.9 * chance))})

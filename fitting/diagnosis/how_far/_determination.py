@@ -16,7 +16,8 @@ from fitting.diagnosis.noise._whitening import Whitener
 from fitting.diagnosis.refit._effect_vector import effect_values
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 
-_CHANCE = 1e-3  # of a fall in chi-square that large among models as good; a tenth: 8 to 18 % more
+from ._thresholds import THRESHOLDS
+
 _RANK = 1e-9  # of a column's length squared: rounding
 
 
@@ -45,7 +46,7 @@ def prediction_variance(seen: Refit, state: State, held: Whitener) -> float:
 def is_as_good(seen: Refit, start: State, end: State) -> bool:
     """Whether `end` fits the runs seen no better than chance would have it, beside `start`."""
     free = int(seen.base.free.sum()) + effect_values(end.effects).size
-    return start.cost - end.cost < float(chi2.isf(_CHANCE, free))
+    return start.cost - end.cost < float(chi2.isf(THRESHOLDS.as_good_chance, free))
 
 
 def prediction_change(start: State, end: State, held: Whitener) -> float:

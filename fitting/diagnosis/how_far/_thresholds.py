@@ -33,6 +33,12 @@ class HowFarThresholds:
     samples_per_value: float = threshold(
         2.0, unit="samples a parameter", origin=f"{_TRIAL}; fewer training samples skip a part"
     )
+    as_good_chance: float = threshold(
+        1e-3,
+        unit="probability",
+        origin="of a fall in chi-square that large among models as good; a half, double or tenth "
+        "of it moves the limit by under 18 %",
+    )
     segments: int = threshold(
         10, unit="segments of a run", origin=f"{_TRIAL}; resampled where nothing repeats"
     )

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.stats import norm
 
 from fitting.diagnosis.which._thresholds import THRESHOLDS
 
@@ -112,8 +113,31 @@ def _listed_weights(evidence: Evidence, calibration: Calibration) -> np.ndarray:
     first = found[int(np.argmax(log_evidence))]
     stake = np.array([_excess_at_stake(h, first, evidence) for h in found])
     temperature = calibration.temperature + calibration.form * stake
-    weight = np.exp((log_evidence - log_evidence.max()) / temperature)
+    log_weight = (log_evidence - log_evidence.max()) / temperature
+    if misfit > 1.0 + THRESHOLDS.excess_sigmas * np.sqrt(2.0 / lines) or not evidence.noise_known:
+        log_weight = _not_surer_than_lines(log_weight, evidence)
+    weight = np.exp(log_weight)
     return weight / weight.sum()
+
+
+def _not_surer_than_lines(log_weight: np.ndarray, evidence: Evidence) -> np.ndarray:
+    """Odds between hypotheses of which neither is quite right: no surer than the lines agree.
+
+    A few lines may make all of the difference between two effects that look alike beside a base
+    that misfits, and other lines would then have made another. Hypotheses of which one holds the
+    other are left as they are.
+    """
+    best = int(np.argmax(log_weight))
+    first = evidence.hypotheses[best]
+    out = log_weight.copy()
+    for k, other in enumerate(evidence.hypotheses):
+        one, two = set(first.effects), set(other.effects)
+        if one <= two or two <= one or other.separation is None:
+            continue
+        sigmas = max(other.separation[best], 0.0)
+        odds = float(norm.logcdf(sigmas) - norm.logsf(sigmas))
+        out[k] = max(out[k], out[best] - odds)
+    return out
 
 
 def _excess_at_stake(

@@ -4,17 +4,26 @@ leaders on the flexible base.
 
 from collections.abc import Callable, Iterable
 
+import numpy as np
+
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 
 from ._candidate import Candidate, added_effects, hypothesis_name
 from ._effect_refit import (
     free_eta,
     full_refit,
+    refit_beside_jumps,
     refit_from_no_hysteresis,
     refit_without_hysteresis,
     short_refit,
 )
-from ._excess import is_competitive, least_score, reduces_nonsynchronous
+from ._excess import (
+    excess,
+    is_competitive,
+    is_unexplained,
+    least_score,
+    reduces_nonsynchronous,
+)
 from ._flexible_refit import refit_on_flexible_base
 from ._screen import InitialGuesses, orthonormal_basis, screen_effect
 from ._screened_effects import ScreenedEffects
@@ -53,6 +62,8 @@ def search_one_effect(
             short_refit(*without, screened.by_flexible_score(added)) if added in leading else None
         )
         flexible_refit, flexible = refit_on_flexible_base(free, on_base, without, guess)
+        if guess is not None:
+            on_base = _refit_from_flexible(free, on_base, flexible)
         effects = added_effects(flexible.effects, own)
         out.append(Candidate(effects, state, on_base, flexible, flexible_refit, fraction))
     return out
@@ -60,13 +71,35 @@ def search_one_effect(
 
 def _screen_all(refit: Refit, start: Candidate, guesses: InitialGuesses) -> ScreenedEffects:
     """Every guess beside `start`, by what the base and the flexible base leave of it."""
-    state = start.eta_fixed
+    state, there = start.eta_fixed, start.on_flexible_base
     basis = orthonormal_basis(refit.jacobian_base(state))
-    there = start.on_flexible_base
-    flexible = there, orthonormal_basis(start.flexible_refit.jacobian_base(there))
-    found = {n: screen_effect(refit, state, g, basis, flexible) for n, g in guesses.items()}
-    least = least_score(there) if start.effects else 0.0
-    return ScreenedEffects({name: each for name, each in found.items() if each}, least)
+    columns = orthonormal_basis(start.flexible_refit.jacobian_base(there))
+    found = {n: screen_effect(refit, state, g, basis, (there, columns)) for n, g in guesses.items()}
+    return ScreenedEffects(
+        {name: each for name, each in found.items() if each},
+        telling=_is_telling(there, columns),
+        least=least_score(there) if start.effects else 0.0,
+    )
+
+
+def _is_telling(state: State, columns: np.ndarray) -> bool:
+    """Whether what a flexible base leaves is more than chance, and not its own to explain.
+
+    Where its refit ended early, its tangent, the orthonormal `columns`, explains the rest.
+    """
+    along = columns.T @ state.errors.synchronous
+    own = THRESHOLDS.unconverged_excess * excess(state)
+    return is_unexplained(state) and float(along @ along) < own
+
+
+def _refit_from_flexible(refit: Refit, on_base: State, flexible: State) -> State:
+    """The refit on the base, or one with the effects' values on the flexible base, if better."""
+    start = refit.evaluate(on_base.values, flexible.effects)
+    if not np.isfinite(start.cost):
+        return on_base
+    return min(
+        on_base, refit_beside_jumps(refit, start, THRESHOLDS.full_steps), key=lambda s: s.cost
+    )
 
 
 def _refit_short(

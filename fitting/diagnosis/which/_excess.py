@@ -24,11 +24,14 @@ def nonsynchronous_excess(state: State) -> float:
 
 def is_unexplained(state: State) -> bool:
     """Whether more is left than noise, and than a base that is not quite the device's."""
-    lines, others = state.errors.synchronous.size, state.errors.nonsynchronous.size
+    lines = state.errors.synchronous.size
     limit = THRESHOLDS.explained_synchronous * lines
     chance = THRESHOLDS.explained_synchronous_sigmas * np.sqrt(2.0 * lines)
-    if state.synchronous > limit + chance:
-        return True
+    return bool(state.synchronous > limit + chance) or _is_nonsynchronous_unexplained(state)
+
+
+def _is_nonsynchronous_unexplained(state: State) -> bool:
+    others = state.errors.nonsynchronous.size
     limit = THRESHOLDS.explained_nonsynchronous * others
     chance = THRESHOLDS.explained_nonsynchronous_sigmas * np.sqrt(2.0 * others)
     return bool(others and state.nonsynchronous > limit + chance)
@@ -66,6 +69,6 @@ def least_score(state: State) -> float:
     repeat; a score far below that share promises neither.
     """
     of = [excess(state)]
-    if nonsynchronous_excess(state) > THRESHOLDS.chance_fall:
+    if _is_nonsynchronous_unexplained(state):
         of.append(nonsynchronous_excess(state))
     return THRESHOLDS.pair_screened * max(min(of), 0.0)

@@ -14,15 +14,19 @@ class ScreenedEffects:
 
     A base that misfits gives large scores to what stands in for another hysteresis; the flexible
     base takes that away, and gives small ones to what it has adapted to. So either counts, but for
-    what must explain `least` beyond the flexible base.
+    what must explain `least` beyond the flexible base. `telling`: whether scores beyond that base
+    tell anything; where they do not, every effect is promising and none leads.
     """
 
     guesses: dict[str, list[Screened]]
+    telling: bool = True
     least: float = 0.0
 
     @cached_property
     def promising(self) -> dict[str, list[Screened]]:
         """Effects that explain more than a small share of the best's, on either base."""
+        if not self.telling:
+            return self.guesses
         share = THRESHOLDS.screened_fall
         kept = self._near_best(lambda one: one.score, share)
         kept |= self._near_best(lambda one: one.flexible_score, share)
@@ -35,6 +39,8 @@ class ScreenedEffects:
     @cached_property
     def leading_on_flexible_base(self) -> frozenset[str]:
         """Effects that explain nearly as much as the best, and more than chance, beyond it."""
+        if not self.telling:
+            return frozenset()
         near = self._near_best(lambda one: one.flexible_score, THRESHOLDS.leader_fall)
         best = {name: max(g.flexible_score for g in self.guesses[name]) for name in near}
         return frozenset(name for name in near if best[name] > THRESHOLDS.chance_fall)

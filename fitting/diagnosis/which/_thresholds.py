@@ -74,6 +74,13 @@ class WhichThresholds:
         origin=f"{_TRIAL}; effects below it on the base and on the flexible base are not refitted",
     )
 
+    unconverged_excess: float = threshold(
+        0.5,
+        unit="of the excess on the flexible base",
+        origin="where that base's tangent explains more, its refit ended early: 0.003 to 0.3 on "
+        "five simulated devices whose best effect by score was right, 0.92 where none had a score",
+    )
+
     # Joint refits with one more effect.
     short_steps: int = threshold(4, unit="steps", origin=f"{_TRIAL}; of a short refit")
     long_short_factor: int = threshold(

@@ -20,8 +20,8 @@ class HypothesisEvidence:
 
     `synchronous`, `nonsynchronous`: of what repeats with the scan, and of what does not; `prior`:
     of the base's values, and of jumps a sample early or late. `parameters`: number of the effects'.
-    `identified`: chi-square on the identified base; `separation`: Vuong's statistic beside each of
-    the hypotheses, see `vuong_statistic`; both `None` where they are not known.
+    `identified`: chi-square on the identified base; `difference_errors`: standard errors of the
+    differences in chi-square to each of the hypotheses; both `None` where they are not known.
     """
 
     effects: tuple[str, ...]
@@ -30,7 +30,7 @@ class HypothesisEvidence:
     nonsynchronous: float
     prior: float
     identified: float | None = None
-    separation: tuple[float, ...] | None = None
+    difference_errors: tuple[float, ...] | None = None
 
     @property
     def name(self) -> str:
@@ -60,7 +60,7 @@ class Evidence:
         size = (errors.synchronous.size, errors.nonsynchronous.size)
         squares = [c.on_flexible_base.errors.all**2 for c in found]
         hypotheses = tuple(
-            _hypothesis(c, tuple(vuong_statistic(own, other) for other in squares))
+            _hypothesis(c, tuple(difference_error(own, other) for other in squares))
             for c, own in zip(found, squares, strict=True)
         )
         return cls(*size, noise_known, hypotheses)
@@ -88,19 +88,17 @@ class Evidence:
         return one.synchronous + one.nonsynchronous - self.lines - self.nonsynchronous_lines
 
 
-def vuong_statistic(one: Float[np.ndarray, " lines"], other: Float[np.ndarray, " lines"]) -> float:
-    """By how many standard errors `one` leaves more than `other`; both squares of whitened errors.
+def difference_error(one: Float[np.ndarray, " lines"], other: Float[np.ndarray, " lines"]) -> float:
+    """Standard error of how much more `one` sums to than `other`; squares of whitened errors.
 
-    The standard error is that of a sum over lines, as the differences on the lines scatter. Where
-    neither hypothesis is right, so that chi-square's difference is not the logarithm of a ratio of
-    likelihoods, it still tells which is nearer (Q. H. Vuong, Econometrica 57, 307, 1989).
+    As the differences on the lines scatter. Where neither hypothesis is right, so that chi-square's
+    difference is not the logarithm of a ratio of likelihoods, it still tells how sure it is which
+    of the two is nearer (Q. H. Vuong, Econometrica 57, 307, 1989).
     """
-    change = one - other
-    size = float(np.sqrt(change @ change))
-    return float(change.sum() / size) if np.isfinite(size) and size > 0 else 0.0
+    return float(np.linalg.norm(one - other))
 
 
-def _hypothesis(candidate: Candidate, separation: tuple[float, ...]) -> HypothesisEvidence:
+def _hypothesis(candidate: Candidate, errors: tuple[float, ...]) -> HypothesisEvidence:
     flexible, base = candidate.on_flexible_base, candidate.on_base
     return HypothesisEvidence(
         effects=tuple(sorted(effect.name for effect in candidate.effects)),
@@ -109,13 +107,13 @@ def _hypothesis(candidate: Candidate, separation: tuple[float, ...]) -> Hypothes
         nonsynchronous=flexible.nonsynchronous,
         prior=flexible.prior_cost + flexible.errors.jump_timing_cost,
         identified=base.synchronous + base.nonsynchronous,
-        separation=separation,
+        difference_errors=errors,
     )
 
 
 def _from_file(value: dict[str, Any]) -> HypothesisEvidence:
     fields: dict[str, Any] = {_FIELDS.get(key, key): content for key, content in value.items()}
     fields["effects"] = tuple(value["effects"])
-    if value.get("separation") is not None:
-        fields["separation"] = tuple(value["separation"])
+    if value.get("difference_errors") is not None:
+        fields["difference_errors"] = tuple(value["difference_errors"])
     return HypothesisEvidence(**fields)

@@ -115,26 +115,30 @@ def _listed_weights(evidence: Evidence, calibration: Calibration) -> np.ndarray:
     temperature = calibration.temperature + calibration.form * stake
     log_weight = (log_evidence - log_evidence.max()) / temperature
     if misfit > 1.0 + THRESHOLDS.excess_sigmas * np.sqrt(2.0 / lines) or not evidence.noise_known:
-        log_weight = _not_surer_than_lines(log_weight, evidence)
+        price = [penalty * h.parameters + 2.0 * calibration.chance * len(h.effects) for h in found]
+        cost = np.array([h.cost for h in found]) + price
+        log_weight = _not_surer_than_lines(log_weight, cost, evidence)
     weight = np.exp(log_weight)
     return weight / weight.sum()
 
 
-def _not_surer_than_lines(log_weight: np.ndarray, evidence: Evidence) -> np.ndarray:
+def _not_surer_than_lines(
+    log_weight: np.ndarray, cost: np.ndarray, evidence: Evidence
+) -> np.ndarray:
     """Odds between hypotheses of which neither is quite right: no surer than the lines agree.
 
     A few lines may make all of the difference between two effects that look alike beside a base
-    that misfits, and other lines would then have made another. Hypotheses of which one holds the
-    other are left as they are.
+    that misfits, and other lines would then have made another. `cost`: chi-square with all that
+    parameters and effects cost. Hypotheses of which one holds the other are left as they are.
     """
     best = int(np.argmax(log_weight))
-    first = evidence.hypotheses[best]
+    first = set(evidence.hypotheses[best].effects)
     out = log_weight.copy()
     for k, other in enumerate(evidence.hypotheses):
-        one, two = set(first.effects), set(other.effects)
-        if one <= two or two <= one or other.separation is None:
+        effects, errors = set(other.effects), other.difference_errors
+        if effects <= first or first <= effects or errors is None or errors[best] <= 0.0:
             continue
-        sigmas = max(other.separation[best], 0.0)
+        sigmas = max(cost[k] - cost[best], 0.0) / errors[best]
         odds = float(norm.logcdf(sigmas) - norm.logsf(sigmas))
         out[k] = max(out[k], out[best] - odds)
     return out

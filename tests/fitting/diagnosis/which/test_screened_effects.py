@@ -30,6 +30,13 @@ def test_what_explains_next_to_nothing_on_either_base_is_not_refitted():
     assert [s.flexible_score for s in found.by_flexible_score("beyond")] == [5e3, 4e3]
 
 
+def test_a_base_that_ended_early_tells_nothing():
+    guesses = {"large": screened((1e6, 1e3)), "small": screened((1.0, 1.0))}
+    found = ScreenedEffects(guesses, telling=False, least=1e4)
+    assert found.promising == guesses
+    assert not found.leading_on_flexible_base
+
+
 def test_a_second_effect_must_explain_enough_beyond_the_flexible_base():
     guesses = {"large": screened((1e6, 10.0)), "beyond": screened((0.0, 4e3))}
     assert list(ScreenedEffects(guesses, least=100.0).promising) == ["beyond"]

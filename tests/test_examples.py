@@ -34,6 +34,7 @@ WITHOUT = frozenset(
         "AbstractLink",
         "AbstractOutput",
         "AbstractReadBack",
+        "AbstractWatchdog",
         "AfgChannel",
         "Bridge",
         "Change",

@@ -89,6 +89,10 @@ def check_raw_folder(folder: StrPath) -> None:
     """Refuse a folder that holds anything, before raw records are written into it: `OutputError`.
 
     A record among those of another measurement would be replayed with them.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     check_raw_folder(folder)  # empty: nothing is said
     """
     root, label = Path(folder), printable(folder)
     cure = "Choose a new folder, or move it away."

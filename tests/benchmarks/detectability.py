@@ -21,9 +21,9 @@ from fitting.diagnosis.noise._periods import decimate
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import FittedBase, fit_base
 from fitting.diagnosis.which._forward_selection import Attribution, select_effects
-from fitting.diagnosis.which._screen import summarise_residual
 from fitting.diagnosis.which.evidence._evidence import Evidence
 from fitting.diagnosis.which.evidence._probability import hypothesis_probabilities
+from fitting.diagnosis.which.screening._screen import summarise_residual
 from rapi_jax import Recording
 from rapi_jax.effects import ALL, AbstractEffect, ResidualSummary
 from rapi_jax.internal import float64

@@ -23,7 +23,7 @@ from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import FittedBase, fit_base
 from fitting.diagnosis.which._candidate import hypothesis_name
 from fitting.diagnosis.which._effect_refit import full_refit, short_refit
-from fitting.diagnosis.which._screen import (
+from fitting.diagnosis.which.screening._screen import (
     Screened,
     initial_guesses,
     orthonormal_basis,

@@ -9,8 +9,12 @@ import numpy as np
 from fitting.diagnosis.refit._effect_vector import effect_values, free_parameters, strength_names
 from fitting.diagnosis.refit._gauss_newton import SearchRanges
 from fitting.diagnosis.which._candidate import Candidate
-from fitting.diagnosis.which._screen import effect_signature, search_ranges, summarise_residual
 from fitting.diagnosis.which.evidence._calibration import load_calibration
+from fitting.diagnosis.which.screening._screen import (
+    effect_signature,
+    search_ranges,
+    summarise_residual,
+)
 from rapi_jax.effects import AbstractEffect
 
 from ._absorbed import AbsorbedByBase

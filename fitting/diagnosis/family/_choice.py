@@ -11,7 +11,7 @@ import numpy as np
 
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.which._candidate import insert_effect
-from fitting.diagnosis.which._screen import initial_guesses
+from fitting.diagnosis.which.screening._screen import initial_guesses
 from rapi_jax import RAPI, AbstractOperator, FixedRAPI, MixedRAPI, Recording
 from rapi_jax.effects import AmplitudeLaw
 

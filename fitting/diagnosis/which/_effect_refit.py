@@ -11,10 +11,10 @@ from fitting.diagnosis.refit._gauss_newton import Refit, State
 from rapi_jax import parameters
 
 from ._candidate import insert_effect
-from ._screen import Screened
 from ._thresholds import THRESHOLDS
 from .jumps._jump_search import search_jump_parameters
 from .jumps._jump_segmentation import refit_at_segmented_jumps
+from .screening._screen import Screened
 
 
 def short_refit(refit: Refit, state: State, screened: list[Screened]) -> State | None:

@@ -25,9 +25,9 @@ from ._excess import (
     reduces_nonsynchronous,
 )
 from ._flexible_refit import refit_on_flexible_base
-from ._screen import InitialGuesses, orthonormal_basis, screen_effect
-from ._screened_effects import ScreenedEffects
 from ._thresholds import THRESHOLDS
+from .screening._screen import InitialGuesses, orthonormal_basis, screen_effect
+from .screening._screened_effects import ScreenedEffects
 
 Progress = Callable[[str], None]
 _Refitted = tuple[State, float]  # a refit, and its effect's unabsorbed fraction

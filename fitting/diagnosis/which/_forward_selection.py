@@ -15,8 +15,8 @@ from ._effect_search import Progress, search_one_effect
 from ._excess import excess, is_unexplained
 from ._flexible_refit import refit_flexible_base
 from ._nested_costs import nest_costs
-from ._screen import initial_guesses, search_ranges
 from ._thresholds import THRESHOLDS
+from .screening._screen import initial_guesses, search_ranges
 
 Classes = Sequence[type[AbstractEffect]]
 

@@ -7,7 +7,7 @@ from worlds import TRUTHS, recorded
 from fitting.blind.prediction._baselines import baseline_verdicts
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import fit_base
-from fitting.diagnosis.which._screen import screen_effect
+from fitting.diagnosis.which.screening._screen import screen_effect
 from rapi_jax.effects import AmplifierLowpass, CurrentCoupling, Etalon, Pickup, Resonance
 
 FEW = (AmplifierLowpass, CurrentCoupling, Etalon, Pickup, Resonance)

@@ -11,7 +11,7 @@ from fitting.diagnosis.which._base import fit_base
 from fitting.diagnosis.which._candidate import Candidate
 from fitting.diagnosis.which._flexible_refit import refit_flexible_base
 from fitting.diagnosis.which._nested_costs import nest_costs, without_strength
-from fitting.diagnosis.which._screen import summarise_residual
+from fitting.diagnosis.which.screening._screen import summarise_residual
 from rapi_jax.effects import ALL, Etalon
 
 SHORT = ("delay", "etalon", "mode_hop", "saturation")

@@ -109,13 +109,20 @@ def afmformats(missing: bool) -> types.ModuleType:
         return [Curve({"force": y, "time": t, **height})]
 
     module.load_data = load_data
-    module.errors = types.SimpleNamespace(MissingMetaDataError=MissingMetaDataError)
+    return module
+
+
+def errors() -> types.ModuleType:
+    """Its module of errors."""
+    module = types.ModuleType("afmformats.errors")
+    module.MissingMetaDataError = MissingMetaDataError
     return module
 
 
 @pytest.mark.parametrize("missing", [False, True])
 def test_force_curves_by_afmformats(tmp_path, monkeypatch, missing):
     monkeypatch.setitem(sys.modules, "afmformats", afmformats(missing))
+    monkeypatch.setitem(sys.modules, "afmformats.errors", errors())
     put(tmp_path / "a.ibw", "wave")
     options = ImportOptions(drive="height (piezo)", response="height (measured)")
     made = import_recording(tmp_path / "a.ibw", options)

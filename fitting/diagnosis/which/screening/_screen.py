@@ -8,9 +8,8 @@ import numpy as np
 from fitting.diagnosis.refit._effect_vector import effect_values, free_parameters
 from fitting.diagnosis.refit._gauss_newton import Refit, SearchRanges, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel, acts_before_operator
+from fitting.diagnosis.which._thresholds import THRESHOLDS
 from rapi_jax.effects import AbstractEffect, ResidualSummary
-
-from ._thresholds import THRESHOLDS
 
 InitialGuesses = dict[str, list[AbstractEffect]]  # by name of the effect
 

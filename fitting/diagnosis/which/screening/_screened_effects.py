@@ -4,8 +4,9 @@ import dataclasses
 from collections.abc import Callable
 from functools import cached_property
 
+from fitting.diagnosis.which._thresholds import THRESHOLDS
+
 from ._screen import Screened
-from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

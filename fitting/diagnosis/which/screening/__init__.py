@@ -1,0 +1,1 @@
+"""Which effects are worth a refit, by score statistics."""

@@ -67,7 +67,7 @@ FILES = {
     "pickled.npy": (pickled_npy, "never unpickled"),
     "photos.zip": (zipped({"a.txt": "1"}), "without arrays of NumPy (it holds a.txt). Unpack it"),
     "mixed.npz": (zipped({"a.npy": "1", "b.txt": "1"}), "no array of real numbers"),
-    "a.jpk-force": (zipped({"header.properties": "jpk"}), "afmformats"),
+    "a.jpk-force": (zipped({"header.properties": "jpk"}), "an atomic force microscope"),
     "pickled.npz": (pickled_npz, "never unpickled"),
     "a.pickle": (a_pickle, "holds NUL bytes"),
     "bomb.npz": (bomb, "bomb.npz"),

@@ -44,9 +44,9 @@ def read_afm_tables(path: Path) -> list[Table]:
                 _table(label if len(curves) == 1 else f"{label}, table {k + 1}", curve)
                 for k, curve in enumerate(curves)
             ]
-    except DataError:
+    except (DataError, KeyboardInterrupt, SystemExit):
         raise
-    except Exception as error:  # a damaged file makes the library raise almost anything
+    except BaseException as error:  # of a damaged file almost anything, and no `Exception` at that
         raise DataError(
             f"{label}: cannot be read as a curve of an atomic force microscope ({cause(error)}). "
             "Keep the name that its program gave it, or export the curve as text."

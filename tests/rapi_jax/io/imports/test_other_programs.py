@@ -87,7 +87,7 @@ def test_channels_of_a_lecroy_with_times_a_fraction_of_a_step_apart(tmp_path):
     assert any("were sampled at other times" in note for note in made.notes)
 
 
-class MissingMetaDataError(Exception):
+class MissingMetaDataError(BaseException):
     """As afmformats has it."""
 
 

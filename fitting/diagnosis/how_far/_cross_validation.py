@@ -196,7 +196,7 @@ def _closed(
 def _closed_at_least(
     before: list[np.ndarray], after: list[np.ndarray], own: bool
 ) -> dict[str, float] | None:
-    """The same where noise is unknown: with none taken off, so the value is a lower edge.
+    """The same where noise is unknown: with none taken off, so the value is a lower bound.
 
     The interval is that of resampled segments of the runs, made twice as wide.
     """

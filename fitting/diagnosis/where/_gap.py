@@ -31,7 +31,7 @@ _MEDIAN_VARIANCE = 1.0 / EXPONENTIAL_MEDIAN**2
 _TINY = 1e-300
 _NOTHING_REPEATS = (
     "Nothing repeats, so noise cannot be told from error: the noise taken off is that of the "
-    "fastest lines, and the gap is a lower edge if noise is white."
+    "fastest lines, and the gap is a lower bound if noise is white."
 )
 _ONE_PERIOD = "One period: noise is taken as in the other runs, and all above it counts as locked."
 

@@ -266,7 +266,7 @@ class WhichThresholds:
         0.25,
         unit="probability",
         origin="of 10 simulated devices that leave more than a hysteresis could 7 were unlisted, "
-        "so a lower edge; half: the set is the same, double: it is the answer where two are tied",
+        "so a lower bound; half: the set is the same, double: it is the answer where two are tied",
     )
     least_closed: float = threshold(
         0.5,

@@ -101,7 +101,7 @@ def test_a_displacement_recording_says_its_own_unit():
 def test_one_period_says_so_and_takes_no_noise_for_an_effect():
     out = verdict(record(drives(periods=1)))
     assert out["gap"]["noise_floor"] is None
-    assert any("lower edge" in note and "three periods" in note for note in out["notes"])
+    assert any("lower bound" in note and "three periods" in note for note in out["notes"])
     assert out["verdict"]["name"] == "none"
     assert not out["gap"]["significant"]
 

@@ -157,7 +157,7 @@ def test_one_period_gives_a_lower_edge_and_no_floor():
     quiet = measure_gap(e, parts, spectrum)
     assert quiet.noise_floor is None
     assert not quiet.significant
-    assert "lower edge" in quiet.note
+    assert "lower bound" in quiet.note
     loud = measure_gap(plus(e, wave(parts, 3.0)), parts, spectrum)
     assert loud.significant
     assert loud.synchronous == pytest.approx(9.0, rel=0.15)

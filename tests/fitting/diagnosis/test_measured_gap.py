@@ -30,7 +30,7 @@ def test_the_loop_of_a_servo_is_a_lag(shared_data):
         "+".join(h["effects"]): h["identified"] for h in report.content["evidence"]["hypotheses"]
     }
     assert left[report.verdict.name] < 0.25 * left[""]  # of chi-square
-    assert any("noise is not measured" in note for note in report.notes)
+    assert any("noise was not measured" in note for note in report.notes)
 
 
 def test_a_piezo_identified_on_full_loops_lags_on_small_ones(shared_data):

@@ -91,6 +91,7 @@ def check_raw_folder(folder: StrPath) -> None:
     A record among those of another measurement would be replayed with them.
 
     >>> import tempfile
+    >>> from hardware import check_raw_folder
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     check_raw_folder(folder)  # empty: nothing is said
     """

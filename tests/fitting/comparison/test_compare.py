@@ -174,8 +174,13 @@ def test_how_often_a_change_is_said_where_there_is_none(name):
     assert stats.ttest_1samp(held, 0.95, alternative="less").pvalue > 0.005, np.mean(held)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", CHANGES)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(n, marks=pytest.mark.slow if n in ("lam", "b") else pytest.mark.calibration)
+        for n in CHANGES
+    ],
+)
 def test_each_parameter_that_changed_is_found(name):
     session, factor = drives(), CHANGES[name]
     found = [

@@ -47,7 +47,7 @@ def search_one_effect(
     eta_fixed, free = refits
     screened = _screen_all(eta_fixed, start, guesses)
     short = _refit_short(eta_fixed, start, screened, progress)
-    short += _refit_without_hysteresis(eta_fixed, start, guesses)
+    short += _refit_without_hysteresis(eta_fixed, start, guesses, screened)
     progress("the best of them")
     leading = screened.leading_on_flexible_base
     full = _refit_in_full(eta_fixed, start.eta_fixed, sorted(short, key=_cost), leading)
@@ -116,7 +116,7 @@ def _refit_short(
 
 
 def _refit_without_hysteresis(
-    refit: Refit, start: Candidate, guesses: InitialGuesses
+    refit: Refit, start: Candidate, guesses: InitialGuesses, screened: ScreenedEffects
 ) -> list[_Refitted]:
     """At one rate: refits of each effect from no hysteresis, where it stands alone."""
     if start.effects or not _has_one_rate(refit):
@@ -127,11 +127,11 @@ def _refit_without_hysteresis(
     refit_polynomial, state = without
     polynomial = orthonormal_basis(refit_polynomial.jacobian_base(state))
     out: list[_Refitted] = []
-    for grid in guesses.values():
-        screened = screen_effect(*without, grid, polynomial, (state, polynomial))
-        found = refit_from_no_hysteresis(refit, without, screened)
+    for name, each in screened.guesses.items():
+        beside = screen_effect(*without, guesses[name], polynomial, (state, polynomial))
+        found = refit_from_no_hysteresis(refit, without, beside)
         if found is not None:
-            out.append((found, screened[0].unabsorbed_fraction))
+            out.append((found, each[0].unabsorbed_fraction))
     return out
 
 

@@ -11,7 +11,7 @@ from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._flexible_base import flexible_base
-from fitting.diagnosis.which.screening._screen import orthonormal_basis
+from fitting.diagnosis.which.screening._base_remainder import orthonormal_basis
 from rapi_jax import ECDL, Drive, Recording, triangle
 from rapi_jax._ecdl import respond
 from rapi_jax._precision import float64

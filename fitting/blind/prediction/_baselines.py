@@ -23,10 +23,10 @@ from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import FittedBase, fit_base
 from fitting.diagnosis.which._candidate import hypothesis_name
 from fitting.diagnosis.which._effect_refit import full_refit, short_refit
+from fitting.diagnosis.which.screening._base_remainder import BaseRemainder, orthonormal_basis
 from fitting.diagnosis.which.screening._screen import (
     Screened,
     initial_guesses,
-    orthonormal_basis,
     screen_effect,
     search_ranges,
 )
@@ -58,9 +58,9 @@ def baseline_verdicts(
     # Here `score` is with nothing projected out, `flexible_score` with the base's Jacobian.
     nothing = np.zeros((state.errors.synchronous.size, 0))
     inside = orthonormal_basis(refit.jacobian_base(state))
+    beyond = BaseRemainder.beyond_tangent(state, inside)
     best = {
-        name: screen_effect(refit, state, grid, nothing, (state, inside))
-        for name, grid in trials.items()
+        name: screen_effect(refit, state, grid, nothing, beyond) for name, grid in trials.items()
     }
     rng = np.random.default_rng(seed)
     names = [NONE, *(cls.name for cls in candidates), UNLISTED]
@@ -110,10 +110,10 @@ def forward_selection(
         left = [cls for cls in candidates if cls.name not in {e.name for e in effects_found}]
         if len(effects_found) < THRESHOLDS.selected_effects:
             inside = orthonormal_basis(refit.jacobian_base(state))
+            beyond = BaseRemainder.beyond_tangent(state, inside)
             grids = initial_guesses(refit, state, left)
             screened = {
-                n: screen_effect(refit, state, grid, inside, (state, inside))
-                for n, grid in grids.items()
+                n: screen_effect(refit, state, grid, inside, beyond) for n, grid in grids.items()
             }
     return hypothesis_name(effects_found)
 

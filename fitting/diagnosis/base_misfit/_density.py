@@ -15,7 +15,7 @@ from jaxtyping import Float
 from fitting.diagnosis.noise._misfit_covariance import MisfitCovariance
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit.jacobian._operator_jacobian import Linearised
-from fitting.diagnosis.which.screening._screen import orthonormal_basis
+from fitting.diagnosis.which.screening._base_remainder import orthonormal_basis
 
 from ._columns import density_columns
 from ._thresholds import THRESHOLDS

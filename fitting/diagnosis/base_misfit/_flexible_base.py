@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fitting.diagnosis.noise._misfit_covariance import MisfitCovariance
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 
 from ._density import SCALES, PlayDensity
@@ -32,11 +33,16 @@ class FlexibleBase:
         return cls(refit, density, float(SCALES[int(np.argmax(found))]))
 
     @cached_property
+    def covariance(self) -> MisfitCovariance:
+        """Of whitened errors: what the operator's values and the plays' weights do."""
+        return self.density.covariance(self.scale)
+
+    @cached_property
     def marginal(self) -> Refit:
         """Refits of effects in which the operator's values and the plays' weights are integrated.
 
         The values stay where they are: what another would change is projected out to first order.
         """
-        whitener = self.refit.whitener.with_misfit(self.density.covariance(self.scale))
+        whitener = self.refit.whitener.with_misfit(self.covariance)
         base = dataclasses.replace(self.refit.base, free=np.zeros_like(self.refit.base.free))
         return dataclasses.replace(self.refit, whitener=whitener, base=base)

@@ -10,93 +10,14 @@ from functools import cache
 
 import numpy as np
 
-from fitting.diagnosis.noise._periods import PeriodBlock, slice_block
+from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.noise._spectrum import Spectrum
-from fitting.diagnosis.noise._whitening import Whitener
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
-from rapi_jax import Recording
 
 from ._bootstrap import closed_fraction
-from ._determination import is_as_good, prediction_change, prediction_variance
+from ._held_out import Fold, FullRefit, folds
 from ._thresholds import THRESHOLDS
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Fold:
-    """One part held out: its name, what is seen, and what is held, as blocks of their runs."""
-
-    name: str
-    seen: list[PeriodBlock]
-    use: np.ndarray  # runs that are seen
-    held: list[PeriodBlock]
-    runs: list[int]  # of `held`
-
-
-def folds(whitened: WhitenedModel) -> list[Fold]:
-    """Each rate, each amplitude, and the last third of the periods, as far as there are several."""
-    recording, blocks = whitened.recording, whitened.blocks
-    out = []
-    for name, members in _groups(recording):
-        runs = [k for k, member in enumerate(members) if member]
-        held = [blocks[k] for k in runs]
-        out.append(Fold(name, blocks, ~members, held, runs))
-    # A run of one period is cut in time; where all are, that is all there is.
-    several = [b.periods >= THRESHOLDS.least_periods for b in blocks]
-    cut = several if any(several) else [b.left.shape[1] > THRESHOLDS.least_samples for b in blocks]
-    if any(cut):
-        seen = [
-            slice_block(b, 0.0, THRESHOLDS.training_share) if c else b
-            for b, c in zip(blocks, cut, strict=True)
-        ]
-        held = [
-            slice_block(b, THRESHOLDS.training_share, 1.0)
-            for b, c in zip(blocks, cut, strict=True)
-            if c
-        ]
-        everything = np.ones(len(blocks), dtype=bool)
-        runs = [k for k, c in enumerate(cut) if c]
-        out.append(
-            Fold("last periods" if any(several) else "last third", seen, everything, held, runs)
-        )
-    return out
-
-
-def _groups(recording: Recording) -> list[tuple[str, np.ndarray]]:
-    drives, unit = recording.drives, recording.drive_unit
-    out = []
-    rates = np.array([d.rate for d in drives])
-    if np.unique(rates).size > 1:
-        out += [(f"rate {r:g} Hz", rates == r) for r in np.unique(rates)]
-    levels = np.array(recording.amplitudes)
-    if levels.size > 1:
-        nearest = np.array([int(np.abs(levels - d.u_pp).argmin()) for d in drives])
-        out += [(f"amplitude {a:.4g} {unit}", nearest == i) for i, a in enumerate(levels)]
-    return out
-
-
-def held_out_errors(refit: Refit, fold: Fold, state: State) -> list[np.ndarray] | None:
-    """Errors on what `fold` holds, of the model refitted to what it leaves.
-
-    `None` where that does not determine the prediction: where errors of parameters make it less
-    certain than the mean periods held out are, or a refit no better than chance moves it by more.
-    Of later periods of the same drives it is always determined.
-    """
-    whitened = dataclasses.replace(refit.whitened, blocks=fold.seen)
-    spectrum, own_origin = refit.whitener.spectrum, whitened.own_origin
-    whitener = Whitener(fold.seen, spectrum, own_origin, use=fold.use)
-    seen = dataclasses.replace(refit, whitened=whitened, whitener=whitener)
-    start = seen.evaluate(state.values, state.effects)
-    others = Whitener(fold.seen, spectrum, own_origin, use=~fold.use)
-    other_runs, readings = not fold.use.all(), sum(b.left.shape[1] for b in fold.held)
-    if other_runs and prediction_variance(seen, start, others) >= readings:
-        return None
-    end = seen.minimise(start, THRESHOLDS.refit_steps, THRESHOLDS.refit_tolerance)
-    moved = other_runs and prediction_change(start, end, others) >= readings
-    if moved and is_as_good(seen, start, end):
-        return None
-    held = list(zip(fold.runs, fold.held, strict=True))
-    return refit.whitened.block_errors(whitener, end.effects, end.operator_response, held)[0]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -129,32 +50,36 @@ def cross_validate(
     """
     parts = folds(whitened)
 
+    before = FullRefit(*none)
+
     @cache
     def without(fold: Fold) -> list[np.ndarray] | None:
-        return held_out_errors(none[0], fold, none[1])
+        return before.held_out_errors(fold)
 
-    return [_validate(whitened, parts, without, candidate, progress) for candidate in candidates]
+    return [
+        _validate(whitened, parts, without, FullRefit(*candidate), progress)
+        for candidate in candidates
+    ]
 
 
 def _validate(
     whitened: WhitenedModel,
     parts: Sequence[Fold],
     without: Callable[[Fold], list[np.ndarray] | None],
-    candidate: tuple[Refit, State],
+    candidate: FullRefit,
     progress: Callable[[str], None],
 ) -> CrossValidation | None:
     before: list[np.ndarray] = []
     after: list[np.ndarray] = []
     held: list[PeriodBlock] = []
     rows = []
-    refit, state = candidate
-    spectrum, own = refit.whitener.spectrum, whitened.own_origin
+    spectrum, own = candidate.refit.whitener.spectrum, whitened.own_origin
     for fold in parts:
-        if not _has_enough_data(fold, state):
+        if not _has_enough_data(fold, candidate.state):
             continue
         progress(f"held out: {fold.name}")
         old = without(fold)
-        new = None if old is None else held_out_errors(refit, fold, state)
+        new = None if old is None else candidate.held_out_errors(fold)
         if old is None or new is None:
             rows.append(_row(fold, None, None, None))
             continue

@@ -7,9 +7,8 @@ tell neither for an effect nor against it. Beyond first order, two models that t
 tell apart must not predict differently either.
 """
 
-import dataclasses
-
 import numpy as np
+from jaxtyping import Float
 from scipy.stats import chi2
 
 from fitting.diagnosis.noise._whitening import Whitener
@@ -21,18 +20,18 @@ from ._thresholds import THRESHOLDS
 _RANK = 1e-9  # of a column's length squared: rounding
 
 
-def prediction_variance(seen: Refit, state: State, held: Whitener) -> float:
+def prediction_variance(
+    seen: Float[np.ndarray, "lines unknowns"],
+    held: Float[np.ndarray, "others unknowns"],
+    prior_weight: Float[np.ndarray, " values"],
+) -> float:
     """Chi-square by which errors of parameters alone are expected to move a prediction.
 
-    `seen`: the problem of the runs that were seen, with its priors, about `state`. `held`: the
-    whitening in which the others count alone. To first order in the parameters.
+    `seen`, `held`: Jacobians of whitened errors of the runs that were seen, and of the others.
+    `prior_weight`: see `Refit`. To first order in the parameters.
     """
-    known = seen.normal_equations(state)[0]
-    free = np.full_like(seen.base.prior_std, np.inf)
-    alone = dataclasses.replace(
-        seen, whitener=held, base=dataclasses.replace(seen.base, prior_std=free)
-    )
-    asked = alone.normal_equations(alone.evaluate(state.values, state.effects))[0]
+    known, asked = seen.T @ seen, held.T @ held
+    known[np.arange(prior_weight.size), np.arange(prior_weight.size)] += prior_weight
     length = np.sqrt(np.diag(known) + np.diag(asked))
     used = length > 0
     length = np.outer(length[used], length[used])

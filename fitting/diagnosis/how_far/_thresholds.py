@@ -13,10 +13,16 @@ class HowFarThresholds:
 
     # Cross-validation.
     refit_steps: int = threshold(
-        40,
-        unit="steps",
-        origin="6 simulated devices: with 5, which stay near the refit to all data, errors held "
-        "out are up to half as large; 200 change closed fractions by under 0.001",
+        6,
+        unit="steps from one Jacobian",
+        origin="3 simulated devices with and without misfit: 40 instead take three times as long "
+        "and move determined parts' closed fractions by up to 0.1",
+    )
+    refit_jacobians: int = threshold(
+        4,
+        unit="Jacobians",
+        origin="as above: closed fractions then are those of 40 steps, each with a Jacobian of its "
+        "own, to 0.01 to 0.1; 1 stays near the refit to all data",
     )
     refit_tolerance: float = threshold(
         1e-4, unit="of the excess", origin="as above; two smaller falls in a row end a refit"

@@ -3,7 +3,7 @@
 import copy
 
 import numpy as np
-from jaxtyping import Bool, Complex, Float
+from jaxtyping import Bool, Complex, Float, Int
 
 from ._lines import SpectralLines, to_lines
 from ._misfit_covariance import MisfitCovariance
@@ -41,6 +41,17 @@ class Whitener:
         out = copy.copy(self)
         out.misfit = misfit
         return out
+
+    @property
+    def run_of_line(self) -> Int[np.ndarray, " lines"]:
+        """The run that each whitened error is of: of the synchronous ones, then of the others."""
+        parts: list[np.ndarray] = []
+        for synchronous in (True, False):
+            for k, (lines, block) in enumerate(zip(self.lines, self.blocks, strict=True)):
+                on = lines.synchronous == synchronous
+                if synchronous or block.periods > 1:
+                    parts.append(np.full(int(lines.multiplicity[on].sum()), k))
+        return np.concatenate(parts)
 
     def whiten(
         self, values: list[Float[np.ndarray, "*more _ _"]]

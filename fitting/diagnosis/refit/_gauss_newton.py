@@ -1,6 +1,7 @@
 """Joint refit of an operator and effects to whitened errors with priors, by damped Gauss-Newton."""
 
 import dataclasses
+from collections.abc import Callable
 
 import jax
 import jax.numpy as jnp
@@ -155,18 +156,39 @@ class Refit:
         matrix[n:, n:] += s[split:].T @ s[split:]
         gradient = top.T @ state.errors.synchronous
         gradient[n:] += s[split:].T @ state.errors.nonsynchronous
-        weight = np.where(np.isfinite(self.base.prior_std), self.base.prior_std, np.inf) ** -2.0
-        weight = np.where(self.base.free, weight, 0.0)
-        matrix[np.arange(n), np.arange(n)] += weight
-        off = np.where(weight > 0, state.values - self.base.prior_mean, 0.0)
-        gradient[:n] += weight * off
+        matrix[np.arange(n), np.arange(n)] += self.prior_weight
+        gradient[:n] += self._prior_gradient(state)
         return matrix, gradient, s
 
-    def minimise(self, state: State, steps: int, tolerance: float | None = None) -> State:
+    def _prior_gradient(self, state: State) -> Float[np.ndarray, " values"]:
+        weight = self.prior_weight
+        return weight * np.where(weight > 0, state.values - self.base.prior_mean, 0.0)
+
+    def jacobian(self, state: State) -> Float[np.ndarray, "lines unknowns"]:
+        """Derivative of all whitened errors by the base's values, then the effects' parameters."""
+        base, effects = self.jacobian_base(state), self.jacobian_effects(state)
+        out = np.zeros((len(effects), base.shape[1] + effects.shape[1]))
+        out[: len(base), : base.shape[1]] = base
+        out[:, base.shape[1] :] = effects
+        return out
+
+    @property
+    def prior_weight(self) -> Float[np.ndarray, " values"]:
+        """One over the variance of the prior of each value of the base; 0 where it is fixed."""
+        weight = np.where(np.isfinite(self.base.prior_std), self.base.prior_std, np.inf) ** -2.0
+        return np.where(self.base.free, weight, 0.0)
+
+    def minimise(
+        self,
+        state: State,
+        steps: int,
+        tolerance: float | None = None,
+        jacobian: Float[np.ndarray, "lines unknowns"] | None = None,
+    ) -> State:
         """At most `steps` damped Gauss-Newton steps; ends where steps gain next to nothing.
 
         `tolerance`: of the excess over what noise alone would leave, below which a step counts as
-        slow; `THRESHOLDS.relative_gain` by default.
+        slow; `THRESHOLDS.relative_gain` by default. `jacobian`: one for all steps, see `jacobian`.
         """
         limits = THRESHOLDS
         share = limits.relative_gain if tolerance is None else tolerance
@@ -174,7 +196,7 @@ class Refit:
         return minimise_damped(
             state,
             cost=lambda state: state.cost,
-            linearise=self._linearise,
+            linearise=self._linearise if jacobian is None else self._with_jacobian(jacobian),
             move=self.take_step,
             damping=Damping(
                 initial=limits.initial_damping,
@@ -195,19 +217,24 @@ class Refit:
         )
 
     def _linearise(self, state: State, step_scale: float) -> Linearisation:
-        """The damped normal equations at `state`, with columns of unit length."""
+        """The damped normal equations at `state`."""
         matrix, gradient, effects = self.normal_equations(state, step_scale)
-        length = np.sqrt(np.diag(matrix))
-        alive = length > 0
-        unit = np.where(alive, length, 1.0)
-        scaled = matrix / unit[:, None] / unit[None, :]
+        return _damped_equations(matrix, gradient, uses_secants=bool(effects.any()))
 
-        def step(damping: float) -> np.ndarray:
-            damped = scaled + damping * np.eye(unit.size) + np.diag(np.where(alive, 0.0, 1.0))
-            move = -np.linalg.solve(damped, np.where(alive, gradient / unit, 0.0)) / unit
-            return np.where(alive, move, 0.0)
+    def _with_jacobian(
+        self, jacobian: Float[np.ndarray, "lines unknowns"]
+    ) -> Callable[[State, float], Linearisation]:
+        """The same at any state, with one Jacobian for all."""
+        n = self.base.free.size
+        matrix = jacobian.T @ jacobian
+        matrix[np.arange(n), np.arange(n)] += self.prior_weight
 
-        return Linearisation(step, uses_secants=bool(effects.any()))
+        def linearise(state: State, step_scale: float) -> Linearisation:
+            gradient = jacobian.T @ state.errors.all
+            gradient[:n] += self._prior_gradient(state)
+            return _damped_equations(matrix, gradient)
+
+        return linearise
 
     def bounds(
         self, effects: Effects
@@ -237,3 +264,23 @@ class Refit:
             )
             effects = with_values(effects, np.where(np.isfinite(new), new, now))
         return self.evaluate(values, effects)
+
+
+def _damped_equations(
+    matrix: Float[np.ndarray, "unknowns unknowns"],
+    gradient: Float[np.ndarray, " unknowns"],
+    *,
+    uses_secants: bool = False,
+) -> Linearisation:
+    """Steps for each damping, with columns of unit length."""
+    length = np.sqrt(np.diag(matrix))
+    alive = length > 0
+    unit = np.where(alive, length, 1.0)
+    scaled = matrix / unit[:, None] / unit[None, :]
+
+    def step(damping: float) -> np.ndarray:
+        damped = scaled + damping * np.eye(unit.size) + np.diag(np.where(alive, 0.0, 1.0))
+        move = -np.linalg.solve(damped, np.where(alive, gradient / unit, 0.0)) / unit
+        return np.where(alive, move, 0.0)
+
+    return Linearisation(step, uses_secants)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 
 from ._candidate import Candidate, added_effects, hypothesis_name
@@ -17,16 +18,12 @@ from ._effect_refit import (
     refit_without_hysteresis,
     short_refit,
 )
-from ._excess import (
-    excess,
-    is_competitive,
-    is_unexplained,
-    least_score,
-    reduces_nonsynchronous,
-)
+from ._excess import is_competitive, least_score, reduces_nonsynchronous
 from ._flexible_refit import refit_on_flexible_base
 from ._thresholds import THRESHOLDS
-from .screening._screen import InitialGuesses, orthonormal_basis, screen_effect
+from .screening._base_remainder import BaseRemainder, orthonormal_basis
+from .screening._marginal_refit import refine_guesses
+from .screening._screen import InitialGuesses, screen_effect
 from .screening._screened_effects import ScreenedEffects
 
 Progress = Callable[[str], None]
@@ -45,7 +42,7 @@ def search_one_effect(
     `refits`: with `eta` held, and with all of the operator free. `none`: the base's own effects.
     """
     eta_fixed, free = refits
-    screened = _screen_all(eta_fixed, start, guesses)
+    screened = _screen_all(refits, start, guesses)
     short = _refit_short(eta_fixed, start, screened, progress)
     short += _refit_without_hysteresis(eta_fixed, start, guesses, screened)
     progress("the best of them")
@@ -58,9 +55,7 @@ def search_one_effect(
         progress(f"{hypothesis_name(added_effects(state.effects, own))} on the flexible base")
         on_base = free_eta(free, state)
         without = (start.flexible_refit, start.on_flexible_base)
-        guess = (
-            short_refit(*without, screened.by_flexible_score(added)) if added in leading else None
-        )
+        guess = screened.best_on_flexible_base(added) if added in leading else None
         flexible_refit, flexible = refit_on_flexible_base(free, on_base, without, guess)
         if guess is not None:
             on_base = _refit_from_flexible(free, on_base, flexible)
@@ -69,27 +64,21 @@ def search_one_effect(
     return out
 
 
-def _screen_all(refit: Refit, start: Candidate, guesses: InitialGuesses) -> ScreenedEffects:
-    """Every guess beside `start`, by what the base and the flexible base leave of it."""
-    state, there = start.eta_fixed, start.on_flexible_base
+def _screen_all(
+    refits: tuple[Refit, Refit], start: Candidate, guesses: InitialGuesses
+) -> ScreenedEffects:
+    """Every guess beside `start`, by what the base and a density of plays about it leave."""
+    (refit, free), state = refits, start.eta_fixed
     basis = orthonormal_basis(refit.jacobian_base(state))
-    columns = orthonormal_basis(start.flexible_refit.jacobian_base(there))
-    found = {n: screen_effect(refit, state, g, basis, (there, columns)) for n, g in guesses.items()}
-    return ScreenedEffects(
-        {name: each for name, each in found.items() if each},
-        telling=_is_telling(there, columns),
-        least=least_score(there) if start.effects else 0.0,
-    )
-
-
-def _is_telling(state: State, columns: np.ndarray) -> bool:
-    """Whether what a flexible base leaves is more than chance, and not its own to explain.
-
-    Where its refit ended early, its tangent, the orthonormal `columns`, explains the rest.
-    """
-    along = columns.T @ state.errors.synchronous
-    own = THRESHOLDS.unconverged_excess * excess(state)
-    return is_unexplained(state) and float(along @ along) < own
+    flexible = FlexibleBase.about(free, start.on_base)
+    remainder = BaseRemainder.beyond_density(start.on_base, flexible.covariance)
+    found = {n: screen_effect(refit, state, g, basis, remainder) for n, g in guesses.items()}
+    found = {name: each for name, each in found.items() if each}
+    measured = refit.whitener.spectrum.measured
+    if measured:
+        found = refine_guesses(flexible.marginal, start.on_base, found)
+    least = least_score(remainder) if start.effects else THRESHOLDS.screened_chance
+    return ScreenedEffects(found, telling=measured, least=least)
 
 
 def _refit_from_flexible(refit: Refit, on_base: State, flexible: State) -> State:
@@ -126,9 +115,10 @@ def _refit_without_hysteresis(
         return []
     refit_polynomial, state = without
     polynomial = orthonormal_basis(refit_polynomial.jacobian_base(state))
+    alone = BaseRemainder.beyond_tangent(state, polynomial)
     out: list[_Refitted] = []
     for name, each in screened.guesses.items():
-        beside = screen_effect(*without, guesses[name], polynomial, (state, polynomial))
+        beside = screen_effect(*without, guesses[name], polynomial, alone)
         found = refit_from_no_hysteresis(refit, without, beside)
         if found is not None:
             out.append((found, each[0].unabsorbed_fraction))

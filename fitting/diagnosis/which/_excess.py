@@ -1,10 +1,12 @@
 """Excess chi-square of a refit, and whether it is more than noise, chance and base misfit."""
 
 import numpy as np
+from jaxtyping import Float
 
 from fitting.diagnosis.refit._gauss_newton import State
 
 from ._thresholds import THRESHOLDS
+from .screening._base_remainder import BaseRemainder
 
 
 def excess(state: State) -> float:
@@ -27,14 +29,14 @@ def is_unexplained(state: State) -> bool:
     lines = state.errors.synchronous.size
     limit = THRESHOLDS.explained_synchronous * lines
     chance = THRESHOLDS.explained_synchronous_sigmas * np.sqrt(2.0 * lines)
-    return bool(state.synchronous > limit + chance) or _is_nonsynchronous_unexplained(state)
+    return bool(state.synchronous > limit + chance) or _exceeds_chance(state.errors.nonsynchronous)
 
 
-def _is_nonsynchronous_unexplained(state: State) -> bool:
-    others = state.errors.nonsynchronous.size
-    limit = THRESHOLDS.explained_nonsynchronous * others
-    chance = THRESHOLDS.explained_nonsynchronous_sigmas * np.sqrt(2.0 * others)
-    return bool(others and state.nonsynchronous > limit + chance)
+def _exceeds_chance(nonsynchronous: Float[np.ndarray, " lines"]) -> bool:
+    lines = nonsynchronous.size
+    limit = THRESHOLDS.explained_nonsynchronous * lines
+    chance = THRESHOLDS.explained_nonsynchronous_sigmas * np.sqrt(2.0 * lines)
+    return bool(lines and nonsynchronous @ nonsynchronous > limit + chance)
 
 
 def is_competitive(state: State, best: State, without: State, share: float) -> bool:
@@ -62,13 +64,13 @@ def reduces_nonsynchronous(state: State, without: State, share: float) -> bool:
     return gain > max(share * before, THRESHOLDS.chance_fall)
 
 
-def least_score(state: State) -> float:
-    """The score on the flexible base that a second effect must have beside those of `state` there.
+def least_score(remainder: BaseRemainder) -> float:
+    """The score that a second effect must have beside a first, which leaves `remainder`.
 
     A pair counts where the second effect removes a large share of the excess, or of what does not
-    repeat; a score far below that share promises neither.
+    repeat, and more than chance; a score far below promises neither.
     """
-    of = [excess(state)]
-    if _is_nonsynchronous_unexplained(state):
-        of.append(nonsynchronous_excess(state))
-    return THRESHOLDS.pair_screened * max(min(of), 0.0)
+    of = [remainder.excess]
+    if _exceeds_chance(remainder.nonsynchronous):
+        of.append(remainder.nonsynchronous_excess)
+    return max(THRESHOLDS.pair_screened * min(of), THRESHOLDS.chance_fall)

@@ -5,7 +5,9 @@ import dataclasses
 import numpy as np
 
 from fitting.diagnosis.refit._gauss_newton import Refit, State
+from rapi_jax.effects import AbstractEffect
 
+from ._candidate import insert_effect
 from ._effect_refit import refit_beside_jumps
 from ._flexible_base import flexible_base
 from ._thresholds import THRESHOLDS
@@ -24,12 +26,15 @@ def refit_flexible_base(refit: Refit, state: State) -> tuple[Refit, State]:
 
 
 def refit_on_flexible_base(
-    refit: Refit, on_base: State, without: tuple[Refit, State], guess: State | None = None
+    refit: Refit,
+    on_base: State,
+    without: tuple[Refit, State],
+    guess: AbstractEffect | None = None,
 ) -> tuple[Refit, State]:
     """The flexible base with the effects of `on_base`: from there, or from the one without them.
 
-    `guess`: a short refit on the latter with effects of other values, which is a start as well.
-    The better of the starts is refitted; the next only where the first ends above it.
+    `guess`: the further effect with other values, beside the latter a start as well. The better of
+    the starts is refitted; the next only where the first ends above it.
     """
     base = flexible_base(refit.whitened, refit.base, on_base.values) or refit.base
     flexible = dataclasses.replace(refit, base=base)
@@ -38,8 +43,10 @@ def refit_on_flexible_base(
     starts = [
         (flexible, flexible.evaluate(values, on_base.effects)),
         (other, other.evaluate(before.values, on_base.effects)),
-        *([(other, guess)] if guess is not None else []),
     ]
+    if guess is not None:
+        effects = insert_effect(before.effects, guess)
+        starts.append((other, other.evaluate(before.values, effects)))
     starts = sorted((s for s in starts if np.isfinite(s[1].cost)), key=lambda s: s[1].cost)
     first, state = starts[0]
     end = refit_and_search(first, state, before.cost)

@@ -5,12 +5,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.diagnosis.refit._gauss_newton import Refit
+from fitting.diagnosis.refit._gauss_newton import Refit, State
 from rapi_jax.effects import AbstractEffect
 
 from ._backward_check import check_backward
 from ._base import FittedBase
 from ._candidate import Candidate
+from ._effect_refit import free_eta
 from ._effect_search import Progress, search_one_effect
 from ._excess import excess, is_unexplained
 from ._flexible_refit import refit_flexible_base
@@ -123,12 +124,30 @@ def _refit_pairs(
         alone = eta_fixed.minimise(
             eta_fixed.evaluate(pair.eta_fixed.values, kept), THRESHOLDS.swap_steps
         )
-        start = dataclasses.replace(pair, eta_fixed=alone)
+        start = _without_first(refits[1], pair, other, alone)
         again = initial_guesses(eta_fixed, alone, [cls])
         swapped = search_one_effect(refits, start, none, again, _silent)
         if swapped and swapped[0].cost < pair.cost:
             pairs[pairs.index(pair)] = swapped[0]
     return pairs
+
+
+def _without_first(free: Refit, pair: Candidate, other: AbstractEffect, alone: State) -> Candidate:
+    """A pair's second effect alone, from which the first is searched; on the base it is refitted.
+
+    `alone`: the base with `other`, `eta` held.
+    """
+    there = pair.on_flexible_base
+    first = {effect.name for effect in pair.effects} - {other.name}
+    kept = tuple(effect for effect in there.effects if effect.name not in first)
+    flexible = pair.flexible_refit.evaluate(there.values, kept)
+    return dataclasses.replace(
+        pair,
+        effects=(other,),
+        eta_fixed=alone,
+        on_base=free_eta(free, alone),
+        on_flexible_base=flexible if np.isfinite(flexible.cost) else there,
+    )
 
 
 def _silent(line: str) -> None:

@@ -71,14 +71,24 @@ class WhichThresholds:
     screened_fall: float = threshold(
         0.05,
         unit="of the best score",
-        origin=f"{_TRIAL}; effects below it on the base and on the flexible base are not refitted",
+        origin=f"{_TRIAL}; effects below it beyond the flexible base are not refitted",
     )
 
-    unconverged_excess: float = threshold(
-        0.5,
-        unit="of the excess on the flexible base",
-        origin="where that base's tangent explains more, its refit ended early: 0.003 to 0.3 on "
-        "five simulated devices whose best effect by score was right, 0.92 where none had a score",
+    screened_chance: float = threshold(
+        15.0,
+        unit="chi-square",
+        origin="the best score in noise of 100 to 300 guesses is 10 to 20; an effect that explains "
+        "less cannot be named",
+    )
+
+    refined_share: float = threshold(
+        0.01,
+        unit="of the best score",
+        origin="guesses below it are not refitted with the base integrated out; an amplitude law "
+        "rose from 4 % of a pickup's to 70 %, a quantisation from 20 % of one to 180 %",
+    )
+    refined_steps: int = threshold(
+        4, unit="steps", origin="of an effect's few parameters, from its best guess"
     )
 
     # Joint refits with one more effect.
@@ -219,10 +229,10 @@ class WhichThresholds:
         0.5, unit="of the single effect's excess", origin=f"{_TRIAL}; a second effect removes more"
     )
     pair_screened: float = threshold(
-        0.1,
+        0.05,
         unit="of the single effect's excess",
-        origin="a fifth of `pair_gain`: none of 29 second effects that scored less on simulated "
-        "devices had been worth a pair",
+        origin="a tenth of `pair_gain`: the grid of a quantisation that explains nearly all finds "
+        "0.07 of it beside a resonance",
     )
     pair_base_gain: float = threshold(
         0.3, unit="of the gain on the flexible base", origin=f"{_TRIAL}; least gain on the base"

@@ -7,6 +7,7 @@ from worlds import TRUTHS, recorded
 from fitting.blind.prediction._baselines import baseline_verdicts
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import fit_base
+from fitting.diagnosis.which.screening._base_remainder import BaseRemainder
 from fitting.diagnosis.which.screening._screen import screen_effect
 from rapi_jax.effects import AmplifierLowpass, CurrentCoupling, Etalon, Pickup, Resonance
 
@@ -49,8 +50,9 @@ def test_the_fall_along_a_signature_is_its_correlation(fitted):
     refit, state = fitted.refit, fitted.state
     left = np.concatenate([state.errors.synchronous, state.errors.nonsynchronous])
     nothing = np.zeros((state.errors.synchronous.size, 0))
+    beyond = BaseRemainder.beyond_tangent(state, nothing)
     for trial in (TRUTHS["resonance"], TRUTHS["amplifier_lowpass"]):
-        (found,) = screen_effect(refit, state, [trial], nothing, (state, nothing)) or [None]
+        (found,) = screen_effect(refit, state, [trial], nothing, beyond) or [None]
         moved = refit.evaluate(state.values, (trial,)).errors
         signature = np.concatenate([moved.synchronous, moved.nonsynchronous]) - left
         rho = -(signature @ left) / np.sqrt((signature @ signature) * (left @ left))

@@ -1,4 +1,4 @@
-"""Screening of initial guesses by score statistics, with what the base can absorb projected out."""
+"""Screening of initial guesses by score statistics, less what a base can take up."""
 
 import dataclasses
 from collections.abc import Iterable, Sequence
@@ -11,6 +11,8 @@ from fitting.diagnosis.refit._whitened_model import WhitenedModel, acts_before_o
 from fitting.diagnosis.which._thresholds import THRESHOLDS
 from rapi_jax.effects import AbstractEffect, ResidualSummary
 
+from ._base_remainder import BaseRemainder
+
 InitialGuesses = dict[str, list[AbstractEffect]]  # by name of the effect
 
 
@@ -20,7 +22,8 @@ class Screened:
 
     - `score`: the score statistic, by how much chi-square would fall at the guess's best size, with
       the base's Jacobian projected out; `flexible_score`: the same of what the flexible base
-      leaves, with its Jacobian projected out.
+      leaves, less what that takes up.
+    - `expected_score`: `flexible_score` as it would be, were all of `score` this effect's doing.
     - `unabsorbed_fraction`: length of what the flexible base cannot absorb, over the whole
       signature's.
     - `cost`: chi-square with the guess as it stands, the base's Jacobian projected out.
@@ -30,6 +33,7 @@ class Screened:
     effect: AbstractEffect
     score: float
     flexible_score: float
+    expected_score: float
     unabsorbed_fraction: float
     cost: float
     direction: np.ndarray
@@ -95,24 +99,16 @@ def search_ranges(guesses: Iterable[AbstractEffect]) -> SearchRanges:
     return out
 
 
-def orthonormal_basis(columns: np.ndarray) -> np.ndarray:
-    """Orthonormal columns that span what a base can change."""
-    length = np.linalg.norm(columns, axis=0)
-    left, size, _ = np.linalg.svd(columns[:, length > 0] / length[length > 0], full_matrices=False)
-    return left[:, size > THRESHOLDS.rank_tolerance * size.max(initial=0.0)]
-
-
 def screen_effect(
     refit: Refit,
     state: State,
     guesses: Iterable[AbstractEffect],
     basis: np.ndarray,
-    flexible: tuple[State, np.ndarray],
+    flexible: BaseRemainder,
 ) -> list[Screened]:
     """Every guess beside the state, the largest score first.
 
-    `basis`: see `orthonormal_basis`, of the base. `flexible`: the state on the flexible base, and
-    the basis of that.
+    `basis`: see `orthonormal_basis`, of the base. `flexible`: what the flexible base leaves.
     """
     screened = (_screen(refit, state, guess, basis, flexible) for guess in guesses)
     return sorted((one for one in screened if one is not None), key=lambda one: -one.score)
@@ -143,7 +139,7 @@ def _screen(
     state: State,
     guess: AbstractEffect,
     basis: np.ndarray,
-    flexible: tuple[State, np.ndarray],
+    flexible: BaseRemainder,
 ) -> Screened | None:
     """One guess; `None` where it changes nothing, or its response is not finite."""
     signature = effect_signature(refit, state, guess)
@@ -155,26 +151,31 @@ def _screen(
     along = basis.T @ changed
     cost = float(changed @ changed - along @ along + others @ others)
     beyond = s - basis @ (basis.T @ s)
-    score, _ = _score(beyond, t, state, whole)
-    on_flexible, columns = flexible
-    flexible_score, unabsorbed = _score(s - columns @ (columns.T @ s), t, on_flexible, whole)
+    left = state.errors.synchronous, state.errors.nonsynchronous
+    score, square = _score(beyond, t, left, whole)
+    left = flexible.synchronous, flexible.nonsynchronous
+    flexible_score, unabsorbed = _score(flexible.reduce(s), t, left, whole)
+    expected = score * unabsorbed / square if square > 0 else 0.0
     direction = np.concatenate([beyond, t]).astype(np.float32)
     direction /= max(float(np.linalg.norm(direction)), 1e-30)
     fraction = float(np.sqrt(unabsorbed / whole))
-    return Screened(guess, score, flexible_score, fraction, cost, direction)
+    return Screened(guess, score, flexible_score, expected, fraction, cost, direction)
 
 
 def _score(
-    synchronous: np.ndarray, nonsynchronous: np.ndarray, state: State, whole: float
+    synchronous: np.ndarray,
+    nonsynchronous: np.ndarray,
+    left: tuple[np.ndarray, np.ndarray],
+    whole: float,
 ) -> tuple[float, float]:
     """The score statistic of a signature less what a base absorbs, and that remainder's square.
 
-    `whole`: the square of the whole signature. A signature that points away from what is left would
-    need the opposite sign, which its effect has not: its score is 0.
+    `left`: what the base leaves. `whole`: the square of the whole signature. A signature that
+    points away from what is left would need the opposite sign, which its effect has not: its score
+    is 0.
     """
     square = float(synchronous @ synchronous + nonsynchronous @ nonsynchronous)
-    errors = state.errors
-    inner = -float(synchronous @ errors.synchronous + nonsynchronous @ errors.nonsynchronous)
+    inner = -float(synchronous @ left[0] + nonsynchronous @ left[1])
     if square <= THRESHOLDS.absorbed_signature * whole or inner <= 0:
         return 0.0, square
     return inner**2 / square, square

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from functools import cached_property
 
 from fitting.diagnosis.which._thresholds import THRESHOLDS
+from rapi_jax.effects import AbstractEffect
 
 from ._screen import Screened
 
@@ -14,9 +15,9 @@ class ScreenedEffects:
     """Screened guesses of each effect by its name, the largest score first; none is empty.
 
     A base that misfits gives large scores to what stands in for another hysteresis; the flexible
-    base takes that away, and gives small ones to what it has adapted to. So either counts, but for
-    what must explain `least` beyond the flexible base. `telling`: whether scores beyond that base
-    tell anything; where they do not, every effect is promising and none leads.
+    base takes that away. So scores beyond it decide, but for effects that it could take up as well:
+    of those it cannot tell. `telling`: whether the flexible base tells anything; where noise is not
+    known every effect is promising, and none leads. `least`: the least score beyond it that counts.
     """
 
     guesses: dict[str, list[Screened]]
@@ -25,32 +26,41 @@ class ScreenedEffects:
 
     @cached_property
     def promising(self) -> dict[str, list[Screened]]:
-        """Effects that explain more than a small share of the best's, on either base."""
+        """Effects that explain a share of what the best explains beyond the flexible base.
+
+        And those near the best on the identified base, of which the flexible base cannot tell.
+        """
         if not self.telling:
             return self.guesses
         share = THRESHOLDS.screened_fall
-        kept = self._near_best(lambda one: one.score, share)
-        kept |= self._near_best(lambda one: one.flexible_score, share)
-        return {
-            name: each
-            for name, each in self.guesses.items()
-            if name in kept and max(one.flexible_score for one in each) >= self.least
-        }
+        kept = self._near_best(lambda one: one.flexible_score, share, self.least)
+        near = self._near_best(lambda one: one.score, share, self.least)
+        kept |= {name for name in near if self._is_taken_up(name)}
+        return {name: each for name, each in self.guesses.items() if name in kept}
 
     @cached_property
     def leading_on_flexible_base(self) -> frozenset[str]:
         """Effects that explain nearly as much as the best, and more than chance, beyond it."""
         if not self.telling:
             return frozenset()
-        near = self._near_best(lambda one: one.flexible_score, THRESHOLDS.leader_fall)
-        best = {name: max(g.flexible_score for g in self.guesses[name]) for name in near}
-        return frozenset(name for name in near if best[name] > THRESHOLDS.chance_fall)
+        share, least = THRESHOLDS.leader_fall, max(self.least, THRESHOLDS.chance_fall)
+        return frozenset(self._near_best(lambda one: one.flexible_score, share, least))
 
-    def by_flexible_score(self, name: str) -> list[Screened]:
-        """The guesses of an effect, the largest score on the flexible base first."""
-        return sorted(self.guesses[name], key=lambda one: -one.flexible_score)
+    def best_on_flexible_base(self, name: str) -> AbstractEffect:
+        """The guess of an effect with the largest score beyond the flexible base."""
+        return max(self.guesses[name], key=lambda one: one.flexible_score).effect
 
-    def _near_best(self, score: Callable[[Screened], float], share: float) -> set[str]:
+    def _is_taken_up(self, name: str) -> bool:
+        """Whether an effect would explain no more than chance beyond the flexible base.
+
+        Also were all that it explains on the identified base its own doing.
+        """
+        best = max(self.guesses[name], key=lambda one: one.score)
+        return best.expected_score < THRESHOLDS.chance_fall
+
+    def _near_best(
+        self, score: Callable[[Screened], float], share: float, least: float
+    ) -> set[str]:
         best = {name: max(map(score, each)) for name, each in self.guesses.items()}
-        least = share * max(best.values(), default=0.0)
-        return {name for name, value in best.items() if value >= least}
+        limit = max(share * max(best.values(), default=0.0), least)
+        return {name for name, value in best.items() if value >= limit}

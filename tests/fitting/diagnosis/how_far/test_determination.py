@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from worlds import BaseModel, Refit, WhitenedModel, answers, drives, flexible_base, recorded
 
-from fitting.diagnosis.how_far._cross_validation import cross_validate, folds
+from fitting.diagnosis.how_far._cross_validation import cross_validate
 from fitting.diagnosis.how_far._determination import prediction_variance
+from fitting.diagnosis.how_far._held_out import FullRefit, folds
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.noise._whitening import Whitener
 from rapi_jax import Recording, parameters
@@ -44,7 +45,9 @@ def test_the_variance_is_that_of_predictions_refitted_to_noise():
         off = [a - b for a, b in zip(there, truth.errors.raw, strict=True)]
         moved.append(float(np.sum(held.whiten(off)[0] ** 2)))
     error = float(np.std(moved)) / np.sqrt(len(moved))
-    assert prediction_variance(seen, truth, held) == pytest.approx(np.mean(moved), abs=4.0 * error)
+    others = dataclasses.replace(seen, whitener=held).jacobian(truth)
+    found = prediction_variance(seen.jacobian(truth), others, seen.prior_weight)
+    assert found == pytest.approx(np.mean(moved), abs=4.0 * error)
 
 
 def flexible(effects):
@@ -53,6 +56,48 @@ def flexible(effects):
     rich = flexible_base(whitened, plain, plain.prior_mean)
     refit = Refit(whitened, whitened.make_whitener(Spectrum.of_white(NOISE**2)), rich)
     return refit, refit.evaluate(rich.prior_mean, effects)
+
+
+@float64
+def test_a_part_left_out_of_a_linear_model_is_predicted_as_its_normal_equations_say():
+    """Lines of one run are left out of the Jacobian of all: the same as one that never saw them.
+
+    To a hundredth of the noise: a refit ends where a step gains next to no chi-square.
+    """
+    whitened = WhitenedModel.of(recorded((), noise=NOISE, session=SESSION))
+    operator, spectrum = paper_device().operator, Spectrum.of_white(NOISE**2)
+    base = BaseModel.of(whitened, operator)
+    linear = np.concatenate([np.full(p.size, p.linear) for p in parameters(operator)])
+    base = dataclasses.replace(base, free=base.free & linear)
+    refit = Refit(whitened, whitened.make_whitener(spectrum), base)
+    state = refit.minimise(refit.evaluate(base.prior_mean, ()), 5)
+    jacobian, errors = refit.jacobian(state), state.errors.all
+    for fold in folds(whitened):
+        if fold.use.all():
+            continue
+        seen = fold.use[refit.whitener.run_of_line]
+        move = np.linalg.lstsq(jacobian[seen], -errors[seen], rcond=1e-12)[0]
+        expected = refit.evaluate(state.values + move, ()).errors.raw
+        found = FullRefit(refit, state).held_out_errors(fold)
+        assert found is not None
+        for run, one in zip(fold.runs, found, strict=True):
+            np.testing.assert_allclose(one, expected[run], atol=1e-2 * NOISE)
+
+
+@float64
+def test_every_line_belongs_to_a_run():
+    """Errors of one run alone are whitened into the lines of that run alone."""
+    whitened = WhitenedModel.of(recorded((), noise=NOISE, session=SESSION))
+    whitener = whitened.make_whitener(Spectrum.of_white(NOISE**2))
+    for run in range(len(SESSION)):
+        alone = [
+            np.full(b.data.shape, float(k == run)) * np.arange(b.size).reshape(b.data.shape)
+            for k, b in enumerate(whitened.blocks)
+        ]
+        lines = np.concatenate(whitener.whiten(alone))
+        assert lines.size == whitener.run_of_line.size
+        assert not lines[whitener.run_of_line != run].any()
+        assert lines[whitener.run_of_line == run].any()
 
 
 @float64

@@ -12,32 +12,48 @@ from fitting.diagnosis.which.screening._screened_effects import ScreenedEffects
 from rapi_jax.effects import Delay
 
 
-def screened(*scores: tuple[float, float]) -> list[Screened]:
-    return [Screened(Delay(1e-3), on, beyond, 1.0, 0.0, np.zeros(1)) for on, beyond in scores]
+def screened(*scores: tuple[float, float], expected: float = 1e9) -> list[Screened]:
+    return [
+        Screened(Delay(1e-3), on, beyond, expected, 1.0, 0.0, np.zeros(1)) for on, beyond in scores
+    ]
 
 
-def test_what_explains_next_to_nothing_on_either_base_is_not_refitted():
+def test_what_explains_next_to_nothing_beyond_the_flexible_base_is_not_refitted():
     found = ScreenedEffects(
         {
-            "large": screened((1e6, 10.0)),
+            "stands in": screened((1e6, 10.0)),
             "beyond": screened((0.0, 4e3), (1.0, 5e3)),
             "both": screened((1e5, 1e3)),
             "neither": screened((1e4, 1e2), (2e4, 2e2)),
         }
     )
-    assert list(found.promising) == ["large", "beyond", "both"]
+    assert list(found.promising) == ["beyond", "both"]
     assert found.leading_on_flexible_base == {"beyond"}
-    assert [s.flexible_score for s in found.by_flexible_score("beyond")] == [5e3, 4e3]
+    assert found.best_on_flexible_base("beyond") is found.guesses["beyond"][1].effect
 
 
-def test_a_base_that_ended_early_tells_nothing():
+def test_what_a_flexible_base_takes_up_is_judged_on_the_identified_one():
+    chance = THRESHOLDS.chance_fall
+    found = ScreenedEffects(
+        {
+            "beyond": screened((1e3, 5e3)),
+            "law of thresholds": screened((1e6, 1.0), expected=0.9 * chance),
+            "far less": screened((1e4, 1.0), expected=0.9 * chance),
+            "would show": screened((1e6, 1.0), expected=1.1 * chance),
+        }
+    )
+    assert list(found.promising) == ["beyond", "law of thresholds"]
+    assert found.leading_on_flexible_base == {"beyond"}
+
+
+def test_where_noise_is_unknown_a_flexible_base_tells_nothing():
     guesses = {"large": screened((1e6, 1e3)), "small": screened((1.0, 1.0))}
     found = ScreenedEffects(guesses, telling=False, least=1e4)
     assert found.promising == guesses
     assert not found.leading_on_flexible_base
 
 
-def test_a_second_effect_must_explain_enough_beyond_the_flexible_base():
+def test_a_second_effect_must_explain_enough():
     guesses = {"large": screened((1e6, 10.0)), "beyond": screened((0.0, 4e3))}
     assert list(ScreenedEffects(guesses, least=100.0).promising) == ["beyond"]
     assert not ScreenedEffects(guesses, least=1e4).promising
@@ -46,8 +62,11 @@ def test_a_second_effect_must_explain_enough_beyond_the_flexible_base():
 def test_chance_leads_nowhere():
     chance = THRESHOLDS.chance_fall
     found = ScreenedEffects({"a": screened((5.0, chance)), "b": screened((4.0, 0.9 * chance))})
-    assert not found.leading_on_flexible_base
+    assert found.leading_on_flexible_base == {"a"}
     assert list(found.promising) == ["a", "b"]
+    least = THRESHOLDS.screened_chance
+    weak = {"a": screened((5.0, 0.5 * least)), "b": screened((4.0, 0.9 * least))}
+    assert not ScreenedEffects(weak, least=least).promising
     assert ScreenedEffects({}).promising == {}
     assert not ScreenedEffects({}).leading_on_flexible_base
 

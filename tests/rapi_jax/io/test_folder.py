@@ -190,6 +190,7 @@ BAD_MANIFESTS = {
     HEAD + RUN + "exitation_hz = 10": "is `excitation_hz` meant?",
     HEAD + RUN + 'waveform = "square"': "`run.0.waveform`",
     HEAD + RUN + "start_s = inf": "`run.0.start_s`",
+    HEAD + RUN + "samples = 2" + "9" * 3000: "`run.0.samples`",
     HEAD + RUN + 'name = "../x"': "cannot name a run",
     HEAD + RUN + RUN: "same name",
     HEAD + RUN + "[": "not valid TOML",

@@ -80,3 +80,11 @@ def test_a_certificate_is_read_with_its_own_drives_alone(drives):
     write_drive(drive, drives / "drive_10Hz.csv")
     with pytest.raises(DataError, match="is not the file that certificate.json"):
         read_certificate(drives / "certificate.json")
+
+
+@pytest.mark.fault(name="a drive's name in a certificate that is too long", promise="refused")
+def test_a_certificate_that_names_a_file_too_long_is_refused(drives):
+    text = (drives / "certificate.json").read_text()
+    (drives / "certificate.json").write_text(text.replace('"drive_10Hz.csv",', f'"{"a" * 300}",'))
+    with pytest.raises(DataError, match="cannot be followed|no such file|cannot be opened"):
+        read_certificate(drives / "certificate.json")

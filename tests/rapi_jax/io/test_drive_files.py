@@ -89,6 +89,9 @@ def test_a_drive_without_a_period_has_no_codes(drive):
             lambda t: re.sub("\ncode\n[0-9]+\n", "\ncode\n16383\n", t),
             "whole numbers from 0 to 16382",
         ),
+        (lambda t: re.sub("\ncode\n[0-9]+\n", "\ncode\n1e300\n", t), "whole numbers from 0 to"),
+        (lambda t: re.sub("\ncode\n[0-9]+\n", "\ncode\n-1\n", t), "whole numbers from 0 to"),
+        (lambda t: re.sub("\ncode\n[0-9]+\n", "\ncode\n7.5\n", t), "whole numbers from 0 to"),
     ],
 )
 def test_a_damaged_generator_file_is_refused(drive, tmp_path, change, message):

@@ -4,10 +4,12 @@
         [--kind fit|import|compensate|predict|measure|diagnose ...]
 
 Each kill ends a process by SIGKILL: half of them anywhere in the time that the command takes, half
-shortly after it first touched its output. They write into one folder, over what the last one left;
-after every fifth, and in the end, a command is let end by itself. A line a kind: how often the
-folder held a whole result, none, or one that is refused by name. Ends with 1 where once it was
-anything else, where what the user had beside it was changed, or a command that was let end did not.
+shortly after it first touched its output. A process is forked from one that has imported what
+commands import, which takes most of their time, and has begun nothing else. They write into one
+folder, over what the last one left; after every tenth, and in the end, a command is let end by
+itself. A line a kind: how often the folder held a whole result, none, or one that is refused by
+name. Ends with 1 where once it was anything else, where what the user had beside it was changed, or
+a command that was let end did not.
 """
 
 import argparse
@@ -15,8 +17,10 @@ import collections
 import contextlib
 import dataclasses
 import hashlib
+import json
 import os
 import random
+import select
 import signal
 import subprocess
 import sys
@@ -124,12 +128,69 @@ def prepare(folder: Path, stack: contextlib.ExitStack, kinds: list[str]) -> dict
     }
 
 
+_LAUNCHER = """
+import json, os, sys
+import h5netcdf, jax, jinja2, matplotlib.figure, optimistix, pyvisa_py, scipy.optimize, xarray
+import fitting, hardware
+from fitting.cli import app
+from fitting.commands.run import run
+for line in sys.stdin:
+    child = os.fork()
+    if child == 0:
+        said = os.open("said.txt", os.O_CREAT | os.O_WRONLY | os.O_TRUNC)
+        os.dup2(said, 1)
+        os.dup2(said, 2)
+        code = run(app, json.loads(line))
+        sys.stdout.flush()
+        os._exit(code)
+    print(child, flush=True)
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+"""
+
+
+class Commands:
+    """Runs commands of `rapi` in a folder, each in a process of its own. A context manager."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._launcher = subprocess.Popen(
+            [sys.executable, "-c", _LAUNCHER], cwd=folder, env=ENVIRONMENT, text=True, bufsize=1,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        )  # fmt: skip
+
+    def __enter__(self) -> "Commands":
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        assert self._launcher.stdin is not None
+        self._launcher.stdin.close()
+        self._launcher.wait()
+
+    def begin(self, command: list[str]) -> int:
+        """Start a command; the number of its process."""
+        assert self._launcher.stdin is not None
+        self._launcher.stdin.write(json.dumps(command) + "\n")
+        return int(self._line())
+
+    def ended(self) -> bool:
+        """Whether it has ended."""
+        return bool(select.select([self._launcher.stdout], [], [], 0.001)[0])
+
+    def wait(self) -> int:
+        """Its exit code; the number of a signal, negative, where one ended it."""
+        return int(self._line())
+
+    def _line(self) -> str:
+        assert self._launcher.stdout is not None
+        return self._launcher.stdout.readline()
+
+
 class Trials:
     """Kills of one kind of command, in one folder."""
 
-    def __init__(self, kind: Kind, folder: Path, rng: random.Random) -> None:
-        self.kind, self.folder, self.rng = kind, folder, rng
-        self.output = folder / kind.output
+    def __init__(self, kind: Kind, commands: Commands, rng: random.Random) -> None:
+        self.kind, self.commands, self.rng = kind, commands, rng
+        self.output = commands.folder / kind.output
         self.counts: collections.Counter[str] = collections.Counter()
         self.longest_s = 0.0
 
@@ -138,46 +199,38 @@ class Trials:
         self.let_end()
         for trial in range(kills):
             self.kill(soon=trial % 2 == 1)
-            if trial % 5 == 4 or trial == kills - 1:
+            if trial % 10 == 9 or trial == kills - 1:
                 self.let_end()
 
     def let_end(self) -> None:
         """The command as a user runs it again: it works, whatever was left."""
         began = time.monotonic()
-        done = subprocess.run(
-            self._command(), cwd=self.folder, env=ENVIRONMENT, capture_output=True, text=True
-        )
-        self.longest_s = max(self.longest_s, time.monotonic() - began)
+        self.commands.begin(self.kind.command)
+        code = self.commands.wait()
+        self.longest_s = time.monotonic() - began
         outcome = self.kind.outcome(self.output)
-        if done.returncode not in (0, 4) or outcome != "whole":
-            self.counts[f"NEXT FAILED: {done.returncode}, {outcome}: {done.stderr[-500:]}"] += 1
-        beside = [*self.folder.rglob(".tmp-*")]
-        if beside:
-            self.counts["LEFT: " + ", ".join(path.name for path in beside)] += 1
+        if code not in (0, 4) or outcome != "whole":
+            said = (self.commands.folder / "said.txt").read_text()
+            self.counts[f"NEXT FAILED: {code}, {outcome}: {said[-500:]}"] += 1
+        if beside := [path.name for path in self.commands.folder.rglob(".tmp-*")]:
+            self.counts[f"LEFT: {beside}"] += 1
 
     def kill(self, *, soon: bool) -> None:
         """One process, ended by SIGKILL."""
         if self.rng.random() < 0.3:
             _remove(self.output)
         before = _touched(self.output)
-        process = subprocess.Popen(
-            self._command(), cwd=self.folder, env=ENVIRONMENT,
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+        process = self.commands.begin(self.kind.command)
         until = time.monotonic() + (LONGEST_S if soon else self.rng.uniform(0.0, self.longest_s))
-        while time.monotonic() < until and process.poll() is None:
+        while time.monotonic() < until and not self.commands.ended():
             if soon and _touched(self.output) != before:
                 time.sleep(self.rng.uniform(0.0, SOON_S) ** 2 / SOON_S)
                 break
-            time.sleep(0.001)
-        ended = process.poll() is not None
-        os.kill(process.pid, signal.SIGKILL)
-        process.wait()
-        self.counts["ended before" if ended else "killed"] += 1
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(process, signal.SIGKILL)
+        killed = self.commands.wait() == -signal.SIGKILL
+        self.counts["killed" if killed else "ended before"] += 1
         self.counts[self.kind.outcome(self.output)] += 1
-
-    def _command(self) -> list[str]:
-        return [sys.executable, "-m", "fitting.cli", *self.kind.command]
 
 
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT), "RAPI_PROGRESS": "0"}
@@ -222,10 +275,11 @@ def main() -> int:
     with contextlib.ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="killed-")))
         kinds = prepare(folder, stack, options.kind)
-        outputs = {kind.output for kind in kinds.values()}
+        outputs = {kind.output for kind in kinds.values()} | {"said.txt"}
         before = hashes(folder, outputs)
+        commands = stack.enter_context(Commands(folder))
         for name in options.kind:
-            trials = Trials(kinds[name], folder, random.Random(f"{options.seed} {name}"))
+            trials = Trials(kinds[name], commands, random.Random(f"{options.seed} {name}"))
             trials.run(options.kills)
             if hashes(folder, outputs) != before:
                 trials.counts["CHANGED: what the user had"] += 1

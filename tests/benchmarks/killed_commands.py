@@ -1,7 +1,7 @@
 """Commands of `rapi` killed at random moments: what is left, and whether the next one works.
 
-    python3 -m uv run python -m tests.benchmarks.killed_commands [--kills 40] [--seed 0]
-        [--kind fit|import|compensate|predict|measure|diagnose ...]
+    python3 -m uv run python -m tests.benchmarks.killed_commands [--kills 40] [--seconds 600]
+        [--seed 0] [--kind fit|import|compensate|predict|measure|diagnose ...]
 
 Each kill ends a process by SIGKILL: half of them anywhere in the time that the command takes, half
 shortly after it first touched its output. A process is forked from one that has imported what
@@ -194,13 +194,17 @@ class Trials:
         self.counts: collections.Counter[str] = collections.Counter()
         self.longest_s = 0.0
 
-    def run(self, kills: int) -> None:
-        """Let it end, then kill it so often."""
+    def run(self, kills: int, seconds: float) -> None:
+        """Let it end, then kill it so often, or for so long."""
+        until = time.monotonic() + seconds
         self.let_end()
         for trial in range(kills):
+            if time.monotonic() > until:
+                break
             self.kill(soon=trial % 2 == 1)
-            if trial % 10 == 9 or trial == kills - 1:
+            if trial % 10 == 9:
                 self.let_end()
+        self.let_end()
 
     def let_end(self) -> None:
         """The command as a user runs it again: it works, whatever was left."""
@@ -268,6 +272,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     names = ["fit", "import", "compensate", "predict", "measure", "diagnose"]
     parser.add_argument("--kills", type=int, default=40)
+    parser.add_argument("--seconds", type=float, default=600.0, help="of each kind")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--kind", nargs="+", choices=names, default=names[:-1])
     options = parser.parse_args()
@@ -280,7 +285,7 @@ def main() -> int:
         commands = stack.enter_context(Commands(folder))
         for name in options.kind:
             trials = Trials(kinds[name], commands, random.Random(f"{options.seed} {name}"))
-            trials.run(options.kills)
+            trials.run(options.kills, options.seconds)
             if hashes(folder, outputs) != before:
                 trials.counts["CHANGED: what the user had"] += 1
             failed |= any(outcome[:1].isupper() for outcome in trials.counts)

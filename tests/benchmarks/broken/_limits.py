@@ -5,9 +5,8 @@ from ._mutation import Mutation
 _DRIVE = "tests/rapi_jax/test_limits.py"
 _FILES = "tests/rapi_jax/io/test_drive_files.py"
 _SEEN = "tests/rapi_jax/inversion/test_identified.py"
-_GENERATOR = (
-    "tests/hardware/generator/test_afg_levels.py tests/hardware/generator/test_afg_waveforms.py"
-)
+_WAVES = "tests/hardware/generator/test_afg_waveforms.py"
+_LEVELS = "tests/hardware/generator/test_afg_levels.py"
 
 LIMITS = (
     Mutation(
@@ -127,41 +126,41 @@ LIMITS = (
         "hardware/generator/_check.py",
         '    limits.check(Drive(time, played, frequency_hz, "multisine"))\n',
         "",
-        _GENERATOR,
+        _WAVES,
     ),
     Mutation(
         "generator: codes may fall as fast as they like",
         "hardware/generator/_check.py",
         "    allowed = np.minimum(ahead, behind)[",
         "    allowed = ahead[",
-        _GENERATOR,
+        _WAVES,
     ),
     Mutation(
         "generator: levels rounded outward, beyond the limits",
         "hardware/generator/_levels.py",
         "    low = max(floor_level(low_v), limits.low_v)\n    high = min(",
         "    low = floor_level(low_v)\n    high = min(",
-        _GENERATOR,
+        _LEVELS,
     ),
     Mutation(
         "generator: limits rounded outward",
         "hardware/generator/_levels.py",
         "ceil_level(limits.low_v), floor_level(limits.high_v)",
         "floor_level(limits.low_v), ceil_level(limits.high_v)",
-        _GENERATOR,
+        _LEVELS,
     ),
     Mutation(
         "generator: levels set by way of a pair that is not legal",
         "hardware/generator/_levels.py",
         "    if low_first >= legal and (low_first",
         "    if (low_first",
-        _GENERATOR,
+        _LEVELS,
     ),
     Mutation(
         "generator: an endless slope is a limit",
         "hardware/generator/_levels.py",
         '    for name in ("slew_v_per_s", "step_v", "max_frequency_hz"):\n        if math.isinf',
         '    for name in ("step_v", "max_frequency_hz"):\n        if math.isinf',
-        _GENERATOR,
+        _LEVELS,
     ),
 )

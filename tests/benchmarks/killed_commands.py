@@ -36,6 +36,7 @@ from benches import Served  # noqa: E402
 from scope_files import put, scanned, tektronix  # noqa: E402
 
 from fitting._result_files import UNFINISHED, check_belongs  # noqa: E402
+from fitting.compile_cache import machine_folder, variables  # noqa: E402
 from hardware import HislipServer  # noqa: E402
 from rapi_jax import DataError, Identified, ModelError, triangle  # noqa: E402
 from rapi_jax.examples import paper_device, paper_recording  # noqa: E402
@@ -237,7 +238,9 @@ class Trials:
         self.counts[self.kind.outcome(self.output)] += 1
 
 
-ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT), "RAPI_PROGRESS": "0"}
+# What JAX compiles is kept, as by the command itself, which sets this before it imports JAX.
+ENVIRONMENT = os.environ | variables(machine_folder(ROOT / ".pytest_cache/d/compiled"))
+ENVIRONMENT |= {"PYTHONPATH": str(ROOT), "RAPI_PROGRESS": "0"}
 
 
 def _touched(path: Path) -> list[tuple[str, int]]:

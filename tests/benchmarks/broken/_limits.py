@@ -68,8 +68,8 @@ LIMITS = (
     Mutation(
         "DriveLimits: limits that are no number",
         "rapi_jax/_limits.py",
-        "any(np.isnan(x) for x in numbers) or not",
-        "not",
+        "if not getattr(self, name) > 0:",
+        "if getattr(self, name) <= 0:",
         _DRIVE,
     ),
     Mutation(

@@ -142,6 +142,8 @@ def test_limits_are_read(tmp_path):
         ('low_v = "0"\nhigh_v = 6.5\nslew_v_per_s = 900.0\n', "low_v"),
         ("low_v = \n", "not valid TOML"),
         ("low_um = 0.0\nhigh_um = 6.5\nslew_v_per_s = 900.0\n", "in V, but other limits"),
+        ("low_v = 0.0\nhigh_v = 6.5\nslew_v_per_s = inf\n", "slew_v_per_s"),
+        ("low_v = 0.0\nhigh_v = 6.5\nslew_v_per_s = 9.0\nstep_v = nan\n", "step_v"),
         ("low_v = true\nhigh_v = 6.5\nslew_v_per_s = 900.0\n", "low_v"),
     ],
 )

@@ -212,6 +212,7 @@ def test_bad_manifests(tmp_path, manifest, said):
 
 
 BAD_CSV = {
+    "time_s,drive,response,x,x\n0.0,1.0,10,1,2\n": "line 1 names a column twice",
     "": "line 1 must begin with time_s,drive,response, but is nothing: the file is empty",
     "time_s,drive,response\n": "has a header, but no samples",
     CSV.replace("drive", "voltage"): "line 1 must begin",

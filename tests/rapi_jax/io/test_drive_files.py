@@ -79,6 +79,7 @@ def test_a_drive_without_a_period_has_no_codes(drive):
     ("change", "message"),
     [
         (lambda t: t[: len(t) // 2], "cut short"),
+        (lambda t: t[: t.rstrip().rindex("\n") + 1], "holds 99 codes"),
         (lambda t: t.replace("rapi.afg/1", "rapi.afg/9"), "line 1 must be"),
         (lambda t: t.replace("low_v", "lowv"), "header must give"),
         (lambda t: t + "1\n", "cut short|whole"),

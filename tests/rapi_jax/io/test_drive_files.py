@@ -153,3 +153,14 @@ def test_limits_that_are_wrong_are_refused(text, message, tmp_path):
     with pytest.raises(DataError, match=message) as caught:
         read_limits(tmp_path / "limits.toml")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.fault(name="a drive cut within its last number", promise="refused")
+def test_a_drive_cut_within_its_last_number_is_refused(tmp_path):
+    rows = [f"{k / 640},{3.0 + 0.125 * (k % 32)}" for k in range(64)]
+    path = tmp_path / "drive.csv"
+    path.write_text("time_s,drive\n" + "\n".join(rows) + "\n")
+    read_drive(path)
+    path.write_text(path.read_text()[:-5])
+    with pytest.raises(DataError, match="breaks off"):
+        read_drive(path)

@@ -9,11 +9,11 @@ from ._driver import Backend as Backend
 from ._errors import InstrumentError as InstrumentError
 from ._errors import LinkError as LinkError
 from .bench._base import AbstractBench as AbstractBench
+from .bench._drive_limits import check_against_bench as check_against_bench
 from .bench._exits import exit_on_signals as exit_on_signals
 from .bench._file import BenchFile as BenchFile
 from .bench._file import read_bench as read_bench
 from .bench._lab import LabBench as LabBench
-from .bench._lab import check_against_bench as check_against_bench
 from .bench._open import dry_run as dry_run
 from .bench._open import open_bench as open_bench
 from .digitizer._base import AbstractDigitizer as AbstractDigitizer

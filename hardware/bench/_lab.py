@@ -11,12 +11,13 @@ from hardware.digitizer._base import AbstractDigitizer, Acquisition, Samples
 from hardware.digitizer._raw import check_raw_folder, write_samples
 from hardware.generator._base import AbstractGenerator, AbstractOutput
 from hardware.laser._base import AbstractLaser
-from rapi_jax import DataError, Drive, DriveLimits, LimitError, Recording, Run, repeated
+from rapi_jax import DataError, Drive, Recording, Run, repeated
 from rapi_jax.internal import StrPath
 from rapi_jax.ranging import FringeRecords
 from rapi_jax.readout import Fringes, read_fringes
 
-from ._base import AbstractBench, amplify, check_drives
+from ._base import AbstractBench
+from ._drive_limits import check_against_bench, limits_before_amplifier, refuse_wider
 from ._file import BenchFile
 from ._ranging import to_fringe_records
 from ._settings import RecordSettings
@@ -61,14 +62,14 @@ class LabBench(AbstractBench, ClosesOnExit):
         self._now, self._sleep, self._release = now, sleep, release
         self._began = now()
         generator.set_trigger()
-        asked = _limits_before_amplifier(self.limits, file)
+        asked = limits_before_amplifier(self.limits, file)
         self._channel = generator.channel(
             file.generator.channel,
             limits=asked,
             load_ohm=file.generator.load_ohm,
             park_v=file.generator.park_v,
         )
-        _refuse_wider(self._channel, asked, file.generator.load_ohm)
+        refuse_wider(self._channel, asked, file.generator.load_ohm)
         self._watchdog = watchdog_of(self._channel, file)
 
     @property
@@ -286,58 +287,3 @@ class LabBench(AbstractBench, ClosesOnExit):
             fsr_ghz=optics.fsr_ghz,
             full_scale=samples.full_scale,
         )
-
-
-def check_against_bench(drives: Drive | Sequence[Drive], file: BenchFile) -> tuple[Drive, ...]:
-    """The drives, if all may be played; `LimitError` or `DataError` otherwise.
-
-    >>> from pathlib import Path
-    >>> from hardware import check_against_bench, read_bench
-    >>> from hardware.simulated import bench_toml
-    >>> from rapi_jax import LimitError, triangle
-    >>> at = {"generator": "GEN", "laser": "LAS", "digitizer": "DIG"}  # VISA addresses
-    >>> _ = Path("bench.toml").write_text(bench_toml(at, delay_s=24.5e-9))
-    >>> file = read_bench("bench.toml")
-    >>> good, fast = triangle([10.0, 400.0], amplitude=4.5, bias=3.0, samples=1000)
-    >>> len(check_against_bench(good, file))
-    1
-    >>> try:
-    ...     check_against_bench(fast, file)
-    ... except LimitError as error:
-    ...     print("refused")
-    refused
-    """
-    several = (drives,) if isinstance(drives, Drive) else tuple(drives)
-    amplifier = file.amplifier
-    behind = [amplify(d, gain=amplifier.gain, offset_v=amplifier.offset_v) for d in several]
-    check_drives(behind, file.limits.of())
-    return several
-
-
-def _refuse_wider(output: AbstractOutput, asked: DriveLimits, load_ohm: float) -> None:
-    """Refuse an output whose driver has wider limits, or another load, than it was given."""
-    got = output.limits
-    within = got.low_v >= asked.low_v and got.high_v <= asked.high_v
-    for name in ("slew_v_per_s", "step_v", "max_frequency_hz"):
-        within &= getattr(got, name) <= getattr(asked, name)
-    if not within:
-        raise LimitError(
-            f"The generator's driver has wider limits, {got}, than the bench: {asked}."
-        )
-    if output.load_ohm != load_ohm:
-        raise LimitError(
-            f"The generator's driver reckons with {output.load_ohm:g} ohm, but the load is "
-            f"{load_ohm:g} ohm: its voltages would be others than the limits are for."
-        )
-
-
-def _limits_before_amplifier(limits: DriveLimits, file: BenchFile) -> DriveLimits:
-    """The same limits for the generator's output, ahead of the amplifier."""
-    gain, offset = file.amplifier.gain, file.amplifier.offset_v
-    ends = sorted(((limits.low_v - offset) / gain, (limits.high_v - offset) / gain))
-    return DriveLimits(
-        *ends,
-        slew_v_per_s=limits.slew_v_per_s / abs(gain),
-        step_v=limits.step_v / abs(gain),
-        max_frequency_hz=limits.max_frequency_hz,
-    )

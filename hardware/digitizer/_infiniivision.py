@@ -4,12 +4,14 @@ Commands after the series' programmer's guide. A record of one trigger is read f
 the acquisition ("raw"), 16 bits a sample.
 """
 
+import math
 import re
 
 import numpy as np
 
 from hardware._driver import AbstractConnector, AbstractReadBack, Address, Backend
 from hardware._errors import InstrumentError
+from hardware.links import _reply
 from hardware.links._scpi import Scpi
 
 from . import _infiniivision_states as states
@@ -95,7 +97,7 @@ class InfiniiVision(AbstractDigitizer, AbstractReadBack):
         """The record, when it has come."""
         asked = self._configured()
         until = self._scpi.now() + timeout_s
-        while int(self._scpi.number(":OPER:COND?")) & _RUNNING:
+        while int(self._scpi.text(":OPER:COND?", r"\+?\d{1,5}")) & _RUNNING:
             if self._scpi.now() >= until:
                 self._scpi.command(":STOP")
                 raise InstrumentError(
@@ -141,8 +143,8 @@ class InfiniiVision(AbstractDigitizer, AbstractReadBack):
             ":WAV:FORM WORD", ":WAV:BYT MSBF", ":WAV:UNS 0",
         ):  # fmt: skip
             self._scpi.command(command)
-        line = self._scpi.text(":WAV:PRE?", r"[-+0-9.eE,]+")
-        numbers = [float(x) for x in line.split(",")]
+        line = self._scpi.text(":WAV:PRE?")
+        numbers = _finite_numbers(line)
         if len(numbers) != 10 or not (0 < numbers[2] <= THRESHOLDS.most_samples and numbers[4] > 0):
             raise InstrumentError(
                 self._scpi.resource,
@@ -188,3 +190,12 @@ class InfiniiVision(AbstractDigitizer, AbstractReadBack):
         if self._asked is None:
             raise ValueError("The digitizer is not set up: call `configure` first.")
         return self._asked
+
+
+def _finite_numbers(line: str) -> list[float]:
+    """The numbers between commas; none where one of them is no finite number."""
+    try:
+        numbers = [_reply.number(part.strip()) for part in line.split(",")]
+    except ValueError:
+        return []
+    return numbers if all(map(math.isfinite, numbers)) else []

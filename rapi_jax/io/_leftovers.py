@@ -24,6 +24,11 @@ def temporary_name(suffix: str = "") -> str:
     return f".tmp-{_host()}-{os.getpid()}-{secrets.token_hex(8)}{suffix}"
 
 
+def is_temporary(name: str) -> bool:
+    """Whether a file or folder of this name is one that a writer of this package began."""
+    return _NAME.fullmatch(name) is not None
+
+
 def remove_leftovers(folder: Path) -> None:
     """Remove what killed writers left in `folder`, never what a living one writes.
 

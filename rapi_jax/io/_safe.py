@@ -133,6 +133,7 @@ def inside(folder: Path, file: str) -> Path:
     path = folder / file
     try:
         real, root = path.resolve(), folder.resolve()
+        path.is_file()  # a name that is too long fails here, in any folder
     except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
         raise DataError(f"`file` = '{label}' cannot be followed ({cause(error)}).") from error
     if not real.is_relative_to(root):

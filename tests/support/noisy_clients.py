@@ -1,11 +1,12 @@
 """Clients that send noise to a server of an instrument, beside one that has work to do."""
 
+import contextlib
 import random
 import socket
 import threading
 import time
 
-from hardware.servers._hislip_wire import Kind, message
+from hardware.servers._hislip_wire import SIZE, Header, Kind, message
 
 LETTERS = b"SOUR1:FREQ?#;, 0123456789\n\r*IDN"
 
@@ -26,20 +27,30 @@ def random_message(rng: random.Random) -> bytes:
     return rng.choice((b"*IDN?\n", b"SOURce:VOLTage:PIEZo 50\r\n", b":WAV:DATA?\n", b"TOKEN x\r\n"))
 
 
-def send_noise(address: tuple[str, int], seed: int, count: int, ended: list[int]) -> None:
+def send_noise(
+    address: tuple[str, int], seed: int, count: int, ended: list[int], sessions: bool
+) -> None:
     """Send `count` random messages, connecting anew after 50 or where the server hung up.
 
-    What comes back is dropped now and then. The number sent is appended to `ended`.
+    What comes back is dropped now and then. `sessions`: every other connection begins as a session
+    of HiSLIP, and its noise is the payload of messages. The number sent is appended to `ended`.
     """
     rng = random.Random(seed)
     sent = 0
     while sent < count:
         try:
-            with socket.create_connection(address, timeout=5.0) as client:
-                client.settimeout(0.5)
+            with contextlib.ExitStack() as stack:
+                client = _dial(address, stack)
+                begun = sessions and rng.random() < 0.5
+                if begun:
+                    _begin_session(address, client, stack)
                 for _ in range(min(50, count - sent)):
                     sent += 1
-                    client.sendall(random_message(rng))
+                    noise = random_message(rng)
+                    if begun and rng.random() < 0.9:
+                        kind = rng.choice((Kind.DATA, Kind.DATA_END, Kind.DATA_END))
+                        noise = message(kind, 0, sent, noise)
+                    client.sendall(noise)
                     if rng.random() < 0.2:
                         client.setblocking(False)
                         _drop(client)
@@ -49,6 +60,23 @@ def send_noise(address: tuple[str, int], seed: int, count: int, ended: list[int]
     ended.append(sent)
 
 
+def _dial(address: tuple[str, int], stack: contextlib.ExitStack) -> socket.socket:
+    client = stack.enter_context(socket.create_connection(address, timeout=5.0))
+    client.settimeout(0.5)
+    return client
+
+
+def _begin_session(
+    address: tuple[str, int], first: socket.socket, stack: contextlib.ExitStack
+) -> None:
+    """Both channels of a session, as a client of HiSLIP opens them."""
+    first.sendall(message(Kind.INITIALIZE, 0, 0x01000000, b"hislip0"))
+    number = Header.of(first.recv(SIZE)).parameter & 0xFFFF
+    second = _dial(address, stack)
+    second.sendall(message(Kind.ASYNC_INITIALIZE, 0, number))
+    second.recv(SIZE)
+
+
 def _drop(client: socket.socket) -> None:
     try:
         client.recv(1 << 16)
@@ -56,22 +84,32 @@ def _drop(client: socket.socket) -> None:
         pass
 
 
-def slowest_beside_noise(ask, address: tuple[str, int], *, clients: int, messages: int) -> float:
+def slowest_beside_noise(
+    ask, address: tuple[str, int], *, clients: int, messages: int, sessions: bool = False
+) -> float:
     """The longest time of `ask`, s, called over and over while clients send `messages` each.
 
-    Raises `AssertionError` where a client could not send all of them.
+    `sessions`: as in `send_noise`. Raises `AssertionError` where a client could not send all of
+    them, or a thread of the server ended by an exception.
     """
     ended: list[int] = []
-    threads = [
-        threading.Thread(target=send_noise, args=(address, seed, messages, ended))
-        for seed in range(clients)
-    ]
-    for thread in threads:
-        thread.start()
-    slowest = 0.0
-    while any(thread.is_alive() for thread in threads):
-        began = time.monotonic()
-        ask()
-        slowest = max(slowest, time.monotonic() - began)
+    raised: list[str] = []
+    hook = threading.excepthook
+    threading.excepthook = lambda said: raised.append(f"{said.exc_type.__name__}: {said.exc_value}")
+    try:
+        threads = [
+            threading.Thread(target=send_noise, args=(address, seed, messages, ended, sessions))
+            for seed in range(clients)
+        ]
+        for thread in threads:
+            thread.start()
+        slowest = 0.0
+        while any(thread.is_alive() for thread in threads):
+            began = time.monotonic()
+            ask()
+            slowest = max(slowest, time.monotonic() - began)
+    finally:
+        threading.excepthook = hook
+    assert not raised, raised
     assert ended == [messages] * clients, ended
     return slowest

@@ -65,17 +65,23 @@ class Messages:
         return None
 
     def _block_end(self, mark: int) -> int | None:
-        """Place after the block at `mark`; the next one where it is none; `None`: not there yet."""
+        """Place after the block at `mark`; the next one where it is none; `None`: not there yet.
+
+        That it is none is told by its first byte that is no digit, and so within its own message:
+        what is a message does not depend on what comes after it.
+        """
         buffer = self._buffer
         if len(buffer) < mark + 2:
             return None
         digits = buffer[mark + 1] - ord("0")
         if not 1 <= digits <= 9:
             return mark + 1
-        if len(buffer) < mark + 2 + digits:
-            return None
         length = bytes(buffer[mark + 2 : mark + 2 + digits])
-        if not length.isdigit() or int(length) > _MOST:
+        if length and not length.isdigit():
+            return mark + 1
+        if len(length) < digits:
+            return None
+        if int(length) > _MOST:
             return mark + 1
         after = mark + 2 + digits + int(length)
         return after if len(buffer) >= after else None

@@ -9,6 +9,7 @@ from hardware.laser import _commands as table
 from hardware.servers._instrument import AbstractInstrument, Answer, Lines
 
 from ._messages import header_pattern
+from ._motor import Motor
 
 IDENTITY = "New_Focus 6700 v2.4 03/19/14 SN1012"
 _MOST = 1024  # bytes without an end that it takes in
@@ -59,9 +60,7 @@ class SimulatedTLB6700(AbstractInstrument):
         self.flags = {"wavelength_input": False, "constant_power": False, "scan_option": False}
         self.scans = 1
         self._clock = clock
-        self._at_nm, self._goals = 770.0, [770.0]
-        self._speed = _TRACK_NM_S
-        self._updated_s = clock()
+        self._motor = Motor(770.0, _TRACK_NM_S, clock)
         self._faults: list[int] = []
         self._buffer = bytearray()
         self._answered = 0
@@ -99,23 +98,13 @@ class SimulatedTLB6700(AbstractInstrument):
             self.output = False
         if code in (802, 803):
             self.tracking = False
-            self._stop()
+            self._motor.stop()
         if code == 804:
             self.set["piezo"] = 0.0
 
     def wavelength(self) -> float:
         """Where the motor is now, nm."""
-        now = self._clock()
-        left = max(now - self._updated_s, 0.0) * self._speed
-        self._updated_s = now
-        while self._goals and left > 0:
-            way = self._goals[0] - self._at_nm
-            step = min(abs(way), left)
-            self._at_nm += math.copysign(step, way)
-            left -= step
-            if step == abs(way):
-                self._at_nm = self._goals.pop(0)
-        return self._at_nm
+        return self._motor.place()
 
     def _answer(self, line: str) -> Answer:
         header, _, parameter = line.partition(" ")
@@ -150,7 +139,7 @@ class SimulatedTLB6700(AbstractInstrument):
         commands: dict[str, Callable[[str], str | None]] = {
             "*IDN?": lambda _: self._identify(),
             "ONDELAY?": lambda _: f"{1e3 * self.on_delay_s:.0f}",
-            "*OPC?": lambda _: str(int(not self._moving())),
+            "*OPC?": lambda _: str(int(not self._motor.moves())),
             "*STB?": lambda _: str(table.FAULTS_WAITING if self._waiting() else 0),
             "*RST": lambda _: None,
             "LOCKOUT": lambda _: None,
@@ -165,7 +154,7 @@ class SimulatedTLB6700(AbstractInstrument):
             "SOURce:WAVE:DESSCANS": self._set_scans,
             "SOURce:WAVE:DESSCANS?": lambda _: str(self.scans),
             "OUTPut:SCAN:START": self._scan,
-            "OUTPut:SCAN:STOP": lambda _: self._stop(),
+            "OUTPut:SCAN:STOP": lambda _: self._motor.stop(),
             "OUTPut:SCAN:RESET": self._to_begin,
             "SENSe:WAVElength": lambda _: f"{self.wavelength():.3f}",
             "SENSe:VOLTage:PIEZo": lambda _: f"{self.set['piezo'] * (1 + _SETTLES):.2f}",
@@ -201,7 +190,7 @@ class SimulatedTLB6700(AbstractInstrument):
             raise _Refused(201)
         self.set[name] = value
         if name == "wavelength" and self.tracking:
-            self._go(_TRACK_NM_S, value)
+            self._motor.go(_TRACK_NM_S, value)
 
     def _control(self, parameter: str) -> None:
         if parameter.upper() not in ("REM", "LOC"):
@@ -221,29 +210,17 @@ class SimulatedTLB6700(AbstractInstrument):
     def _track(self, parameter: str) -> None:
         self.tracking = self._flag(parameter)
         if self.tracking:
-            self._go(_TRACK_NM_S, self.set["wavelength"])
+            self._motor.go(_TRACK_NM_S, self.set["wavelength"])
         else:
-            self._stop()
+            self._motor.stop()
 
     def _scan(self, parameter: str) -> None:
         del parameter
-        self._go(self.set["forth"], *(self.set["to"], self.set["from"]) * self.scans)
+        self._motor.go(self.set["forth"], *(self.set["to"], self.set["from"]) * self.scans)
 
     def _to_begin(self, parameter: str) -> None:
         del parameter
-        self._go(_TRACK_NM_S, self.set["from"])
-
-    def _go(self, speed: float, *goals: float) -> None:
-        self.wavelength()
-        self._speed, self._goals = speed, list(goals)
-
-    def _stop(self) -> None:
-        self.wavelength()
-        self._goals = []
-
-    def _moving(self) -> bool:
-        self.wavelength()
-        return bool(self._goals)
+        self._motor.go(_TRACK_NM_S, self.set["from"])
 
     def _waiting(self) -> bool:
         """Whether there are faults; an open interlock is one for as long as it is open."""

@@ -12,7 +12,7 @@ from rapi_jax.io._atomic import write_atomic
 from rapi_jax.io._last_row import ROWS, check_last_row
 from rapi_jax.io._safe import StrPath, located, printable, read_text
 
-from ._afg_waveform import POINTS, AfgWaveform
+from ._afg_waveform import FULL, POINTS, AfgWaveform
 
 HEADER = "time_s,drive"
 _AFG = "# rapi.afg/1"
@@ -107,8 +107,10 @@ def read_afg(path: StrPath) -> AfgWaveform:
         codes = _numbers(lines[begin : begin + POINTS + 1], 1, first_line=begin + 1)[:, 0]
         if codes.size != numbers[3] or not text.endswith("\n"):
             raise DataError(f"holds {codes.size} codes, but `points` is {numbers[3]:g}: cut short.")
-        if (codes != np.rint(codes)).any():
-            raise DataError("a code is not a whole number. Write the file again.")
+        if (codes != np.rint(codes)).any() or codes.min() < 0 or codes.max() > FULL:
+            raise DataError(
+                f"codes are whole numbers from 0 to {FULL}, but these are not. Write it again."
+            )
         return AfgWaveform(codes.astype(np.int64), numbers[1], numbers[2], numbers[0])
 
 

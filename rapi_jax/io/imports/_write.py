@@ -6,6 +6,7 @@ from pathlib import Path
 
 from rapi_jax._errors import DataError
 from rapi_jax.io._atomic import OutputError, write_atomic
+from rapi_jax.io._leftovers import is_temporary
 from rapi_jax.io._safe import StrPath, printable
 from rapi_jax.io._toml import MANIFEST
 from rapi_jax.io.recordings._read_write import read_recording, write_recording
@@ -59,7 +60,8 @@ def check_output(path: StrPath) -> None:
         )
     if target.is_dir():
         own = {MANIFEST, PICTURE, *(entry.name for entry in target.glob("run*.csv"))}
-        other = [entry.name for entry in target.iterdir() if entry.name not in own]
+        names = [entry.name for entry in target.iterdir() if not is_temporary(entry.name)]
+        other = [name for name in names if name not in own]
         if other:
             raise OutputError(
                 f"the output {label} also holds '{printable(other[0], 60)}', which `rapi import` "

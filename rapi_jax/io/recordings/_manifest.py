@@ -10,7 +10,7 @@ from rapi_jax._errors import DataError
 from rapi_jax._recording import Origin, Recording, Waveform
 from rapi_jax.io import _units
 from rapi_jax.io._manifest_table import ManifestTable
-from rapi_jax.io._safe import check_name, printable
+from rapi_jax.io._safe import MAX_BYTES, check_name, printable
 
 SCHEMA = "rapi.recording/1"
 
@@ -26,7 +26,7 @@ class RunEntry(ManifestTable):
     excitation_hz: float | None = Field(default=None, gt=0, allow_inf_nan=False)
     waveform: Waveform = "other"
     start_s: float = Field(default=0.0, allow_inf_nan=False)
-    samples: int | None = Field(default=None, ge=0)
+    samples: int | None = Field(default=None, ge=0, le=MAX_BYTES)
 
 
 class Manifest(ManifestTable):

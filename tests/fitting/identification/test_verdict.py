@@ -1,7 +1,20 @@
-"""What a verdict says of held-out data, whatever was fitted."""
+"""What a verdict says of starts, rank, misfit and held-out data, whatever was fitted."""
 
+import numpy as np
+import pytest
+
+from fitting import Claim
+from fitting.identification._problem import Problem
+from fitting.identification._starts import Start
 from fitting.identification.assessment._cross_validation import HeldOut
-from fitting.identification.assessment._verdict import _check_held_out
+from fitting.identification.assessment._noise import Noise
+from fitting.identification.assessment._verdict import (
+    _check_held_out,
+    _check_misfit,
+    _check_rank,
+    _check_starts,
+)
+from rapi_jax.examples import paper_device, paper_recording
 
 
 def test_held_out_data_are_judged_where_the_fit_leaves_nothing():
@@ -29,3 +42,89 @@ def test_runs_that_do_not_predict_one_another_are_said_to():
     predicted = [missed[0], HeldOut("rate 1 Hz", 0.01, 0.01, 0.01, 0.01, 100, runs=(1,))]
     _, notes = _check_held_out(predicted, 1.0, 0.01, repeats=True)
     assert not any("no run is predicted" in note for note in notes)
+
+
+SPAN, NOISE = 50.0, 0.02  # GHz
+
+
+def scheme(name, rmse, *, fraction, runs=(), inside=True):
+    return HeldOut(name, rmse, rmse, fraction, 0.02, 100, runs=runs, inside=inside)
+
+
+def test_a_last_third_that_is_not_predicted_speaks_against_the_fit():
+    reasons, notes = _check_held_out(
+        [scheme("last third", 5.0, fraction=0.1)], SPAN, NOISE, repeats=True
+    )
+    assert reasons[0].startswith("does not generalise") and notes == []
+
+
+def test_a_run_among_the_others_that_is_not_predicted_speaks_against_the_fit():
+    one = scheme("rate 20 Hz", 5.0, fraction=0.1, runs=(1,))
+    reasons, _ = _check_held_out([one], SPAN, NOISE, repeats=True)
+    assert reasons[0].startswith("not predicted: rate 20 Hz")
+
+
+def test_a_run_beyond_the_others_that_is_not_predicted_is_a_note():
+    one = scheme("rate 40 Hz", 5.0, fraction=0.1, runs=(3,), inside=False)
+    reasons, notes = _check_held_out([one], SPAN, NOISE, repeats=True)
+    assert reasons == [] and notes[0].endswith("do not extrapolate there.")
+
+
+def test_what_is_predicted_is_not_spoken_of():
+    small = [scheme("last third", 0.02, fraction=4e-4), scheme("rate", 0.03, fraction=6e-4)]
+    assert _check_held_out(small, SPAN, NOISE, repeats=True) == ([], [])
+
+
+@pytest.mark.parametrize(
+    ("agree", "said"),
+    [
+        ([True], "one start only"),
+        ([True, False], "starts disagree"),
+        ([True, False, False], "starts disagree"),
+        ([True, False, True], None),
+    ],
+)
+def test_two_starts_must_end_at_the_best(agree, said):
+    starts = [Start("guess", 9, 1.0, True, one, ()) for one in agree]
+    reasons = _check_starts(starts)
+    assert reasons == [] if said is None else reasons[0].startswith(said)
+
+
+def test_parameters_that_nothing_fixes_are_named():
+    assert _check_rank(()) == []
+    (reason,) = _check_rank(("zeta", "alpha"))
+    assert reason.startswith("unidentifiable") and "zeta, alpha" in reason
+
+
+@pytest.fixture(scope="module")
+def problem():
+    """A recording of a device, as a fit sees it."""
+    recording, _ = paper_recording(samples=100, periods=3, noise=NOISE)
+    return Problem.of(paper_device(), recording, lambda e: e.operator)
+
+
+def misfit(problem, rmse, *, span=SPAN, curvature=5.0):
+    data = problem.data
+    runs = data.use.shape[0]
+    noise = Noise(np.full(runs, NOISE), np.full(runs, True), data.use)
+    claim = Claim(0.02, 0.018, 0.022, NOISE, curvature, (10.0, 40.0), (4.5, 4.5), 1.0, runs=4)
+    return _check_misfit(problem, rmse, span, noise, claim)
+
+
+@pytest.mark.parametrize(
+    ("rmse", "said"),
+    [
+        (NOISE, None),
+        (0.5, None),  # a tenth of the curvature
+        (0.8, "poor fit: beyond noise"),
+        (3.0, "poor fit: beyond noise"),
+        (30.0, "nothing explained"),
+    ],
+)
+def test_what_a_model_leaves_is_held_against_curvature_and_variance(problem, rmse, said):
+    reasons = misfit(problem, rmse)
+    assert reasons == [] if said is None else reasons[0].startswith(said)
+
+
+def test_a_response_that_never_changes_is_no_signal(problem):
+    assert misfit(problem, 0.0, span=0.0) == ["no signal: the response never changes."]

@@ -76,7 +76,16 @@ def test_another_instrument():
 @pytest.mark.fault(name="a record's description that is none", promise="one error")
 @pytest.mark.parametrize(
     "data",
-    [b"+1,+0,+10\n", b"1,0,0,1,1e-8,0,0,1e-3,0,0\n", b"1,0,100,1,-1,0,0,1e-3,0,0\n"],
+    [
+        b"+1,+0,+10\n",
+        b"1,0,0,1,1e-8,0,0,1e-3,0,0\n",
+        b"1,0,100,1,-1,0,0,1e-3,0,0\n",
+        b"1,0,100,,1e-8,0,0,1e-3,0,0\n",
+        b"1,0,100,1,1e-8,0,0,1e,0,0\n",
+        b"1,0,100,1,1.0.8,0,0,1e-3,0,0\n",
+        b"1,0,100,1,1e-8,0,0,9.9E+37,0,0\n",
+        b"1,0,100,1,1e-8,0,0,1e999,0,0\n",
+    ],
 )
 def test_a_description_that_is_none(data):
     bench = Bench()
@@ -85,6 +94,18 @@ def test_a_description_that_is_none(data):
     scope.configure(ASKED)
     scope.arm()
     with pytest.raises(InstrumentError, match="description"):
+        scope.fetch(1.0)
+
+
+@pytest.mark.fault(name="a status of the oscilloscope that is none", promise="one error")
+@pytest.mark.parametrize("data", [b"9.9E+37\n", b"nan\n", b"-8\n", b"8,8\n", b"999999\n"])
+def test_a_status_that_is_none(data):
+    bench = Bench()
+    faulty = Faulty(bench.instrument, Instead(data), when=b":OPER:COND?")
+    scope = InfiniiVision(Scpi(SimulatedLink(faulty, clock=bench.clock)))
+    scope.configure(ASKED)
+    scope.arm()
+    with pytest.raises(InstrumentError, match="OPER:COND"):
         scope.fetch(1.0)
 
 

@@ -1,5 +1,7 @@
 """Raw records: written whole, read back exactly, refused where anything is wrong with them."""
 
+import hashlib
+import io
 import json
 
 import numpy as np
@@ -172,3 +174,41 @@ def test_a_replay_refuses_what_it_does_not_hold(tmp_path):
             replay.configure(asked)
             replay.arm()
             replay.fetch(1.0).check(asked)
+
+
+def npy(column, **header):
+    """A column as NumPy writes it, with another `header` in the place of its own."""
+    file = io.BytesIO()
+    np.save(file, column)
+    text = file.getvalue()
+    for key, (old, new) in header.items():
+        assert f"'{key}': {old}".encode() in text
+        text = text.replace(f"'{key}': {old}".encode(), f"'{key}': {new}".encode())
+    return text
+
+
+@pytest.mark.fault(name="a raw column that claims another size or kind", promise="refused")
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (npy(np.arange(20.0)), "one column of 16-bit codes"),
+        (npy(np.zeros((20, 1), np.int16)), "one column of 16-bit codes"),
+        (npy(np.arange(20, dtype=np.int16))[:-2], "one column of 16-bit codes"),
+        (npy(np.arange(20, dtype=np.int16)) + b"more", "one column of 16-bit codes"),
+        (npy(np.arange(20, dtype=np.int16), shape=("(20,)", "(10**9,)")), "no column of numbers"),
+        (npy(np.arange(20, dtype=np.int16), shape=("(20,), ", f"({10**13},)")), "16-bit codes"),
+        (npy(np.arange(20, dtype=np.int16), descr=("'<i2'", "'|O8'")), "no column of numbers"),
+        (npy(np.arange(21, dtype=np.int16)), "differ in length"),
+        (b"\x93NUMPY", "no column of numbers"),
+        (b"", "no column of numbers"),
+    ],
+)
+def test_a_column_that_is_none_is_refused_though_its_hash_is_right(tmp_path, data, words):
+    path = write_samples(record(), tmp_path, "run00")
+    head = json.loads(path.read_text())
+    (tmp_path / head["inputs"]["cavity"]["file"]).write_bytes(data)
+    head["inputs"]["cavity"]["sha256"] = hashlib.sha256(data).hexdigest()
+    path.write_text(json.dumps(head))
+    with pytest.raises(DataError, match=words) as caught:
+        read_samples(path)
+    assert "run00" in str(caught.value) and str(caught.value).isprintable()

@@ -102,3 +102,18 @@ def test_a_missing_limit_is_refused(name):
 def test_limits_beyond_the_instrument_are_refused():
     with pytest.raises(LimitError, match="5 V of either sign"):
         settable_limits(DriveLimits(0.0, 7.5, 1.0, 1.0, 1.0), 5.0)
+
+
+def test_limits_are_rounded_inward_to_what_can_be_set():
+    limits = settable_limits(DriveLimits(-0.00005, 4.99996, 1.0, 1.0, 1.0), 10.0)
+    assert (limits.low_v, limits.high_v) == (0.0, 4.999)
+    limits = settable_limits(DriveLimits(0.00005, 0.99996, 1.0, 1.0, 1.0), 10.0)
+    assert (limits.low_v, limits.high_v) == (0.0001, 0.9999)
+
+
+@pytest.mark.fault(name="a drive that touches its limits but for rounding", promise="within them")
+@pytest.mark.parametrize("beyond", [0.0, 1e-7, 1e-5])
+def test_levels_of_a_drive_that_touches_its_limits_are_the_limits(beyond):
+    limits = DriveLimits(0.5, 4.5, 1.0, 1.0, 1.0)
+    levels = enclosing_levels(0.5 - beyond, 4.5 + beyond, limits)
+    assert levels == Levels(0.5, 4.5)

@@ -262,3 +262,17 @@ def test_one_code_out_of_line_is_refused(at):
     with pytest.raises(LimitError, match=f"code {at} "):
         generator.channels[1].load_waveform(AfgWaveform(codes, 0.0, 6.0, 90.0))
     assert generator.bytes == before
+
+
+@pytest.mark.fault(name="codes that fall, or rise, too fast once a period", promise="refused whole")
+@pytest.mark.parametrize("falls", [True, False])
+def test_one_edge_in_one_direction_is_refused(falls):
+    """The way back is slow: an edge is looked at whichever way it goes."""
+    for height, good in ((200, True), (800, False)):  # the limit allows 303 codes a sample
+        codes = 8000 + np.arange(400) * height // 400
+        wave = AfgWaveform(codes if falls else codes[::-1].copy(), 0.0, 6.0, 90.0)
+        if good:
+            assert (check_codes(wave, LIMITS) == wave.volts).all()
+            continue
+        with pytest.raises(LimitError, match="changes faster"):
+            check_codes(wave, LIMITS)

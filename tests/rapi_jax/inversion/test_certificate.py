@@ -206,3 +206,15 @@ def test_certificate_holds_plain_numbers():
     assert got.failures[0].low == pytest.approx(gain.roots().min())
     text = json.dumps(got.to_dict(), allow_nan=False)
     assert json.loads(text)["failures"][0]["direction"] == "up"
+
+
+def test_a_slope_of_zero_at_one_place_has_no_inverse():
+    """The response u^3 rises everywhere, but no drive follows a scan through its middle."""
+    values = {"alpha": 0.1, "zeta": 0.0, "lam": 1.0, "eta": 0.0, "a": 1e-300, "b": 0.1}
+    got = certify(RAPI(**values, d=(0.0, 0.0, 1.0), plays=3), -1.0, 1.0, 10.0)
+    assert not got.invertible and got.slope_min == 0.0
+    with pytest.raises(NotInvertible, match="cannot be inverted between -1 and 1 at 10 Hz"):
+        got.require()
+    assert [f.direction for f in got.failures] == ["up", "down"]
+    assert all(-1e-4 < f.low < 0.0 < f.high < 1e-4 for f in got.failures)
+    assert certify(RAPI(**values, d=(1e-6, 0.0, 1.0), plays=3), -1.0, 1.0, 10.0).invertible

@@ -53,3 +53,12 @@ def test_any_rate_is_beyond_a_recording_that_has_none(hz):
     assert without.outside(drive(5.0, hz)) == [
         f"the scan rate is {hz:g} Hz, the model was identified at none"
     ]
+
+
+@pytest.mark.parametrize("bias, inside", [(3.0, True), (3.9, False), (2.1, False), (3.25, True)])
+def test_a_drive_beyond_one_end_of_the_range_is_outside(bias, inside):
+    """A twentieth of the range more is let through at either end."""
+    (moved,) = triangle(20.0, amplitude=5.0, bias=bias, samples=200)
+    found = Identified(0.5, 5.5, 500.0, (10.0, 40.0), (5.0,)).outside(moved)
+    assert (found == []) == inside
+    assert inside or "the model was identified from 0.5 to 5.5" in found[0]

@@ -79,6 +79,7 @@ def test_a_drive_without_a_period_has_no_codes(drive):
     ("change", "message"),
     [
         (lambda t: t[: len(t) // 2], "cut short"),
+        (lambda t: t[: t.rstrip().rindex("\n") + 1], "holds 99 codes"),
         (lambda t: t.replace("rapi.afg/1", "rapi.afg/9"), "line 1 must be"),
         (lambda t: t.replace("low_v", "lowv"), "header must give"),
         (lambda t: t + "1\n", "cut short|whole"),
@@ -89,6 +90,9 @@ def test_a_drive_without_a_period_has_no_codes(drive):
             lambda t: re.sub("\ncode\n[0-9]+\n", "\ncode\n16383\n", t),
             "whole numbers from 0 to 16382",
         ),
+        (lambda t: re.sub("\ncode\n[0-9]+\n", "\ncode\n1e300\n", t), "whole numbers from 0 to"),
+        (lambda t: re.sub("\ncode\n[0-9]+\n", "\ncode\n-1\n", t), "whole numbers from 0 to"),
+        (lambda t: re.sub("\ncode\n[0-9]+\n", "\ncode\n7.5\n", t), "whole numbers from 0 to"),
     ],
 )
 def test_a_damaged_generator_file_is_refused(drive, tmp_path, change, message):
@@ -139,6 +143,8 @@ def test_limits_are_read(tmp_path):
         ('low_v = "0"\nhigh_v = 6.5\nslew_v_per_s = 900.0\n', "low_v"),
         ("low_v = \n", "not valid TOML"),
         ("low_um = 0.0\nhigh_um = 6.5\nslew_v_per_s = 900.0\n", "in V, but other limits"),
+        ("low_v = 0.0\nhigh_v = 6.5\nslew_v_per_s = inf\n", "slew_v_per_s"),
+        ("low_v = 0.0\nhigh_v = 6.5\nslew_v_per_s = 9.0\nstep_v = nan\n", "step_v"),
         ("low_v = true\nhigh_v = 6.5\nslew_v_per_s = 900.0\n", "low_v"),
     ],
 )
@@ -147,3 +153,14 @@ def test_limits_that_are_wrong_are_refused(text, message, tmp_path):
     with pytest.raises(DataError, match=message) as caught:
         read_limits(tmp_path / "limits.toml")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.fault(name="a drive cut within its last number", promise="refused")
+def test_a_drive_cut_within_its_last_number_is_refused(tmp_path):
+    rows = [f"{k / 640},{3.0 + 0.125 * (k % 32)}" for k in range(64)]
+    path = tmp_path / "drive.csv"
+    path.write_text("time_s,drive\n" + "\n".join(rows) + "\n")
+    read_drive(path)
+    path.write_text(path.read_text()[:-5])
+    with pytest.raises(DataError, match="breaks off"):
+        read_drive(path)

@@ -190,6 +190,7 @@ BAD_MANIFESTS = {
     HEAD + RUN + "exitation_hz = 10": "is `excitation_hz` meant?",
     HEAD + RUN + 'waveform = "square"': "`run.0.waveform`",
     HEAD + RUN + "start_s = inf": "`run.0.start_s`",
+    HEAD + RUN + "samples = 2" + "9" * 3000: "`run.0.samples`",
     HEAD + RUN + 'name = "../x"': "cannot name a run",
     HEAD + RUN + RUN: "same name",
     HEAD + RUN + "[": "not valid TOML",
@@ -211,6 +212,7 @@ def test_bad_manifests(tmp_path, manifest, said):
 
 
 BAD_CSV = {
+    "time_s,drive,response,x,x\n0.0,1.0,10,1,2\n": "line 1 names a column twice",
     "": "line 1 must begin with time_s,drive,response, but is nothing: the file is empty",
     "time_s,drive,response\n": "has a header, but no samples",
     CSV.replace("drive", "voltage"): "line 1 must begin",
@@ -370,7 +372,13 @@ def test_a_written_file_that_was_cut_anywhere_is_refused(tmp_path, recording, cu
 @pytest.mark.fault(name="a foreign CSV whose last line breaks off", promise="refused")
 @pytest.mark.parametrize(
     ("end", "whole"),
-    [("0.4,1.0,10.5", True), ("0.4,1.0,1", False), ("0.4,1.0,105", False), ("0.4,1.0,", False)],
+    [
+        ("0.4,1.0,10.5", True),
+        ("0.4,1.0,1", False),
+        ("0.4,1.0,105", False),
+        ("0.4,1.0,", False),
+        ("0.4,1.0,99.5", False),  # of 99.5e-01: no shorter than the others, but far off
+    ],
 )
 def test_a_foreign_file_without_a_last_line_end_is_checked_for_one_that_breaks_off(
     tmp_path, end, whole
@@ -398,3 +406,14 @@ def test_runs_of_one_file_are_refused_and_so_are_too_many_bytes_in_all(tmp_path,
 def test_a_session_time_that_cannot_be_told_finely_is_refused(tmp_path, start):
     said = refused(folder(tmp_path, HEAD + RUN + f"start_s = {start}\n"))
     assert "`start_s`" in said and "not in ms" in said
+
+
+@pytest.mark.fault(name="a written CSV file with whole lines missing, or added", promise="refused")
+@pytest.mark.parametrize("change", [-1, -100, 1])
+def test_a_written_file_with_other_than_its_lines_is_refused(tmp_path, recording, change):
+    write_recording(recording, tmp_path / "r")
+    path = tmp_path / "r" / "run01.csv"
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[:change] if change < 0 else [*lines, lines[-1]]))
+    with pytest.raises(DataError, match=f"{400 + change} sample.*the manifest says 400"):
+        read_recording(tmp_path / "r")

@@ -6,8 +6,16 @@ import sys
 import time
 
 import pytest
+from scope_files import scanned, tektronix
 
-from rapi_jax.io import atomic_path, write_atomic, write_recording
+from rapi_jax.io import (
+    ImportOptions,
+    atomic_path,
+    import_recording,
+    write_atomic,
+    write_import,
+    write_recording,
+)
 from rapi_jax.io._leftovers import OLD_S, remove_leftovers, temporary_name
 
 posix = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs process numbers")
@@ -101,3 +109,16 @@ def test_what_a_leftover_points_to_stays(tmp_path):
 def test_a_folder_that_cannot_be_listed_is_no_error(tmp_path):
     remove_leftovers(tmp_path / "missing")
     assert not (tmp_path / "missing").exists()
+
+
+@pytest.mark.fault(name="an import killed while it writes its picture", promise="imported again")
+@posix
+def test_an_import_is_written_again_where_a_killed_one_left_a_temporary_file(tmp_path, ended):
+    (tmp_path / "a.csv").write_text(tektronix(*scanned((10.0, 3, 4.5), sample_hz=4e3)))
+    columns = ImportOptions(drive="CH1", response="CH2", drive_unit="V", response_unit="GHz")
+    made = import_recording(tmp_path / "a.csv", columns)
+    write_import(made, tmp_path / "out", picture=b"PNG")
+    (tmp_path / "out" / _of_process(ended, ".png")).write_bytes(b"half")
+    write_import(made, tmp_path / "out", picture=b"PNG")
+    names = sorted(os.listdir(tmp_path / "out"))
+    assert len(names) == 3 and names[:2] == ["manifest.toml", "preview.png"]

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from bad_input import good
 from benches import bench_file
@@ -23,14 +24,17 @@ from rapi_jax.examples import paper_device
 from rapi_jax.io import (
     read_afg,
     read_drive,
+    read_fringe_records,
     read_limits,
     read_model,
     read_recording,
     write_afg,
     write_drive,
+    write_fringe_records,
     write_model,
     write_recording,
 )
+from rapi_jax.ranging import AirState, FringeRecord, FringeRecords
 
 LONGEST_S = 5.0
 JOBS = """schema = "rapi.jobs/1"
@@ -63,6 +67,14 @@ def netcdf(folder: Path) -> Path:
     return folder / "r.nc"
 
 
+def fringes(folder: Path) -> Path:
+    air = AirState(temperature_c=20.0, pressure_pa=101325.0, relative_humidity=0.5)
+    columns = np.arange(300, dtype=np.int16)
+    records = tuple(FringeRecord(columns, columns, start_s=0.1 * k, name=f"r{k}") for k in (0, 1))
+    write_fringe_records(FringeRecords(records, 30e6, 10.0, 7.34, air=air), folder / "f")
+    return folder / "f" / "manifest.toml"
+
+
 def model(folder: Path) -> Path:
     write_model(folder / "model.rapi", paper_device(), response_unit="GHz", drive_unit="V")
     return folder / "model.rapi"
@@ -91,6 +103,7 @@ LIMITS = "low_v = 0.0\nhigh_v = 6.5\nslew_v_per_s = 900.0\nstep_v = 0.1\nmax_fre
 KINDS = {
     "manifest": (lambda f: recording(f, "manifest.toml"), read_recording, 60, None),
     "CSV": (lambda f: recording(f, "run01.csv"), lambda p: read_recording(p.parent), 60, None),
+    "fringes": (fringes, lambda p: read_fringe_records(p.parent), 60, None),
     "netCDF": (netcdf, read_recording, 2, None),
     "model": (model, read_model, 20, None),
     "model, signed": (model, read_model, 60, signed),

@@ -42,6 +42,15 @@ def test_paths_out_of_the_folder_are_refused(tmp_path, file):
         inside(tmp_path, file)
 
 
+@pytest.mark.fault(name="a name in a manifest that is too long", promise="refused")
+@pytest.mark.parametrize("file", ["a" * 300, "b/" * 30 + "a" * 300, "a/" * 3000])
+def test_a_name_that_is_too_long_is_refused_when_it_is_opened_at_the_latest(tmp_path, file):
+    with pytest.raises(DataError) as caught:
+        with open_regular(inside(tmp_path, file)):
+            pass
+    assert str(caught.value).isprintable() and len(str(caught.value)) < 600
+
+
 @pytest.mark.fault(name="links out of the folder", promise="refused")
 def test_links_out_of_the_folder_are_refused_and_links_within_followed(tmp_path):
     folder = tmp_path / "r"

@@ -7,7 +7,9 @@ import zipfile
 import h5py
 import numpy as np
 import pytest
-from scope_files import MAKERS, put, scanned
+from mutations import mutated as mutated_bytes
+from mutations import trials
+from scope_files import MAKERS, scanned
 
 from rapi_jax import DataError
 from rapi_jax.io import ImportOptions, import_recording
@@ -109,16 +111,26 @@ def mutated(text: str, rng: random.Random) -> str:
     return text
 
 
-@pytest.mark.fault(name="foreign text files, damaged", promise="read, or refused in one line")
+@pytest.mark.fault(
+    name="foreign text files, damaged",
+    promise="read, or refused in one line",
+    trials=lambda maker: trials(40),
+    seed="the maker's name",
+)
 @pytest.mark.parametrize("maker", MAKERS)
 def test_damaged_text_is_read_or_refused_in_one_line(tmp_path, maker):
     t, u, y = scanned((10.0, 2, 4.5), (20.0, 2, 4.5), sample_hz=400.0)
     write, drive, response = MAKERS[maker]
     rng, whole = random.Random(maker), write(t, u, y)
     options = ImportOptions(drive=drive, response=response, drive_unit="V", response_unit="GHz")
-    for _ in range(40):
-        path = put(tmp_path / "a.csv", mutated(whole, rng))
+    path = tmp_path / "a.csv"
+    for trial in range(trials(40)):
+        edited = mutated(whole, rng).encode()
+        path.write_bytes(edited if rng.random() < 0.5 else mutated_bytes(whole.encode(), rng))
         try:
             import_recording(path, options)
         except DataError as error:
-            assert str(error).isprintable(), error
+            said = str(error)
+            assert said.isprintable() and 0 < len(said) < 1000, (trial, said)
+        except Exception as error:
+            raise AssertionError(f"trial {trial}: {type(error).__name__}: {error}") from error

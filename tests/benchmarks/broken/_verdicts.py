@@ -1,0 +1,111 @@
+"""Verdicts: whether a fit is to be trusted, and whether a claim held."""
+
+from ._mutation import Mutation
+
+_VERDICT = "fitting/identification/assessment/_verdict.py"
+_JUDGED = "tests/fitting/identification/test_verdict.py"
+_CLAIMS = "tests/fitting/claim_check"
+
+VERDICTS = (
+    Mutation(
+        "verdict: one start is enough",
+        _VERDICT,
+        "    if len(starts) == 1:\n",
+        "    if False:\n",
+        _JUDGED,
+    ),
+    Mutation(
+        "verdict: one start at the best end is enough",
+        _VERDICT,
+        "sum(start.agrees for start in starts) < 2",
+        "sum(start.agrees for start in starts) < 1",
+        _JUDGED,
+    ),
+    Mutation(
+        "verdict: parameters that nothing fixes",
+        _VERDICT,
+        "    if not undetermined:\n",
+        "    if True:\n",
+        _JUDGED,
+    ),
+    Mutation(
+        "verdict: a response that does not follow the drive",
+        _VERDICT,
+        "(1.0 - THRESHOLDS.explained_variance) * variance",
+        "2.0 * variance",
+        _JUDGED,
+    ),
+    Mutation(
+        "verdict: a fit that leaves what it should straighten",
+        _VERDICT,
+        "    if gap > THRESHOLDS.poor_gap * curved and",
+        "    if gap > 10.0 * THRESHOLDS.poor_gap * curved and",
+        _JUDGED,
+    ),
+    Mutation(
+        "verdict: a response that never changes",
+        _VERDICT,
+        "    if span == 0:\n",
+        "    if False:\n",
+        _JUDGED,
+    ),
+    Mutation(
+        "verdict: a fit that had not converged",
+        _VERDICT,
+        "    if exact or gain <= gain_tolerance(problem, weight):\n",
+        "    if True:\n",
+        _JUDGED,
+    ),
+    Mutation(
+        "verdict: the last third is not predicted",
+        _VERDICT,
+        '        if scheme.scheme == "last third" and scheme.large:\n',
+        "        if False:\n",
+        _JUDGED,
+    ),
+    Mutation(
+        "verdict: a run among others is not predicted",
+        _VERDICT,
+        "        elif scheme.runs and scheme.inside and scheme.large:\n",
+        "        elif False:\n",
+        _JUDGED,
+    ),
+    Mutation(
+        "verdict: a run beyond the others condemns the fit",
+        _VERDICT,
+        "        elif scheme.runs and scheme.inside and scheme.large:\n",
+        "        elif scheme.runs and scheme.large:\n",
+        _JUDGED,
+    ),
+    Mutation(
+        "verdict: faults of the data",
+        _VERDICT,
+        "for fault in faults if not fault.left_out),",
+        "for fault in faults if False),",
+        _JUDGED,
+    ),
+    Mutation(
+        "claim: held at twice the bound",
+        "fitting/claim_check/_check.py",
+        "self.rms <= self.bound",
+        "self.rms <= 2.0 * self.bound",
+        _CLAIMS,
+    ),
+    Mutation(
+        "claim: held where one of several did",
+        "fitting/claim_check/_check.py",
+        "        return all(one.held is not False",
+        "        return any(one.held is not False",
+        _CLAIMS,
+    ),
+    Mutation(
+        "credible set: ends one hypothesis too early",
+        "fitting/diagnosis/which/evidence/_conformal.py",
+        "        names.append(name)\n        total += probability\n"
+        "        if total >= THRESHOLDS.credible_level:\n            break\n",
+        "        total += probability\n"
+        "        if total >= THRESHOLDS.credible_level and names:\n            break\n"
+        "        names.append(name)\n",
+        "tests/fitting/diagnosis/which/test_credible_set.py",
+    ),
+)

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Run, Waveform
+from rapi_jax._recording import Drive, Waveform
 
 from ._cycles import Cycle, closed_cycle, find_cycles, name_waveform, refine_rate
 from ._options import ImportOptions
@@ -62,12 +62,11 @@ def cut_record(
     return pieces, notes + _dropped(pieces, drive.size, step_s)
 
 
-def describe_run(run: Run, first: int) -> str:
+def describe_run(drive: Drive, name: str, first: int) -> str:
     """What a run is, in a sentence; `first`: its first sample in the record."""
-    drive = run.drive
     where = f"samples {first}-{first + drive.size - 1}"
     if not drive.repeats:
-        return f"{run.name}: {where}, {drive.size * drive.step_s:.4g} s, not periodic"
+        return f"{name}: {where}, {drive.size * drive.step_s:.4g} s, not periodic"
     inside = np.flatnonzero(drive.period >= 0)
     ends = (int(inside[0]), drive.size - 1 - int(inside[-1])) if inside.size else (0, 0)
     a_period = drive.step_s * drive.rate
@@ -78,7 +77,7 @@ def describe_run(run: Run, first: int) -> str:
     ]
     broken = f"; broken ends stay, for settling ({' and '.join(parts)})" if parts else ""
     return (
-        f"{run.name}: {where}, {drive.periods} period(s) of a {drive.waveform} at "
+        f"{name}: {where}, {drive.periods} period(s) of a {drive.waveform} at "
         f"{drive.rate:.6g} Hz, swing {drive.u_pp:.4g}{broken}"
     )
 

@@ -16,7 +16,7 @@ from ._channels import Channels, read_channels
 from ._clock import even_clock, is_even, resample
 from ._decimate import decimate
 from ._options import ImportOptions
-from ._runs import cut_record, describe_run
+from ._runs import cut_record, describe_run, without_overlap
 from .fringes._read import FringeOptics, read_fringe_run
 
 WRITER = "rapi import"
@@ -153,6 +153,8 @@ def _runs_of(
         part = slice(a, b)
         step = float(time[b - 1] - time[a]) / (b - 1 - a)
         pieces, said = cut_record(drive[part], step, options, label)
+        if optics is not None:  # fringes of another rate would be too fast for those of this one
+            pieces = without_overlap(pieces, drive[part], step)
         place = f"samples {a}-{b - 1}: " if len(stretches) > 1 else ""
         for piece in pieces:
             rows = slice(a + piece.first, a + piece.last + 1)

@@ -161,6 +161,22 @@ def _turn(group: list[Cycle], period: float) -> int:
     return max(int((first if near else group[0].first) - THRESHOLDS.early_start * period), 0)
 
 
+def without_overlap(pieces: list[Piece], drive: Samples, step_s: float) -> list[Piece]:
+    """Runs without the samples about a turn that they share with another one of another rate."""
+    found = list(pieces)
+    for k in range(len(found) - 1):
+        if found[k].last < found[k + 1].first:
+            continue
+        one = found[k]
+        value = drive[one.first : one.last + 1]
+        run = Drive(step_s * np.arange(value.size), value, one.excitation_hz, one.waveform)
+        inside = np.flatnonzero(run.period >= 0) if run.repeats else np.zeros(0, dtype=int)
+        last = one.first + int(inside[-1]) if inside.size else one.last
+        found[k] = dataclasses.replace(one, last=last)
+        found[k + 1] = dataclasses.replace(found[k + 1], first=max(last, found[k + 1].first))
+    return found
+
+
 def _dropped(pieces: list[Piece], size: int, step_s: float) -> list[str]:
     edges = [(-1, -1), *((p.first, p.last) for p in pieces), (size, size)]
     lost = [

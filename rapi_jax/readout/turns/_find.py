@@ -1,5 +1,7 @@
 """Which turns of the drive the laser answers in a record, and roughly when."""
 
+import dataclasses
+
 import numpy as np
 
 from rapi_jax._recording import Drive
@@ -102,6 +104,11 @@ def find_turns(
             low, high = max(low, expected - near), min(high, expected + near)
         if high <= low:
             continue
+        # Some fringes inside the record, there is a turn: the drive had one, and others followed.
+        inner = THRESHOLDS.inner_edge * fringe
+        if expected is not None and start + inner < expected < stop - inner:
+            found.append(_turn_near(signal, drive, found, (t, up), expected, fringe, late))
+            continue
         turn = _find_turn_between(signal, marks, t, up, low, high)
         if (
             turn is not None
@@ -119,6 +126,25 @@ def find_turns(
                 "beyond it is doubtful"
             )
     return sorted(found, key=lambda f: f.fit.time_s), notes
+
+
+def _turn_near(
+    signal: FringeSignal,
+    drive: Drive,
+    found: list[LaserTurn],
+    drive_turn: tuple[float, bool],
+    expected_s: float,
+    fringe_s: float,
+    latest_s: float,
+) -> LaserTurn:
+    """The turn near a time at which others say that it is: the one seen there, or else placed."""
+    reach = THRESHOLDS.turn_scatter * fringe_s + float(np.ptp([turn.lag_s for turn in found]))
+    turn = find_turn(signal, *drive_turn, expected_s - reach, expected_s + reach)
+    if turn is not None and is_visible(turn):
+        return turn
+    blank = dataclasses.replace(found[-1], drive_s=drive_turn[0], rising_after=drive_turn[1])
+    (placed,) = place_hidden_turns(signal, drive, found, [turn or blank], latest_s)
+    return placed
 
 
 def _find_turn_between(

@@ -63,6 +63,12 @@ class TurnThresholds:
         unit="times",
         origin="by which a turn at the end of a record must explain more than none; set by trial",
     )
+    inner_edge: float = threshold(
+        4.0, unit="fringes", origin="from a record's end: what a turn's fit needs; set by trial"
+    )
+    turn_scatter: float = threshold(
+        2.0, unit="fringes", origin="by which turns are late by more or less; set by trial"
+    )
     visible_evidence: float = threshold(
         1.1,
         unit="times",

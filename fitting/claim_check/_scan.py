@@ -46,6 +46,19 @@ def check_scan(
 
     Runs with a drive that is not on the list are listed and not judged. The claim held where each
     branch is within the limit for so many together. Raises `DataError` where no run can be judged.
+
+    >>> import numpy as np
+    >>> from fitting import CertifiedDrive, Claim, check_scan
+    >>> from rapi_jax import Recording, triangle
+    >>> (drive,) = triangle(20.0, amplitude=4.0, bias=3.0, samples=200)
+    >>> noise = np.random.default_rng(0).standard_normal(200)
+    >>> scan = Recording.of([drive], [15.0 * drive.value + 0.02 * noise])  # GHz
+    >>> claim = Claim(
+    ...     rms=0.024, low=0.011, high=0.049, noise=0.02, curvature=3.0,
+    ...     rates_hz=(10.0, 40.0), swings=(2.5, 4.5), hours=0.01,
+    ... )
+    >>> check_scan([CertifiedDrive(drive)], scan, claim=claim).held
+    True
     """
     found = [_find_drive(run, drives) for run in recording.runs]
     count = 2 * sum(not isinstance(one, str) and not one.notes for one in found)

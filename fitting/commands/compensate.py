@@ -184,7 +184,14 @@ def compensate_into(
     check_limits_unit(allowed, limits, about["drive_unit"])
     check_rates(frequency)
     try:
-        targets = linear_scan(frequency, span=span, rise=rise, corner=corner, samples=samples)
+        targets = linear_scan(
+            frequency,
+            span=span,
+            rise=rise,
+            corner=corner,
+            samples=samples,
+            unit=about["response_unit"],
+        )
     except ValueError as error:
         raise ModelError(str(error)) from error
     names = drive_files(frequency, about["drive_unit"], inverse == "paper", plots)

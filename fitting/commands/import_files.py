@@ -20,6 +20,10 @@ def import_files(
     time: str | None = None,
     drive: str | None = None,
     response: str | None = None,
+    fringes: str | None = None,
+    interferometer: str | None = None,
+    cavity: str | None = None,
+    cavity_spacing: str | None = None,
     drive_file: Path | None = None,
     time_unit: str | None = None,
     drive_unit: str | None = None,
@@ -69,6 +73,18 @@ def import_files(
         Column of the drive.
     response
         Column of the response.
+    fringes
+        Column of an interferometer's fringes, in place of a response: the optical frequency is read
+        from them. Their sampling must be even, with four samples or more a fringe.
+    interferometer
+        Of the fringes, with its unit: free spectral range ("40.8 MHz"), delay ("24.5 ns") or
+        optical path difference ("7.34 m": of a fibre, its length times its group index; in a
+        Michelson, there and back).
+    cavity
+        Column of a Fabry-Perot cavity's transmission, which calibrates the fringes and shows where
+        the laser turns; may be missing.
+    cavity_spacing
+        Its free spectral range, with the unit ("1.5 GHz").
     drive_file
         File that holds the drive, where each channel has a file of its own.
     time_unit
@@ -81,7 +97,8 @@ def import_files(
     drive_scale
         Factor on the drive, such as an amplifier's gain; its unit is then to be given.
     response_scale
-        Factor on the response, such as a sensor's um per V; its unit is then to be given.
+        Factor on the response, such as a sensor's um per V; its unit is then to be given. Of
+        fringes, -1 where the optical frequency falls with the drive.
     sample_rate
         Samples a second (Hz), where the file has no times.
     drive_amplitude
@@ -128,6 +145,15 @@ def import_files(
     paths = _expand([file, *files])
     if drive_file is not None and len(paths) > 1:
         _refuse("--drive-file goes with one FILE alone.")
+    if fringes is not None or interferometer is not None:
+        of_response = response is not None or response_unit not in (None, "GHz")
+        if of_response or abs(response_scale) != 1.0:
+            _refuse(
+                "a response is read from --fringes: give no --response, no other --response-unit "
+                "than GHz, and as --response-scale 1 or -1 alone."
+            )
+    elif cavity is not None or cavity_spacing is not None:
+        _refuse("--cavity and --cavity-spacing go with --fringes and --interferometer.")
     from fitting._json import replace_nonfinite
     from fitting.commands.shared._out import console, print_json
     from fitting.recording_check._check import check_recording
@@ -148,6 +174,8 @@ def import_files(
         sample_rate=sample_rate, made=made, rates=rate, waveform=waveform, cut=cut,
         decimate=decimate, max_samples=max_samples, nan=nan, response_origin=response_origin,
         response_lag_s=response_lag, recorded_at=recorded_at, temperature_c=temperature,
+        fringes=fringes, interferometer=interferometer,
+        cavity=cavity, cavity_spacing=cavity_spacing,
     )  # fmt: skip
     if output is not None:
         check_output(output)  # now, before a long file is read

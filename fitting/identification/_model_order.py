@@ -24,7 +24,16 @@ ORDERS = (2, 3, 4)  # orders of the polynomial
 
 @dataclasses.dataclass(frozen=True)
 class Choice:
-    """One size of model and its error on held-out runs, in the response's unit."""
+    """One size of model and its error on held-out runs, in the response's unit.
+
+    >>> from fitting import choose_order
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> few = dict(order=(3,), each=((),), starts=2, hold_out=False)
+    >>> (choice,) = choose_order(recording, plays=(10,), **few)
+    >>> choice.plays, choice.order, choice.score == choice.result.rmse
+    (10, 3, True)
+    """
 
     plays: int
     order: int
@@ -127,6 +136,13 @@ def choose_order(
     fits are never refused here,
     each `Choice` holds its result with the verdict. The drive counts from its zero, unless that is
     far or a model that counts from `scan_origin` leaves clearly less.
+
+    >>> from fitting import choose_order
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> few = dict(order=(3,), each=((),), starts=2, hold_out=False)
+    >>> [choice.plays for choice in choose_order(recording, plays=(10,), **few)]
+    [10]
     """
     check_usable(recording)
     found, origin = [], None

@@ -63,6 +63,12 @@ class Change:
     - `probabilities`: of "none", each parameter alone, and "several"; they sum to 1.
     - `days`: when it was recorded, since the population's first; `None` where that is not known.
     - `set`: given a change, the most probable ones that hold 95 % together.
+
+    >>> from fitting import Change
+    >>> odds = {"none": 0.97, "alpha": 0.02, "several": 0.01}
+    >>> friday = Change("friday", 0.4, 1.1, (9.0, 40.0), 0.6, False, (), odds, (), ())
+    >>> friday.changed, friday.probabilities["none"]
+    (False, 0.97)
     """
 
     label: str

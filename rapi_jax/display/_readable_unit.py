@@ -6,8 +6,8 @@ import numpy as np
 
 _LADDERS = (
     {"THz": 1e12, "GHz": 1e9, "MHz": 1e6, "kHz": 1e3, "Hz": 1.0},
-    {"V": 1.0, "mV": 1e-3, "uV": 1e-6},
-    {"C": 1.0, "mC": 1e-3, "uC": 1e-6, "nC": 1e-9, "pC": 1e-12},
+    {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "nV": 1e-9},
+    {"C": 1.0, "mC": 1e-3, "uC": 1e-6, "nC": 1e-9, "pC": 1e-12, "fC": 1e-15},
     {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "pm": 1e-12},
 )
 
@@ -15,15 +15,16 @@ _LADDERS = (
 def readable_unit(unit: str, sizes: Iterable[float]) -> tuple[str, float]:
     """The largest unit of `unit`'s dimension in which the largest of `sizes` is at least 1.
 
-    With the factor to it from `unit`. A unit of no family known stays as it is. `sizes`, in `unit`;
-    what is not finite does not count.
+    The smallest unit where it is below 1 in all. With the factor to it from `unit`. A unit of no
+    family known stays as it is. `sizes`, in `unit`; what is not finite does not count.
     """
     largest = max((abs(x) for x in sizes if np.isfinite(x)), default=0.0)
     for ladder in _LADDERS:
         if unit in ladder and largest > 0:
+            fine = min(ladder.values())
             for name, size in ladder.items():
                 factor = ladder[unit] / size
-                if largest * factor >= 1.0:
+                if largest * factor >= 1.0 or size == fine:
                     return name, factor
     return unit, 1.0
 

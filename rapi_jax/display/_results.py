@@ -53,7 +53,9 @@ def summarise_compensation(made: Any) -> Summary:
         ("inverse", made.inverse),
         ("certificate", summarise_certificate(made.certificate).title),
     ]
-    title = f"Drive for a scan of {made.target.span:.4g} at {made.drive.rate:g} Hz"
+    title = (
+        f"Drive for a scan of {made.target.span:.4g} {made.target.unit} at {made.drive.rate:g} Hz"
+    )
     return Summary(title, facts, notes=made.notes)
 
 

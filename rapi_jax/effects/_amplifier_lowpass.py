@@ -29,10 +29,12 @@ class AmplifierLowpass(AbstractDriveEffect, AbstractLagEffect, AbstractInvertibl
     $\tau = R C$; its -3 dB bandwidth is $1 / (2 \pi \tau)$, 150 Hz to 6 kHz in practice. A scan of
     slope $S$ lags by $S \tau$ in its straight part, and its turns are rounded.
 
+    >>> import equinox as eqx
     >>> import jax.numpy as jnp
     >>> from rapi_jax.effects import AmplifierLowpass
     >>> time, drive = jnp.arange(4.0) * 0.001, jnp.array([0.0, 0.0, 1.0, 1.0])
-    >>> AmplifierLowpass.at(tau=0.001)(time, drive).round(3).tolist()  # V
+    >>> amplifier = eqx.filter_jit(AmplifierLowpass.at(tau=0.001))  # compiled whole
+    >>> amplifier(time, drive).round(3).tolist()  # V
     [0.0, 0.0, 0.368, 0.767]
     """
 

@@ -28,10 +28,12 @@ class CurrentCoupling(AbstractCouplingEffect):
 
     Diode current moves a laser by some 3 MHz/uA (MOGLabs CEL manual); arXiv 1712.06627.
 
+    >>> import equinox as eqx
     >>> import jax.numpy as jnp
     >>> from rapi_jax.effects import CurrentCoupling
     >>> time, drive = jnp.arange(4.0) * 0.01, jnp.array([0.0, 1.0, 2.0, 3.0])  # 100 V/s
-    >>> CurrentCoupling.at(coupling=0.002)(time, 0.0 * drive, drive).round(3).tolist()  # GHz
+    >>> coupling = eqx.filter_jit(CurrentCoupling.at(coupling=0.002))  # compiled whole
+    >>> coupling(time, 0.0 * drive, drive).round(3).tolist()  # GHz
     [0.2, 0.2, 0.2, 0.2]
     """
 

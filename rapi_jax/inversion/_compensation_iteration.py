@@ -190,7 +190,7 @@ class Scan(NamedTuple):
         if found.u_pp >= self.widest * (1 - 1e-12):
             unit = self.limits.unit
             raise LimitError(
-                f"a scan of {self.target.span:g} about {self.bias:g} {unit} at "
+                f"a scan of {self.target.span:g} {self.target.unit} about {self.bias:g} {unit} at "
                 f"{self.target.excitation_hz:g} Hz needs more than {self.widest:.4g} {unit} peak "
                 f"to peak, which is all that the limits {self.limits.low_v:.4g} to "
                 f"{self.limits.high_v:.4g} {unit} leave there. Scan less, or move the bias."
@@ -200,8 +200,9 @@ class Scan(NamedTuple):
         off = float(np.abs(answer - found.wanted).max())
         if not off <= THRESHOLDS.inverse_error * self.target.span:
             raise NotInvertible(
-                f"the drive found answers the scan only to {off:.3g} of {self.target.span:g}. This "
-                "should not happen for a certified model: please report it with the model file."
+                f"the drive found answers the scan only to {off:.3g} of {self.target.span:g} "
+                f"{self.target.unit}. This should not happen for a certified model: please report "
+                "it with the model file."
             )
         return certificate
 

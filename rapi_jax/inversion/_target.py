@@ -14,8 +14,8 @@ class Target:
     """One period of a response to reach, from its minimum.
 
     - `time`: s, even steps from 0, the next period beginning one step after the last.
-    - `value`: response unit (GHz); the smallest is 0, since where a scan lies is set by the bias.
-    - `excitation_hz`: periods a second.
+    - `value`: response unit; the smallest is 0, since where a scan lies is set by the bias.
+    - `excitation_hz`: periods a second. `unit`: the response unit, for what is said of the scan.
 
     >>> import numpy as np
     >>> from rapi_jax import linear_scan
@@ -27,6 +27,7 @@ class Target:
     time: np.ndarray
     value: np.ndarray
     excitation_hz: float
+    unit: str = "GHz"
 
     def __post_init__(self) -> None:
         for name in ("time", "value"):
@@ -53,11 +54,12 @@ class Target:
         return float(np.ptp(self.value))
 
     @classmethod
-    def of(cls, value: Any, excitation_hz: float) -> "Target":
+    def of(cls, value: Any, excitation_hz: float, *, unit: str = "GHz") -> "Target":
         """A target from one period of values, turned so that it starts at its minimum."""
         value = np.asarray(value, dtype=float)
         value = np.roll(value, -int(value.argmin())) - value.min()
-        return cls(np.arange(value.size) / (excitation_hz * value.size), value, excitation_hz)
+        time = np.arange(value.size) / (excitation_hz * value.size)
+        return cls(time, value, excitation_hz, unit)
 
 
 def linear_scan(
@@ -67,6 +69,7 @@ def linear_scan(
     rise: float = 0.5,
     corner: float = 0.02,
     samples: int = 8192,
+    unit: str = "GHz",
 ) -> tuple[Target, ...]:
     """A straight scan up and down at each of `frequencies` (Hz).
 
@@ -77,7 +80,7 @@ def linear_scan(
       their part of the longer branch, and move both turns by `corner * (rise - 0.5)`.
     - `corner`: share of the period over which each turn is rounded to a parabola, 0 for sharp
       turns. Between corners the scan is straight to the last bit.
-    - `samples`: number in one period.
+    - `samples`: number in one period. `unit`: the response's, for messages.
 
     >>> from rapi_jax import linear_scan
     >>> slow, fast = linear_scan([10.0, 40.0], span=75.0, samples=512)
@@ -99,7 +102,7 @@ def linear_scan(
     shape = _rounded(cycles, rise, corner)
     shape = span * (shape - shape[0]) / np.ptp(shape)
     return tuple(
-        Target(np.arange(samples) / (samples * float(f)), shape, float(f))
+        Target(np.arange(samples) / (samples * float(f)), shape, float(f), unit)
         for f in np.atleast_1d(np.asarray(frequencies, dtype=float))
     )
 

@@ -60,7 +60,7 @@ def ranging(found: Any) -> Picture:
 def _fine_unit(metres: np.ndarray) -> tuple[str, float]:
     """The unit of lengths in which the largest reads best, and the factor from m."""
     most = float(np.max(np.abs(metres), initial=0.0))
-    return ("mm", 1e3) if most >= 1e-3 else ("um", 1e6)
+    return ("mm", 1e3) if most >= 1e-3 else ("um", 1e6) if most >= 1e-7 else ("nm", 1e9)
 
 
 def _band(axis: Any, time: np.ndarray, value: np.ndarray, stderr: np.ndarray) -> None:

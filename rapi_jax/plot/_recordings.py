@@ -6,7 +6,22 @@ from typing import Any
 import numpy as np
 
 from .._recording import Recording
-from ._style import MEASURED, MODEL, UP, Picture, grid, quantity, shown_runs, title
+from ._style import (
+    GROUPS,
+    MEASURED,
+    MODEL,
+    UP,
+    Picture,
+    draw_spread,
+    fine_unit,
+    grid,
+    quantity,
+    shown_runs,
+    title,
+)
+
+MOST_POINTS = 600  # of a loop: more lie over each other
+MANY = "measured, with 95 % band"
 
 
 def overview(recording: Recording) -> Picture:
@@ -52,6 +67,9 @@ def loops(
 ) -> Any:
     """Hysteresis loops: response less its least-squares line in the drive (after Fig. 6).
 
+    The last period of each run. Many readings are drawn as their median and the band that holds
+    95 % of them, branch by branch; of a drive with loops inside loops, every so many, which the
+    legend says.
     `predicted`: the model's response to each run, drawn beside the measured one. `run`: that run
     alone; `ax`: axes to draw it (the first, unless one is given) into.
 
@@ -72,7 +90,7 @@ def loops(
     for axis, row in zip(axes, rows, strict=True):
         one = recording.runs[row]
         _draw_loop(axis, recording, one, None if predicted is None else predicted[row])
-    axes[0].legend(frameon=False, markerscale=4)
+    axes[0].legend(frameon=False, markerscale=4, fontsize=8)
     return figure
 
 
@@ -83,18 +101,27 @@ def _draw_loop(axis: Any, recording: Recording, run: Any, model: np.ndarray | No
         keep = run.valid
     u, y = drive.value[keep], run.response[keep]
     line = np.polyfit(u, y, 1) if drive.u_pp > 0 else np.array([0.0, y.mean()])
-    thin = slice(None, None, max(1, u.size // 4000))
     straight = np.polyval(line, u)
-    axis.plot(u[thin], (y - straight)[thin], ".", ms=3, color=MEASURED, label="measured")
+    shown, factor = fine_unit(float(np.ptp(y - straight)), unit)
+    left = factor * (y - straight)
+    if drive.waveform in ("triangle", "sine") and u.size > 8 * GROUPS:
+        for branch, label in ((drive.up[keep], MANY), (~drive.up[keep], None)):
+            draw_spread(axis, u[branch], left[branch], MEASURED, label)
+    else:
+        every = max(1, u.size // MOST_POINTS)
+        label = "measured" if every == 1 else f"measured, one of {every} readings"
+        axis.plot(u[::every], left[::every], ".", ms=3, color=MEASURED, label=label)
     name = title(run)
     if model is not None:
-        axis.plot(u[thin], (model[keep] - straight)[thin], "-", lw=1.2, color=MODEL, label="model")
+        thin = slice(None, None, max(1, u.size // 4000))
+        bent = factor * (model[keep] - straight)
+        axis.plot(u[thin], bent[thin], "-", lw=1.2, color=MODEL, label="model")
         error = model[keep] - y
         off = quantity(float(np.sqrt(np.mean(error**2))), unit)
         name += f": the model is off by {off} rms"
     axis.set_title(name, fontsize=10)
     axis.set_xlabel(f"drive ({recording.drive_unit})")
-    axis.set_ylabel(f"response less a straight line ({unit})", fontsize=9)
+    axis.set_ylabel(f"response less a straight line ({shown})", fontsize=9)
 
 
 def predictions(recording: Recording, predicted: Sequence[np.ndarray]) -> Picture:

@@ -17,6 +17,7 @@ from .cavity._comb import Comb, read_comb
 from .cavity._peaks import PeakFit, find_peaks, find_regions
 from .turns._drive_turns import rising_at
 from .turns._find import CavityPeaks, find_turns
+from .turns._hidden import describe_hidden
 
 _TWO_PI = 2 * np.pi
 
@@ -193,9 +194,15 @@ def _collect(
             np.array([p.stderr for p in scale.fits])[used] / (_TWO_PI * delay * 1e9),
         )
     per_ghz = _TWO_PI * delay * 1e9
+    unseen = [0.0 if ok else t.hidden_s for t, ok in zip(turns, scale.checked, strict=True)]
+    errors = np.hypot([t.fit.stderr_s for t in turns], unseen).tolist()
+    hidden = [k for k, error in enumerate(unseen) if error > 0]
+    faults += describe_hidden(
+        [turns[k].fit.time_s for k in hidden], [errors[k] for k in hidden], len(turns)
+    )
     read = tuple(
-        Turn(t.fit.time_s, t.fit.stderr_s, t.drive_s, t.rising_after, t.fit.rounding_s, bool(ok))
-        for t, ok in zip(turns, scale.checked, strict=True)
+        Turn(t.fit.time_s, error, t.drive_s, t.rising_after, t.fit.rounding_s, bool(ok))
+        for t, error, ok in zip(turns, errors, scale.checked, strict=True)
     )
     error = (solution.y - np.cos(solution.phase))[data.good]
     return Readout(

@@ -25,7 +25,8 @@ class LaserTurn:
 
     `rivals`: other fringes that explain it nearly as well. `evidence`: how many times less it
     leaves unexplained than going on does. `fringe_orders`: where the
-    cavity tells, the only fringes on which the phase may turn.
+    cavity tells, the only fringes on which the phase may turn. `hidden_s`: how wrong the place may
+    be of a turn that the fringes do not show, s; 0 where they do.
     """
 
     fit: TurnFit | SplineFit
@@ -34,6 +35,7 @@ class LaserTurn:
     rivals: tuple[TurnFit | SplineFit, ...]
     evidence: float
     fringe_orders: tuple[int, ...] | None
+    hidden_s: float = 0.0
 
     @property
     def lag_s(self) -> float:
@@ -208,9 +210,26 @@ def refit_on_fringe(s: FringeSignal, found: LaserTurn, jump: int) -> LaserTurn:
     if not fits:
         return found
     again = dataclasses.replace(
-        found, fit=fits[0], fringe_orders=(fringe_order,), rivals=(), evidence=onward / fits[0].cost
+        found,
+        fit=fits[0],
+        fringe_orders=(fringe_order,),
+        rivals=(),
+        evidence=onward / fits[0].cost,
+        hidden_s=0.0,
     )
     return refine_turn(s, again)
+
+
+def turn_on_fringe(s: FringeSignal, found: LaserTurn, near_s: float) -> LaserTurn | None:
+    """The turn on the extreme of a fringe that is nearest to a time; `None` where none fits."""
+    at = s.at(near_s)
+    order = round(float(np.interp(near_s, s.time, s.raw)) / np.pi)
+    fits, onward = _fit_all_shapes(s, at, (order,), None, 0)
+    if not fits:
+        return None
+    return dataclasses.replace(
+        found, fit=fits[0], fringe_orders=(order,), rivals=(), evidence=onward / fits[0].cost
+    )
 
 
 def _criterion(fit: TurnFit | SplineFit) -> float:

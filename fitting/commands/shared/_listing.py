@@ -30,6 +30,8 @@ COMMANDS = {
             "rapi import scope.csv",
             "rapi import scope.csv --drive CH1 --response CH2 --response-scale 4.5 "
             "--response-unit GHz -o my-recording",
+            'rapi import scope.csv --drive CH1 --fringes CH2 --interferometer "40.8 MHz" '
+            '--cavity CH3 --cavity-spacing "1.5 GHz" -o my-recording',
             "rapi import data.mat --drive u --response y --sample-rate 100000 -o my-recording",
         ),
     ),

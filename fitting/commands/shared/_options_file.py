@@ -22,10 +22,12 @@ DATA = {
     "diagnose": ("recording", "recordings"),
     "range": ("records",),
     "population": ("result", "results"),
+    "batch": ("jobs",),
 }
 _CODE = "its code is run"
 _PLACE = "it says where this run writes, or how"
 _SAFETY = "it allows a drive that is not backed by the data"
+_ELSEWHERE = "it sends the jobs to another computer"
 # A file that comes with somebody's data must not run code, choose where is written or drop a check.
 _COMMAND_LINE_ONLY = {
     "plugin": _CODE,
@@ -34,6 +36,7 @@ _COMMAND_LINE_ONLY = {
     "dry_run": _PLACE,
     "untrusted": _SAFETY,
     "extrapolate": _SAFETY,
+    "scheduler": _ELSEWHERE,
 }
 
 
@@ -68,10 +71,6 @@ def read_options(path: Path, command: str) -> dict[str, Any]:
 
     content = read_toml(path, str(path))
     for name, table in content.items():
-        if name == "batch":
-            raise CycloptsError(
-                msg=f"{path}: [batch] is not read. Its list of jobs, a TOML file, holds options."
-            )
         if name not in DATA or not isinstance(table, dict):
             close = difflib.get_close_matches(name, DATA, 1)
             hint = f" Did you mean [{close[0]}]?" if close else f" There are: {', '.join(DATA)}."
@@ -100,7 +99,7 @@ def apply_options_file(app: App, commands: tuple[str, ...], arguments: ArgumentC
         Path(str(token.value))
         for name in DATA[command]
         if name in given
-        for token in given[name].tokens
+        for token in _data_tokens(command, given[name].tokens)
     ]
     file = find_options_file(paths)
     options = {} if file is None else read_options(file, command)
@@ -110,6 +109,8 @@ def apply_options_file(app: App, commands: tuple[str, ...], arguments: ArgumentC
         if key not in given:
             close = difflib.get_close_matches(key, given, 1)
             hint = f" Did you mean `{close[0]}`?" if close else ""
+            if command == "batch" and not close:
+                hint = " Options of the single command follow JOBS, or stand in a list of jobs."
             raise CycloptsError(msg=f"{file}: [{command}] has no option `{key}`.{hint}")
     free = {
         key: _located(value, given[key].hint, file.parent)
@@ -140,7 +141,15 @@ def describe_options_file(command: str, options: Mapping[str, Any]) -> dict[str,
     return {"path": str(file), "sha256": hashlib.sha256(file.read_bytes()).hexdigest()}
 
 
+def _data_tokens(command: str, tokens: Sequence[Any]) -> Sequence[Any]:
+    """Those that name data: behind the jobs of a batch come options of the single command."""
+    options = (at for at, token in enumerate(tokens) if str(token.value).startswith("-"))
+    return tokens[: next(options, len(tokens))] if command == "batch" else tokens
+
+
 def _beside(path: Path) -> Path | None:
+    while any(sign in str(path.parent) for sign in "*?[") and not path.parent.exists():
+        path = path.parent  # of a pattern, the folder that is named in full
     places = [path / NAME] if path.is_dir() else []
     return next((file for file in (*places, path.parent / NAME) if file.is_file()), None)
 

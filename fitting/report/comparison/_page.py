@@ -9,20 +9,27 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
+from fitting._units import significant
 from fitting.report._pages import load_template, read_style
 from fitting.report.diagnosis._numbers import format_setting
 
 from ._tables import (
+    ALONE,
     HEADS,
-    format_p,
-    format_range,
+    format_change,
     format_size,
     list_facts,
+    state_p,
     tabulate_effects,
     tabulate_parameters,
 )
 
-_WIDE = Markup(".comparison td { font-size: 0.8125rem; } .comparison .whisker { min-width: 7rem; }")
+_WIDE = Markup(
+    ".comparison td { font-size: 0.8125rem; } .comparison tbody th { min-width: 11rem; }"
+    " .comparison .whisker { min-width: 7rem; width: 7rem; }"
+    " @media (max-width: 34rem) { .comparison tbody th { min-width: 8rem; }"
+    " .dot { display: none; } } #parameters h3 { margin-top: 1.8rem; }"
+)
 
 
 def render_page(content: dict[str, Any]) -> str:
@@ -30,9 +37,10 @@ def render_page(content: dict[str, Any]) -> str:
     unit, gap = content["unit"], content["gap"]
     return _load_template().render(
         title="What changed",
-        headline=content["sentence"],
+        headline=content["sentence"].replace("`", ""),
         facts=list_facts(content),
         heads=HEADS,
+        alone=ALONE,
         rows=tabulate_parameters(content),
         response=format_size(content["response_change"], unit),
         gap=None
@@ -41,20 +49,20 @@ def render_page(content: dict[str, Any]) -> str:
             "reference": gap["reference"],
             "before": format_size(gap["before"], unit),
             "after": format_size(gap["after"], unit),
-            "change": format_range(gap["change"], unit),
+            "change": format_change(gap["change"], unit),
         },
         misfit=None
         if content["misfit"] is None
         else {
             "before": format_size(content["misfit"]["before"], unit),
             "after": format_size(content["misfit"]["after"], unit),
-            "p": format_p(content["misfit"]["p_value"]),
+            "p": state_p(content["misfit"]["p_value"]),
         },
         asked=content["effects"] is not None,
         effects=tabulate_effects(content),
         notes=content["notes"],
-        p_value=format_p(content["p_value"]),
-        statistic=f"{content['statistic']:.4g}",
+        p_value=state_p(content["p_value"]),
+        statistic=significant(content["statistic"], 4),
         degrees=[f"{x:.4g}" for x in content["degrees"]],
         level=f"{100 * content['level']:g}",
         provenance=_list_provenance(content),

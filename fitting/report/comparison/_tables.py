@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from fitting._units import readable_unit
 from fitting.report.diagnosis._numbers import (
     DASH,
     SPACE,
@@ -24,6 +25,12 @@ def format_p(p: Any) -> str:
     return f"{x:.2g}" if x >= _LEAST_P else f"<{SPACE}{_LEAST_P:.0e}"
 
 
+def state_p(p: Any) -> str:
+    """`p = 0.03`, `p < 1e-12`: a p-value in a sentence."""
+    text = format_p(p)
+    return f"p{SPACE}{text}" if text.startswith("<") else f"p{SPACE}={SPACE}{text}"
+
+
 def format_range(interval: dict[str, Any], unit: str) -> str:
     """`+0.05 (+0.04 to +0.06) GHz`."""
     value, low, high = (format_number(interval[key], sign=True) for key in ("value", "low", "high"))
@@ -31,8 +38,21 @@ def format_range(interval: dict[str, Any], unit: str) -> str:
     return f"{value} ({low} to {high}){end}"
 
 
+def format_change(interval: dict[str, Any], unit: str) -> str:
+    """A change of the response, as `format_range`, in the unit that reads best."""
+    unit, factor = _scale(interval, unit)
+    return format_range({key: factor * interval[key] for key in interval}, unit)
+
+
+def _scale(interval: dict[str, Any], unit: str) -> tuple[str, float]:
+    ends = (finite_or_none(interval[key]) or 0.0 for key in ("value", "low", "high"))
+    return readable_unit(unit, ends)
+
+
 def format_size(interval: dict[str, Any], unit: str) -> str:
     """A size with its interval: `41 MHz (39 to 43)`; a bound where it may be 0."""
+    unit, factor = _scale(interval, unit)
+    interval = {key: factor * interval[key] for key in ("value", "low", "high")}
     if not finite_or_none(interval["low"]):
         return f"at most {format_quantity(interval['high'], unit)}"
     low, high = format_number(interval["low"]), format_number(interval["high"])
@@ -87,6 +107,7 @@ def _scaled(row: dict[str, Any]) -> tuple[float, float, float]:
     return tuple(row["difference"][key] / error for key in ("value", "low", "high"))
 
 
+ALONE = 5  # the first of the cells on a parameter that alone changed
 HEADS = (
     "before",
     "after",
@@ -127,11 +148,16 @@ def list_facts(content: dict[str, Any]) -> list[tuple[str, str]]:
         for key in ("before", "after"):
             facts.append((f"Own misfit {key}", f"{format_size(misfit[key], unit)} rms"))
     if gap is not None:
-        facts.append(("Gap's change", format_range(gap["change"], unit)))
+        facts.append(("Gap's change", format_change(gap["change"], unit)))
     for key, one in content["recordings"].items():
-        both = format_quantity(one["rmse_joint"], unit)
-        text = f"{format_number(one['rmse'])} by its own model, {both} by one for both"
+        own, both = (_rms(one[name], unit) for name in ("rmse", "rmse_joint"))
+        text = f"{own} by its own model, {both} by one for both"
         facts.append((f"Rms {key}", text))
     facts.append(("Nothing changed", f"probability {format_percent(none)}"))
     facts.append(("Several did", f"probability {format_percent(several)}"))
     return facts
+
+
+def _rms(value: float, unit: str) -> str:
+    unit, factor = readable_unit(unit, (value,))
+    return format_quantity(factor * value, unit)

@@ -59,14 +59,17 @@ def _sections(result: "FitResult") -> list[Section]:
 
     plot = result.plot
     residual = (
-        "Noise is the same everywhere along the scan. A shape that repeats from run to run is "
+        "Noise is the same everywhere along the scan. Many readings are drawn as their median and "
+        "the band that holds 95 % of them. A shape that repeats from run to run is "
         "something that the model does not describe."
     )
     return [
         Section("What the model leaves", residual, png(plot.residuals())),
         Section(
             "Measured and modelled loops",
-            "A straight line is taken off each loop, so that hysteresis and curvature show.",
+            "The last period of each run. A straight line is taken off each loop, so that "
+            "hysteresis and curvature show. Many readings are drawn as their median and the band "
+            "that holds 95 % of them; where one of several readings is drawn, the legend says so.",
             png(plot.loops()),
         ),
         Section(

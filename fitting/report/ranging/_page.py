@@ -23,6 +23,8 @@ def render_page(content: dict[str, Any], picture: bytes = b"") -> str:
     headline = "No distance: no scan could be read"
     if summary["distance"] is not None:
         headline = words.distance(summary["distance"], summary["stderr"])
+    scans = [_scan(row) for row in content["scans"][:_MOST]]
+    problems = any(row[-1] for row in scans)
     return _load_template().render(
         title=" · ".join(filter(None, ["Distance", name])),
         headline=headline,
@@ -31,7 +33,8 @@ def render_page(content: dict[str, Any], picture: bytes = b"") -> str:
         picture=base64.b64encode(picture).decode() if picture else "",
         faults=[line[:1].upper() + line[1:] for line in content["faults"]],
         budget=_budget(content["budget"]),
-        scans=[_scan(row) for row in content["scans"][:_MOST]],
+        scans=[row if problems else row[:-1] for row in scans],
+        problems=problems,
         left_out=max(0, len(content["scans"]) - _MOST),
         track=[_state(row) for row in content["track"][:_MOST]],
         provenance=_provenance(content),

@@ -2,7 +2,14 @@
 
 from typing import Any
 
-from fitting.report.diagnosis._numbers import finite_or_none, format_quantity, format_with_error
+from fitting.report.diagnosis._numbers import (
+    SPACE,
+    finite_or_none,
+    format_number,
+    format_quantity,
+    format_with_error,
+)
+from fitting.report.fit._table import round_with_error
 
 _LENGTHS = ((10.0, "m", 1.0), (1e-3, "mm", 1e3), (1e-6, "um", 1e6), (0.0, "nm", 1e9))
 BEST_IN_NOISE = "resample-phase"
@@ -59,7 +66,8 @@ def facts(content: dict[str, Any]) -> list[tuple[str, str]]:
     found.append(("method", f"{content['method']}{best}"))
     found.append(("index of air", _index(content)))
     found.append(("scale", _scale(content["scale"])))
-    return found
+    # A line may break before an error, and never within a number.
+    return [(name, text.replace(f"{SPACE}±", " ±")) for name, text in found]
 
 
 def _course(content: dict[str, Any]) -> list[tuple[str, str]]:
@@ -90,7 +98,8 @@ def _velocity(content: dict[str, Any]) -> str:
 def _index(content: dict[str, Any]) -> str:
     if content["air_index_stderr"] is None:
         return "taken as 1, for the state of the air is not given"
-    return f"{format_with_error(content['air_index'], content['air_index_stderr'], '1')} (group)"
+    index, error = content["air_index"], content["air_index_stderr"]
+    return f"{round_with_error(index, error)[0]} ±{SPACE}{format_number(error, 2)} (group)"
 
 
 def _scale(scale: dict[str, Any]) -> str:
@@ -98,4 +107,5 @@ def _scale(scale: dict[str, Any]) -> str:
     if scale["told_by"] != "cavity":
         return f"`interferometer_path_m` = {path:.6g} m; no cavity tells it"
     error = path * scale["stderr"] / scale["delay_s"]
-    return f"by the cavity: interferometer path {format_with_error(path, error, 'm')}"
+    value = f"{round_with_error(path, error)[0]}{SPACE}m ±{SPACE}{length(error, digits=2)}"
+    return f"by the cavity: interferometer path {value}"

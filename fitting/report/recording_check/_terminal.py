@@ -7,6 +7,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from fitting._units import quantity, readable_unit
 from fitting.report.fit._table import _format_number
 
 if TYPE_CHECKING:
@@ -19,10 +20,11 @@ def render_recording_check(check: "RecordingCheck", name: str) -> Group:
     """The recording `name` in plain tables and sentences, for a rich console."""
     data = check.recording
     samples = sum(run.samples for run in check.runs)
+    noise = quantity(float(f"{check.noise:.2g}"), data.response_unit)
     head = Text(f"{name}: ", style="bold")
     head.append(
         f"{len(check.runs)} run(s), {samples} samples; drive in {data.drive_unit}, response in "
-        f"{data.response_unit}; noise {_format_number(check.noise, 2)} {data.response_unit} rms",
+        f"{data.response_unit}; noise {noise} rms",
         style="not bold",
     )
     rows: list[RenderableType] = [head, _tabulate(check)]
@@ -41,11 +43,13 @@ def render_recording_check(check: "RecordingCheck", name: str) -> Group:
 
 def _tabulate(check: "RecordingCheck") -> Table:
     drive, response = check.recording.drive_unit, check.recording.response_unit
+    span, wide = readable_unit(response, (run.span for run in check.runs))
+    noise, fine = readable_unit(response, (run.noise for run in check.runs))
     table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("run", overflow="fold", min_width=5)
     for head in (
         "rate\nHz", "periods", "samples", "sampling\nHz", f"swing\n{drive}", f"bias\n{drive}",
-        f"span\n{response}", f"noise\n{response}",
+        f"span\n{span}", f"noise\n{noise}",
     ):  # fmt: skip
         table.add_column(head, justify="right", no_wrap=True)
     table.add_column("waveform", no_wrap=True)
@@ -59,8 +63,8 @@ def _tabulate(check: "RecordingCheck") -> Table:
             _format_number(run.sample_hz, 6),
             _format_number(run.swing),
             _format_number(run.bias),
-            _format_number(run.span),
-            _format_number(run.noise, 2) + star,
+            _format_number(wide * run.span),
+            _format_number(fine * run.noise, 2) + star,
             run.waveform,
         )
     if any(run.noise_from != "periods" for run in check.runs):

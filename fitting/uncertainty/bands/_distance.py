@@ -23,6 +23,16 @@ class DistanceBand:
 
     - `model`: of the fitted model, up- and down-scan. `up`, `down`: of each draw.
     - `distance_m`; `level`: of intervals. `method`: what was drawn from.
+
+    >>> from fitting import distance_band, fit
+    >>> from rapi_jax import triangle
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> result = fit(paper_device(), recording, starts=2, hold_out=False)
+    >>> (drive,) = triangle(20.0, amplitude=4.5, bias=3.0, samples=200)
+    >>> band = distance_band(result, drive, distance_m=0.7, draws=20)
+    >>> band.method, band.up_interval[0] < band.model[0] < band.up_interval[1]  # m
+    ('laplace', True)
     """
 
     distance_m: float
@@ -66,6 +76,16 @@ def distance_band(
 
     - `distance_m`: geometric, of the target. `spacing_hz`: of the cavity's peaks.
     - the others: as for `nonlinearity_band`.
+
+    >>> from fitting import distance_band, fit
+    >>> from rapi_jax import triangle
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> result = fit(paper_device(), recording, starts=2, hold_out=False)
+    >>> (drive,) = triangle(20.0, amplitude=4.5, bias=3.0, samples=200)
+    >>> band = distance_band(result, drive, distance_m=0.7, draws=20)
+    >>> bool(band.model[0] < band.model[1] < 1e-3)  # m: the way down bends more
+    True
     """
     check_level(level)
     drive = scan.drive if isinstance(scan, Compensation) else scan

@@ -8,7 +8,13 @@ from fitting.uncertainty._thresholds import THRESHOLDS
 
 
 class UntrustedPosterior(RuntimeError):
-    """Chains that did not converge; `posterior` holds them all the same, `reasons` says why."""
+    """Chains that did not converge; `posterior` holds them all the same, `reasons` says why.
+
+    >>> from fitting import UntrustedPosterior
+    >>> error = UntrustedPosterior(None, ("R-hat of alpha is 1.2",))
+    >>> error.reasons
+    ('R-hat of alpha is 1.2',)
+    """
 
     def __init__(self, posterior: Any, reasons: tuple[str, ...]):
         super().__init__(

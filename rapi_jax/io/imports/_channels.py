@@ -18,10 +18,11 @@ from rapi_jax.io.tables._units import (
 )
 
 from ._clipping import describe_flat
-from ._clock import join_clocks
+from ._clock import follow_clock, join_clocks
 from ._made_drive import check_made, make_drive
 from ._options import ImportOptions
 from ._questions import locate_columns
+from .fringes._read import check_fringes
 
 Samples = Float[np.ndarray, " samples"]
 
@@ -30,6 +31,7 @@ Samples = Float[np.ndarray, " samples"]
 class Channels:
     """Samples of one file: time in s, drive and response in a recording's units.
 
+    Of fringes, `response` is the interferometer's signal beside the `cavity`'s, in V of the file.
     `columns`: which columns they are, in words. `notes`: what was done and assumed.
     """
 
@@ -42,6 +44,7 @@ class Channels:
     notes: tuple[str, ...]
     recorded_at: str | None
     temperature_c: str | None
+    cavity: Samples | None = None
 
 
 def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
@@ -50,19 +53,30 @@ def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
     notes = [f"{short}: {table.form}; columns {table.describe()}"]
     source = table if options.drive_file is None else read_table(options.drive_file)
     places = locate_columns(table, source, options)
-    response_at = places["response"]
-    response, response_unit, said = _scaled(table, response_at, "response", options)
+    what = options.measured
+    response_at = places[what]
+    response, response_unit, said = _scaled(table, response_at, what, options)
     time, clock = _time_of(table, response_at, response.size, options)
-    columns = [clock, f"response: {printable(table.columns[response_at].name, 40)} ({said})"]
-    response = _settle(response, table.label, options)
-    notes += [f"{short}: {line}" for line in describe_flat("response", response)]
+    columns = [clock, f"{what}: {printable(table.columns[response_at].name, 40)} ({said})"]
+    cavity = None
+    if what == "fringes":
+        check_fringes(table.label, what, response)
+        if "cavity" in places:
+            (cavity,) = table.load([places["cavity"]])
+            check_fringes(table.label, "cavity", cavity)
+            columns.append(f"cavity: {printable(table.columns[places['cavity']].name, 40)}")
+    else:
+        response = _settle(response, table.label, options)
+        notes += [f"{short}: {line}" for line in describe_flat(what, response)]
     if options.made is not None:
         unit, factor = drive_factor(str(options.drive_unit))
         drive = factor * make_drive(options.made, time - time[0])
-        try:
-            turn = check_made(options.made, time - time[0], response)
-        except DataError as error:
-            raise DataError(f"{table.label}: {error}") from error
+        turn = "whether it is, fringes do not say"
+        if what == "response":
+            try:
+                turn = check_made(options.made, time - time[0], response)
+            except DataError as error:
+                raise DataError(f"{table.label}: {error}") from error
         made = options.made
         columns.insert(1, "drive: made")
         notes.append(
@@ -80,7 +94,7 @@ def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
         drive, drive_unit, said = _scaled(source, drive_at, "drive", options)
         if source is table and drive_at == response_at:
             raise DataError(
-                f"{table.label}: drive and response are the same column, "
+                f"{table.label}: drive and {what} are the same column, "
                 f"'{printable(table.columns[drive_at].name, 40)}'. Name another one."
             )
         _check_drive(drive, source.label)
@@ -89,14 +103,19 @@ def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
         other, _ = _time_of(source, drive_at, drive.size, options)
         if other.size != time.size or not np.array_equal(other, time):
             try:
-                time, drive, response, said = join_clocks((other, drive), (time, response))
+                if what == "fringes":
+                    kept, drive, said = follow_clock((other, drive), time)
+                    time, response = time[kept], response[kept]
+                    cavity = None if cavity is None else cavity[kept]
+                else:
+                    time, drive, response, said = join_clocks((other, drive), (time, response))
             except DataError as error:
                 raise DataError(f"{table.label}: {error}") from error
             notes.append(f"{short}: {said}")
     warm = _temperature(table, options)
     return Channels(
         time, drive, response, drive_unit, response_unit, ", ".join(columns), tuple(notes),
-        table.recorded_at, warm,
+        table.recorded_at, warm, cavity,
     )  # fmt: skip
 
 
@@ -104,6 +123,9 @@ def _scaled(
     table: Table, place: int, what: str, options: ImportOptions
 ) -> tuple[Samples, str, str]:
     """A column in the unit of a recording, that unit, and the conversion in words."""
+    if what == "fringes":
+        (values,) = table.load([place])
+        return values, "GHz", f"interferometer: {printable(str(options.interferometer), 30)}"
     said = getattr(options, f"{what}_unit")
     scale = float(getattr(options, f"{what}_scale"))
     column = table.columns[place]

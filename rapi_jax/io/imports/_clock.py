@@ -124,13 +124,7 @@ def join_clocks(one: tuple[Any, Any], other: tuple[Any, Any]) -> tuple[Grid, Gri
     steps = [float(np.median(np.diff(time))) for time, _ in (one, other)]
     slow = max(steps)
     grid = (one, other)[int(np.argmax(steps))][0]
-    begin, end = max(one[0][0], other[0][0]), min(one[0][-1], other[0][-1])
-    grid = grid[(grid >= begin - 1e-9 * slow) & (grid <= end + 1e-9 * slow)]
-    if grid.size < 3:
-        raise DataError(
-            f"drive and response have no time in common ({one[0][0]:.6g} to {one[0][-1]:.6g} s, "
-            f"and {other[0][0]:.6g} to {other[0][-1]:.6g} s). Check their clocks."
-        )
+    grid = grid[_common(one[0], other[0], grid, slow)]
     values = []
     for (time, value), step in zip((one, other), steps, strict=True):
         finer = step < slow / THRESHOLDS.gap
@@ -152,3 +146,30 @@ def join_clocks(one: tuple[Any, Any], other: tuple[Any, Any]) -> tuple[Grid, Gri
         f"s): both are taken every {slow:.4g} s, the finer one averaged"
     )
     return grid, values[0], values[1], said
+
+
+def follow_clock(one: tuple[Any, Any], time: Samples) -> tuple[Any, Grid, str]:
+    """Which of the times `time` the signal `one` (time, value) was recorded at, and it at those."""
+    steps = [float(np.median(np.diff(clock))) for clock in (one[0], time)]
+    kept = _common(one[0], time, time, steps[1])
+    if steps[0] < steps[1] / THRESHOLDS.gap:
+        value = average_at(time[kept], steps[1], *one)
+    else:
+        value = np.interp(time[kept], *one)
+    said = (
+        f"drive and fringes have clocks of their own (steps of {steps[0]:.4g} and {steps[1]:.4g} s)"
+        ": the drive is taken at the times of the fringes"
+    )
+    return kept, value, said
+
+
+def _common(one: Any, other: Any, grid: Samples, step: float) -> Any:
+    """Which times of `grid` lie within both clocks. Raises `DataError` where hardly any does."""
+    begin, end = max(one[0], other[0]), min(one[-1], other[-1])
+    kept = (grid >= begin - 1e-9 * step) & (grid <= end + 1e-9 * step)
+    if kept.sum() < 3:
+        raise DataError(
+            f"drive and response have no time in common ({one[0]:.6g} to {one[-1]:.6g} s, "
+            f"and {other[0]:.6g} to {other[-1]:.6g} s). Check their clocks."
+        )
+    return kept

@@ -16,7 +16,8 @@ from ._channels import Channels, read_channels
 from ._clock import even_clock, is_even, resample
 from ._decimate import decimate
 from ._options import ImportOptions
-from ._runs import cut_record, describe_run
+from ._runs import cut_record, describe_run, without_overlap
+from .fringes._read import FringeOptics, read_fringe_run
 
 WRITER = "rapi import"
 
@@ -73,6 +74,7 @@ def import_recording(
         raise ValueError("Argument `files` must name at least one file.")
     if options.drive_file is not None and len(paths) > 1:
         raise ValueError("`drive_file` goes with one file alone.")
+    optics = _optics(options)  # refused before a long file is read
     runs: list[Run] = []
     notes: list[str] = []
     provenance: dict[str, str] = {"imported_by": WRITER}
@@ -106,6 +108,12 @@ def import_recording(
         )
     if len(paths) > 1:
         notes.append("assumed: the files follow each other without a pause, in the order given")
+    if optics is not None:
+        way = "rises" if optics.sign > 0 else "falls"
+        notes.append(
+            "fringes tell changes of the optical frequency alone: each run has a zero of its own "
+            f'(response_origin "run"); assumed: the frequency {way} with the drive'
+        )
     runs, fewer = decimate(runs, options.decimate, options.max_samples)
     notes += fewer
     (drive_unit, response_unit) = next(iter(units))
@@ -116,7 +124,7 @@ def import_recording(
         tuple(runs),
         response_unit=response_unit,
         drive_unit=drive_unit,
-        response_origin=options.response_origin,
+        response_origin=options.response_origin if optics is None else "run",
         response_lag_s=options.response_lag_s,
         provenance=provenance,
     )
@@ -130,7 +138,8 @@ def _runs_of(
     """The runs of one file, named from `number` on; its first sample is at `start_s`."""
     time, drive, response = channels.time, channels.drive, channels.response
     time, stretches, notes = even_clock(time, label)
-    if len(stretches) == 1 and (uneven := is_even(time)):
+    optics = _optics(options)
+    if optics is None and len(stretches) == 1 and (uneven := is_even(time)):
         time, (drive, response), step = resample(time, [drive, response])
         stretches = [(0, time.size)]
         notes.append(f"sampling is uneven ({uneven}); both are resampled to every {step:.6g} s")
@@ -144,6 +153,8 @@ def _runs_of(
         part = slice(a, b)
         step = float(time[b - 1] - time[a]) / (b - 1 - a)
         pieces, said = cut_record(drive[part], step, options, label)
+        if optics is not None:  # fringes of another rate would be too fast for those of this one
+            pieces = without_overlap(pieces, drive[part], step)
         place = f"samples {a}-{b - 1}: " if len(stretches) > 1 else ""
         for piece in pieces:
             rows = slice(a + piece.first, a + piece.last + 1)
@@ -155,14 +166,31 @@ def _runs_of(
                 piece.waveform,
                 start_s + begin - float(time[0]),
             )
-            runs.append(Run(one, response[rows], f"run{number + len(runs):02d}"))
-            notes.append(describe_run(runs[-1], a + piece.first))
+            name = f"run{number + len(runs):02d}"
+            notes.append(describe_run(one, name, a + piece.first))
+            if optics is None:
+                runs.append(Run(one, response[rows], name))
+                continue
+            cavity = None if channels.cavity is None else channels.cavity[rows]
+            try:
+                run, lines = read_fringe_run(one, response[rows], cavity, optics, name)
+            except DataError as error:
+                raise DataError(f"{label}: {name}: {error}") from error
+            runs.append(run)
+            notes += lines
         notes += [place + line for line in said]
     if not runs:
         raise DataError(
             f"{label}: no stretch without a gap is long enough for a run. Record again."
         )
     return runs, notes
+
+
+def _optics(options: ImportOptions) -> FringeOptics | None:
+    if options.interferometer is None:
+        return None
+    sign = options.response_scale
+    return FringeOptics.of(options.interferometer, options.cavity_spacing, sign)
 
 
 def _digest(path: StrPath) -> str:

@@ -49,6 +49,11 @@ class ImportOptions:
     - `decimate`: of how many samples one is made, by their average; by default one, or as many as
       bring all runs below `max_samples`.
     - `nan`: "raise" refuses readings that are not finite, "mask" keeps them as NaN.
+    - `fringes`: the column of an interferometer's detector in place of a `response`, from which the
+      optical frequency is read; `interferometer` is its free spectral range, delay or optical path
+      difference with the unit, such as "40.8 MHz", "24.5 ns" or "7.34 m". `cavity`: the column of a
+      Fabry-Perot cavity's detector, with its free spectral range in `cavity_spacing`. Fringes do
+      not tell the sign of a tuning: `response_scale=-1` where the frequency falls with the drive.
     - `response_origin`, `response_lag_s`: as in a `Recording`. `recorded_at`, `temperature_c`: as
       in its provenance; the temperature may also be a column (deg C), whose mean is taken.
 
@@ -80,6 +85,15 @@ class ImportOptions:
     response_lag_s: float = 0.0
     recorded_at: str | None = None
     temperature_c: str | None = None
+    fringes: str | None = None
+    interferometer: str | None = None
+    cavity: str | None = None
+    cavity_spacing: str | None = None
+
+    @property
+    def measured(self) -> Literal["response", "fringes"]:
+        """What a file holds beside the drive: a response, or fringes to read one from."""
+        return "response" if self.fringes is self.interferometer is None else "fringes"
 
     def __post_init__(self) -> None:
         check_nan_policy(self.nan)
@@ -95,3 +109,10 @@ class ImportOptions:
             raise ValueError("Argument `rates` must be positive.")
         if self.made is not None and (self.drive or self.drive_file):
             raise ValueError("Give a column of the drive, or a drive that is made, not both.")
+        if self.measured == "response" and (self.cavity or self.cavity_spacing):
+            raise ValueError("`cavity` and `cavity_spacing` go with `fringes`.")
+        if self.measured == "fringes":
+            if self.response is not None or self.response_unit not in (None, "GHz"):
+                raise ValueError("Give a column of the response, or of fringes, not both.")
+            if abs(self.response_scale) != 1.0:
+                raise ValueError("`response_scale` of fringes must be 1 or -1, the tuning's sign.")

@@ -5,21 +5,25 @@ from rapi_jax.io.tables._table import Table
 from rapi_jax.io.tables._units import DRIVES, RESPONSES
 
 from ._options import ImportOptions
+from .fringes._optics import CAVITY_EXAMPLE, INTERFEROMETER_EXAMPLES
 
 _ALLOWED = {"drive": DRIVES, "response": RESPONSES}
 
 
 def locate_columns(table: Table, source: Table, options: ImportOptions) -> dict[str, int]:
-    """The columns of the response, in `table`, and of a recorded drive, in `source`.
+    """The columns of the response or of fringes, in `table`, and of a recorded drive, in `source`.
 
     Raises `DataError`, with one question for all columns and units that neither files nor options
     give, and the options that answer it.
     """
-    tables = {"response": table} | ({"drive": source} if options.made is None else {})
+    measured = options.measured
+    tables = {measured: table} | ({"drive": source} if options.made is None else {})
+    tables |= {"cavity": table} if options.cavity is not None else {}
     places = {what: _place(one, what, options) for what, one in tables.items()}
     columns = [what for what, place in places.items() if place is None]
-    units = [what for what in ("response", "drive") if not _has_unit(tables, what, options)]
-    if not columns and not units:
+    units = [what for what in (measured, "drive") if not _has_unit(tables, what, options)]
+    optics = _ask_optics(options)
+    if not columns and not units and not optics:
         return {what: place for what, place in places.items() if place is not None}
     parts = []
     if columns:
@@ -34,6 +38,7 @@ def locate_columns(table: Table, source: Table, options: ImportOptions) -> dict[
             f"{' and '.join(f'--{what}-unit' for what in units)}; no unit is assumed "
             f"({'; '.join(choices)})."
         )
+    parts += optics
     there = dict.fromkeys([table.label, source.label] if columns else [])
     lists = [
         (f"Columns of {label}" if len(there) > 1 else "Columns")
@@ -55,6 +60,8 @@ def _place(table: Table, what: str, options: ImportOptions) -> int | None:
 
 def _has_unit(tables: dict[str, Table], what: str, options: ImportOptions) -> bool:
     """Whether a unit is said, or the file may say one: of a column not named yet, any has one."""
+    if what == "fringes":
+        return True
     if getattr(options, f"{what}_unit") is not None:
         return True
     if what not in tables or getattr(options, f"{what}_scale") != 1.0:
@@ -69,3 +76,17 @@ def _options(columns: list[str]) -> str:
     if len(columns) == 1:
         return f"it by --{columns[0]}"
     return f"them by {' and '.join(f'--{what}' for what in columns)}"
+
+
+def _ask_optics(options: ImportOptions) -> list[str]:
+    """What is to be said of an interferometer and a cavity."""
+    asked = []
+    if options.fringes is not None and options.interferometer is None:
+        asked.append(
+            f"one fringe is so many GHz: give --interferometer, such as {INTERFEROMETER_EXAMPLES}."
+        )
+    if options.cavity is not None and options.cavity_spacing is None:
+        asked.append(
+            f"give the cavity's free spectral range by --cavity-spacing, such as {CAVITY_EXAMPLE}."
+        )
+    return asked

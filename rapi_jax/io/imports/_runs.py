@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Run, Waveform
+from rapi_jax._recording import Drive, Waveform
 
 from ._cycles import Cycle, closed_cycle, find_cycles, name_waveform, refine_rate
 from ._options import ImportOptions
@@ -62,12 +62,11 @@ def cut_record(
     return pieces, notes + _dropped(pieces, drive.size, step_s)
 
 
-def describe_run(run: Run, first: int) -> str:
+def describe_run(drive: Drive, name: str, first: int) -> str:
     """What a run is, in a sentence; `first`: its first sample in the record."""
-    drive = run.drive
     where = f"samples {first}-{first + drive.size - 1}"
     if not drive.repeats:
-        return f"{run.name}: {where}, {drive.size * drive.step_s:.4g} s, not periodic"
+        return f"{name}: {where}, {drive.size * drive.step_s:.4g} s, not periodic"
     inside = np.flatnonzero(drive.period >= 0)
     ends = (int(inside[0]), drive.size - 1 - int(inside[-1])) if inside.size else (0, 0)
     a_period = drive.step_s * drive.rate
@@ -78,7 +77,7 @@ def describe_run(run: Run, first: int) -> str:
     ]
     broken = f"; broken ends stay, for settling ({' and '.join(parts)})" if parts else ""
     return (
-        f"{run.name}: {where}, {drive.periods} period(s) of a {drive.waveform} at "
+        f"{name}: {where}, {drive.periods} period(s) of a {drive.waveform} at "
         f"{drive.rate:.6g} Hz, swing {drive.u_pp:.4g}{broken}"
     )
 
@@ -160,6 +159,22 @@ def _turn(group: list[Cycle], period: float) -> int:
     first = np.median([cycle.first - k * period for k, cycle in enumerate(group)])
     near = abs(first - group[0].first) < 2.0 * THRESHOLDS.shared_samples * period
     return max(int((first if near else group[0].first) - THRESHOLDS.early_start * period), 0)
+
+
+def without_overlap(pieces: list[Piece], drive: Samples, step_s: float) -> list[Piece]:
+    """Runs without the samples about a turn that they share with another one of another rate."""
+    found = list(pieces)
+    for k in range(len(found) - 1):
+        if found[k].last < found[k + 1].first:
+            continue
+        one = found[k]
+        value = drive[one.first : one.last + 1]
+        run = Drive(step_s * np.arange(value.size), value, one.excitation_hz, one.waveform)
+        inside = np.flatnonzero(run.period >= 0) if run.repeats else np.zeros(0, dtype=int)
+        last = one.first + int(inside[-1]) if inside.size else one.last
+        found[k] = dataclasses.replace(one, last=last)
+        found[k + 1] = dataclasses.replace(found[k + 1], first=max(last, found[k + 1].first))
+    return found
 
 
 def _dropped(pieces: list[Piece], size: int, step_s: float) -> list[str]:

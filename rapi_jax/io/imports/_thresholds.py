@@ -78,6 +78,18 @@ class ImportThresholds:
     period_samples: int = threshold(
         500, unit="samples a period", origin="as a fit thins; it loses nothing of the shape"
     )
+    fringe_samples: float = threshold(
+        4.0, unit="samples a fringe", origin="twice the least by Nyquist; fewer are reported"
+    )
+    fringe_noise: float = threshold(
+        0.4,
+        unit="of the fringes' amplitude",
+        origin="white noise alone leaves 2, fringes of half the sampling rate 0.5, noise of a "
+        "third of the fringes 0.3; set by trial",
+    )
+    quiet_samples: int = threshold(
+        2000, unit="samples a period", origin="of a mean period in which a drive's turns are sought"
+    )
 
 
 THRESHOLDS = ImportThresholds()

@@ -1,5 +1,7 @@
 """Which turns of the drive the laser answers in a record, and roughly when."""
 
+import dataclasses
+
 import numpy as np
 
 from rapi_jax._recording import Drive
@@ -8,6 +10,7 @@ from rapi_jax.readout._track_phase import FringeSignal, LaserTurn, find_turn, re
 from rapi_jax.readout.cavity._peaks import Regions, turn_bracket
 
 from ._drive_turns import drive_turns
+from ._hidden import is_visible, place_hidden_turns, usual_lag
 from ._thresholds import THRESHOLDS
 
 
@@ -74,29 +77,37 @@ def find_turns(
     every = drive_turns(drive, start - late, stop + early)
     inside = [(t, up) for t, up in every if t - early > start and t + late < stop]
     found: list[LaserTurn] = []
+    hidden: list[LaserTurn] = []
     fringe = (stop - start) / max(1.0, float(signal.travel[-1]))
     # Turns that the cavity brackets come first: their lag says where the others are.
     sure = [(t, up) for t, up in inside if marks.around(t - early, t + late) is not None]
     for t, up in sure + [turn for turn in inside if turn not in sure]:
         low, high = t - early, t + late
         if (t, up) not in sure and found:
-            usual = _usual_lag(found, up)
+            usual = usual_lag(found, up)
             near = 0.5 * abs(usual) + 6.0 * fringe + 0.03 * branch
             low, high = max(low, t + usual - near), min(high, t + usual + near)
         turn = _find_turn_between(signal, marks, t, up, low, high)
         if turn is None:
             notes.append(f"turn of the drive at {t:.6g} s: no turn of the laser found after it")
         else:
-            found.append(turn)
+            (found if is_visible(turn) else hidden).append(turn)
+    found += place_hidden_turns(signal, drive, found, hidden, late)
+    edge = 2.0 * float(signal.time[1] - signal.time[0])
     for t, up in every:
         if (t, up) in inside:
             continue
         low, high = max(start, t - early), min(stop, t + late)
-        expected = t + _usual_lag(found, up) if found else None
+        expected = t + usual_lag(found, up) if found else None
         if expected is not None and marks.around(low, high) is None:
             near = 0.5 * abs(expected - t) + 6.0 * fringe + 0.03 * branch
             low, high = max(low, expected - near), min(high, expected + near)
         if high <= low:
+            continue
+        # Some fringes inside the record, there is a turn: the drive had one, and others followed.
+        inner = THRESHOLDS.inner_edge * fringe
+        if expected is not None and start + inner < expected < stop - inner:
+            found.append(_turn_near(signal, drive, found, (t, up), expected, fringe, late))
             continue
         turn = _find_turn_between(signal, marks, t, up, low, high)
         if (
@@ -109,7 +120,7 @@ def find_turns(
             turn.fringe_orders is not None or turn.evidence > THRESHOLDS.edge_evidence
         ):
             found.append(turn)
-        elif expected is not None and start < expected < stop:
+        elif expected is not None and start + edge < expected < stop - edge:
             notes.append(
                 f"turn near {expected:.6g} s is too near the record's edge to fit; the frequency "
                 "beyond it is doubtful"
@@ -117,10 +128,23 @@ def find_turns(
     return sorted(found, key=lambda f: f.fit.time_s), notes
 
 
-def _usual_lag(found: list[LaserTurn], rising_after: bool) -> float:
-    """How late the laser turned elsewhere, s: in the same direction, where there are such turns."""
-    same = [turn.lag_s for turn in found if turn.rising_after == rising_after]
-    return float(np.median(same or [turn.lag_s for turn in found]))
+def _turn_near(
+    signal: FringeSignal,
+    drive: Drive,
+    found: list[LaserTurn],
+    drive_turn: tuple[float, bool],
+    expected_s: float,
+    fringe_s: float,
+    latest_s: float,
+) -> LaserTurn:
+    """The turn near a time at which others say that it is: the one seen there, or else placed."""
+    reach = THRESHOLDS.turn_scatter * fringe_s + float(np.ptp([turn.lag_s for turn in found]))
+    turn = find_turn(signal, *drive_turn, expected_s - reach, expected_s + reach)
+    if turn is not None and is_visible(turn):
+        return turn
+    blank = dataclasses.replace(found[-1], drive_s=drive_turn[0], rising_after=drive_turn[1])
+    (placed,) = place_hidden_turns(signal, drive, found, [turn or blank], latest_s)
+    return placed
 
 
 def _find_turn_between(

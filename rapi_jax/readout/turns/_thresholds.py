@@ -63,6 +63,19 @@ class TurnThresholds:
         unit="times",
         origin="by which a turn at the end of a record must explain more than none; set by trial",
     )
+    inner_edge: float = threshold(
+        4.0, unit="fringes", origin="from a record's end: what a turn's fit needs; set by trial"
+    )
+    turn_scatter: float = threshold(
+        2.0, unit="fringes", origin="by which turns are late by more or less; set by trial"
+    )
+    visible_evidence: float = threshold(
+        1.1,
+        unit="times",
+        origin="by which a turn must explain more than none to be seen: 1.00 to 1.04 where it is "
+        "at the extreme of a fringe, 1.16 or more from 0.01 of a fringe beside it; noise of up to "
+        "a tenth of the fringes",
+    )
 
 
 THRESHOLDS = TurnThresholds()

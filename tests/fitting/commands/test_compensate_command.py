@@ -97,7 +97,7 @@ def test_bias_shape_and_limits_are_followed(model, tmp_path):
         (("--span", 75, "--frequency", 10, "nan"), 3, "positive rates"),
         (("--span", 75, "--frequency", 100), 3, "V/s"),
         (("--span", 60, "--frequency", 50), 3, "identified at 10 to 40"),
-        (("--span", 120, "--frequency", 10), 3, "needs more than"),
+        (("--span", 120, "--frequency", 10), 3, "a scan of 120 GHz about"),
         (("--span", 75, "--frequency", 10, "--bias", 5.2), 3, "needs more than"),
         (("--span", 75, "--frequency", 10, "--bias", 50), 3, "does not lie within the limits"),
         (("--span", 75, "--frequency", 10, "--corner", 0.6), 3, "corner"),

@@ -259,3 +259,32 @@ def test_usage(rapi, tmp_path, name):
     code, out, err = rapi("import", "a.csv", "-o", tmp_path / "r", *arguments)
     assert (code, out) == (2, "")
     assert_one_line(err, "usage:", words)
+
+
+def fringes(folder: Path) -> Path:
+    """Two periods at 40 Hz: drive, and the fringes of 8 GHz at a delay of 24.5 ns."""
+    t = np.arange(10_000) / 200e3
+    along = 2 * np.mod(40.0 * t, 1.0)
+    folded = np.where(along < 1, along, 2 - along)
+    light = np.cos(2 * np.pi * 24.5 * 8.0 * (folded + 0.1 * folded**2) + 0.7)
+    text = MAKERS["Tektronix"][0](t, 1.0 + 4.0 * folded, light)
+    return put(folder / "fringes.csv", text)
+
+
+def test_fringes_become_optical_frequency(rapi, tmp_path):
+    read = ("--drive", "CH1", "--fringes", "CH2")
+    path, data = fringes(tmp_path), tmp_path / "r"
+    code, out, err = rapi("import", path, "-o", data, *read, "--interferometer", "40.816 MHz")
+    assert (code, err) == (0, "")
+    for word in ("optical frequency from fringes: 8.8 GHz", "a zero of its own"):
+        assert word in out
+    recording = read_recording(data)
+    assert (recording.response_unit, recording.response_origin) == ("GHz", "run")
+    assert recording.runs[0].span == pytest.approx(8.8, rel=1e-3)
+    code, _, err = rapi("import", path, *read)
+    assert code == 3 and '"40.8 MHz" (free spectral range)' in err
+    for extra in (("--response", "CH2"), ("--response-scale", "4.5"), ("--response-unit", "um")):
+        code, _, err = rapi("import", path, *read, "--interferometer", "1 m", *extra)
+        assert code == 2 and "a response is read from --fringes" in err
+    code, _, err = rapi("import", path, "--drive", "CH1", "--response", "CH2", "--cavity", "CH3")
+    assert code == 2 and "go with --fringes" in err

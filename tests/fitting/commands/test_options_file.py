@@ -74,7 +74,6 @@ def test_the_folder_itself_comes_before_the_one_around_it(recording):
         ("[fitt]\nstarts = 3\n", r"'fitt' is no table of a command. Did you mean \[fit\]\?"),
         ("starts = 3\n", "'starts' is no table of a command"),
         ("fit = 3\n", "'fit' is no table of a command"),
-        ("[batch]\nworkers = 3\n", r"\[batch\] is not read"),
         ("[fit]\nstarts = 1000\n", "starts"),
         ('[fit]\nloss = "hubre"\n', "huber"),
         ('[fit]\nrecording = "x"\n', "`recording` is the data"),
@@ -130,3 +129,34 @@ def test_the_file_is_in_the_provenance(recording):
     assert found["options_file"] == {"path": str(file), "sha256": digest}
     assert describe_options_file("rapi diagnose", options) is None
     assert describe_options_file("rapi batch --do fit", {"job": recording}) is None
+
+
+@pytest.mark.parametrize("jobs", [(".",), ("*",), ("*/run?.nc",), ("monday", "--plays", "12")])
+def test_options_of_a_batch(recording, jobs, capfd):
+    folder = recording.parent
+    (folder / "rapi.toml").write_text('[batch]\ndo = "diagnose"\nworkers = 2\nparquet = true\n')
+    call = ["batch", str(folder / jobs[0]), "-o", "out", *jobs[1:]]
+    _, bound, _ = app.parse_args(call, exit_on_error=False, print_error=False)
+    found = bound.arguments
+    assert (found["do"], found["workers"], found["parquet"]) == ("diagnose", 2, True)
+    assert found["jobs"] == (call[1], *jobs[1:])
+    call += ["--workers", "0"]
+    _, bound, _ = app.parse_args(call, exit_on_error=False, print_error=False)
+    assert bound.arguments["workers"] == 0
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("plays = 12", r"\[batch\] has no option `plays`. .* follow JOBS"),
+        ('scheduler = "tcp://10.0.0.1:8786"', "command line only: it sends the jobs"),
+        ("worker = 2", "Did you mean `workers`"),
+        ('jobs = "x"', "`jobs` is the data"),
+        ("workers = 5000", "workers"),
+    ],
+)
+def test_what_a_batch_does_not_take_from_the_file(recording, key, said):
+    (recording.parent / "rapi.toml").write_text(f"[batch]\n{key}\n")
+    with pytest.raises(CycloptsError) as caught:
+        bind(f"[batch]\n{key}\n", "batch", recording, "-o", "out")
+    assert re.search(said, " ".join(str(caught.value).split()))

@@ -80,6 +80,7 @@ def test_files_page_and_text(wider, tmp_path):
     page = (tmp_path / "report.html").read_text()
     assert "monday &lt;b&gt;" in page and "<script" not in page
     assert html.escape(wider.sentence.split(":")[0]) in page
+    assert "`" not in page and "p = &lt;" not in page and "If one parameter alone changed" in page
     assert (
         "alpha" in wider.summary()
         and repr(wider) == f"<Comparison: changed, p = {wider.p_change:.2g}>"

@@ -1,15 +1,18 @@
 """What is said of simulated recordings whose content, faults and noise are known."""
 
 import dataclasses
+import io
 import json
 
 import numpy as np
 import pytest
 from bad_input import clipped, data, good, put
+from rich.console import Console
 
 from fitting import check_recording
 from fitting.cli import app
 from fitting.commands.run import run as rapi
+from fitting.report.recording_check._terminal import render_recording_check
 from rapi_jax import Drive, Recording, Run, predict, sine, triangle
 from rapi_jax.examples import paper_device
 from rapi_jax.io import read_recording, write_recording
@@ -126,6 +129,17 @@ def test_an_unusable_run_and_a_wrong_argument():
     assert found.faults[0].kind == "unusable run" and "excitation_hz" in found.faults[0].message
     with pytest.raises(ValueError, match="Argument `recording` must be a Recording"):
         check_recording("recording")  # pyright: ignore[reportArgumentType]
+
+
+def test_tiny_charges_have_a_unit_that_reads_well():
+    recording = recorded(*wide(10.0))
+    runs = tuple(dataclasses.replace(r, response=1e-6 * r.response) for r in recording.runs)
+    charges = dataclasses.replace(recording, runs=runs, response_unit="uC")
+    text = io.StringIO()
+    Console(file=text, width=120).print(render_recording_check(check_recording(charges), "charges"))
+    head, _, units, *_ = text.getvalue().splitlines()
+    assert "response in uC; noise " in head and head.endswith(" fC rms")
+    assert units.split()[-3:-1] == ["pC", "fC"]
 
 
 def test_command_in_words_and_as_json(tmp_path, capsys):

@@ -86,7 +86,7 @@ def shown(recording) -> dict:
         "recording": (recording, ("run<1>", "40", "GHz", "2026-11-24")),
         "model": (device, ("RAPI with 10 plays and Etalon", "alpha", "Etalon.spacing")),
         "certificate": (certificate, ("The model can be inverted between 0.5 and 5.5", "20 Hz")),
-        "compensation": (made, ("Drive for a scan of 60 at 20 Hz", "exact", "can be inverted")),
+        "compensation": (made, ("Drive for a scan of 60 GHz at 20 Hz", "exact", "can be inverted")),
         "readout": (reading(), ("50 times", "20 kHz", "17 ns", "clipped & doubtful")),
         "budget": (budget(), ("3.16 um", "air", "<b>")),
     }

@@ -1,0 +1,1 @@
+"""Oscilloscope records of an interferometer's fringes, read as optical frequency."""

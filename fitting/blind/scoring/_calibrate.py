@@ -57,9 +57,14 @@ class Case:
 
     @classmethod
     def of(cls, answer: dict[str, Any], prediction: dict[str, Any]) -> "Case | None":
-        """From an answer and a prediction; `None` where there was no diagnosis."""
+        """From an answer and a prediction; `None` where there was no diagnosis.
+
+        And where an effect is smaller than need be seen, of a pair either: such as a law of
+        thresholds with scan rate in a session of one rate. What is right to say of it is not known.
+        """
         report = prediction.get("diagnosis")
-        if not report:
+        sizes = [answer["size"], *answer["alone"]] if answer["truth"] else []
+        if not report or min(sizes, default=np.inf) < THRESHOLDS.detectable:
             return None
         found = {h["name"]: h.get("closed_fraction") for h in report["hypotheses"]}
         closed = {name: value["value"] for name, value in found.items() if value}

@@ -104,6 +104,24 @@ def test_few_cases_move_little():
             assert value == pytest.approx(getattr(BY_HAND, name), rel=0.5, abs=0.5)
 
 
+@pytest.mark.parametrize(
+    "truth, size, alone, counts",
+    [
+        ([], 0.0, [], True),
+        (["creep"], 5.0, [5.0], True),
+        (["rate_law"], 0.3, [0.3], False),  # one rate
+        (["delay", "rate_law"], 8.0, [8.0, 0.3], False),
+        (["delay", "rate_law"], 8.0, [6.0, 4.0], True),
+    ],
+)
+def test_what_cannot_be_seen_calibrates_nothing(truth, size, alone, counts):
+    answer = {"truth": truth, "size": size, "alone": alone, "kind": "listed" if truth else "null"}
+    report = {"hypotheses": [], "evidence": evidence(40.0, creep=1.0).to_dict()}
+    case = Case.of(answer, {"diagnosis": report})
+    assert (case is not None) == counts
+    assert Case.of(answer, {}) is None
+
+
 def test_no_cases_are_refused():
     with pytest.raises(ValueError, match="at least one"):
         fit_calibration([], BY_HAND, "none")

@@ -22,6 +22,8 @@ def refine_guesses(
     best one does are left as they are. `marginal`: see `FlexibleBase.marginal`.
     """
     without = marginal.evaluate(state.values, state.effects)
+    if state.effects:  # their own refit beside that base is not another effect's doing
+        without = marginal.minimise(without, THRESHOLDS.refined_steps)
     best = {name: max(each, key=lambda one: one.flexible_score) for name, each in guesses.items()}
     most = max((one.flexible_score for one in best.values()), default=0.0)
     least = max(THRESHOLDS.refined_share * most, THRESHOLDS.screened_chance)

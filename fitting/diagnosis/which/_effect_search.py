@@ -18,7 +18,7 @@ from ._effect_refit import (
     refit_without_hysteresis,
     short_refit,
 )
-from ._excess import is_competitive, least_score, reduces_nonsynchronous
+from ._excess import is_competitive, is_unexplained, least_score, reduces_nonsynchronous
 from ._flexible_refit import refit_on_flexible_base
 from ._thresholds import THRESHOLDS
 from .screening._base_remainder import BaseRemainder, orthonormal_basis
@@ -67,7 +67,11 @@ def search_one_effect(
 def _screen_all(
     refits: tuple[Refit, Refit], start: Candidate, guesses: InitialGuesses
 ) -> ScreenedEffects:
-    """Every guess beside `start`, by what the base and a density of plays about it leave."""
+    """Every guess beside `start`, by what the base and a density of plays about it leave.
+
+    Where a density explains all that the operator does not, it may be another hysteresis or a law
+    of thresholds that another hysteresis can stand in for: scores do not tell.
+    """
     (refit, free), state = refits, start.eta_fixed
     basis = orthonormal_basis(refit.jacobian_base(state))
     flexible = FlexibleBase.about(free, start.on_base)
@@ -77,8 +81,11 @@ def _screen_all(
     measured = refit.whitener.spectrum.measured
     if measured:
         found = refine_guesses(flexible.marginal, start.on_base, found)
-    least = least_score(remainder) if start.effects else THRESHOLDS.screened_chance
-    return ScreenedEffects(found, telling=measured, least=least)
+    if start.effects:
+        return ScreenedEffects(found, telling=measured, least=least_score(remainder))
+    beyond = max((one.flexible_score for each in found.values() for one in each), default=0.0)
+    telling = measured and (beyond > THRESHOLDS.chance_fall or not is_unexplained(start.on_base))
+    return ScreenedEffects(found, telling=telling, least=THRESHOLDS.screened_chance)
 
 
 def _refit_from_flexible(refit: Refit, on_base: State, flexible: State) -> State:

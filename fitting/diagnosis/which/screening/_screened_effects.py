@@ -17,7 +17,8 @@ class ScreenedEffects:
     A base that misfits gives large scores to what stands in for another hysteresis; the flexible
     base takes that away. So scores beyond it decide, but for effects that it could take up as well:
     of those it cannot tell. `telling`: whether the flexible base tells anything; where noise is not
-    known every effect is promising, and none leads. `least`: the least score beyond it that counts.
+    known, or it explains all, every effect is promising, and none leads. `least`: the least score
+    beyond it that counts.
     """
 
     guesses: dict[str, list[Screened]]

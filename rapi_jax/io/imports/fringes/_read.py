@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 from jaxtyping import Float
-from scipy import ndimage
 
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Drive, Run
@@ -67,6 +66,8 @@ def quiet_drive(drive: Drive) -> Drive:
     bins = min(THRESHOLDS.quiet_samples, int(each / 2))
     if bins < 64:
         width = max(1, drive.size // (2 * THRESHOLDS.quiet_samples))
+        from scipy import ndimage  # what a first fit would wait for
+
         value = ndimage.uniform_filter1d(drive.value, width, mode="nearest")
         return dataclasses.replace(drive, value=value)
     place = np.floor(drive.time * drive.rate * bins + 0.5).astype(int) % bins

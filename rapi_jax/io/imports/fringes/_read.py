@@ -1,6 +1,7 @@
 """Optical frequency of one run from its fringes, and what is to be said of the reading."""
 
 import dataclasses
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
@@ -8,9 +9,11 @@ from jaxtyping import Float
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Drive, Run
 from rapi_jax.io.imports._thresholds import THRESHOLDS
-from rapi_jax.readout import Fringes, Readout, read_fringes
 
 from ._optics import cavity_spacing_ghz, interferometer_delay_s
+
+if TYPE_CHECKING:
+    from rapi_jax.readout import Readout
 
 Samples = Float[np.ndarray, " samples"]
 
@@ -41,6 +44,8 @@ def read_fringe_run(
 
     Raises `DataError` where there are no fringes to read.
     """
+    from rapi_jax.readout import Fringes, read_fringes  # loads SciPy, which a first fit does not
+
     fringes = Fringes(
         light, cavity, 1.0 / drive.step_s, delay_s=optics.delay_s, fsr_ghz=optics.fsr_ghz
     )
@@ -66,7 +71,7 @@ def quiet_drive(drive: Drive) -> Drive:
     bins = min(THRESHOLDS.quiet_samples, int(each / 2))
     if bins < 64:
         width = max(1, drive.size // (2 * THRESHOLDS.quiet_samples))
-        from scipy import ndimage  # what a first fit would wait for
+        from scipy import ndimage
 
         value = ndimage.uniform_filter1d(drive.value, width, mode="nearest")
         return dataclasses.replace(drive, value=value)
@@ -90,7 +95,7 @@ def check_fringes(label: str, what: str, column: Samples) -> None:
         )
 
 
-def _undersampled(readout: Readout, drive: Drive) -> list[str]:
+def _undersampled(readout: "Readout", drive: Drive) -> list[str]:
     slope = np.abs(np.diff(readout.frequency)) / np.diff(readout.time)
     fast = float(np.quantile(slope, 0.99)) * readout.delay_s * 1e9  # fringes a second
     each = 1.0 / (fast * drive.step_s)
@@ -102,7 +107,7 @@ def _undersampled(readout: Readout, drive: Drive) -> list[str]:
     ]
 
 
-def _describe(readout: Readout) -> str:
+def _describe(readout: "Readout") -> str:
     span, error = np.ptp(readout.frequency), 1e3 * np.median(readout.stderr)
     text = (
         f"optical frequency from fringes: {span:.4g} GHz, {len(readout.turns)} turn(s) of the "

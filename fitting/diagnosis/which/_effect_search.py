@@ -42,7 +42,7 @@ def search_one_effect(
     `refits`: with `eta` held, and with all of the operator free. `none`: the base's own effects.
     """
     eta_fixed, free = refits
-    screened = _screen_all(refits, start, guesses)
+    screened = _screen_all(refits, start, guesses, progress)
     short = _refit_short(eta_fixed, start, screened, progress)
     short += _refit_without_hysteresis(eta_fixed, start, guesses, screened)
     progress("the best of them")
@@ -65,7 +65,7 @@ def search_one_effect(
 
 
 def _screen_all(
-    refits: tuple[Refit, Refit], start: Candidate, guesses: InitialGuesses
+    refits: tuple[Refit, Refit], start: Candidate, guesses: InitialGuesses, progress: Progress
 ) -> ScreenedEffects:
     """Every guess beside `start`, by what the base and a density of plays about it leave.
 
@@ -76,7 +76,10 @@ def _screen_all(
     basis = orthonormal_basis(refit.jacobian_base(state))
     flexible = FlexibleBase.about(free, start.on_base)
     remainder = BaseRemainder.beyond_density(start.on_base, flexible.covariance)
-    found = {n: screen_effect(refit, state, g, basis, remainder) for n, g in guesses.items()}
+    found = {}
+    for name, grid in guesses.items():
+        progress(name)
+        found[name] = screen_effect(refit, state, grid, basis, remainder)
     found = {name: each for name, each in found.items() if each}
     measured = refit.whitener.spectrum.measured
     if measured:

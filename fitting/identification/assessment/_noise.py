@@ -66,10 +66,16 @@ def _between_periods(
     place = np.floor((cycles % 1.0) * phases + 1e-6).astype(int) % phases
     period = np.floor(cycles + 1e-9).astype(int)
     period -= period.min()
-    level = np.bincount(period, error) / np.maximum(np.bincount(period), 1)
-    error = error - level[period]  # a drifting origin is no noise
     count = np.bincount(place, minlength=phases)
-    mean = np.bincount(place, error, minlength=phases) / np.maximum(count, 1)
+
+    def by_phase(values: np.ndarray) -> np.ndarray:
+        return np.bincount(place, values, minlength=phases) / np.maximum(count, 1)
+
+    # A drifting origin is no noise. Of a period that is broken, its mean alone is no origin.
+    off = error - by_phase(error)[place]
+    level = np.bincount(period, off) / np.maximum(np.bincount(period), 1)
+    error = error - level[period]
+    mean = by_phase(error)
     twice = count > 1
     left = float((count[twice] - 1).sum())
     if not left:

@@ -77,6 +77,18 @@ def test_numbers_of_a_run_are_those_it_was_made_with():
     assert run.noise_from == "periods" and run.holds == 0
 
 
+@pytest.mark.parametrize("begin", [1, 100, 250, 399])
+def test_a_period_that_is_broken_is_no_noise(begin):
+    """A record that begins anywhere: its broken periods have another mean, and the same noise."""
+    (drive,) = wide(10, periods=6)
+    (run,) = recorded(drive, noise=0.05).runs
+    time, value = drive.time[:1600], drive.value[begin : begin + 1600]
+    cut = Drive(time, value, drive.excitation_hz, drive.waveform)
+    recording = Recording.of([cut], [run.response[begin : begin + 1600]])
+    (found,) = check_recording(recording).runs
+    np.testing.assert_allclose(found.noise, 0.05, rtol=0.1)
+
+
 def test_noise_of_a_measured_drive_is_none_of_the_reading():
     recording = recorded(*wide(10), noise=0.05)
     run = recording.runs[0]

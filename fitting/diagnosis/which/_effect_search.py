@@ -74,15 +74,20 @@ def _screen_all(
     """
     (refit, free), state = refits, start.eta_fixed
     basis = orthonormal_basis(refit.jacobian_base(state))
-    flexible = FlexibleBase.about(free, start.on_base)
-    remainder = BaseRemainder.beyond_density(start.on_base, flexible.covariance)
+    measured = refit.whitener.spectrum.measured
+    flexible = FlexibleBase.about(free, start.on_base) if measured else None
+    if flexible is None:  # its density has no scale, and takes up the lag of a servo
+        there = start.on_flexible_base
+        columns = orthonormal_basis(start.flexible_refit.jacobian_base(there))
+        remainder = BaseRemainder.beyond_tangent(there, columns)
+    else:
+        remainder = BaseRemainder.beyond_density(start.on_base, flexible.covariance)
     found = {}
     for name, grid in guesses.items():
         progress(name)
         found[name] = screen_effect(refit, state, grid, basis, remainder)
     found = {name: each for name, each in found.items() if each}
-    measured = refit.whitener.spectrum.measured
-    if measured:
+    if flexible is not None:
         found = refine_guesses(flexible.marginal, start.on_base, found)
     if start.effects:
         return ScreenedEffects(found, telling=measured, least=least_score(remainder))

@@ -15,14 +15,14 @@ class HowFarThresholds:
     refit_steps: int = threshold(
         6,
         unit="steps from one Jacobian",
-        origin="3 simulated devices with and without misfit: 40 instead take three times as long "
-        "and move determined parts' closed fractions by up to 0.1",
+        origin="2 simulated devices: 40 instead take 1.1 and 3.3 times as long and move closed "
+        "fractions of determined parts by up to 0.12",
     )
     refit_jacobians: int = threshold(
         4,
         unit="Jacobians",
         origin="as above: closed fractions then are those of 40 steps, each with a Jacobian of its "
-        "own, to 0.01 to 0.1; 1 stays near the refit to all data",
+        "own, to 0.01 where they are 0.97 or more, else to 0.07",
     )
     refit_tolerance: float = threshold(
         1e-4, unit="of the excess", origin="as above; two smaller falls in a row end a refit"

@@ -85,7 +85,7 @@ class WhichThresholds:
         0.01,
         unit="of the best score",
         origin="guesses below it are not refitted with the base integrated out; an amplitude law "
-        "rose from 4 % of a pickup's to 70 %, a quantisation from 20 % of one to 180 %",
+        "rose from below 4 % of a pickup's to 67 %, a quantisation from 20 % of one to 180 %",
     )
     refined_steps: int = threshold(
         4, unit="steps", origin="of an effect's few parameters, from its best guess"

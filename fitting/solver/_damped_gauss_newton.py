@@ -33,22 +33,29 @@ class Linearisation:
     """The normal equations at one state.
 
     `step(damping)` solves them. `uses_secants`: whether a narrower secant would give others.
+    `decrease(step)`: of the cost, as they foresee it; where it is not given all steps are tried.
     """
 
     step: Callable[[float], np.ndarray]
     uses_secants: bool = False
+    decrease: Callable[[np.ndarray], float] = lambda step: np.inf
 
 
 @dataclasses.dataclass(frozen=True)
 class StoppingRule:
     """When a decrease of the cost ends the iteration; both are called with (decrease, cost).
 
-    `negligible` ends it at once, `slow` when true of `slow_steps` in a row.
+    `negligible` ends it at once, `slow` when true of `slow_steps` in a row. A step of which no more
+    than that is foreseen is not tried.
     """
 
     negligible: Callable[[float, float], bool]
     slow: Callable[[float, float], bool] = lambda decrease, cost: False
     slow_steps: int = 2
+
+    def is_idle(self, foreseen: float, cost: float) -> bool:
+        """Whether a step with that decrease is not worth trying."""
+        return self.negligible(foreseen, cost) or self.slow(foreseen, cost)
 
 
 def minimise_damped(
@@ -77,11 +84,14 @@ def minimise_damped(
         equations = linearise(state, width)
         for _ in range(damping.attempts):
             step = equations.step(level)
+            if stop.is_idle(equations.decrease(step), lowest):  # more damping foresees even less
+                trial, reached = state, np.inf
+                break
             trial, reached = _shortened(step, (1.0, *damping.shares), state, move, cost, lowest)
             if reached < lowest:
                 break
             level = min(level * damping.increase, damping.largest)
-        else:
+        if not reached < lowest:
             if width <= narrow_secant or not equations.uses_secants:
                 return state
             level, width = damping.initial, narrow_secant

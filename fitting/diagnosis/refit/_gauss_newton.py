@@ -204,7 +204,7 @@ class Refit:
                 increase=limits.damping_growth,
                 smallest=limits.least_damping,
                 largest=limits.greatest_damping,
-                attempts=limits.damping_trials,
+                attempts=limits.damping_trials if jacobian is None else limits.kept_trials,
                 shares=limits.shorter_steps,
             ),
             stop=StoppingRule(
@@ -283,4 +283,7 @@ def _damped_equations(
         move = -np.linalg.solve(damped, np.where(alive, gradient / unit, 0.0)) / unit
         return np.where(alive, move, 0.0)
 
-    return Linearisation(step, uses_secants)
+    def decrease(step: np.ndarray) -> float:
+        return float(-step @ (2.0 * gradient + matrix @ step))
+
+    return Linearisation(step, uses_secants, decrease)

@@ -8,6 +8,7 @@ import numpy as np
 
 from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
 from fitting.diagnosis.refit._gauss_newton import Refit, State
+from rapi_jax.effects import AbstractLawEffect
 
 from ._candidate import Candidate, added_effects, hypothesis_name
 from ._effect_refit import (
@@ -69,8 +70,8 @@ def _screen_all(
 ) -> ScreenedEffects:
     """Every guess beside `start`, by what the base and a density of plays about it leave.
 
-    Where a density explains all that the operator does not, it may be another hysteresis or a law
-    of thresholds that another hysteresis can stand in for: scores do not tell.
+    Where a density explains all that the operator does not, it may be another hysteresis, or an
+    effect that changes the hysteresis: of these no score tells.
     """
     (refit, free), state = refits, start.eta_fixed
     basis = orthonormal_basis(refit.jacobian_base(state))
@@ -92,8 +93,14 @@ def _screen_all(
     if start.effects:
         return ScreenedEffects(found, telling=measured, least=least_score(remainder))
     beyond = max((one.flexible_score for each in found.values() for one in each), default=0.0)
-    telling = measured and (beyond > THRESHOLDS.chance_fall or not is_unexplained(start.on_base))
-    return ScreenedEffects(found, telling=telling, least=THRESHOLDS.screened_chance)
+    taken_up = beyond <= THRESHOLDS.chance_fall and is_unexplained(start.on_base)
+    laws = {name for name, each in found.items() if isinstance(each[0].effect, AbstractLawEffect)}
+    return ScreenedEffects(
+        found,
+        telling=measured,
+        least=THRESHOLDS.screened_chance,
+        in_any_case=frozenset(laws if taken_up else ()),
+    )
 
 
 def _refit_from_flexible(refit: Refit, on_base: State, flexible: State) -> State:

@@ -17,13 +17,14 @@ class ScreenedEffects:
     A base that misfits gives large scores to what stands in for another hysteresis; the flexible
     base takes that away. So scores beyond it decide, but for effects that it could take up as well:
     of those it cannot tell. `telling`: whether the flexible base tells anything; where noise is not
-    known, or it explains all, every effect is promising, and none leads. `least`: the least score
-    beyond it that counts.
+    known every effect is promising, and none leads. `least`: the least score beyond it that counts.
+    `in_any_case`: effects that are promising whatever their scores.
     """
 
     guesses: dict[str, list[Screened]]
     telling: bool = True
     least: float = 0.0
+    in_any_case: frozenset[str] = frozenset()
 
     @cached_property
     def promising(self) -> dict[str, list[Screened]]:
@@ -36,7 +37,7 @@ class ScreenedEffects:
         share = THRESHOLDS.screened_fall
         kept = self._near_best(lambda one: one.flexible_score, share, self.least)
         near = self._near_best(lambda one: one.score, share, self.least)
-        kept |= {name for name in near if self._is_taken_up(name)}
+        kept |= {name for name in near if self._is_taken_up(name)} | self.in_any_case
         return {name: each for name, each in self.guesses.items() if name in kept}
 
     @cached_property

@@ -53,6 +53,13 @@ def test_where_noise_is_unknown_a_flexible_base_tells_nothing():
     assert not found.leading_on_flexible_base
 
 
+def test_an_effect_that_no_score_tells_of_is_refitted_in_any_case():
+    guesses = {"large": screened((1e3, 5e3)), "law": screened((0.0, 0.0))}
+    assert list(ScreenedEffects(guesses).promising) == ["large"]
+    found = ScreenedEffects(guesses, in_any_case=frozenset({"law"}))
+    assert found.promising == guesses and found.leading_on_flexible_base == {"large"}
+
+
 def test_a_second_effect_must_explain_enough():
     guesses = {"large": screened((1e6, 10.0)), "beyond": screened((0.0, 4e3))}
     assert list(ScreenedEffects(guesses, least=100.0).promising) == ["beyond"]

@@ -6,6 +6,7 @@ run that does not repeat is one row, with nothing to distinguish noise from erro
 """
 
 import dataclasses
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -56,7 +57,18 @@ class PeriodBlock:
         self, row: Float[np.ndarray, "*more time"]
     ) -> Float[np.ndarray, "*more periods phases"]:
         """A row of `Batch` read at this run's periods and phases."""
+        if self._on_samples:
+            return row[..., self.left]
         return (1.0 - self.fraction) * row[..., self.left] + self.fraction * row[..., self.right]
+
+    @cached_property
+    def _on_samples(self) -> bool:
+        return not self.fraction.any()
+
+    @cached_property
+    def has_masked(self) -> bool:
+        """Whether a reading is masked."""
+        return not self.use.all()
 
 
 def decimate(recording: Recording) -> Recording:

@@ -1,6 +1,7 @@
 """Whitening: errors divided by the noise spectrum, split into scan-synchronous and not, exactly."""
 
 import copy
+import dataclasses
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
@@ -29,12 +30,24 @@ class Whitener:
         self.blocks, self.spectrum = blocks, spectrum
         self.misfit: MisfitCovariance | None = None
         self.lines = [SpectralLines.of(b) for b in blocks]
-        self._scale = [
-            np.sqrt(lines.multiplicity / spectrum.of_lines(lines)) for lines in self.lines
-        ]
-        for k, scale in enumerate(self._scale):
+        scales = [np.sqrt(lines.multiplicity / spectrum.of_lines(lines)) for lines in self.lines]
+        for k, scale in enumerate(scales):
             scale[0] *= not own_origin
             scale *= use is None or bool(use[k])
+        multiplicity = [lines.multiplicity for lines in self.lines]
+        repeating = [lines.synchronous for lines in self.lines]
+        others = [
+            ~on if block.periods > 1 else np.zeros_like(on)
+            for on, block in zip(repeating, blocks, strict=True)
+        ]
+        self._synchronous = _RealLines.of(scales, multiplicity, repeating)
+        self._nonsynchronous = _RealLines.of(scales, multiplicity, others)
+        mean = [np.sqrt(block.periods) * scale for block, scale in zip(blocks, scales, strict=True)]
+        once = [
+            [part[on] for part, on in zip(parts, repeating, strict=True)]
+            for parts in (mean, multiplicity, repeating)
+        ]
+        self._mean_period = _RealLines.of(*once)
 
     def with_misfit(self, misfit: MisfitCovariance) -> "Whitener":
         """The same, where synchronous errors have this covariance beyond that of noise."""
@@ -57,32 +70,15 @@ class Whitener:
         self, values: list[Float[np.ndarray, "*more _ _"]]
     ) -> tuple[Float[np.ndarray, "*more synchronous"], Float[np.ndarray, "*more nonsynchronous"]]:
         """Synchronous and non-synchronous part of values of each run, "periods phases"."""
-        synchronous, nonsynchronous = [], [np.zeros((*values[0].shape[:-2], 0))]
-        for value, lines, scale, block in zip(
-            values, self.lines, self._scale, self.blocks, strict=True
-        ):
-            line = to_lines(value) * scale
-            on = lines.synchronous
-            synchronous.append(_to_real(line[..., on], lines.multiplicity[on]))
-            if block.periods > 1:
-                nonsynchronous.append(_to_real(line[..., ~on], lines.multiplicity[~on]))
-        return (
-            self._whiten_misfit(np.concatenate(synchronous, axis=-1)),
-            np.concatenate(nonsynchronous, axis=-1),
-        )
+        lines = np.concatenate([to_lines(value) for value in values], axis=-1)
+        return self._whiten_misfit(self._synchronous(lines)), self._nonsynchronous(lines)
 
     def whiten_mean_period(
         self, periods: list[Float[np.ndarray, "*more 1 _"]]
     ) -> Float[np.ndarray, "*more synchronous"]:
         """The synchronous part of values over one period, "1 phases", all periods being alike."""
-        parts = []
-        for values, lines, scale, block in zip(
-            periods, self.lines, self._scale, self.blocks, strict=True
-        ):
-            line = to_lines(values) * np.sqrt(block.periods)
-            on = lines.synchronous
-            parts.append(_to_real(line * scale[on], lines.multiplicity[on]))
-        return self._whiten_misfit(np.concatenate(parts, axis=-1))
+        lines = np.concatenate([to_lines(values) for values in periods], axis=-1)
+        return self._whiten_misfit(self._mean_period(lines))
 
     def _whiten_misfit(
         self, synchronous: Float[np.ndarray, "*more synchronous"]
@@ -90,8 +86,36 @@ class Whitener:
         return synchronous if self.misfit is None else self.misfit.whiten(synchronous)
 
 
-def _to_real(
-    line: Complex[np.ndarray, "*more lines"], multiplicity: Float[np.ndarray, " lines"]
-) -> Float[np.ndarray, "*more _"]:
-    """Real parts, then the imaginary parts of lines that have one."""
-    return np.concatenate([np.real(line), np.imag(line[..., multiplicity == 2])], axis=-1)
+@dataclasses.dataclass(frozen=True, eq=False)
+class _RealLines:
+    """Real and imaginary parts of some lines of all runs, in units of their noise.
+
+    Run after run: the real parts, then the imaginary parts of lines that have one. `place`: of each
+    among the real and imaginary parts of all lines in turn.
+    """
+
+    place: Int[np.ndarray, " parts"]
+    scale: Float[np.ndarray, " parts"]
+
+    @classmethod
+    def of(
+        cls,
+        scales: list[Float[np.ndarray, " _"]],
+        multiplicity: list[Float[np.ndarray, " _"]],
+        picked: list[Bool[np.ndarray, " _"]],
+    ) -> "_RealLines":
+        """Those `picked` of the lines of each run."""
+        places, factors, begin = [], [], 0
+        for scale, parts, on in zip(scales, multiplicity, picked, strict=True):
+            at = np.flatnonzero(on)
+            both = at[parts[at] == 2]
+            places += [2 * (begin + at), 2 * (begin + both) + 1]
+            factors += [scale[at], scale[both]]
+            begin += scale.size
+        return cls(np.concatenate(places), np.concatenate(factors))
+
+    def __call__(
+        self, lines: Complex[np.ndarray, "*more lines"]
+    ) -> Float[np.ndarray, "*more parts"]:
+        """Those of `lines`, of all runs one after the other."""
+        return np.ascontiguousarray(lines).view(float)[..., self.place] * self.scale

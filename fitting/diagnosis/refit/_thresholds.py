@@ -46,9 +46,9 @@ class RefitThresholds:
     kept_trials: int = threshold(
         2,
         unit="trials",
-        origin="the same from a Jacobian that was kept: where they fail a new one is worth more. Of "
-        "the evaluations of 4 diagnoses 270 to 1270 were failed trials of this kind with 9, a "
-        "third to two thirds of all",
+        origin="the same from a Jacobian that was kept: where they fail a new one is worth more. "
+        "With 9, 270 to 1270 evaluations of a diagnosis were failed trials of this kind: of four "
+        "a tenth to two thirds of all",
     )
     shorter_steps: tuple[float, ...] = threshold(
         (0.3, 0.1),

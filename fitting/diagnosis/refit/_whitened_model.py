@@ -223,7 +223,9 @@ class WhitenedModel:
         rows, jumps = self._rows(effects, operator_response)
         out, price = [], 0.0
         for k, block in enumerate(self.blocks) if blocks is None else blocks:
-            error = (block.interpolate(rows[k]) - block.data) * block.use
+            error = block.interpolate(rows[k]) - block.data
+            if block.has_masked:
+                error *= block.use
             if jumps:
                 variance = whitener.spectrum.mean_variance(SpectralLines.of(block))
                 error, paid = match_jump_timing(error, [j[k] for j in jumps], block, variance)

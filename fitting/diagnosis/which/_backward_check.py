@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.diagnosis.refit._gauss_newton import Refit
+from fitting.diagnosis.refit._gauss_newton import Refit, State
 
 from ._candidate import Candidate, added_effects
 from ._effect_refit import free_eta, refit_beside_jumps
@@ -36,7 +36,7 @@ def check_backward(
     for pair in standing.values():
         if not _is_supported(pair, alone):  # one alone from another pair's end was enough
             continue
-        for single in _refit_members(refits, none, pair):
+        for single in _refit_members(refits, none, pair, alone):
             known = alone.get(single.name)
             if single.cost < (none if known is None else known).cost:
                 alone[single.name] = single
@@ -45,9 +45,15 @@ def check_backward(
 
 
 def _refit_members(
-    refits: tuple[Refit, Refit], none: Candidate, pair: Candidate
+    refits: tuple[Refit, Refit],
+    none: Candidate,
+    pair: Candidate,
+    singles: dict[str, Candidate],
 ) -> list[Candidate]:
-    """Each effect of `pair` alone, from the pair's end."""
+    """Each effect of `pair` alone, from the pair's end, unless it would leave far more there too.
+
+    `singles`: as they were refitted before, by name.
+    """
     eta_fixed, free = refits
     own = none.on_base.effects
     out = []
@@ -57,7 +63,14 @@ def _refit_members(
         start = eta_fixed.evaluate(pair.eta_fixed.values, kept)
         if not np.isfinite(start.cost):
             continue
-        state = refit_beside_jumps(eta_fixed, start, THRESHOLDS.full_steps)
+        state = refit_beside_jumps(eta_fixed, start, THRESHOLDS.short_steps)
+        known = singles.get(member.name)
+        if known is not None and (
+            _is_far_above(state, pair.eta_fixed)
+            and _is_far_above(known.on_flexible_base, pair.on_flexible_base)
+        ):
+            continue
+        state = refit_beside_jumps(eta_fixed, state, THRESHOLDS.full_steps)
         on_base = free_eta(free, state)
         without = (none.flexible_refit, none.on_flexible_base)
         flexible_refit, flexible = refit_on_flexible_base(free, on_base, without)
@@ -72,6 +85,12 @@ def _refit_members(
         fraction = pair.unabsorbed_fraction
         out.append(Candidate(effects, state, on_base, flexible, flexible_refit, fraction))
     return out
+
+
+def _is_far_above(single: State, pair: State) -> bool:
+    """Whether an effect alone leaves so much more than the pair that no other minimum is near."""
+    lines = pair.errors.synchronous.size + pair.errors.nonsynchronous.size
+    return excess(single) > THRESHOLDS.far_above * max(excess(pair), float(lines))
 
 
 def _is_supported(pair: Candidate, singles: dict[str, Candidate]) -> bool:

@@ -11,15 +11,21 @@ from fitting.diagnosis.refit._gauss_newton import Refit, State
 from rapi_jax import parameters
 
 from ._candidate import insert_effect
+from ._excess import is_competitive
 from ._thresholds import THRESHOLDS
 from .jumps._jump_search import search_jump_parameters
 from .jumps._jump_segmentation import refit_at_segmented_jumps
 from .screening._screen import Screened
 
 
-def short_refit(refit: Refit, state: State, screened: list[Screened]) -> State | None:
-    """The best of a few steps from each of an effect's most promising guesses."""
-    return _refit_guesses(refit, state, screened, THRESHOLDS.short_steps)
+def short_refit(
+    refit: Refit, state: State, screened: list[Screened], best: State | None = None
+) -> State | None:
+    """The best of a few steps from each of an effect's most promising guesses.
+
+    `best`: of another effect; beside it an effect whose first guess explains far less has no other.
+    """
+    return _refit_guesses(refit, state, screened, THRESHOLDS.short_steps, best)
 
 
 def full_refit(refit: Refit, start: State, cost_without: float) -> State:
@@ -84,7 +90,11 @@ def refit_beside_jumps(
 
 
 def _refit_guesses(
-    refit: Refit, state: State, screened: list[Screened], steps: int
+    refit: Refit,
+    state: State,
+    screened: list[Screened],
+    steps: int,
+    best: State | None = None,
 ) -> State | None:
     if not screened:  # with as many values as the data hold, no effect leaves anything to see
         return None
@@ -97,6 +107,9 @@ def _refit_guesses(
         if not type(one.effect).smooth:  # the grid found the jump; the base has not adapted to it
             start = _refit_base_and_size(refit, start, long_steps)
         refitted.append(refit.minimise(start, steps))
+        share = THRESHOLDS.full_refit_fall
+        if best is not None and not is_competitive(refitted[-1], best, state, share):
+            break
     if not refitted:
         return None
     # Beside a base that is far off, its misfit acts as noise on the synchronous part: weigh it so.
@@ -132,23 +145,20 @@ def _refit_base_and_size(
 
 
 def _distinct_guesses(screened: list[Screened]) -> list[Screened]:
-    """The best few by the score on the base, the best by the score on the flexible base.
+    """The best by the score on the flexible base, and the best few by the score on the base.
 
     And the one that leaves least as it stands: where an effect is far from linear in its
     parameters, a guess whose signature points the right way may be too far off to converge.
     Guesses with parallel signatures count once: else a few slow lags of creep would be all that is
-    tried.
+    tried. Beside a guess that was refitted on the flexible base one is enough.
     """
+    few = 1 if any(one.refined for one in screened) else THRESHOLDS.refitted_guesses
     best: list[Screened] = []
     for one in screened:
-        if len(best) == THRESHOLDS.refitted_guesses:
+        if len(best) == few:
             break
         if not any(one.is_parallel(other) for other in best):
             best.append(one)
-    for one in (
-        max(screened, key=lambda guess: guess.flexible_score),
-        min(screened, key=lambda guess: guess.cost),
-    ):
-        if all(one is not other for other in best):
-            best = [*best, one]
-    return best
+    first = max(screened, key=lambda guess: guess.flexible_score)
+    found = [first, *best, min(screened, key=lambda guess: guess.cost)]
+    return [one for k, one in enumerate(found) if all(one is not other for other in found[:k])]

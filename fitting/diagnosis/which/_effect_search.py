@@ -24,7 +24,7 @@ from ._flexible_refit import refit_on_flexible_base
 from ._thresholds import THRESHOLDS
 from .screening._base_remainder import BaseRemainder, orthonormal_basis
 from .screening._marginal_refit import refine_guesses
-from .screening._screen import InitialGuesses, screen_effect
+from .screening._screen import InitialGuesses, Screened, screen_effect
 from .screening._screened_effects import ScreenedEffects
 
 Progress = Callable[[str], None]
@@ -108,22 +108,30 @@ def _refit_from_flexible(refit: Refit, on_base: State, flexible: State) -> State
     start = refit.evaluate(on_base.values, flexible.effects)
     if not np.isfinite(start.cost):
         return on_base
-    return min(
-        on_base, refit_beside_jumps(refit, start, THRESHOLDS.full_steps), key=lambda s: s.cost
-    )
+    found = refit_beside_jumps(refit, start, THRESHOLDS.short_steps)
+    if found.cost < on_base.cost:  # else it ends where the other did
+        found = refit_beside_jumps(refit, found, THRESHOLDS.full_steps)
+    return min(on_base, found, key=lambda s: s.cost)
 
 
 def _refit_short(
     refit: Refit, start: Candidate, screened: ScreenedEffects, progress: Progress
 ) -> list[_Refitted]:
-    """Short refits of the promising effects."""
+    """Short refits of the promising effects, those first that explain most beyond the base."""
     out: list[_Refitted] = []
-    for name, each in screened.promising.items():
+    best: State | None = None
+    for name, each in sorted(screened.promising.items(), key=_most_explained, reverse=True):
         progress(name)
-        found = short_refit(refit, start.eta_fixed, each)
+        rival = None if name in screened.leading_on_flexible_base else best
+        found = short_refit(refit, start.eta_fixed, each, rival)
         if found is not None:
             out.append((found, each[0].unabsorbed_fraction))
+            best = found if best is None else min(best, found, key=lambda end: end.cost)
     return out
+
+
+def _most_explained(item: tuple[str, list[Screened]]) -> float:
+    return max(one.flexible_score for one in item[1])
 
 
 def _refit_without_hysteresis(

@@ -72,9 +72,9 @@ class WhichThresholds:
         0.15,
         unit="of the best score",
         origin="effects below it beyond the flexible base are not refitted. Of 107 simulated "
-        "devices with one effect it had 0.7 or more of the best score in 102 and 0.16 in one; three "
-        "rate laws score nothing, an amplitude law 0.02 before its guess was refitted. A half: 0.6 "
-        "refits more a device, double: one effect is missed",
+        "devices with one effect it had 0.7 or more of the best score in 102 and 0.16 in one; "
+        "three rate laws score nothing, an amplitude law 0.02 before its guess was refitted. A "
+        "half: 0.6 refits more a device, double: one effect is missed",
     )
 
     screened_chance: float = threshold(
@@ -236,6 +236,11 @@ class WhichThresholds:
         unit="of the single effect's excess",
         origin="a tenth of `pair_gain`: the grid of a quantisation that explains nearly all finds "
         "0.07 of it beside a resonance",
+    )
+    far_above: float = threshold(
+        10.0,
+        unit="of the pair's excess, or of the number of lines",
+        origin="five times what `pair_gain` asks: from there an effect alone is not refitted again",
     )
     pair_base_gain: float = threshold(
         0.3, unit="of the gain on the flexible base", origin=f"{_TRIAL}; least gain on the base"

@@ -48,4 +48,4 @@ def _refit(marginal: Refit, without: State, one: Screened) -> Screened | None:
         return None
     known = {effect.name for effect in without.effects}
     (effect,) = (e for e in end.effects if e.name not in known)
-    return dataclasses.replace(one, effect=effect, flexible_score=float(fall))
+    return dataclasses.replace(one, effect=effect, flexible_score=float(fall), refined=True)

@@ -28,6 +28,7 @@ class Screened:
       signature's.
     - `cost`: chi-square with the guess as it stands, the base's Jacobian projected out.
     - `direction`: the signature beyond the base's Jacobian, of unit length.
+    - `refined`: whether it was refitted with the flexible base integrated out.
     """
 
     effect: AbstractEffect
@@ -37,6 +38,7 @@ class Screened:
     unabsorbed_fraction: float
     cost: float
     direction: np.ndarray
+    refined: bool = False
 
     def is_parallel(self, other: "Screened") -> bool:
         """Whether the two signatures are parallel, so that refits from both end alike."""

@@ -45,4 +45,9 @@ class FlexibleBase:
         """
         whitener = self.refit.whitener.with_misfit(self.covariance)
         base = dataclasses.replace(self.refit.base, free=np.zeros_like(self.refit.base.free))
-        return dataclasses.replace(self.refit, whitener=whitener, base=base)
+        return dataclasses.replace(
+            self.refit,
+            whitener=whitener,
+            base=base,
+            log_determinant=self.covariance.log_determinant,
+        )

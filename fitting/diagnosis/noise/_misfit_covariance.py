@@ -21,6 +21,11 @@ class MisfitCovariance:
     def _removed(self) -> Float[np.ndarray, " rank"]:
         return 1.0 - 1.0 / np.sqrt(1.0 + self.variance)
 
+    @property
+    def log_determinant(self) -> float:
+        """Of its finite part."""
+        return float(np.log1p(self.variance[np.isfinite(self.variance)]).sum())
+
     def whiten(self, errors: Float[np.ndarray, "*more lines"]) -> Float[np.ndarray, "*more lines"]:
         """The errors with unit covariance; without what has infinite variance."""
         along = errors @ self.directions

@@ -32,7 +32,8 @@ class State:
     """A point of a refit: parameter values, the errors of the model there, and their chi-square.
 
     - `values`: of the base model. `effects`: with their parameters.
-    - `prior_cost`: chi-square of the priors. `operator_response`: see `WhitenedModel`.
+    - `prior_cost`: chi-square of the priors, and `Refit.log_determinant`.
+    - `operator_response`: see `WhitenedModel`.
     """
 
     values: Float[np.ndarray, " values"]
@@ -73,6 +74,8 @@ class Refit:
     - `search_ranges`: bounds of effects' parameters that are narrower than the declared ones, by
       effect and parameter: not far beyond the initial guesses, where an effect is no longer what
       its name says (an etalon of two scans' width is a polynomial).
+    - `log_determinant`: of the covariance of what a base misfits, if the whitener has one; it
+      counts as cost, so that costs with other covariances compare as likelihoods do.
     - `freeze_jumps`: whether effects that jump keep their parameters, apart from a switch's size.
     """
 
@@ -81,6 +84,7 @@ class Refit:
     base: BaseModel
     search_ranges: SearchRanges | None = None
     freeze_jumps: bool = False
+    log_determinant: float = 0.0
 
     def evaluate(self, values: Float[np.ndarray, " values"], effects: Effects) -> State:
         """The state at given values of the base model and given effects.
@@ -100,7 +104,7 @@ class Refit:
             off = np.where(
                 np.isfinite(base.prior_std), (values - base.prior_mean) / base.prior_std, 0.0
             )
-        return State(values, effects, errors, float(off @ off), response)
+        return State(values, effects, errors, float(off @ off) + self.log_determinant, response)
 
     def jacobian_effects(
         self, state: State, step_scale: float = 1.0

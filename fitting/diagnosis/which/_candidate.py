@@ -14,6 +14,7 @@ class Candidate:
     - `effects`: those added to the base's own.
     - `eta_fixed`: the refit on the base with `eta` held; `on_base`: with all of the operator free.
     - `on_flexible_base`: the refit on the flexible base, which `flexible_refit` holds.
+    - `on_density`: the refit with a density of plays in its place; `None` where noise is unknown.
     - `unabsorbed_fraction`: see `Screened`; of the effect added last.
     """
 
@@ -23,6 +24,7 @@ class Candidate:
     on_flexible_base: State
     flexible_refit: Refit
     unabsorbed_fraction: float
+    on_density: tuple[Refit, State] | None = None
 
     @property
     def name(self) -> str:
@@ -35,9 +37,16 @@ class Candidate:
         return sum(len(free_parameters(effect)) for effect in self.effects)
 
     @property
+    def least(self) -> tuple[Refit, State]:
+        """The refit on the flexible base or on a density of plays, whichever leaves less."""
+        search = self.flexible_refit, self.on_flexible_base
+        density = self.on_density
+        return density if density is not None and density[1].cost < search[1].cost else search
+
+    @property
     def cost(self) -> float:
-        """Chi-square on the flexible base."""
-        return self.on_flexible_base.cost
+        """Chi-square on the flexible base, by search or in closed form."""
+        return self.least[1].cost
 
 
 def hypothesis_name(effects: Effects) -> str:

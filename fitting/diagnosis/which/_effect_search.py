@@ -11,6 +11,7 @@ from fitting.diagnosis.refit._gauss_newton import Refit, State
 from rapi_jax.effects import AbstractLawEffect
 
 from ._candidate import Candidate, added_effects, hypothesis_name
+from ._density_refit import refit_on_density
 from ._effect_refit import (
     free_eta,
     full_refit,
@@ -57,11 +58,12 @@ def search_one_effect(
         on_base = free_eta(free, state)
         without = (start.flexible_refit, start.on_flexible_base)
         guess = screened.best_on_flexible_base(added) if added in leading else None
+        on_base, density = refit_on_density(free, on_base, start.on_base, guess)
         flexible_refit, flexible = refit_on_flexible_base(free, on_base, without, guess)
         if guess is not None:
             on_base = _refit_from_flexible(free, on_base, flexible)
         effects = added_effects(flexible.effects, own)
-        out.append(Candidate(effects, state, on_base, flexible, flexible_refit, fraction))
+        out.append(Candidate(effects, state, on_base, flexible, flexible_refit, fraction, density))
     return out
 
 

@@ -11,6 +11,7 @@ from rapi_jax.effects import AbstractEffect
 from ._backward_check import check_backward
 from ._base import FittedBase
 from ._candidate import Candidate
+from ._density_refit import refit_on_density
 from ._effect_refit import free_eta
 from ._effect_search import Progress, search_one_effect
 from ._excess import excess, is_unexplained
@@ -46,7 +47,8 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
     refits = (dataclasses.replace(fitted.eta_fixed[0], search_ranges=ranges), refit)
     progress("flexible base")
     flexible_refit, flexible = refit_flexible_base(refit, state)
-    none = Candidate((), fitted.eta_fixed[1], state, flexible, flexible_refit, 1.0)
+    _, density = refit_on_density(refit, state)
+    none = Candidate((), fitted.eta_fixed[1], state, flexible, flexible_refit, 1.0, density)
     singles = search_one_effect(refits, none, none, guesses, progress)
     if not singles:
         return Attribution(none, ())
@@ -82,9 +84,9 @@ def _needs_pairs(none: Candidate, singles: list[Candidate], *, noise_known: bool
     """Whether the best of the hypotheses with one effect at most leaves too much."""
     best = min([none, *singles], key=lambda c: c.cost)
     if noise_known:
-        return is_unexplained(best.on_flexible_base)
-    limit = THRESHOLDS.pair_excess_unknown_noise * excess(none.on_flexible_base)
-    return excess(best.on_flexible_base) > limit
+        return is_unexplained(best.least[1])
+    limit = THRESHOLDS.pair_excess_unknown_noise * excess(none.least[1])
+    return excess(best.least[1]) > limit
 
 
 def _firsts_of_pairs(none: Candidate, singles: list[Candidate]) -> list[Candidate]:
@@ -117,7 +119,7 @@ def _refit_pairs(
     pairs = search_one_effect(refits, first, none, guesses, _silent)
     cls = next(c for c in classes if c.name == first.name)
     for pair in sorted(pairs, key=lambda c: c.cost)[: THRESHOLDS.pair_swaps]:
-        if not is_unexplained(pair.on_flexible_base):
+        if not is_unexplained(pair.least[1]):
             continue
         (other,) = (e for e in pair.effects if e.name != first.name)
         kept = (*none.on_base.effects, other)
@@ -147,6 +149,7 @@ def _without_first(free: Refit, pair: Candidate, other: AbstractEffect, alone: S
         eta_fixed=alone,
         on_base=free_eta(free, alone),
         on_flexible_base=flexible if np.isfinite(flexible.cost) else there,
+        on_density=None,
     )
 
 

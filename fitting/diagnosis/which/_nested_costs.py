@@ -38,7 +38,7 @@ def nest_costs(none: Candidate, candidates: Sequence[Candidate]) -> list[Candida
 
 def _refit_from(parent: Candidate, candidate: Candidate) -> Candidate:
     """The further effects of `candidate`, from no strength, beside `parent`."""
-    refit, state = parent.flexible_refit, parent.on_flexible_base
+    refit, state = parent.least
     further = [e for e in candidate.effects if e.name not in {e.name for e in state.effects}]
     noise = float(np.sqrt(refit.whitener.spectrum.total))
     summary = summarise_residual(refit.whitened, state, noise)
@@ -53,6 +53,8 @@ def _refit_from(parent: Candidate, candidate: Candidate) -> Candidate:
     if np.isfinite(effect_values(start.effects)).all():
         end = refit_and_search(refit, start, state.cost)
     kept = tuple(e for e in end.effects if e.name in _names(candidate))
+    if parent.on_density is not None and refit is parent.on_density[0]:
+        return dataclasses.replace(candidate, effects=kept, on_density=(refit, end))
     return dataclasses.replace(candidate, effects=kept, on_flexible_base=end, flexible_refit=refit)
 
 

@@ -177,6 +177,16 @@ class WhichThresholds:
         2e-3, unit="of the excess", origin=f"{_TRIAL}; two smaller falls in a row end that refit"
     )
 
+    density_rounds: int = threshold(
+        3,
+        unit="rounds",
+        origin="of the effects on a density about the operator, then of the operator: an amplitude "
+        "law leaves 2902, 2973, 2895 and 2881 of chi-square after 1, 2, 3 and 4",
+    )
+    density_round_gain: float = threshold(
+        0.05, unit="of chi-square on the base", origin="a smaller fall moves no density"
+    )
+
     # Freedom of the flexible base.
     initial_prior: float = threshold(
         0.3, unit="of a play's band", origin=f"{_TRIAL}; one standard deviation of first outputs"

@@ -65,6 +65,17 @@ def test_a_good_number_is_read():
         assert session.number("SOUR1:FREQ?") == value
 
 
+@pytest.mark.parametrize("reply", [b"9.91E37\n", b"-9.91E+37\n", b"1E38\n", b"1E+999\n"])
+def test_what_scpi_writes_for_no_number_is_none(reply):
+    with pytest.raises(InstrumentError, match="not a finite number"):
+        Scpi(SimulatedLink(Scripted([Answer(reply)]))).number("SOUR1:FREQ?")
+
+
+@pytest.mark.parametrize(("reply", "value"), [(b"9.9E37\n", np.inf), (b"-9.9E+37\n", -np.inf)])
+def test_infinity_has_its_sign(reply, value):
+    assert Scpi(SimulatedLink(Scripted([Answer(reply)]))).number("OUTP1:IMP?") == value
+
+
 def blocks(header, content):
     return SimulatedLink(Scripted([Answer(header + content)]))
 
@@ -86,6 +97,12 @@ def blocks(header, content):
 def test_a_lying_block_gives_no_array(header, content):
     with pytest.raises(InstrumentError):
         Scpi(blocks(header, content)).block("DATA:DATA? EMEM1", limit=64)
+
+
+@pytest.mark.parametrize(("limit", "size"), [(64, 6), (64, 10), (7, None)])
+def test_a_block_of_another_size_gives_no_array(limit, size):
+    with pytest.raises(InstrumentError, match="has 8 bytes, but must have"):
+        Scpi(blocks(b"#18", b"\x00" * 8 + b"\n")).block("DATA?", limit=limit, size=size)
 
 
 def test_a_block_may_hold_newlines():

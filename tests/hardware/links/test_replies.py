@@ -10,6 +10,9 @@ from generated_replies import NOISE, Scripted, repeated, try_one
 from hypothesis import example, given, settings
 
 from hardware import InstrumentError, Scpi
+from hardware._errors import LinkError
+from hardware.links._link import Received
+from hardware.links._reply import read_line
 from hardware.simulated import Answer, Faulty, SimulatedAFG31052, SimulatedLink, Slow
 
 
@@ -125,6 +128,15 @@ def test_an_endless_answer_takes_no_memory(piece, seconds):
     assert tracemalloc.get_traced_memory()[1] < 4e6
     tracemalloc.stop()
     assert link.clock_s <= 2.0
+
+
+def test_a_line_without_end_is_refused_at_its_limit():
+    def receive(count):
+        assert count > 0  # else it would be asked for ever
+        return Received(b"7" * count, end=False)
+
+    with pytest.raises(LinkError, match="more than 10 bytes"):
+        read_line(receive, limit=10)
 
 
 @pytest.mark.fault(name="a late answer", promise="never taken for the next one")

@@ -160,6 +160,7 @@ def compensate_into(
     from fitting.commands.shared._nonlinearity_band import scan_bands
     from fitting.commands.shared._out import output_folder
     from fitting.commands.shared._plugins import plugin_effects, plugin_operators
+    from fitting.commands.shared.files._certificate_report import certificate_report
     from fitting.commands.shared.files._drive_files import (
         CERTIFICATE,
         check_no_other_drives,
@@ -221,7 +222,7 @@ def compensate_into(
         )
     report_step("band on the nonlinearity")
     bands, note = scan_bands(model, ecdl, made)
-    report = _certificate_report(made, about, seen, allowed, fitted, ecdl)
+    report = certificate_report(made, about, seen, allowed, fitted, ecdl)
     for drive, band in zip(report["drives"], bands, strict=True):
         drive["nonlinearity_band"] = band
     report["notes"] += [] if note is None else [note]
@@ -262,74 +263,6 @@ def _identify_inverse(
         )
         result = identify_inverse(data, forward, throw=False, progress=report_step)
     return result.ecdl, result
-
-
-def _certificate_report(
-    made: list[Any], about: dict[str, Any], identified: Any, limits: Any, fitted: Any, ecdl: Any
-) -> dict[str, Any]:
-    import dataclasses
-
-    from fitting._versions import package_versions
-    from fitting.commands.shared.files._drive_files import file_stem
-
-    notes, trusted = [], about.get("trusted", False)
-    if not trusted:
-        notes.append("the model was not to be trusted when it was fitted; see its model.json.")
-    beyond = [note for one in made for note in identified.outside(one.drive)]
-    notes += beyond
-    used = dataclasses.asdict(identified.limits() if limits is None else limits)
-    del used["unit"]  # the report's own `drive_unit`
-    report = {
-        "schema": "rapi.compensation/1",
-        "unit": about["response_unit"],
-        "drive_unit": about["drive_unit"],
-        "limits": {key: value for key, value in used.items() if value < float("inf")},
-        "limits_from": "identification" if limits is None else "file",
-        "identified": identified.to_dict(),
-        "drives": [
-            one.to_dict()
-            | {"file": f"{file_stem(one.drive.rate)}.csv", "nonlinearity": _nonlinearity(one, ecdl)}
-            for one in made
-        ],
-        "claim": about.get("claim"),
-        "expected": _expected(about.get("claim")) if trusted and not beyond else None,
-        "notes": list(dict.fromkeys(notes)),
-        "versions": package_versions(),
-        "data_sha256": about["data_sha256"],
-    }
-    if fitted is not None:
-        report["inverse_fit"] = {
-            "unit": about["drive_unit"],
-            "rmse": [run.rmse for run in fitted.runs],
-            "excitation_hz": [run.excitation_hz for run in fitted.runs],
-        }
-    return report
-
-
-def _nonlinearity(one: Any, ecdl: Any) -> dict[str, float]:
-    """How far off straight lines the model itself lets the scan be (rms), up and down."""
-    import numpy as np
-
-    from rapi_jax import Run, linearity, predict
-
-    response = np.asarray(predict(ecdl, one.drive)) if one.predicted is None else one.predicted
-    up, down = linearity(Run(one.drive, response)).rms_ghz
-    return {"up": up, "down": down}
-
-
-def _expected(claim: dict[str, Any] | None) -> dict[str, Any] | None:
-    """How far the device is to be expected off a scan like those recorded, if it can be said.
-
-    It is the claim of the fit, less the noise.
-
-    `low` is 0: each branch is judged about a line of its own, which takes from nothing to all of an
-    error.
-    """
-    if claim is None:
-        return None
-    noise = claim["noise"]
-    without = {name: max(claim[name] ** 2 - noise**2, 0.0) ** 0.5 for name in ("rms", "high")}
-    return without | {"low": 0.0, "unit": claim["unit"]}
 
 
 def _table(made: list[Any], unit: str) -> Any:

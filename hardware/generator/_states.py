@@ -74,6 +74,12 @@ CONTINUOUS = (
             ("pulse-width modulation", "PWM"),
         )
     ),
+    State(
+        "SOUR{n}:COMB:FEED",
+        '""',
+        "\"\"|''",
+        "With noise or an external signal added, more than the loaded waveform is played.",
+    ),
     BURST_OFF,
     State(
         "OUTP{n}:POL",

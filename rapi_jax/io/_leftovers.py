@@ -15,6 +15,8 @@ import shutil
 import time
 from pathlib import Path
 
+from ._unfinished import SUFFIX, finish_update
+
 OLD_S = 7 * 86400.0  # far longer than any write takes; halved or doubled, it changes only tidiness
 _NAME = re.compile(r"\.tmp-(?:([0-9a-f]{8})-([0-9]+)-)?[0-9a-f]{16}(?:\.[^.]*)?")
 
@@ -32,12 +34,15 @@ def is_temporary(name: str) -> bool:
 def remove_leftovers(folder: Path) -> None:
     """Remove what killed writers left in `folder`, never what a living one writes.
 
-    Nothing is raised: what cannot be removed stays.
+    An update that was killed is finished: the files that its list names and the manifest does not
+    are removed. Nothing is raised: what cannot be removed stays.
     """
     with contextlib.suppress(OSError):
         for path in [Path(entry.path) for entry in os.scandir(folder)]:
             found = _NAME.fullmatch(path.name)
-            if found is not None and _is_left_over(path, *found.groups()):
+            if found is None or not _is_left_over(path, *found.groups()):
+                continue
+            if path.suffix != SUFFIX or finish_update(path):
                 _remove(path)
 
 

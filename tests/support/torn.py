@@ -12,8 +12,8 @@ from pathlib import Path
 from fitting import Claim, FitResult, fit
 from fitting._result_files import UNFINISHED, check_belongs, hash_files
 from fitting.claim_check._certificate import read_certificate
-from fitting.commands.compensate import _certificate_report
 from fitting.commands.shared._model import load_model
+from fitting.commands.shared.files._certificate_report import certificate_report
 from fitting.commands.shared.files._drive_files import generator_waveforms, write_drives
 from fitting.diagnosis._diagnosis import Diagnosis, Verdict
 from rapi_jax import DataError, Identified, ModelError, compensate, linear_scan
@@ -148,7 +148,7 @@ def _drives(result: FitResult, rates: tuple[float, ...], span: float) -> Writer:
         "response_unit": "GHz", "drive_unit": "V", "trusted": True, "data_sha256": f"{span:g}",
         "claim": dataclasses.asdict(CLAIM) | {"unit": "GHz"},
     }  # fmt: skip
-    report = _certificate_report(made, about, seen, None, None, result.ecdl)
+    report = certificate_report(made, about, seen, None, None, result.ecdl)
     return lambda folder: write_drives(
         folder,
         made,

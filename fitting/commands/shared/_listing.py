@@ -93,7 +93,7 @@ COMMANDS = {
         ("rapi range records -o result", "rapi range records -o result --method counting"),
     ),
     "batch": Command(
-        "fitting.commands.batch:batch",
+        "fitting.commands.batch.command:batch",
         "Fit, diagnose or compensate many recordings; interrupted, it resumes.",
         (
             "rapi batch recordings -o results --workers 8",

@@ -4,7 +4,6 @@ import contextlib
 import dataclasses
 import errno
 import os
-import secrets
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,8 +15,10 @@ import numpy as np
 from rapi_jax._errors import DataError
 from rapi_jax.io._atomic import output_error, sync, sync_folder, write_atomic
 from rapi_jax.io._leftovers import remove_leftovers, temporary_name
-from rapi_jax.io._safe import StrPath, check_name, inside
-from rapi_jax.io._toml import MANIFEST, load_manifest
+from rapi_jax.io._replacement import replacing
+from rapi_jax.io._safe import StrPath, check_name
+from rapi_jax.io._toml import MANIFEST
+from rapi_jax.io._unfinished import fresh_names
 from rapi_jax.ranging import FringeRecord, FringeRecords
 
 from ._array import CHANNELS
@@ -156,19 +157,12 @@ class FringeWriter:
             except OSError as error:  # another process made it meanwhile: go on as if it had been
                 if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
                     raise
-        before = _named(target) or set()
-        token = secrets.token_hex(4)  # no two writers touch one file
-        fresh = [f"{Path(file).stem}-{token}.npy" for file in files]
-        try:
+        fresh = fresh_names(files)
+        with replacing(target, "record", fresh):
             for file, new in zip(files, fresh, strict=True):
                 os.rename(self._staging / file, target / new)
             sync_folder(target)
             write_atomic(target / MANIFEST, self._text(fresh))
-        finally:  # of the old files and ours, only those now named stay
-            now = _named(target)
-            for file in (set(fresh) | before) - now if now is not None else ():
-                with contextlib.suppress(DataError, OSError):
-                    inside(target, file).unlink()
 
 
 def write_fringe_records(records: FringeRecords, folder: StrPath) -> None:
@@ -214,12 +208,3 @@ def _write_array(record: FringeRecord, channels: list[str], path: Path) -> None:
                 raise DataError(f"{record.name} has values that are not finite; it is not written.")
             file.write(rows.data)
     sync(path)
-
-
-def _named(folder: Path) -> set[str] | None:
-    """The arrays that the manifest names; `None` where it cannot be read."""
-    try:
-        entries = load_manifest(folder, MANIFEST)["record"]
-        return {str(entry["file"]) for entry in entries if str(entry["file"]).endswith(".npy")}
-    except (DataError, OSError, TypeError, KeyError):
-        return None

@@ -3,7 +3,6 @@
 import contextlib
 import errno
 import os
-import secrets
 import shutil
 from collections import Counter
 from pathlib import Path
@@ -13,8 +12,10 @@ from rapi_jax._recording import Recording
 from rapi_jax.io import _units
 from rapi_jax.io._atomic import output_error, sync, sync_folder, write_atomic
 from rapi_jax.io._leftovers import remove_leftovers, temporary_name
+from rapi_jax.io._replacement import replacing
 from rapi_jax.io._safe import MAX_BYTES, MAX_MANIFEST, StrPath, inside, located, printable
 from rapi_jax.io._toml import MANIFEST, load_manifest, toml_value
+from rapi_jax.io._unfinished import fresh_names
 
 from . import _csv
 from ._build import NanPolicy, build_run
@@ -142,6 +143,7 @@ def write_folder(recording: Recording, path: StrPath) -> None:
 
     A new folder appears by one rename. In a folder with files, new CSV files get new names and the
     manifest, replaced last, changes over to them; those of the old manifest are removed after that.
+    Where a kill comes between, the next write into the folder removes what is not named.
     """
     target = Path(os.path.realpath(path))
     files = [f"{run.name}.csv" for run in recording.runs]
@@ -169,24 +171,9 @@ def write_folder(recording: Recording, path: StrPath) -> None:
         raise output_error(path, error) from error
 
 
-def _named(folder: Path) -> set[str] | None:
-    """The CSV files that the manifest names; `None` where it cannot be read."""
-    try:
-        entries = load_manifest(folder, MANIFEST)["run"]
-        return {str(entry["file"]) for entry in entries if str(entry["file"]).endswith(".csv")}
-    except (DataError, OSError, TypeError, KeyError):
-        return None
-
-
 def _update(recording: Recording, folder: Path) -> None:
-    before = _named(folder) or set()
-    token = secrets.token_hex(4)  # no two writers touch one file
-    files = [f"{run.name}-{token}.csv" for run in recording.runs]
-    try:
+    files = fresh_names(f"{run.name}.csv" for run in recording.runs)
+    manifest = _manifest_text(recording, files)
+    with replacing(folder, "run", files):
         _write_runs(recording, folder, files)
-        write_atomic(folder / MANIFEST, _manifest_text(recording, files))
-    finally:  # of the old files and ours, only those now named stay
-        now = _named(folder)
-        for file in (set(files) | before) - now if now is not None else ():
-            with contextlib.suppress(DataError, OSError):
-                inside(folder, file).unlink()
+        write_atomic(folder / MANIFEST, manifest)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fitting import CertifiedDrive, Claim, check_claim, check_scan, identify
+from fitting.claim_check._check import Checked, ClaimCheck
 from fitting.identification._fit import fit
 from rapi_jax import (
     DataError,
@@ -34,6 +35,28 @@ def runs(device, rates=(12.0, 25.0), *, swing=4.4, noise=NOISE, seed=0, start=0.
     rng = np.random.default_rng(seed)
     clean = [np.asarray(predict(device, drive)) for drive in drives]
     return Recording.of(drives, [y + noise * rng.standard_normal(y.size) for y in clean], **fields)
+
+
+def checked(rms, *, outside=()):
+    return Checked("r0", "", 10.0, 4.4, rms, 0.0185, 0.0215, 0.03, NOISE, outside)
+
+
+@pytest.mark.parametrize(
+    ("rms", "outside", "held"),
+    [(0.03, (), True), (0.0301, (), False), (1.0, ("a rate of 55 Hz",), None)],
+)
+def test_a_figure_holds_up_to_its_bound(rms, outside, held):
+    assert checked(rms, outside=outside).held is held
+
+
+@pytest.mark.parametrize(
+    ("errors", "held"), [((0.02, 0.03), True), ((0.02, 0.04), False), ((0.04, 0.02), False)]
+)
+def test_a_claim_holds_where_each_figure_does(errors, held):
+    found = ClaimCheck("prediction", "GHz", "V", tuple(map(checked, errors)))
+    assert found.held is held and found.to_dict()["held"] is held
+    beside = dataclasses.replace(found, checked=(*found.checked, checked(1.0, outside=("far",))))
+    assert beside.held is held  # what is not judged changes nothing
 
 
 def test_runs_of_the_model_itself_with_the_noise_claimed_hold():

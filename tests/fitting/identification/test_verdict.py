@@ -9,11 +9,15 @@ from fitting.identification._starts import Start
 from fitting.identification.assessment._cross_validation import HeldOut
 from fitting.identification.assessment._noise import Noise
 from fitting.identification.assessment._verdict import (
+    _check_convergence,
     _check_held_out,
     _check_misfit,
     _check_rank,
     _check_starts,
+    judge,
 )
+from fitting.identification.data_checks._data_checks import Fault
+from fitting.solver._least_squares import SolverOptions
 from rapi_jax.examples import paper_device, paper_recording
 
 
@@ -128,3 +132,34 @@ def test_what_a_model_leaves_is_held_against_curvature_and_variance(problem, rms
 
 def test_a_response_that_never_changes_is_no_signal(problem):
     assert misfit(problem, 0.0, span=0.0) == ["no signal: the response never changes."]
+
+
+@pytest.fixture(scope="module")
+def ends(problem):
+    """Where the solver begins, at a rate dependence twice too large, and where it ends."""
+    weight = problem.weights(np.ones(problem.data.use.shape[0]))
+    far = problem.start(paper_device())
+    far[problem.vector.names.index("zeta")] *= 2.0
+    return weight, *(problem.solve(far, weight, SolverOptions(max_steps=n)) for n in (0, 300))
+
+
+def test_a_fit_that_a_further_step_improves_has_not_converged(problem, ends):
+    weight, begun, ended = ends
+    (reason,) = _check_convergence(problem, weight, begun, rmse=1.0, span=SPAN)
+    assert reason.startswith("not converged: one more step takes away")
+    assert _check_convergence(problem, weight, ended, rmse=NOISE, span=SPAN) == []
+    # What is left is rounding: no step is asked for.
+    assert _check_convergence(problem, weight, begun, rmse=0.0, span=SPAN) == []
+
+
+@pytest.mark.parametrize("left_out", [False, True])
+def test_a_fault_of_the_data_speaks_against_the_fit_unless_it_was_left_out(problem, ends, left_out):
+    weight, _, ended = ends
+    fault = Fault("clipping", "r0", "r0: 3 readings.", left_out=left_out)
+    starts = [Start("guess", 9, 1.0, True, True, ())] * 2
+    noise = Noise(np.full(4, NOISE), np.full(4, True), problem.data.use)
+    stderr = np.zeros(problem.vector.size)
+    verdict = judge(problem, weight, ended, starts, [], [fault], stderr, noise, None)
+    said = "clipping: r0: 3 readings."
+    assert verdict.reasons == (() if left_out else (said,))
+    assert verdict.trusted == left_out == (said in verdict.notes)

@@ -40,6 +40,8 @@ LEFT = {
     "phase modulation": (GENERATOR, "SOUR1:PM:STAT ON"),
     "frequency-shift keying": (GENERATOR, "SOUR1:FSK:FREQ 1E6\nSOUR1:FSK:STAT ON"),
     "pulse-width modulation": (GENERATOR, "SOUR1:PWM:STAT ON"),
+    "noise added": (GENERATOR, 'SOUR1:COMB:FEED "NOISe"'),
+    "an external signal added": (GENERATOR, 'SOUR1:COMB:FEED "EXTernal"'),
     "coupled levels": (GENERATOR, "SOUR1:VOLT:CONC ON"),
     "coupled levels, by channel 2": (GENERATOR, "SOUR2:VOLT:CONC ON"),
     "coupled rates": (GENERATOR, "SOUR1:FREQ:CONC ON"),
@@ -85,6 +87,8 @@ CHANGED = {
     "another load": (GENERATOR, "OUTP1:IMP 10000", "OUTP1:IMP"),
     "frequency-shift keying": (GENERATOR, "SOUR1:FSK:STAT ON", "SOUR1:FSK:STAT"),
     "a sweep": (GENERATOR, "SOUR1:FREQ:MODE SWE", "SOUR1:FREQ:MODE"),
+    "noise added": (GENERATOR, "SOUR1:COMB:FEED 'NOIS'", "SOUR1:COMB:FEED"),
+    "an external signal added": (GENERATOR, 'SOUR1:COMB:FEED "EXT"', "SOUR1:COMB:FEED"),
     "a burst": (GENERATOR, "SOUR1:BURS:STAT ON", "SOUR1:BURS:STAT"),
     "channel 2, coupled": (
         GENERATOR, "SOUR2:FREQ:CONC ON\nSOUR2:FREQ 1E6", "SOUR2:FREQ:CONC:STAT",

@@ -133,7 +133,7 @@ def test_trigger():
 
 
 def test_a_channel_is_off_then_loaded_then_clamped():
-    """As another user left it: inverted, and coupled to channel 2."""
+    """As another user left it: inverted, with noise, and coupled to channel 2."""
     low, high = "SOUR1:VOLT:LEV:IMM:LOW", "SOUR1:VOLT:LEV:IMM:HIGH"
     lines = (
         ("SEQC:STAT?", "0"),
@@ -152,6 +152,9 @@ def test_a_channel_is_off_then_loaded_then_clamped():
         ("SOUR1:PM:STAT?", "0"),
         ("SOUR1:FSK:STAT?", "0"),
         ("SOUR1:PWM:STAT?", "0"),
+        ("SOUR1:COMB:FEED?", '"NOIS"'),
+        *command('SOUR1:COMB:FEED ""'),
+        ("SOUR1:COMB:FEED?", '""'),
         ("SOUR1:BURS:STAT?", "0"),
         ("OUTP1:POL?", "INV"),
         *command("OUTP1:POL NORM"),
@@ -176,4 +179,4 @@ def test_a_channel_is_off_then_loaded_then_clamped():
     with Transcript(*OPEN, *lines) as link:
         channel = AFG31000(Scpi(link)).channel(1, limits=limits)
         assert not channel.on
-        assert channel.undone == ("SOUR2:VOLT:CONC:STAT", "OUTP1:POL")
+        assert channel.undone == ("SOUR2:VOLT:CONC:STAT", "SOUR1:COMB:FEED", "OUTP1:POL")

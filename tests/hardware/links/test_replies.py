@@ -10,6 +10,9 @@ from generated_replies import NOISE, Scripted, repeated, try_one
 from hypothesis import example, given, settings
 
 from hardware import InstrumentError, Scpi
+from hardware._errors import LinkError
+from hardware.links._link import Received
+from hardware.links._reply import read_line
 from hardware.simulated import Answer, Faulty, SimulatedAFG31052, SimulatedLink, Slow
 
 
@@ -65,6 +68,17 @@ def test_a_good_number_is_read():
         assert session.number("SOUR1:FREQ?") == value
 
 
+@pytest.mark.parametrize("reply", [b"9.91E37\n", b"-9.91E+37\n", b"1E38\n", b"1E+999\n"])
+def test_what_scpi_writes_for_no_number_is_none(reply):
+    with pytest.raises(InstrumentError, match="not a finite number"):
+        Scpi(SimulatedLink(Scripted([Answer(reply)]))).number("SOUR1:FREQ?")
+
+
+@pytest.mark.parametrize(("reply", "value"), [(b"9.9E37\n", np.inf), (b"-9.9E+37\n", -np.inf)])
+def test_infinity_has_its_sign(reply, value):
+    assert Scpi(SimulatedLink(Scripted([Answer(reply)]))).number("OUTP1:IMP?") == value
+
+
 def blocks(header, content):
     return SimulatedLink(Scripted([Answer(header + content)]))
 
@@ -88,6 +102,12 @@ def test_a_lying_block_gives_no_array(header, content):
         Scpi(blocks(header, content)).block("DATA:DATA? EMEM1", limit=64)
 
 
+@pytest.mark.parametrize(("limit", "size"), [(64, 6), (64, 10), (7, None)])
+def test_a_block_of_another_size_gives_no_array(limit, size):
+    with pytest.raises(InstrumentError, match="has 8 bytes, but must have"):
+        Scpi(blocks(b"#18", b"\x00" * 8 + b"\n")).block("DATA?", limit=limit, size=size)
+
+
 def test_a_block_may_hold_newlines():
     content = b"\n\n#18;\n\n"
     session = Scpi(blocks(b"#18", content + b"\n"))
@@ -108,6 +128,15 @@ def test_an_endless_answer_takes_no_memory(piece, seconds):
     assert tracemalloc.get_traced_memory()[1] < 4e6
     tracemalloc.stop()
     assert link.clock_s <= 2.0
+
+
+def test_a_line_without_end_is_refused_at_its_limit():
+    def receive(count):
+        assert count > 0  # else it would be asked for ever
+        return Received(b"7" * count, end=False)
+
+    with pytest.raises(LinkError, match="more than 10 bytes"):
+        read_line(receive, limit=10)
 
 
 @pytest.mark.fault(name="a late answer", promise="never taken for the next one")

@@ -99,6 +99,23 @@ def test_amplitude_and_offset_set_the_levels():
     assert (wave.low_v, wave.high_v) == (2.0, 3.0)
 
 
+@pytest.mark.parametrize("given", ["'NOISe'", '"NOIS"', '"BOTH"'])
+def test_noise_is_added_in_the_share_that_is_set(given):
+    quiet = playing().output(1).codes.astype(float)
+    for share in (1, 5):
+        wave = playing(f"SOUR1:POW {share}PCT", f"SOUR1:COMB:FEED {given}").output(1)
+        noise = np.ptp(wave.codes - quiet)
+        assert noise == pytest.approx(share / 100 * FULL, rel=0.5)
+
+
+def test_of_an_external_signal_that_is_not_connected_nothing_comes():
+    instrument = playing('SOUR1:COMB:FEED "EXTernal"')
+    np.testing.assert_array_equal(instrument.output(1).codes, CODES)
+    assert instrument.feed(b"SOUR1:COMB:FEED?\n")[0].data == b'"EXT"\n'
+    assert instrument.feed(b'SOUR1:COMB:FEED "";:SOUR1:COMB:FEED?\n')[0].data == b'""\n'
+    assert instrument.feed(b'SOUR1:COMB:FEED "CH2"\nSYST:ERR?\n')[0].data.startswith(b"-224")
+
+
 def test_sequence_mode_plays_something_else():
     assert not np.array_equal(playing("SEQC ON").output(1).codes, CODES)
 

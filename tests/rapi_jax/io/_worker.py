@@ -58,6 +58,48 @@ def kill(path, trials):
     print("whole", trials)
 
 
+def die_at(call):
+    """End this process by SIGKILL at its `call`th call that changes what is on the disk."""
+    calls = iter(range(call))
+
+    def counted(original):
+        def call(*args, **kwargs):
+            if next(calls, None) is None:
+                os.kill(os.getpid(), signal.SIGKILL)
+            return original(*args, **kwargs)
+
+        return call
+
+    for name in ("open", "fsync", "rename", "replace", "unlink"):
+        setattr(os, name, counted(getattr(os, name)))
+
+
+def step(path, trials):
+    """SIGKILL an update at each of its calls of the system; the next write removes what it left."""
+    recordings = [make_recording(seed, 50) for seed in (0, 1)]
+    whole = {recording.sha256() for recording in recordings}
+    left = set()
+    for call in range(trials):
+        io.write_recording(recordings[0], path)
+        mine = Path(path) / "run01-0123abcd.csv"
+        mine.write_text("mine")
+
+        def update(call=call):
+            die_at(call)
+            io.write_recording(recordings[1], path)
+
+        status = os.waitpid(spawn(update), 0)[1]
+        assert io.read_recording(path).sha256() in whole
+        left |= {file.suffix for file in Path(path).iterdir()} - {".toml"}
+        io.write_recording(recordings[0], path)
+        assert len(list(Path(path).iterdir())) == 4, sorted(Path(path).iterdir())
+        assert mine.read_text() == "mine"
+        if status == 0:
+            assert left == {".csv", ".update"}
+            print("every", call)
+            return
+
+
 def compete(path, trials):
     """Two writers of one path; it must end as one of their recordings."""
     recordings = [make_recording(seed, 2000 + 500 * seed) for seed in (0, 1)]
@@ -98,4 +140,5 @@ def full(path, trials):
 
 
 if __name__ == "__main__":
-    {"kill": kill, "compete": compete, "full": full}[sys.argv[1]](sys.argv[2], int(sys.argv[3]))
+    modes = {"kill": kill, "step": step, "compete": compete, "full": full}
+    modes[sys.argv[1]](sys.argv[2], int(sys.argv[3]))

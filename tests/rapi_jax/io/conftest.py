@@ -1,5 +1,7 @@
-"""A recording to write and break, and where measured data may be."""
+"""A recording to write and break, a process that has ended, and where measured data may be."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -40,3 +42,12 @@ def data() -> Path:
     if not DATA.is_dir():
         pytest.skip("measured data are not beside this repository (../shared/data)")
     return DATA
+
+
+@pytest.fixture(scope="session")
+def ended() -> int:
+    """The number of a process that has ended."""
+    done = subprocess.run(
+        [sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, text=True
+    )
+    return int(done.stdout)

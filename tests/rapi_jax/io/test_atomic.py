@@ -132,6 +132,15 @@ def test_sigkill_leaves_the_old_or_the_new_recording(tmp_path, form):
 
 
 @posix
+@pytest.mark.fault(
+    name="SIGKILL at each call of the system in the update of a recording",
+    promise="the old or the new one; the next write removes what it left, nothing else",
+)
+def test_what_a_killed_update_left_is_removed_by_the_next_write(tmp_path):
+    assert "every" in _work("step", tmp_path / "recording", 100)
+
+
+@posix
 @pytest.mark.parametrize("form", FORMS)
 def test_two_writers_leave_one_whole_recording(tmp_path, form):
     assert "whole 20" in _work("compete", tmp_path / form, 20)

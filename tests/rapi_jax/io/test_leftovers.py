@@ -1,8 +1,6 @@
 """What killed writers left is removed by the next writer, what a living one writes is not."""
 
 import os
-import subprocess
-import sys
 import time
 
 import pytest
@@ -24,15 +22,6 @@ posix = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs process number
 def _of_process(number, suffix=""):
     own = temporary_name(suffix)
     return own.replace(f"-{os.getpid()}-", f"-{number}-")
-
-
-@pytest.fixture(scope="module")
-def ended():
-    """The number of a process that has ended."""
-    done = subprocess.run(
-        [sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, text=True
-    )
-    return int(done.stdout)
 
 
 @pytest.mark.fault(name="what a killed writer left", promise="removed by the next write")

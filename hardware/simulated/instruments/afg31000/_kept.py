@@ -7,8 +7,7 @@ AFG31000 series' programmer manual.
 from collections.abc import Collection
 
 from hardware.simulated.instruments._messages import Unit
-from hardware.simulated.instruments._scpi_instrument import Handler, number, one, word
-from hardware.simulated.instruments._status import ScpiFault
+from hardware.simulated.instruments._scpi_instrument import Handler, number, word
 
 _SOURCES = ("INTernal", "EXTernal")
 _FUNCTIONS = (
@@ -23,7 +22,6 @@ _NUMBERS = {  # smallest, largest, after `*RST`, unit
     "SOURce{n}:SWEep:RTIMe": (0.0, 500.0, 1e-3, "S"),
     "SOURce{n}:PWM[:DEViation]:DCYCle": (0.0, 50.0, 5.0, "PCT"),
     "SOURce{n}:PWM:INTernal:FREQuency": (2e-3, 1e6, 10e3, "HZ"),
-    "SOURce{n}:POWer[:LEVel][:IMMediate][:AMPLitude]": (0.0, 50.0, 10.0, "PCT"),  # of added noise
     "TRIGger[:SEQuence]:TIMer": (1e-6, 500.0, 1e-3, "S"),
     "DISPlay:BRIGhtness": (0.0, 1.0, 1.0, ""),
 }
@@ -64,9 +62,6 @@ class KeptSettings:
         for header in (*_NUMBERS, *_WORDS):
             table[header], table[f"{header}?"] = self._pair(header)
         table |= {f"{header}?": lambda n, unit: '""' for header in _FILES}
-        # Noise or an outside signal added to the output: neither is simulated.
-        table["SOURce{n}:COMBine:FEED?"] = lambda n, unit: '""'
-        table["SOURce{n}:COMBine:FEED"] = _refuse_feed
         return table
 
     def _pair(self, header: str) -> tuple[Handler, Handler]:
@@ -82,11 +77,6 @@ class KeptSettings:
             return value if isinstance(value, str) else f"{value:.10E}"
 
         return put, tell
-
-
-def _refuse_feed(n: int, unit: Unit) -> None:
-    if one(unit) not in ("", '""', "''"):
-        raise ScpiFault(-221, "nothing can be added")
 
 
 def _short(name: str) -> str:

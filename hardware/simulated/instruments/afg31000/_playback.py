@@ -21,6 +21,8 @@ class Playback:
     - `modulation`: those of `MODULATIONS` that are on, with a sine or square of `modulation_hz`.
       `am_depth`: 0 to 1. `fm_hz`, `pm_rad`: deviations. `fsk_hz`: the other rate of FSK. PWM
       changes pulses alone, which are not played here.
+    - `added`: to the waveform: "NOIS", of a peak-to-peak size (six deviations) of `noise_share` of
+      the amplitude, "EXT", to which nothing is connected here, "BOTH", or nothing.
     - `burst`: whether `burst_cycles` are played at a time: every `burst_s` if `by_clock`, else
       `burst_delay_s` after the last trigger from outside, `fired_s` (s), as far as `burst_mode` is
       "TRIG". Before and after, such a burst rests at `burst_idle`: the waveform's "STAR", "END", or
@@ -42,6 +44,8 @@ class Playback:
     sweep_from_hz: float = 100e3
     sweep_to_hz: float = 1e6
     sweep_s: float = 1.0
+    added: str = ""
+    noise_share: float = 0.1
     burst: bool = False
     by_clock: bool = True  # what begins a burst
     burst_cycles: float = 5.0
@@ -93,7 +97,7 @@ class Playback:
         turn = round(self.phase_rad / (2 * math.pi) * codes.size)
         codes = np.roll(codes, -turn).astype(np.uint16)
         if not (self._burst_by_clock or self.mode == "SWE" or self.modulation - {"PWM"}):
-            return AfgWaveform(codes, low_v, high_v, self.frequency_hz)
+            return AfgWaveform(self._with_noise(codes), low_v, high_v, self.frequency_hz)
         period_s = self._period_s()
         time = (np.arange(POINTS) + 0.5) * (period_s / POINTS)
         wave = np.sin(2 * np.pi * time / period_s)
@@ -113,7 +117,14 @@ class Playback:
         if "AM" in self.modulation:  # at its largest the amplitude is the one that is set
             scale = (1 + self.am_depth * wave) / (1 + self.am_depth)
             out = FULL / 2 + (out - FULL / 2) * scale
-        return AfgWaveform(np.rint(out).astype(np.uint16), low_v, high_v, 1 / period_s)
+        return AfgWaveform(self._with_noise(out), low_v, high_v, 1 / period_s)
+
+    def _with_noise(self, codes: np.ndarray) -> np.ndarray:
+        """The same noise in each period of whatever repeats."""
+        if self.added in ("NOIS", "BOTH"):
+            noise = np.random.default_rng(0).standard_normal(codes.size)
+            codes = np.clip(codes + noise * self.noise_share * FULL / 6, 0, FULL)
+        return np.rint(codes).astype(np.uint16)
 
     def _period_s(self) -> float:
         if self.mode == "SWE":

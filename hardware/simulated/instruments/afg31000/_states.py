@@ -4,14 +4,14 @@ Headers as in the AFG31000 series' programmer manual.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 from hardware.simulated.instruments._messages import Unit
 from hardware.simulated.instruments._scpi_instrument import Handler, boolean, number, one, word
 from hardware.simulated.instruments._status import ScpiFault
 
+from ._amplitude import amplitude_text, amplitude_volts
 from ._output import AfgOutput
-from ._shapes import volts_of_unit
 
 _MODULATIONS = {"AM": "AM:STATe", "FM": "FM:STATe", "PM": "PM:STATe", "FSK": "FSKey[:STATe]"}
 _MODULATIONS |= {"PWM": "PWM:STATe"}
@@ -68,6 +68,10 @@ class AfgStates:
             "SOURce{n}:BURSt:MODE?": lambda n, unit: self._play(n).burst_mode,
             "SOURce{n}:BURSt:IDLE": self._set_idle,
             "SOURce{n}:BURSt:IDLE?": lambda n, unit: self._play(n).burst_idle,
+            "SOURce{n}:COMBine:FEED": self._set_feed,
+            "SOURce{n}:COMBine:FEED?": lambda n, unit: f'"{self._play(n).added}"',
+            "SOURce{n}:POWer[:LEVel][:IMMediate][:AMPLitude]": self._set_share("noise_share", 50.0),
+            "SOURce{n}:POWer[:LEVel][:IMMediate][:AMPLitude]?": self._tell_share("noise_share"),
             "SOURce{n}:VOLTage:UNIT": self._set_unit,
             "SOURce{n}:VOLTage:UNIT?": lambda n, unit: self._outputs[n].unit,
             "SOURce{n}:AM[:DEPTh]": self._set_share("am_depth", 120.0),
@@ -104,10 +108,15 @@ class AfgStates:
         for header, value in _VALUES.items():
             header = f"SOURce{{n}}:{header}"
             table[header], table[f"{header}?"] = self._value(*value)
-        for name, header in {"offset": "OFFSet", "amplitude": "AMPLitude"}.items():
-            header = f"[:{header}]" if name == "amplitude" else f":{header}"
-            header = f"SOURce{{n}}:VOLTage[:LEVel][:IMMediate]{header}"
-            table[header], table[f"{header}?"] = self._level(name)
+        header = "SOURce{n}:VOLTage[:LEVel][:IMMediate]"
+        table[f"{header}:OFFSet"] = lambda n, unit: self.set_level(
+            "offset", n, number(unit, quantity="V")
+        )
+        table[f"{header}:OFFSet?"] = lambda n, unit: f"{self._outputs[n].level('offset'):.4E}"
+        table[f"{header}[:AMPLitude]"] = lambda n, unit: self.set_level(
+            "amplitude", n, amplitude_volts(self._outputs[n], unit)
+        )
+        table[f"{header}[:AMPLitude]?"] = lambda n, unit: amplitude_text(self._outputs[n])
         return table
 
     def _play(self, n: int):
@@ -146,33 +155,6 @@ class AfgStates:
 
         return put, lambda n, unit: f"{getattr(self._play(n), field):.10E}"
 
-    def _level(self, name: str) -> tuple[Handler, Callable[[int, Unit], str]]:
-        if name == "amplitude":
-            return self._set_amplitude, self._tell_amplitude
-        return (
-            lambda n, unit: self.set_level(name, n, number(unit, quantity="V")),
-            lambda n, unit: f"{self._outputs[n].level(name):.4E}",
-        )
-
-    def _set_amplitude(self, n: int, unit: Unit) -> None:
-        """In the channel's unit, or in the one behind the number."""
-        out, given = self._outputs[n], one(unit).upper()
-        named = next((name for name in ("VRMS", "DBM") if given.endswith(name)), None)
-        if named is not None:
-            unit = unit._replace(parameters=(given.removesuffix(named),))
-        name = named or ("VPP" if given[-1:] in "VP" else out.unit)
-        scale = volts_of_unit(name, out.shape, out.set_ohm)
-        if scale is None:
-            raise ScpiFault(-221, f"{name} of this shape or load")
-        value = number(unit, quantity="V" if named is None else "")
-        self.set_level("amplitude", n, scale[0] * (10 ** (value / 20) if scale[1] else value))
-
-    def _tell_amplitude(self, n: int, unit: Unit) -> str:
-        out = self._outputs[n]
-        scale = volts_of_unit(out.unit, out.shape, out.set_ohm) or (1.0, False)
-        value = out.level("amplitude") / scale[0]
-        return f"{20 * math.log10(value) if scale[1] else value:.4E}"
-
     def _set_polarity(self, n: int, unit: Unit) -> None:
         self._play(n).inverted = word(unit, ("NORMal", "INVerted")) == "INV"
 
@@ -190,6 +172,11 @@ class AfgStates:
 
     def _set_idle(self, n: int, unit: Unit) -> None:
         self._play(n).burst_idle = word(unit, ("STARt", "DC", "END"))
+
+    def _set_feed(self, n: int, unit: Unit) -> None:
+        given = one(unit).strip("\"'")
+        unit = unit._replace(parameters=(given,))
+        self._play(n).added = word(unit, ("NOISe", "EXTernal", "BOTH")) if given else ""
 
     def _set_unit(self, n: int, unit: Unit) -> None:
         self._outputs[n].unit = word(unit, ("VPP", "VRMS", "DBM"))

@@ -1,0 +1,1 @@
+"""`rapi batch`: its command, the jobs that it names, and its progress."""

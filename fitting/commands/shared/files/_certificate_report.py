@@ -1,0 +1,71 @@
+"""What a certificate of drives says: limits, proofs, straightness and what is claimed of it."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from fitting._versions import package_versions
+from rapi_jax import Run, linearity, predict
+
+from ._drive_files import file_stem
+
+
+def certificate_report(
+    made: list[Any], about: dict[str, Any], identified: Any, limits: Any, fitted: Any, ecdl: Any
+) -> dict[str, Any]:
+    """What `certificate.json` says of the drives `made`, but for their bands and their files."""
+    notes, trusted = [], about.get("trusted", False)
+    if not trusted:
+        notes.append("the model was not to be trusted when it was fitted; see its model.json.")
+    beyond = [note for one in made for note in identified.outside(one.drive)]
+    notes += beyond
+    used = dataclasses.asdict(identified.limits() if limits is None else limits)
+    del used["unit"]  # the report's own `drive_unit`
+    report = {
+        "schema": "rapi.compensation/1",
+        "unit": about["response_unit"],
+        "drive_unit": about["drive_unit"],
+        "limits": {key: value for key, value in used.items() if value < float("inf")},
+        "limits_from": "identification" if limits is None else "file",
+        "identified": identified.to_dict(),
+        "drives": [
+            one.to_dict()
+            | {"file": f"{file_stem(one.drive.rate)}.csv", "nonlinearity": _nonlinearity(one, ecdl)}
+            for one in made
+        ],
+        "claim": about.get("claim"),
+        "expected": _expected(about.get("claim")) if trusted and not beyond else None,
+        "notes": list(dict.fromkeys(notes)),
+        "versions": package_versions(),
+        "data_sha256": about["data_sha256"],
+    }
+    if fitted is not None:
+        report["inverse_fit"] = {
+            "unit": about["drive_unit"],
+            "rmse": [run.rmse for run in fitted.runs],
+            "excitation_hz": [run.excitation_hz for run in fitted.runs],
+        }
+    return report
+
+
+def _nonlinearity(one: Any, ecdl: Any) -> dict[str, float]:
+    """How far off straight lines the model itself lets the scan be (rms), up and down."""
+    response = np.asarray(predict(ecdl, one.drive)) if one.predicted is None else one.predicted
+    up, down = linearity(Run(one.drive, response)).rms_ghz
+    return {"up": up, "down": down}
+
+
+def _expected(claim: dict[str, Any] | None) -> dict[str, Any] | None:
+    """How far the device is to be expected off a scan like those recorded, if it can be said.
+
+    It is the claim of the fit, less the noise.
+
+    `low` is 0: each branch is judged about a line of its own, which takes from nothing to all of an
+    error.
+    """
+    if claim is None:
+        return None
+    noise = claim["noise"]
+    without = {name: max(claim[name] ** 2 - noise**2, 0.0) ** 0.5 for name in ("rms", "high")}
+    return without | {"low": 0.0, "unit": claim["unit"]}

@@ -11,6 +11,7 @@ from rapi_jax.sampling._phase import turning_samples
 from ._thresholds import THRESHOLDS
 
 Samples = Float[np.ndarray, " samples"]
+_SHORT = 1.4  # samples that a record of one period may end early: `Drive.period` allows 1.5
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,8 +52,14 @@ def closed_cycle(drive: Samples, step_s: float) -> Cycle | None:
     if sum(0 < turn < drive.size - 1 for turn in turns) != 2:
         return None
     slope = (drive[-1] - drive[-1 - near]) / near
-    short = float(np.clip((drive[0] - drive[-1]) / slope, -2.0, 2.0)) if slope else 0.0
+    short = float(np.clip((drive[0] - drive[-1]) / slope, -2.0, _SHORT)) if slope else 0.0
     return Cycle(0, drive.size - 1, 1.0 / ((drive.size - 1 + short) * step_s), low, high)
+
+
+def round_one_rate(rate: float, digits: int, cycle: Cycle, step_s: float) -> float:
+    """The rate of a cycle alone in few digits, where its samples hold a whole period then, too."""
+    plain = float(f"{rate:.{digits}g}")
+    return plain if plain * (cycle.last - cycle.first + _SHORT) * step_s >= 1.0 else rate
 
 
 def _of_kind(drive: Samples, turns: np.ndarray, sign: float) -> list[int]:
@@ -107,6 +114,8 @@ def refine_rate(drive: Samples, cycles: list[Cycle], step_s: float) -> tuple[flo
     else:
         rate = _one_rate(drive, cycles, step_s)
     plain = float(f"{rate:.3g}")
+    if len(cycles) == 1:
+        plain = round_one_rate(rate, 3, cycles[0], step_s)
     slip = abs(rate - plain) / rate * len(cycles)
     return (
         plain
@@ -123,7 +132,7 @@ def _one_rate(drive: Samples, cycles: list[Cycle], step_s: float) -> float:
     near = max((b - a) // 50, 2)
     slope = (drive[b - near] - drive[b]) / near
     short = float((drive[b] - drive[a]) / slope) if slope else 0.0
-    return 1.0 / ((b - a + float(np.clip(short, -2.0, 2.0))) * step_s)
+    return 1.0 / ((b - a + float(np.clip(short, -2.0, _SHORT))) * step_s)
 
 
 def _crossing(part: Samples, middle: float, swing: float) -> float | None:

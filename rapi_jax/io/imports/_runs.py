@@ -8,7 +8,7 @@ from jaxtyping import Float
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Drive, Waveform
 
-from ._cycles import Cycle, closed_cycle, find_cycles, name_waveform, refine_rate
+from ._cycles import Cycle, closed_cycle, find_cycles, name_waveform, refine_rate, round_one_rate
 from ._options import ImportOptions
 from ._thresholds import THRESHOLDS
 
@@ -220,7 +220,7 @@ def _one_period(
     shape = options.waveform or name_waveform(from_low, [period], cycle.rate, step_s)
     if shape not in ("sine", "triangle"):
         return _one_cycle(whole, cycle, options, label)
-    rate = _stated(float(f"{cycle.rate:.4g}"), options, label)
+    rate = _stated(round_one_rate(cycle.rate, 4, cycle, step_s), options, label)
     note = "one period only: its rate is read off the record's length; give --rate"
     return [Piece(*whole, rate, shape)], [] if options.rates else [note]
 

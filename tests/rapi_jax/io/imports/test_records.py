@@ -206,3 +206,15 @@ def test_output_is_replaced_only_where_it_is_its_own(tmp_path):
     with pytest.raises(OSError, match="is there and is no recording"):
         write_import(made, tmp_path / "mine")
     assert (tmp_path / "mine" / "notes.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize("begin", [0.0, 0.25, 0.5, 0.6])
+@pytest.mark.parametrize("size", [401, 1500, 4007, 9998])
+@pytest.mark.parametrize("short", [0, 1])
+def test_a_record_of_one_period_holds_one_however_its_rate_is_rounded(tmp_path, begin, size, short):
+    phase = np.arange(size) / (size - 1 + short) + begin
+    u = 3.0 + 2.0 * np.abs(2.0 * np.mod(phase, 1.0) - 1.0)  # V; from its maximum at `begin` 0
+    made = taken(tmp_path, np.arange(size) * 1e-3, u, 4.5 * u)
+    (run,) = made.recording.runs
+    assert (run.drive.waveform, run.drive.periods) == ("triangle", 1)
+    assert run.drive.rate == pytest.approx(1e3 / (size - 1 + short), rel=1e-3)

@@ -113,15 +113,21 @@ def refine_rate(drive: Samples, cycles: list[Cycle], step_s: float) -> tuple[flo
         rate = 1.0 / (float(number @ time) / float(number @ number))
     else:
         rate = _one_rate(drive, cycles, step_s)
+    return rate, cycles
+
+
+def round_rate(rate: float, periods: int) -> float:
+    """The rate (Hz) in three digits, where they are what was meant."""
     plain = float(f"{rate:.3g}")
-    if len(cycles) == 1:
-        plain = round_one_rate(rate, 3, cycles[0], step_s)
-    slip = abs(rate - plain) / rate * len(cycles)
-    return (
-        plain
-        if slip < THRESHOLDS.rate_slip and abs(rate - plain) < THRESHOLDS.round_rate * rate
-        else rate
-    ), cycles
+    off = abs(rate - plain) / rate
+    near = off * periods < THRESHOLDS.rate_slip and off < THRESHOLDS.round_rate
+    return plain if near else rate
+
+
+def loses_a_period(rate: float, than: float, samples: int, step_s: float) -> bool:
+    """Whether so many samples hold fewer whole periods of `rate` than of the rate `than`."""
+    span = (samples - 1 + _SHORT) * step_s
+    return int(rate * span) < int(than * span)
 
 
 def _one_rate(drive: Samples, cycles: list[Cycle], step_s: float) -> float:

@@ -113,14 +113,14 @@ def afmformats(missing: bool) -> types.ModuleType:
         height = {"height (piezo)": 1e-6 * u, "height (measured)": 1e-7 * y}
         return [Curve({"force": y, "time": t, **height})]
 
-    module.load_data = load_data
+    vars(module)["load_data"] = load_data
     return module
 
 
 def errors() -> types.ModuleType:
     """Its module of errors."""
     module = types.ModuleType("afmformats.errors")
-    module.MissingMetaDataError = MissingMetaDataError
+    vars(module)["MissingMetaDataError"] = MissingMetaDataError
     return module
 
 

@@ -86,7 +86,7 @@ def import_recording(
         if len(tables) > 1:
             notes.append(
                 f"{short}: {len(tables)} tables below each other, each as runs of its own; "
-                "assumed: they follow each other without a pause"
+                f"assumed: they follow each other without a pause{_one_zero(options)}"
             )
         spoken: list[tuple[str, list[str]]] = []
         for table in tables:
@@ -109,7 +109,10 @@ def import_recording(
             "and --response-unit."
         )
     if len(paths) > 1:
-        notes.append("assumed: the files follow each other without a pause, in the order given")
+        notes.append(
+            "assumed: the files follow each other without a pause, in the order given"
+            f"{_one_zero(options)}"
+        )
     if optics is not None:
         way = "rises" if optics.sign > 0 else "falls"
         notes.append(
@@ -132,6 +135,16 @@ def import_recording(
     )
     _units.check_plausible(recording)
     return Imported(recording, tuple(notes))
+
+
+def _one_zero(options: ImportOptions) -> str:
+    """What is assumed of the zeros of runs of several tables; a shift would look like drift."""
+    if options.measured == "fringes" or options.response_origin == "run":
+        return ""
+    return (
+        ", and share one zero of the response; of measurements with a zero of their own each, give "
+        "`--response-origin run`, or the shifts will be taken for drift"
+    )
 
 
 def _join_notes(short: str, spoken: list[tuple[str, list[str]]]) -> list[str]:

@@ -166,6 +166,10 @@ def test_sampling_rate_stated_rates_and_several_files(tmp_path):
     assert [run.name for run in made.recording.runs] == ["run00", "run01"]
     np.testing.assert_allclose(made.recording.runs[1].drive.start_s, 0.4, rtol=1e-3)
     assert "assumed: the files follow each other without a pause" in said(made)
+    assert "share one zero of the response; of measurements with" in said(made)
+    apart = replace(options, response_origin="run")
+    again = import_recording([tmp_path / "a.npz", tmp_path / "b.npz"], apart)
+    assert "without a pause" in said(again) and "share one zero" not in said(again)
     options = replace(VOLT_TO_GHZ, sample_rate=40e3, rates=(10.0,))
     with pytest.raises(DataError, match="repeats at 20 Hz, not at 10 Hz as said. Correct --rate"):
         import_recording(tmp_path / "a.npz", options)

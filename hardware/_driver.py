@@ -37,6 +37,17 @@ class AbstractConnector(abc.ABC):
     """Gives a driver its connections: real ones, or in a dry run those of simulated instruments.
 
     `dry_run`: whether nothing may be reached but by `connect`.
+
+    >>> from hardware import AFG31000, AbstractConnector
+    >>> from hardware.simulated import SimulatedAFG31052, SimulatedLink
+    >>> class Simulation(AbstractConnector):
+    ...     dry_run = True
+    ...
+    ...     def connect(self, resource, *, backend=""):
+    ...         return SimulatedLink(SimulatedAFG31052(), resource=resource)
+    >>> generator = AFG31000.open(AFG31000.Table(kind="afg31000", resource="GEN"), Simulation())
+    >>> generator.identity.split(",")[1]
+    'AFG31052'
     """
 
     dry_run: bool
@@ -56,6 +67,12 @@ class AbstractDriver(ClosesOnExit):
     - `Table`: what that table of the file may hold, checked before anything is connected.
     - `supports_dry_run`: whether `open` reaches nothing where its connector is one of a dry run.
       Other drivers are refused in a dry run.
+
+    >>> from hardware import AFG31000, AbstractDriver
+    >>> issubclass(AFG31000, AbstractDriver), AFG31000.kind, AFG31000.supports_dry_run
+    (True, 'afg31000', True)
+    >>> AFG31000.Table(kind="afg31000", resource="TCPIP::192.168.0.7::INSTR").resources
+    ('TCPIP::192.168.0.7::INSTR',)
     """
 
     kind: ClassVar[str]
@@ -81,6 +98,13 @@ class AbstractReadBack(abc.ABC):
 
     A driver that derives from this too promises that no setting changes unseen during a record.
     `resource`: its address.
+
+    >>> from hardware import AbstractReadBack, InfiniiVision, Scpi
+    >>> from hardware.simulated import SimulatedInfiniiVision, SimulatedLink
+    >>> dark = SimulatedInfiniiVision(lambda now_s, first_s, count, sample_hz: None)
+    >>> scope = InfiniiVision(Scpi(SimulatedLink(dark)))
+    >>> isinstance(scope, AbstractReadBack), scope.resource
+    (True, 'SIM::INSTR')
     """
 
     resource: str

@@ -63,7 +63,7 @@ def diagnose(
     from fitting._result_files import check_output
     from fitting.batch.jobs._find import name_jobs
     from fitting.commands.run import BAD_DATA, DONE, failing_alone
-    from fitting.commands.shared._about import describe_recording, estimate_seconds
+    from fitting.commands.shared._about import THRESHOLDS, describe_recording, estimate_seconds
     from fitting.commands.shared._limits import check_limits_unit
     from fitting.commands.shared._model import load_model
     from fitting.commands.shared._out import console, output_folder, print_json, read_json
@@ -98,7 +98,7 @@ def diagnose(
     out = console(json)
     for name, place, data in zip(names, places, read, strict=True):
         seconds = estimate_seconds(data, "diagnose")
-        about = describe_recording(data, seconds)
+        about = describe_recording(data, seconds, THRESHOLDS.diagnose_longest * seconds)
         label = f"diagnosing {name}" if recordings else "diagnosing"
         with (
             failing_alone(name, failed, alone=not recordings),

@@ -39,7 +39,14 @@ def unregister_exit_action(action: Callable[[], None]) -> None:
 
 @contextlib.contextmanager
 def exit_on_signals() -> Iterator[None]:
-    """Within this block the same signals become a `SystemExit`, whether an output is on or not."""
+    """Within this block the same signals become a `SystemExit`, whether an output is on or not.
+
+    >>> import signal
+    >>> from hardware import exit_on_signals
+    >>> with exit_on_signals():
+    ...     signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    False
+    """
 
     def nothing() -> None:
         """The block itself does what is to be done."""

@@ -36,6 +36,15 @@ class LabBench(AbstractBench, ClosesOnExit):
     that another user changes meanwhile ends the measurement. `so_far` holds what was recorded when
     a measurement fails; `history` says what was played in this session, and `settings` what the
     instruments were set to in the last scan, as JSON.
+
+    >>> from pathlib import Path
+    >>> from hardware import dry_run, read_bench
+    >>> from hardware.simulated import bench_toml
+    >>> at = {"generator": "GEN", "laser": "LAS", "digitizer": "DIG"}  # VISA addresses
+    >>> _ = Path("bench.toml").write_text(bench_toml(at, delay_s=24.5e-9))
+    >>> with dry_run(read_bench("bench.toml")).bench as bench:  # `open_bench` for instruments
+    ...     bench.limits.high_v  # V at the piezo
+    7.5
     """
 
     def __init__(

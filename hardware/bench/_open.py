@@ -63,6 +63,17 @@ def open_bench(bench: StrPath | BenchFile, *, drivers: Iterable[Driver] = ()) ->
 
     Raises `DataError` for the file, `LimitError` where a limit is missing or cannot be kept,
     `InstrumentError` for an instrument that does not answer, or is another one.
+
+    >>> from pathlib import Path
+    >>> from hardware import open_bench
+    >>> from hardware.simulated import Device, Laboratory, WiredLaboratory, bench_toml
+    >>> from rapi_jax.examples import paper_device
+    >>> laboratory = WiredLaboratory(Laboratory(Device(paper_device())))
+    >>> with laboratory.served() as at:  # needs the extra `lab`
+    ...     _ = Path("bench.toml").write_text(bench_toml(at, delay_s=24.5e-9))
+    ...     with open_bench("bench.toml") as bench:
+    ...         bench.limits.high_v  # V
+    7.5
     """
     own = tuple(drivers)
     file = bench if isinstance(bench, BenchFile) else read_bench(bench, drivers=own)
@@ -99,6 +110,16 @@ def dry_run(file: BenchFile, *, seed: int = 0, drivers: Iterable[Driver] = ()) -
 
     A driver connects to the simulated instrument of its family. Raises `DataError` for a driver
     that does not support this, `InstrumentError` for one that takes it for another instrument.
+
+    >>> from pathlib import Path
+    >>> from hardware import dry_run, read_bench
+    >>> from hardware.simulated import bench_toml
+    >>> at = {"generator": "GEN", "laser": "LAS", "digitizer": "DIG"}  # VISA addresses
+    >>> _ = Path("bench.toml").write_text(bench_toml(at, delay_s=24.5e-9))
+    >>> dry = dry_run(read_bench("bench.toml"))
+    >>> with dry.bench:
+    ...     "*IDN?" in dry.sent()["generator"].decode()
+    True
     """
     known, clock = collect_drivers(drivers), Clock()
     arm = None if file.digitizer.measurement is None else MeasurementArm(Target(0.7))

@@ -134,6 +134,18 @@ class AbstractDigitizerTable(AbstractDriverTable):
 
     `measurement`: the measurement arm, for ranging. `margin_s`: recorded on either side of the
     drive; `latency_s`: from the trigger until the drive's first sample is at the piezo.
+
+    >>> from hardware import AbstractDigitizerTable
+    >>> class OwnTable(AbstractDigitizerTable):
+    ...     address: str
+    ...
+    ...     @property
+    ...     def resources(self):
+    ...         return (self.address,)
+    >>> arm = {"connector": 1, "low_v": -0.2, "high_v": 1.2}
+    >>> table = OwnTable(kind="own", address="USB0", interferometer=arm)
+    >>> table.inputs()["interferometer"].high_v, table.sample_hz
+    (1.2, 5000000.0)
     """
 
     interferometer: InputTable
@@ -162,6 +174,19 @@ class AbstractDigitizer(AbstractDriver):
     """A digitizer with an external trigger; `Table` derives from `AbstractDigitizerTable`.
 
     `configure` once, then `arm` and `fetch` for each record. Raises `InstrumentError`.
+
+    >>> import numpy as np
+    >>> from hardware import AbstractDigitizer, Acquisition, Input, ReplayDigitizer, Samples
+    >>> from hardware import write_samples
+    >>> codes = {"interferometer": np.zeros(100, np.int16)}
+    >>> scale, zero = {"interferometer": 1e-3}, {"interferometer": 0.5}
+    >>> _ = write_samples(Samples(codes, scale, zero, sample_hz=5e6, start_s=0.0), ".", "record00")
+    >>> digitizer: AbstractDigitizer = ReplayDigitizer(".")
+    >>> asked = Acquisition({"interferometer": Input(1, -0.2, 1.2)}, before_s=0.0, after_s=1e-5)
+    >>> digitizer.configure(asked)
+    >>> digitizer.arm()
+    >>> float(digitizer.fetch(timeout_s=1.0).check(asked).volts("interferometer")[0])  # V
+    0.5
     """
 
     @abc.abstractmethod

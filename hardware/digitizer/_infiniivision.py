@@ -39,6 +39,21 @@ class InfiniiVision(AbstractDigitizer, AbstractReadBack):
 
     Its memory decides how many samples a second a record of given length has; what came of it is
     in the record.
+
+    >>> import numpy as np
+    >>> from hardware import Acquisition, Input, InfiniiVision, Scpi
+    >>> from hardware.simulated import Clock, SimulatedInfiniiVision, SimulatedLink
+    >>> def light(now_s, first_s, count, sample_hz):  # a ramp at input 1, 100 V/s
+    ...     return {1: 0.5 + 100.0 * (first_s + np.arange(count) / sample_hz)}
+    >>> clock = Clock()
+    >>> there = SimulatedInfiniiVision(light, clock=clock)
+    >>> asked = Acquisition({"interferometer": Input(1, -0.2, 1.2)}, before_s=1e-4, after_s=2e-3)
+    >>> with InfiniiVision(Scpi(SimulatedLink(there, clock=clock))) as scope:
+    ...     scope.configure(asked)
+    ...     scope.arm()
+    ...     samples = scope.fetch(timeout_s=1.0).check(asked)
+    >>> round(float(np.ptp(samples.volts("interferometer"))), 1) >= 0.2  # V in 2.1 ms
+    True
     """
 
     kind = "infiniivision"

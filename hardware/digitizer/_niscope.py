@@ -47,6 +47,12 @@ class NiScope(AbstractDigitizer, AbstractReadBack):
 
     `trigger`: where the generator's trigger output is connected, by NI's name. `level_v`: of an
     analogue trigger; `None` for a digital one, such as a PFI line.
+
+    >>> from hardware import NiScope
+    >>> arm = {"connector": 0, "low_v": -0.2, "high_v": 1.2}
+    >>> table = NiScope.Table(kind="niscope", resource="PXI1Slot2", interferometer=arm)
+    >>> table.trigger, table.resources  # `NiScope.open(table, ...)` needs NI's runtime
+    ('VAL_PFI_1', ('PXI1Slot2',))
     """
 
     kind = "niscope"

@@ -38,6 +38,21 @@ class AFG31000(AbstractGenerator):
 
     A context manager: at its end every output is ramped to its park voltage and off, and the
     connection is closed.
+
+    >>> from hardware import AFG31000, DriveLimits, Scpi
+    >>> from hardware.simulated import SimulatedAFG31052, SimulatedLink
+    >>> from rapi_jax import triangle
+    >>> limits = DriveLimits(0.0, 7.5, slew_v_per_s=2000.0, step_v=0.1, max_frequency_hz=100.0)
+    >>> (drive,) = triangle([20.0], amplitude=4.5, bias=3.0)
+    >>> with AFG31000(Scpi(SimulatedLink(SimulatedAFG31052()))) as generator:
+    ...     generator.set_trigger()
+    ...     output = generator.channel(1, limits=limits)
+    ...     wave = output.load_drive(drive, points=4096)
+    ...     output.start()
+    ...     output.on
+    True
+    >>> output.on, wave.codes.size  # parked and off
+    (False, 4096)
     """
 
     kind = "afg31000"

@@ -16,6 +16,17 @@ class AbstractGeneratorTable(AbstractDriverTable):
     - `park_v`: where the output rests before it is switched. `points`: samples a period.
     - `watchdog_s`: where given, the output ends each drive by itself, so much later than the record
       needs, s: what instruments may take to answer, and data to come over.
+
+    >>> from hardware import AbstractGeneratorTable
+    >>> class OwnTable(AbstractGeneratorTable):
+    ...     address: str
+    ...
+    ...     @property
+    ...     def resources(self):
+    ...         return (self.address,)
+    >>> table = OwnTable(kind="own", address="GPIB0::11::INSTR", park_v=1.0)
+    >>> table.points, table.resources
+    (131072, ('GPIB0::11::INSTR',))
     """
 
     channel: int = Field(default=1, ge=1)
@@ -30,6 +41,14 @@ class AbstractOutput(abc.ABC):
 
     - `limits`: as asked for or narrower; the driver refuses whatever exceeds them.
     - `load_ohm`: the load that the instrument reckons with, as read back, ohm.
+
+    >>> from hardware import AFG31000, AbstractOutput, DriveLimits, Scpi
+    >>> from hardware.simulated import SimulatedAFG31052, SimulatedLink
+    >>> limits = DriveLimits(0.0, 4.5, slew_v_per_s=2000.0, step_v=0.1, max_frequency_hz=100.0)
+    >>> with AFG31000(Scpi(SimulatedLink(SimulatedAFG31052()))) as generator:
+    ...     output: AbstractOutput = generator.channel(1, limits=limits, load_ohm=50.0)
+    ...     output.load_ohm, output.limits.high_v <= 4.5
+    (50.0, True)
     """
 
     limits: DriveLimits
@@ -58,6 +77,20 @@ class AbstractWatchdog(abc.ABC):
     """An output that ends a drive by itself, also where its computer is killed or loses power.
 
     `most_cycles`: the periods that it can count.
+
+    >>> from hardware import AFG31000, AbstractWatchdog, DriveLimits, Scpi
+    >>> from hardware.simulated import SimulatedAFG31052, SimulatedLink
+    >>> from rapi_jax import triangle
+    >>> limits = DriveLimits(0.0, 7.5, slew_v_per_s=2000.0, step_v=0.1, max_frequency_hz=100.0)
+    >>> (drive,) = triangle([20.0], amplitude=4.5, bias=3.0)
+    >>> with AFG31000(Scpi(SimulatedLink(SimulatedAFG31052()))) as generator:
+    ...     output = generator.channel(1, limits=limits)
+    ...     assert isinstance(output, AbstractWatchdog)
+    ...     output.set_watchdog(40)
+    ...     _ = output.load_drive(drive, points=4096)
+    ...     output.start()
+    ...     output.playing_s() <= 2.0  # 40 periods of 50 ms
+    True
     """
 
     most_cycles: int
@@ -79,6 +112,14 @@ class AbstractGenerator(AbstractDriver):
     """A generator with a trigger output; at its end every output is parked and off.
 
     `Table` derives from `AbstractGeneratorTable`.
+
+    >>> from hardware import AFG31000, AbstractGenerator, Scpi
+    >>> from hardware.simulated import SimulatedAFG31052, SimulatedLink
+    >>> generator: AbstractGenerator = AFG31000(Scpi(SimulatedLink(SimulatedAFG31052())))
+    >>> generator.set_trigger()
+    >>> generator.kind, generator.identity.split(",")[1]
+    ('afg31000', 'AFG31052')
+    >>> generator.close()
     """
 
     @abc.abstractmethod

@@ -38,6 +38,18 @@ class AfgChannel(AbstractOutput, AbstractReadBack, AbstractWatchdog):
     - `on`: whether the output may be on. `loaded`: what will be played, `None` at first.
     - `undone`: settings that another user had left, and that were brought into order.
     - `found_on`: what an output that was found on played, before it was parked; else empty.
+
+    >>> from hardware import AFG31000, DriveLimits, Scpi
+    >>> from hardware.simulated import SimulatedAFG31052, SimulatedLink
+    >>> from rapi_jax import triangle
+    >>> limits = DriveLimits(0.0, 7.5, slew_v_per_s=2000.0, step_v=0.1, max_frequency_hz=100.0)
+    >>> (drive,) = triangle([20.0], amplitude=4.5, bias=3.0)
+    >>> with AFG31000(Scpi(SimulatedLink(SimulatedAFG31052()))) as generator:
+    ...     output = generator.channel(1, limits=limits, park_v=1.0)
+    ...     wave = output.load_drive(drive, points=4096)
+    ...     same = bool((output.read_back() == wave.codes).all())
+    >>> same, output.on
+    (True, False)
     """
 
     most_cycles = commands.MOST_CYCLES

@@ -6,11 +6,34 @@ from hardware._driver import AbstractDriver, AbstractDriverTable
 
 
 class AbstractLaserTable(AbstractDriverTable):
-    """The table of a laser; what it may be set to is its driver's."""
+    """The table of a laser; what it may be set to is its driver's.
+
+    >>> from hardware import AbstractLaserTable
+    >>> class OwnTable(AbstractLaserTable):
+    ...     current_ma: float
+    ...
+    ...     @property
+    ...     def resources(self):
+    ...         return ()
+    >>> OwnTable(kind="by-hand", current_ma=80.0).current_ma
+    80.0
+    """
 
 
 class AbstractLaser(AbstractDriver):
-    """A laser with its controller; `Table` derives from `AbstractLaserTable`."""
+    """A laser with its controller; `Table` derives from `AbstractLaserTable`.
+
+    >>> from hardware import TLB6700, AbstractLaser, LaserLimits, VisaLaserLink
+    >>> from hardware.simulated import SimulatedLink, SimulatedTLB6700
+    >>> limits = LaserLimits(
+    ...     (765.0, 781.0), (0.0, 100.0), (30.0, 140.0), diode_c=(15.0, 30.0), cavity_c=(20.0, 40.0)
+    ... )
+    >>> link = VisaLaserLink(SimulatedLink(SimulatedTLB6700(emits=True)))
+    >>> laser: AbstractLaser = TLB6700(link, limits=limits)
+    >>> laser.check()
+    >>> laser.check_emission()
+    >>> laser.close()
+    """
 
     @abc.abstractmethod
     def check(self) -> None:

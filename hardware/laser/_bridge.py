@@ -35,6 +35,15 @@ class Bridge(AbstractInstrument):
     What is refused, or goes wrong behind the bridge, is answered by a line that begins with
     `BRIDGE: `, which no setter takes for `OK` and no query for a number. Only the commands that
     are listed in `_allowed` are passed on. For one client at a time: `HislipServer(alone=True)`.
+
+    >>> from hardware import Bridge, VisaLaserLink
+    >>> from hardware.simulated import SimulatedLink, SimulatedTLB6700
+    >>> there = VisaLaserLink(SimulatedLink(SimulatedTLB6700()))  # or `VendorDllLink("SN1012")`
+    >>> bridged = VisaLaserLink(SimulatedLink(Bridge(there)))
+    >>> bridged.query("SYSTem:LASer:MODEL?")
+    'TLB-6712'
+    >>> bridged.query("*RST")[:8]
+    'BRIDGE: '
     """
 
     def __init__(

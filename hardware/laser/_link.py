@@ -17,6 +17,12 @@ class AbstractLaserLink(ClosesOnExit):
     """A connection to one controller, with its own clock (real, or that of a simulation).
 
     A context manager.
+
+    >>> from hardware import AbstractLaserLink, VisaLaserLink
+    >>> from hardware.simulated import SimulatedLink, SimulatedTLB6700
+    >>> link: AbstractLaserLink = VisaLaserLink(SimulatedLink(SimulatedTLB6700()))
+    >>> link.query("SYSTem:LASer:MODEL?")
+    'TLB-6712'
     """
 
     resource: str
@@ -56,6 +62,12 @@ class VisaLaserLink(AbstractLaserLink):
     """A controller behind a connection of bytes: a bridge, or the simulated laboratory.
 
     After a failure nothing that still comes is trusted: the next command connects again.
+
+    >>> from hardware import VisaLaserLink
+    >>> from hardware.simulated import SimulatedLink, SimulatedTLB6700
+    >>> with VisaLaserLink(SimulatedLink(SimulatedTLB6700())) as link:
+    ...     link.query("SOURce:VOLTage:PIEZo 40"), link.query("SOURce:VOLTage:PIEZo?")
+    ('OK', '40.00')
     """
 
     def __init__(self, link: AbstractLink, *, timeout_s: float = 2.0, token: str = "") -> None:

@@ -34,6 +34,16 @@ class TLB6700(AbstractLaser, AbstractReadBack):
     `InstrumentError` for another controller or head, `LimitError` for a value beyond `limits`;
     none given is refused. A context manager: at its end scan and tracking are stopped and the front
     panel works again. Emission is left as it is: switching ages the diode and lets it drift.
+
+    >>> from hardware import TLB6700, LaserLimits, VisaLaserLink
+    >>> from hardware.simulated import SimulatedLink, SimulatedTLB6700
+    >>> limits = LaserLimits(
+    ...     (765.0, 781.0), (0.0, 100.0), (30.0, 140.0), diode_c=(15.0, 30.0), cavity_c=(20.0, 40.0)
+    ... )
+    >>> with TLB6700(VisaLaserLink(SimulatedLink(SimulatedTLB6700())), limits=limits) as laser:
+    ...     laser.set_piezo(40.0)
+    ...     laser.head, laser.piezo()
+    ('TLB-6712', 40.0)
     """
 
     kind = "tlb6700"

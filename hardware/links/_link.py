@@ -12,10 +12,17 @@ class Received(NamedTuple):
 
 
 class AbstractLink(abc.ABC):
-    """A connection to one instrument, with its own clock (real, or that of a simulation).
+    r"""A connection to one instrument, with its own clock (real, or that of a simulation).
 
     A deadline is a time on that clock. Every method raises `LinkError`, and nothing else, where the
     connection fails or the deadline passes.
+
+    >>> from hardware import AbstractLink
+    >>> from hardware.simulated import SimulatedAFG31052, SimulatedLink
+    >>> link: AbstractLink = SimulatedLink(SimulatedAFG31052())
+    >>> link.send(b"*IDN?\n", deadline=link.now() + 1.0)
+    >>> link.receive(18, deadline=link.now() + 1.0).data
+    b'TEKTRONIX,AFG31052'
     """
 
     resource: str

@@ -26,6 +26,15 @@ class Scpi:
     After a failure nothing that still comes is trusted: the next call connects again, and asks the
     instrument who it is before anything else. Nothing is ever sent twice. Every method raises
     `InstrumentError`, at most `timeout_s` after the call.
+
+    >>> from hardware import Scpi
+    >>> from hardware.simulated import SimulatedAFG31052, SimulatedLink
+    >>> scpi = Scpi(SimulatedLink(SimulatedAFG31052()))
+    >>> scpi.identify("TEKTRONIX,AFG31052,.*").split(",")[1]
+    'AFG31052'
+    >>> scpi.command("SOUR1:FREQ 20")
+    >>> scpi.number("SOUR1:FREQ?")  # Hz
+    20.0
     """
 
     def __init__(self, link: AbstractLink, *, timeout_s: float = 2.0) -> None:

@@ -26,6 +26,15 @@ class VisaLink(AbstractLink):
     read, and gathers an endless answer without bound. So the socket is watched here, and pyvisa
     moves only what there is, or is room for. Its HiSLIP counts a deadline anew for every piece of a
     message, so such a connection is shut when time is up.
+
+    >>> from hardware import Scpi, TcpServer, VisaLink
+    >>> from hardware.simulated import SimulatedAFG31052
+    >>> with TcpServer(SimulatedAFG31052()) as server:  # or an instrument in the laboratory
+    ...     link = VisaLink(server.resource, backend="@py")  # needs the extra `lab`
+    ...     identity = Scpi(link).text("*IDN?")
+    ...     link.close()
+    >>> identity.split(",")[1]
+    'AFG31052'
     """
 
     def __init__(self, resource: str, *, backend: str = "", open_s: float = 5.0) -> None:

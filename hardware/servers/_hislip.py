@@ -21,6 +21,12 @@ class HislipServer(AbstractListener):
 
     Synchronized mode of HiSLIP 1.0, with exclusive locks and without service requests. Each answer
     says which message it is to, so that a late one is never taken for the next. A context manager.
+
+    >>> from hardware import HislipServer
+    >>> from hardware.simulated import SimulatedAFG31052
+    >>> with HislipServer(SimulatedAFG31052()) as server:  # `VisaLink(server.resource)` reaches it
+    ...     server.resource.startswith("TCPIP::127.0.0.1::hislip0,")
+    True
     """
 
     def __init__(

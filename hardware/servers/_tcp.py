@@ -13,10 +13,20 @@ _QUICKACK = getattr(socket, "TCP_QUICKACK", None)  # Linux
 
 
 class TcpServer(AbstractListener):
-    """Serves each client in a thread of its own, by default on this computer alone.
+    r"""Serves each client in a thread of its own, by default on this computer alone.
 
     Acknowledges at once: a small upload would otherwise stall for 44 ms, where a client waits for
     the acknowledgement of one piece before it sends the next. A context manager.
+
+    >>> import socket
+    >>> from hardware import TcpServer
+    >>> from hardware.simulated import SimulatedAFG31052
+    >>> with TcpServer(SimulatedAFG31052()) as server:
+    ...     with socket.create_connection((server.host, server.port), timeout=5.0) as client:
+    ...         client.sendall(b"*IDN?\n")
+    ...         answer = client.makefile().readline()
+    >>> answer.split(",")[1]
+    'AFG31052'
     """
 
     def __init__(

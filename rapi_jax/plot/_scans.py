@@ -50,11 +50,16 @@ def compensation(made: Sequence[Any], unit: str, drive_unit: str) -> Picture:
     return figure
 
 
-def scans(before: Recording, after: Recording) -> Picture:
+def scans(
+    before: Recording,
+    after: Recording,
+    *,
+    names: tuple[str, str] = ("without compensation", "with compensation"),
+) -> Picture:
     """Scans with and without compensation, and what a straight line leaves of each (Fig. 9).
 
     Below the scans each rate has a row of its own; where readings are many, a line is their median
-    and the band holds 95 % of them.
+    and the band holds 95 % of them. `names`: titles of the two columns.
 
     >>> import numpy as np
     >>> from rapi_jax import plot
@@ -65,17 +70,15 @@ def scans(before: Recording, after: Recording) -> Picture:
     >>> noise = np.random.default_rng(0).standard_normal(100)  # GHz
     >>> recording = Recording.of(drives, [y + 0.02 * noise for y in truth])
     >>> straight = Recording.of(drives, [18.0 * drive.value for drive in drives])
-    >>> picture = plot.scans(recording, straight)
-    >>> len(picture.axes)
-    6
+    >>> picture = plot.scans(recording, straight, names=("triangle", "compensated"))
+    >>> len(picture.axes), picture.axes[0].get_title()
+    (6, 'triangle')
     """
     count = max(len(shown_runs(one, 6)) for one in (before, after))
     heights = (2.0, *(1.0 for _ in range(count)))
     figure = Picture(figsize=(9.0, 2.8 + 1.5 * count), layout="constrained")
     axes = figure.subplots(1 + count, 2, sharex=True, squeeze=False, height_ratios=heights)
-    for column, (recording, name) in enumerate(
-        ((before, "without compensation"), (after, "with compensation"))
-    ):
+    for column, (recording, name) in enumerate(zip((before, after), names, strict=True)):
         unit = recording.response_unit
         top = axes[0, column]
         for spare in axes[1 + len(shown_runs(recording, 6)) :, column]:

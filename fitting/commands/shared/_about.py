@@ -26,6 +26,12 @@ class TimeThresholds:
     diagnose_s_per_sample: float = threshold(
         1e-4, unit="s/sample", origin="measured: 21 s for 31 200 samples in a cold process"
     )
+    diagnose_longest: float = threshold(
+        9.0,
+        unit="times",
+        origin="measured: single periods of two ferroelectrics, 3000 and 4000 samples that no "
+        "operator describes exactly, took 2.5 and 9 times the estimate of processor time",
+    )
 
 
 THRESHOLDS = TimeThresholds()
@@ -40,8 +46,11 @@ def estimate_seconds(recording: Any, work: Work) -> float:
     return THRESHOLDS.diagnose_s + THRESHOLDS.diagnose_s_per_sample * samples
 
 
-def describe_recording(recording: Any, seconds: float) -> str:
-    """Such as `5 runs of 4 periods at 10 to 40 Hz, two swings, noise 20 MHz rms; about 30 s`."""
+def describe_recording(recording: Any, seconds: float, longest: float | None = None) -> str:
+    """Such as `5 runs of 4 periods at 10 to 40 Hz, two swings, noise 20 MHz rms; about 30 s`.
+
+    `longest`: what it may take, s, where that is more.
+    """
     import numpy as np
 
     from fitting._units import quantity
@@ -62,7 +71,8 @@ def describe_recording(recording: Any, seconds: float) -> str:
         noise = [RunSummary.of(run, recording.response_lag_s).noise for run in runs]
         whole = float(np.sqrt(np.mean(np.square(noise))))
         text += f", noise {quantity(float(f'{whole:.2g}'), recording.response_unit)} rms"
-    return f"{text}; about {_round_seconds(seconds)}"
+    more = "" if longest is None else f" to {_round_seconds(longest)}"
+    return f"{text}; about {_round_seconds(seconds)}{more}"
 
 
 def _between(values: Any) -> str:

@@ -53,6 +53,14 @@ def even_clock(time: Samples, label: str) -> tuple[Samples, list[Stretch], list[
             "was put in their place"
         )
         return line, [(0, time.size)], [note] if kinds.size > 1 else []
+    if (digits := _printed_digits(time)) is not None:
+        line, off = _fit_line(time)
+        coarse = 10.0 ** (np.floor(np.log10(np.abs(time).max())) - digits + 1)
+        if off <= 1.01 * coarse and off < THRESHOLDS.off_clock * (line[1] - line[0]):
+            return line, [(0, time.size)], [
+                f"times are printed in {digits} digits, so an even clock of "
+                f"{line[1] - line[0]:.6g} s was put in their place"
+            ]  # fmt: skip
     usual = float(np.median(step))
     gaps = np.flatnonzero(step > THRESHOLDS.gap * usual) if usual > 0 else np.arange(step.size)
     if gaps.size > max(THRESHOLDS.few_gaps * step.size, 1):
@@ -73,6 +81,26 @@ def even_clock(time: Samples, label: str) -> tuple[Samples, list[Stretch], list[
         if np.abs(time[a:b] - even).max() <= THRESHOLDS.uneven_step * usual:
             time[a:b] = even
     return time, stretches, notes
+
+
+def _printed_digits(time: Samples) -> int | None:
+    """In how many significant digits all times are printed; `None` for more than nine.
+
+    Past a power of ten the last of them is worth ten times as much.
+    """
+    size = np.abs(time[time != 0])
+    for digits in range(3, 10):
+        last = size / 10.0 ** (np.floor(np.log10(size)) - digits + 1)
+        if np.abs(last - np.round(last)).max() < 1e-4:
+            return digits
+    return None
+
+
+def _fit_line(time: Samples) -> tuple[Samples, float]:
+    """The even clock nearest to times, and how far off the farthest of them is, s."""
+    number = np.arange(time.size) - (time.size - 1) / 2.0
+    line = time.mean() + number * float(number @ (time - time.mean())) / float(number @ number)
+    return line, float(np.abs(time - line).max())
 
 
 def is_even(time: Samples) -> str | None:

@@ -11,6 +11,7 @@ from rapi_jax.sampling._phase import turning_samples
 from ._thresholds import THRESHOLDS
 
 Samples = Float[np.ndarray, " samples"]
+_SHORT = 1.4  # samples that a record of one period may end early: `Drive.period` allows 1.5
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,8 +52,14 @@ def closed_cycle(drive: Samples, step_s: float) -> Cycle | None:
     if sum(0 < turn < drive.size - 1 for turn in turns) != 2:
         return None
     slope = (drive[-1] - drive[-1 - near]) / near
-    short = float(np.clip((drive[0] - drive[-1]) / slope, -2.0, 2.0)) if slope else 0.0
+    short = float(np.clip((drive[0] - drive[-1]) / slope, -2.0, _SHORT)) if slope else 0.0
     return Cycle(0, drive.size - 1, 1.0 / ((drive.size - 1 + short) * step_s), low, high)
+
+
+def round_one_rate(rate: float, digits: int, cycle: Cycle, step_s: float) -> float:
+    """The rate of a cycle alone in few digits, where its samples hold a whole period then, too."""
+    plain = float(f"{rate:.{digits}g}")
+    return plain if plain * (cycle.last - cycle.first + _SHORT) * step_s >= 1.0 else rate
 
 
 def _of_kind(drive: Samples, turns: np.ndarray, sign: float) -> list[int]:
@@ -106,13 +113,21 @@ def refine_rate(drive: Samples, cycles: list[Cycle], step_s: float) -> tuple[flo
         rate = 1.0 / (float(number @ time) / float(number @ number))
     else:
         rate = _one_rate(drive, cycles, step_s)
+    return rate, cycles
+
+
+def round_rate(rate: float, periods: int) -> float:
+    """The rate (Hz) in three digits, where they are what was meant."""
     plain = float(f"{rate:.3g}")
-    slip = abs(rate - plain) / rate * len(cycles)
-    return (
-        plain
-        if slip < THRESHOLDS.rate_slip and abs(rate - plain) < THRESHOLDS.round_rate * rate
-        else rate
-    ), cycles
+    off = abs(rate - plain) / rate
+    near = off * periods < THRESHOLDS.rate_slip and off < THRESHOLDS.round_rate
+    return plain if near else rate
+
+
+def loses_a_period(rate: float, than: float, samples: int, step_s: float) -> bool:
+    """Whether so many samples hold fewer whole periods of `rate` than of the rate `than`."""
+    span = (samples - 1 + _SHORT) * step_s
+    return int(rate * span) < int(than * span)
 
 
 def _one_rate(drive: Samples, cycles: list[Cycle], step_s: float) -> float:
@@ -123,7 +138,7 @@ def _one_rate(drive: Samples, cycles: list[Cycle], step_s: float) -> float:
     near = max((b - a) // 50, 2)
     slope = (drive[b - near] - drive[b]) / near
     short = float((drive[b] - drive[a]) / slope) if slope else 0.0
-    return 1.0 / ((b - a + float(np.clip(short, -2.0, 2.0))) * step_s)
+    return 1.0 / ((b - a + float(np.clip(short, -2.0, _SHORT))) * step_s)
 
 
 def _crossing(part: Samples, middle: float, swing: float) -> float | None:

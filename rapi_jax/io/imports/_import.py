@@ -86,8 +86,9 @@ def import_recording(
         if len(tables) > 1:
             notes.append(
                 f"{short}: {len(tables)} tables below each other, each as runs of its own; "
-                "assumed: they follow each other without a pause"
+                f"assumed: they follow each other without a pause{_one_zero(options)}"
             )
+        spoken: list[tuple[str, list[str]]] = []
         for table in tables:
             channels = read_channels(table, str(path), options)
             units.setdefault((channels.drive_unit, channels.response_unit), table.label)
@@ -96,9 +97,10 @@ def import_recording(
             found, said = _runs_of(channels, options, table.label, start, len(runs))
             runs += found
             notes += [line for line in channels.notes if line not in notes]
-            notes += [f"{place}: {line}" for line in said]
+            spoken.append((place, said))
             start += float(channels.time[-1] - channels.time[0])
             provenance[f"columns{number:02d}"] = channels.columns
+        notes += _join_notes(short, spoken)
         provenance[f"file{number:02d}"] = f"{Path(path).name} sha256 {_digest(path)}"
     if len(units) > 1:
         said = "; ".join(f"{u[0]} and {u[1]} in {label}" for u, label in units.items())
@@ -107,7 +109,10 @@ def import_recording(
             "and --response-unit."
         )
     if len(paths) > 1:
-        notes.append("assumed: the files follow each other without a pause, in the order given")
+        notes.append(
+            "assumed: the files follow each other without a pause, in the order given"
+            f"{_one_zero(options)}"
+        )
     if optics is not None:
         way = "rises" if optics.sign > 0 else "falls"
         notes.append(
@@ -130,6 +135,24 @@ def import_recording(
     )
     _units.check_plausible(recording)
     return Imported(recording, tuple(notes))
+
+
+def _one_zero(options: ImportOptions) -> str:
+    """What is assumed of the zeros of runs of several tables; a shift would look like drift."""
+    if options.measured == "fringes" or options.response_origin == "run":
+        return ""
+    return (
+        ", and share one zero of the response; of measurements with a zero of their own each, give "
+        "`--response-origin run`, or the shifts will be taken for drift"
+    )
+
+
+def _join_notes(short: str, spoken: list[tuple[str, list[str]]]) -> list[str]:
+    """What was said of the tables of a file; what holds of each of several, once."""
+    lines = spoken[0][1] if len(spoken) > 1 else []
+    shared = [line for line in lines if all(line in said for _, said in spoken)]
+    apart = [f"{place}: {line}" for place, said in spoken for line in said if line not in shared]
+    return apart + [f"{short}, each table: {line}" for line in shared]
 
 
 def _runs_of(

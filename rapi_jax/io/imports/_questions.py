@@ -13,8 +13,8 @@ _ALLOWED = {"drive": DRIVES, "response": RESPONSES}
 def locate_columns(table: Table, source: Table, options: ImportOptions) -> dict[str, int]:
     """The columns of the response or of fringes, in `table`, and of a recorded drive, in `source`.
 
-    Raises `DataError`, with one question for all columns and units that neither files nor options
-    give, and the options that answer it.
+    Raises `DataError`, with one question for all columns, units and clocks that neither files nor
+    options give, and the options that answer it.
     """
     measured = options.measured
     tables = {measured: table} | ({"drive": source} if options.made is None else {})
@@ -23,7 +23,8 @@ def locate_columns(table: Table, source: Table, options: ImportOptions) -> dict[
     columns = [what for what, place in places.items() if place is None]
     units = [what for what in (measured, "drive") if not _has_unit(tables, what, options)]
     optics = _ask_optics(options)
-    if not columns and not units and not optics:
+    clocks = _ask_clock(tables, places, measured, options)
+    if not columns and not units and not optics and not clocks:
         return {what: place for what, place in places.items() if place is not None}
     parts = []
     if columns:
@@ -38,8 +39,8 @@ def locate_columns(table: Table, source: Table, options: ImportOptions) -> dict[
             f"{' and '.join(f'--{what}-unit' for what in units)}; no unit is assumed "
             f"({'; '.join(choices)})."
         )
-    parts += optics
-    there = dict.fromkeys([table.label, source.label] if columns else [])
+    parts += clocks + optics
+    there = dict.fromkeys([table.label, source.label] if columns or clocks else [])
     lists = [
         (f"Columns of {label}" if len(there) > 1 else "Columns")
         + f", by number or name: {(table if label == table.label else source).describe()}."
@@ -70,6 +71,29 @@ def _has_unit(tables: dict[str, Table], what: str, options: ImportOptions) -> bo
     place = _place(table, what, options)
     asked = table.columns if place is None else [table.columns[place]]
     return any(column.unit for column in asked if place is not None or not column.is_time)
+
+
+def _ask_clock(
+    tables: dict[str, Table], places: dict[str, int | None], measured: str, options: ImportOptions
+) -> list[str]:
+    """What is to be said of the times of the response and of the drive."""
+    if options.sample_rate is not None or options.time is not None:
+        return []
+    asked = [what for what in (measured, "drive") if what in tables]
+    silent = [what for what in asked if not _has_clock(tables[what], places[what])]
+    labels = list(dict.fromkeys(tables[what].label for what in silent))
+    if not labels:
+        return []
+    where = f" of {' and of '.join(labels)}" if len({t.label for t in tables.values()}) > 1 else ""
+    return [f"no column{where} is a time. Name it by --time, or give --sample-rate."]
+
+
+def _has_clock(table: Table, place: int | None) -> bool:
+    """Whether a file says when a column was sampled: of one not named yet, any column counts."""
+    if table.step_s is not None or table.find_time() is not None:
+        return True
+    asked = table.columns if place is None else [table.columns[place]]
+    return any(column.step_s is not None for column in asked)
 
 
 def _options(columns: list[str]) -> str:

@@ -8,7 +8,16 @@ from jaxtyping import Float
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Drive, Waveform
 
-from ._cycles import Cycle, closed_cycle, find_cycles, name_waveform, refine_rate
+from ._cycles import (
+    Cycle,
+    closed_cycle,
+    find_cycles,
+    loses_a_period,
+    name_waveform,
+    refine_rate,
+    round_one_rate,
+    round_rate,
+)
 from ._options import ImportOptions
 from ._thresholds import THRESHOLDS
 
@@ -48,10 +57,13 @@ def cut_record(
         kept = [max(kept, key=len)]
     pieces, own, rates = [], [], []
     for group in kept:
-        rate, group = refine_rate(drive, group, step_s)
+        exact, group = refine_rate(drive, group, step_s)
+        rate = round_rate(exact, len(group))
+        first, last = whole if not options.cut else _extend(drive, group, rate, step_s)
+        if loses_a_period(rate, exact, last - first + 1, step_s):
+            rate = exact
         rate = _stated(rate, options, label)
         waveform = options.waveform or name_waveform(drive, group, rate, step_s)
-        first, last = whole if not options.cut else _extend(drive, group, rate, step_s)
         pieces.append(Piece(first, last, rate, waveform))
         own.append(group)
         rates.append(rate)
@@ -220,7 +232,7 @@ def _one_period(
     shape = options.waveform or name_waveform(from_low, [period], cycle.rate, step_s)
     if shape not in ("sine", "triangle"):
         return _one_cycle(whole, cycle, options, label)
-    rate = _stated(float(f"{cycle.rate:.4g}"), options, label)
+    rate = _stated(round_one_rate(cycle.rate, 4, cycle, step_s), options, label)
     note = "one period only: its rate is read off the record's length; give --rate"
     return [Piece(*whole, rate, shape)], [] if options.rates else [note]
 

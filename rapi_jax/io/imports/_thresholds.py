@@ -18,6 +18,11 @@ class ImportThresholds:
     uneven_step: float = threshold(
         0.01, unit="of a step", origin="rounding of printed times; less is made even"
     )
+    off_clock: float = threshold(
+        0.45,
+        unit="of a step",
+        origin="derivation: where a sample is missing, times are off an even clock by half a step",
+    )
     rate_window: int = threshold(
         50, unit="samples", origin="set by trial; over so many, jitter is no sampling rate"
     )

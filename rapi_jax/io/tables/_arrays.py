@@ -14,6 +14,12 @@ from ._table import Table, columns_of, table_of
 
 _DAMAGED = "It is damaged, or holds objects, which are never unpickled: save plain arrays."
 
+_OPAQUE = (
+    "it holds an object of MATLAB (a timeseries, a table or one of a class), which only MATLAB can "
+    "read, or is damaged. Save its numbers there as plain arrays, such as `t = x.Time; "
+    "y = x.Data; save('plain.mat', 't', 'y')`."
+)
+
 
 def read_npy_table(path: Path) -> Table:
     """The columns of a `.npy` file: samples x columns, or named fields."""
@@ -55,8 +61,11 @@ def read_mat_table(path: Path) -> Table:
     pairs: list[tuple[str, np.ndarray]] = []
     with open_regular(path) as file:
         try:
-            declared = sum(8 * math.prod(shape) for _, shape, _ in io.whosmat(file))
-            _check_size(label, declared)
+            try:
+                sizes = [8 * math.prod(shape) for _, shape, _ in io.whosmat(file)]
+            except TypeError as error:  # an object has no shape
+                raise DataError(f"{label}: {_OPAQUE}") from error
+            _check_size(label, sum(sizes))
             file.seek(0)
             content = io.loadmat(file, squeeze_me=True)
         except DataError:

@@ -149,8 +149,19 @@ def _find_rows(lines: list[str], delimiter: str | None) -> tuple[list[int], int]
         after = range(i, min(i + _ALIKE, len(full)))
         good = sum(full[k] or blank[k] for k in after)
         if full[i] and good >= 0.8 * len(after):
+            if any(_is_names(lines[k], delimiter, use) for k in after):
+                continue  # a short table of something else: the samples have names of their own
             return sorted(use), i
     return [], 0
+
+
+def _is_names(line: str, delimiter: str | None, use: frozenset[int]) -> bool:
+    """Whether a line has a word, and no number, in every column that holds numbers."""
+    cells = _cells(line, delimiter)
+    return len(use) > 1 and all(
+        i < len(cells) and cells[i].lower() not in _MISSING and not _STAMP.fullmatch(cells[i])
+        for i in use
+    ) and not use & _numeric(line, delimiter)  # fmt: skip
 
 
 def _load(

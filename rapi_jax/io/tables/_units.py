@@ -43,12 +43,12 @@ def known_unit(text: str) -> str | None:
 _FORMS = (
     re.compile(r"(?P<name>.*?)\s*[(\[]\s*(?P<unit>[^()\[\]]{1,12})\s*[)\]]"),
     re.compile(r"(?P<name>.*?)\s*\bin\s+(?P<unit>\S{1,12})"),
-    re.compile(r"(?P<name>.+?)\s*[/_]\s*(?P<unit>[^\s/_]{1,12})"),
+    re.compile(r"(?P<name>.+?)\s*[/_,]\s*(?P<unit>[^\s/_,]{1,12})"),
 )
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
-    """A name without the unit in it, and that unit: "CH1 (mV)", "C1 in V", "time_s"."""
+    """A name without the unit in it, and that unit: "CH1 (mV)", "C1 in V", "time_s", "Ch1,V"."""
     for form in _FORMS:
         found = form.fullmatch(name)
         unit = known_unit(found["unit"]) if found else None

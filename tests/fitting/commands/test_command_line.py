@@ -86,6 +86,7 @@ def test_what_is_about_to_be_worked_on():
     text = describe_recording(data, 58.0)
     assert text == "4 runs of 4 periods at 10 to 40 Hz, two swings, noise 20 MHz rms; about 60 s"
     assert describe_recording(data, 190.0).endswith("about 3 minutes")
+    assert describe_recording(data, 20.0, 160.0).endswith("rms; about 20 s to 3 minutes")
     assert estimate_seconds(data, "fit") < estimate_seconds(data, "diagnose")
 
 

@@ -1,5 +1,6 @@
 """Files of other programs: tables below each other, a channel a file, force curves."""
 
+import struct
 import sys
 import types
 
@@ -45,6 +46,10 @@ def test_tables_below_each_other_become_runs(tmp_path):
     assert float(np.ptp(runs[0].response)) == pytest.approx(2e-3, rel=0.1)
     assert "3 tables below each other" in made.notes[0]
     assert any(note.startswith("a.dat, table 2: run01") for note in made.notes)
+    once = [note for note in made.notes if "one period only" in note]
+    assert once == [
+        "a.dat, each table: one period only: its rate is read off the record's length; give --rate"
+    ]
 
 
 def test_rates_that_are_stated_and_a_slip_in_a_table(tmp_path):
@@ -108,14 +113,14 @@ def afmformats(missing: bool) -> types.ModuleType:
         height = {"height (piezo)": 1e-6 * u, "height (measured)": 1e-7 * y}
         return [Curve({"force": y, "time": t, **height})]
 
-    module.load_data = load_data
+    vars(module)["load_data"] = load_data
     return module
 
 
 def errors() -> types.ModuleType:
     """Its module of errors."""
     module = types.ModuleType("afmformats.errors")
-    module.MissingMetaDataError = MissingMetaDataError
+    vars(module)["MissingMetaDataError"] = MissingMetaDataError
     return module
 
 
@@ -139,3 +144,62 @@ def test_force_curves_without_afmformats_say_what_to_install(tmp_path, monkeypat
     put(tmp_path / "a.ibw", "wave")
     with pytest.raises(DataError, match=r"pip install afmformats` \(the extra `afm`\)"):
         import_recording(tmp_path / "a.ibw", ImportOptions())
+
+
+def below_settings(t, u, y) -> str:
+    """A ferroelectric loop: one row of settings under names of its own, then the samples."""
+    head = "R,Ohm\tC,pF\tTemp,C\n0000000000\t0000100000\t+025.00\nCh1,V\tCh2,V\tTime,s\n"
+    return head + rows(u, y, t, separator="\t")
+
+
+def test_samples_below_a_row_of_settings(tmp_path):
+    t, u, y = scanned((10.0, 3, 4.5), sample_hz=2000.0)
+    path = put(tmp_path / "a.txt", below_settings(t, u, y))
+    made = import_recording(path, ImportOptions(drive="Ch1", response="Ch2"))
+    (run,) = made.recording.runs
+    assert (run.drive.size, run.drive.periods) == (t.size, 3)
+    assert (made.recording.drive_unit, made.recording.response_unit) == ("V", "V")
+    np.testing.assert_allclose(run.response, y, rtol=1e-8)
+    assert "columns 0 'Ch1,V', 1 'Ch2,V', 2 'Time,s'" in made.notes[0]
+
+
+def test_all_that_a_file_leaves_open_is_asked_at_once(tmp_path):
+    t, u, y = scanned((10.0, 3, 4.5), sample_hz=2000.0)
+    np.savez(tmp_path / "a.npz", V1=u, D1=y)
+    with pytest.raises(DataError) as caught:
+        import_recording(tmp_path / "a.npz", ImportOptions())
+    asked = str(caught.value)
+    assert all(
+        f"--{name}" in asked for name in ("response", "drive", "response-unit", "drive-unit")
+    )
+    assert "No column is a time. Name it by --time, or give --sample-rate." in asked
+    assert asked.count("Columns, by number or name") == 1
+    answers = ImportOptions(
+        response="D1", drive="V1", response_unit="nm", drive_unit="V", sample_rate=2000.0
+    )
+    (run,) = import_recording(tmp_path / "a.npz", answers).recording.runs
+    assert run.drive.excitation_hz == pytest.approx(10.0)
+
+
+def test_a_drive_file_without_times_is_named(tmp_path):
+    t, u, y = scanned((10.0, 3, 4.5), sample_hz=2000.0)
+    np.savez(tmp_path / "a.npz", time=t, D1=y)
+    np.savez(tmp_path / "b.npz", V1=u)
+    options = ImportOptions(
+        response="D1", drive="V1", response_unit="nm", drive_unit="V",
+        drive_file=str(tmp_path / "b.npz"),
+    )  # fmt: skip
+    with pytest.raises(DataError, match=r"no column of .*b\.npz is a time"):
+        import_recording(tmp_path / "a.npz", options)
+
+
+def matlab_object() -> bytes:
+    """A file of MATLAB 5 whose one variable is an object: an array of class 17, without a shape."""
+    flags = struct.pack("<IIII", 6, 8, 17, 0)
+    return b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + struct.pack("<II", 14, 16) + flags
+
+
+def test_an_object_of_matlab_says_how_to_save_its_numbers(tmp_path):
+    (tmp_path / "a.mat").write_bytes(matlab_object())
+    with pytest.raises(DataError, match=r"an object of MATLAB .* Save its numbers there as plain"):
+        import_recording(tmp_path / "a.mat", ImportOptions())

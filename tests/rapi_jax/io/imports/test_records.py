@@ -1,5 +1,7 @@
 """Long records cut into runs; clocks with gaps, jitter and few digits; averages; made drives."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scope_files import scanned
@@ -7,12 +9,13 @@ from scope_files import scanned
 from rapi_jax import DataError
 from rapi_jax.io import ImportOptions, MadeDrive, import_recording, write_import
 
+VOLT_TO_GHZ = ImportOptions(drive_unit="V", response_unit="GHz")
+
 
 def taken(folder, t, u, y, **more):
     """What is made of these columns."""
     np.savez(folder / "a.npz", time=t, drive=u, response=y)
-    units = {"drive_unit": "V", "response_unit": "GHz"}
-    return import_recording(folder / "a.npz", ImportOptions(**{**units, **more}))
+    return import_recording(folder / "a.npz", replace(VOLT_TO_GHZ, **more))
 
 
 def said(imported) -> str:
@@ -106,8 +109,7 @@ def test_drive_and_response_with_clocks_of_their_own(tmp_path):
     t, u, y = scanned((10.0, 4, 4.5), noise=0.0)
     np.savez(tmp_path / "u.npz", time=t, drive=u)
     np.savez(tmp_path / "y.npz", time=t[100::5], response=y[100::5])
-    units = {"drive_unit": "V", "response_unit": "GHz"}
-    options = ImportOptions(drive_file=str(tmp_path / "u.npz"), **units)
+    options = replace(VOLT_TO_GHZ, drive_file=str(tmp_path / "u.npz"))
     made = import_recording(tmp_path / "y.npz", options)
     assert "clocks of their own (steps of 5e-05 and 0.00025 s)" in said(made)
     (run,) = made.recording.runs
@@ -159,13 +161,16 @@ def test_sampling_rate_stated_rates_and_several_files(tmp_path):
     t, u, y = scanned((10.0, 4, 4.5))
     for name in ("a", "b"):
         np.savez(tmp_path / f"{name}.npz", drive=u, response=y)
-    units = {"drive_unit": "V", "response_unit": "GHz"}
-    options = ImportOptions(sample_rate=20e3, rates=(10.0, 40.0), **units)
+    options = replace(VOLT_TO_GHZ, sample_rate=20e3, rates=(10.0, 40.0))
     made = import_recording([tmp_path / "a.npz", tmp_path / "b.npz"], options)
     assert [run.name for run in made.recording.runs] == ["run00", "run01"]
     np.testing.assert_allclose(made.recording.runs[1].drive.start_s, 0.4, rtol=1e-3)
     assert "assumed: the files follow each other without a pause" in said(made)
-    options = ImportOptions(sample_rate=40e3, rates=(10.0,), **units)
+    assert "share one zero of the response; of measurements with" in said(made)
+    apart = replace(options, response_origin="run")
+    again = import_recording([tmp_path / "a.npz", tmp_path / "b.npz"], apart)
+    assert "without a pause" in said(again) and "share one zero" not in said(again)
+    options = replace(VOLT_TO_GHZ, sample_rate=40e3, rates=(10.0,))
     with pytest.raises(DataError, match="repeats at 20 Hz, not at 10 Hz as said. Correct --rate"):
         import_recording(tmp_path / "a.npz", options)
 
@@ -178,8 +183,7 @@ def test_time_stamps_and_temperature(tmp_path):
     ]
     text = "when;drive;response;lab\n" + "\n".join(lines).replace(",", ".")
     (tmp_path / "a.csv").write_text(text)
-    units = {"drive_unit": "V", "response_unit": "GHz"}
-    made = import_recording(tmp_path / "a.csv", ImportOptions(temperature_c="lab", **units))
+    made = import_recording(tmp_path / "a.csv", replace(VOLT_TO_GHZ, temperature_c="lab"))
     assert made.recording.temperature_c == 21.5
     assert made.recording.recorded_at is not None and made.recording.recorded_at.hour == 9
     np.testing.assert_allclose(made.recording.runs[0].drive.step_s, 1e-3, rtol=1e-6)
@@ -206,3 +210,47 @@ def test_output_is_replaced_only_where_it_is_its_own(tmp_path):
     with pytest.raises(OSError, match="is there and is no recording"):
         write_import(made, tmp_path / "mine")
     assert (tmp_path / "mine" / "notes.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize("begin", [0.0, 0.25, 0.5, 0.6])
+@pytest.mark.parametrize("size", [401, 1500, 4007, 9998])
+@pytest.mark.parametrize("short", [0, 1])
+def test_a_record_of_one_period_holds_one_however_its_rate_is_rounded(tmp_path, begin, size, short):
+    phase = np.arange(size) / (size - 1 + short) + begin
+    u = 3.0 + 2.0 * np.abs(2.0 * np.mod(phase, 1.0) - 1.0)  # V; from its maximum at `begin` 0
+    made = taken(tmp_path, np.arange(size) * 1e-3, u, 4.5 * u)
+    (run,) = made.recording.runs
+    assert (run.drive.waveform, run.drive.periods) == ("triangle", 1)
+    assert run.drive.rate == pytest.approx(1e3 / (size - 1 + short), rel=1e-3)
+
+
+def printed(t, u, y, digits=6) -> str:
+    """Rows whose times have so many significant digits, as Rohde & Schwarz print them."""
+    lines = [
+        f"{a:.{digits - 1}E},{b:.6E},{c:.6E}"
+        for a, b, c in zip(t.tolist(), u.tolist(), y.tolist(), strict=True)
+    ]
+    return "in s,C1 in V,C2 in V\n" + "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("begin", [-6.3e-3, 0.0, 8.7e-3])
+def test_times_of_few_digits_are_no_gaps(tmp_path, begin):
+    phase = (
+        np.arange(60_000) / 20_000
+    )  # three periods of 4.03 ms: past 10 ms a digit is half a step
+    t, u = begin + 2.016e-7 * np.arange(phase.size), 3.0 - 2.0 * np.cos(2 * np.pi * phase)
+    text = printed(t, u, 4.0 * u)
+    (tmp_path / "a.csv").write_text(text)
+    made = import_recording(tmp_path / "a.csv", ImportOptions(drive="C1", response="C2"))
+    (run,) = made.recording.runs
+    assert (run.drive.size, run.drive.periods) == (t.size, 3)
+    np.testing.assert_allclose(run.drive.step_s, 2.016e-7, rtol=1e-5)
+    assert ("printed in 6 digits" in said(made)) or ("printed in steps of" in said(made))
+    lines = text.split("\n")
+    (tmp_path / "b.csv").write_text("\n".join(lines[:40_000] + lines[40_001:]))  # one is missing
+    try:
+        cut = import_recording(tmp_path / "b.csv", ImportOptions(drive="C1", response="C2"))
+    except DataError as refused:
+        assert "jitters" in str(refused) or "missing" in str(refused)
+    else:
+        assert "gap after sample 39998" in said(cut)

@@ -54,7 +54,9 @@ class StoppingRule:
     slow_steps: int = 2
 
     def is_idle(self, foreseen: float, cost: float) -> bool:
-        """Whether a step with that decrease is not worth trying."""
+        """Whether a step with that decrease is not worth trying; never where it is infinite."""
+        if np.isinf(foreseen):
+            return False
         return self.negligible(foreseen, cost) or self.slow(foreseen, cost)
 
 

@@ -117,3 +117,32 @@ def test_two_slow_steps_in_a_row_end_it():
         max_steps=10,
     )
     assert len(taken) == 2
+
+
+def test_a_step_that_foresees_next_to_nothing_is_not_tried():
+    """At a minimum of 3.0 the residual is no smaller anywhere, and the equations say so."""
+    tried = []
+
+    def end(start, *, foresees):
+        tried.clear()
+
+        def linearise(p, width):
+            equations = linearised(p, np.eye(1))
+            fall = (
+                (lambda step: float(-step @ (2.0 * p + step))) if foresees else (lambda _: np.inf)
+            )
+            return dataclasses.replace(equations, decrease=fall)
+
+        return minimise_damped(
+            np.array([start]),
+            cost=lambda p: 3.0 + float(p @ p),
+            linearise=linearise,
+            move=lambda p, step: tried.append(step) or p + step,
+            damping=DAMPING,
+            stop=StoppingRule(lambda decrease, cost: decrease < 1e-6),
+            max_steps=50,
+        )
+
+    assert abs(end(2.0, foresees=True)[0]) < 1e-3 and len(tried) < 4
+    assert end(0.0, foresees=True)[0] == 0.0 and not tried
+    assert end(0.0, foresees=False)[0] == 0.0 and len(tried) == DAMPING.attempts

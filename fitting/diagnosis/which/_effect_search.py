@@ -93,7 +93,12 @@ def _screen_all(
     if flexible is not None:
         found = refine_guesses(flexible.marginal, start.on_base, found)
     if start.effects:
-        return ScreenedEffects(found, telling=measured, least=least_score(remainder))
+        return ScreenedEffects(
+            found,
+            telling=measured,
+            least=least_score(remainder),
+            most=THRESHOLDS.pair_leaders,
+        )
     beyond = max((one.flexible_score for each in found.values() for one in each), default=0.0)
     taken_up = beyond <= THRESHOLDS.chance_fall and is_unexplained(start.on_base)
     laws = {name for name, each in found.items() if isinstance(each[0].effect, AbstractLawEffect)}

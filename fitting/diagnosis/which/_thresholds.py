@@ -252,6 +252,12 @@ class WhichThresholds:
         unit="of the pair's excess, or of the number of lines",
         origin="five times what `pair_gain` asks: from there an effect alone is not refitted again",
     )
+    pair_leaders: int = threshold(
+        3,
+        unit="effects",
+        origin="beside a first that may lead beyond the flexible base: beside a mode hop that "
+        "stood in for an absorption line ten did, each refitted for 3 to 30 s of CPU",
+    )
     pair_base_gain: float = threshold(
         0.3, unit="of the gain on the flexible base", origin=f"{_TRIAL}; least gain on the base"
     )

@@ -18,13 +18,14 @@ class ScreenedEffects:
     base takes that away. So scores beyond it decide, but for effects that it could take up as well:
     of those it cannot tell. `telling`: whether the flexible base tells anything; where noise is not
     known every effect is promising, and none leads. `least`: the least score beyond it that counts.
-    `in_any_case`: effects that are promising whatever their scores.
+    `in_any_case`: effects that are promising whatever their scores. `most`: how many may lead.
     """
 
     guesses: dict[str, list[Screened]]
     telling: bool = True
     least: float = 0.0
     in_any_case: frozenset[str] = frozenset()
+    most: int | None = None
 
     @cached_property
     def promising(self) -> dict[str, list[Screened]]:
@@ -46,7 +47,9 @@ class ScreenedEffects:
         if not self.telling:
             return frozenset()
         share, least = THRESHOLDS.leader_fall, max(self.least, THRESHOLDS.chance_fall)
-        return frozenset(self._near_best(lambda one: one.flexible_score, share, least))
+        near = self._near_best(lambda one: one.flexible_score, share, least)
+        first = sorted(near, key=lambda name: -max(g.flexible_score for g in self.guesses[name]))
+        return frozenset(first[: self.most])
 
     def best_on_flexible_base(self, name: str) -> AbstractEffect:
         """The guess of an effect with the largest score beyond the flexible base."""

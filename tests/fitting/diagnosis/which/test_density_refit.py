@@ -17,7 +17,7 @@ from fitting.diagnosis.which._candidate import Candidate
 from fitting.diagnosis.which._density_refit import refit_on_density
 from rapi_jax.effects import Delay
 
-DELAY = Delay(tau=1e-4)
+DELAY = Delay.at(tau=1e-4)
 
 
 @pytest.fixture(scope="module")
@@ -28,14 +28,15 @@ def fitted():
 
 def test_the_effect_is_found_from_a_guess_where_the_base_ended_far_off(fitted):
     free, without = fitted.refit, fitted.state
-    far = free.evaluate(without.values, (Delay(tau=4e-3),))
-    on_base, density = refit_on_density(free, far, without, Delay(tau=8e-5))
+    far = free.evaluate(without.values, (Delay.at(tau=4e-3),))
+    on_base, density = refit_on_density(free, far, without, Delay.at(tau=8e-5))
+    assert density is not None
     refit, end = density
     assert on_base.cost < far.cost
     assert float(end.effects[0].tau) == pytest.approx(1e-4, rel=0.05)
     assert end.synchronous < 1.2 * end.errors.synchronous.size
-    _, (_, alone) = refit_on_density(free, without)
-    assert end.cost < alone.cost and alone.effects == ()
+    _, alone = refit_on_density(free, without)
+    assert alone is not None and end.cost < alone[1].cost and alone[1].effects == ()
     assert refit.log_determinant > 0.0
 
 
@@ -57,7 +58,7 @@ def test_costs_are_those_of_likelihoods(fitted):
 
 def test_a_candidate_counts_by_whichever_leaves_less(fitted):
     free, state = fitted.refit, fitted.state
-    low, high = (free.evaluate(state.values, (Delay(tau=t),)) for t in (1e-4, 4e-3))
+    low, high = (free.evaluate(state.values, (Delay.at(tau=t),)) for t in (1e-4, 4e-3))
     assert low.cost < high.cost
     for search, density in ((low, high), (high, low)):
         found = Candidate((DELAY,), low, low, search, free, 1.0, (free, density))

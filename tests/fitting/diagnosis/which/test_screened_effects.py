@@ -60,6 +60,15 @@ def test_an_effect_that_no_score_tells_of_is_refitted_in_any_case():
     assert found.promising == guesses and found.leading_on_flexible_base == {"large"}
 
 
+def test_so_many_lead_at_most():
+    found = {
+        name: screened((1.0, score)) for name, score in zip("abc", (7e3, 9e3, 8e3), strict=True)
+    }
+    assert ScreenedEffects(found).leading_on_flexible_base == {"a", "b", "c"}
+    assert ScreenedEffects(found, most=2).leading_on_flexible_base == {"b", "c"}
+    assert list(ScreenedEffects(found, most=2).promising) == ["a", "b", "c"]
+
+
 def test_a_second_effect_must_explain_enough():
     guesses = {"large": screened((1e6, 10.0)), "beyond": screened((0.0, 4e3))}
     assert list(ScreenedEffects(guesses, least=100.0).promising) == ["beyond"]

@@ -150,9 +150,10 @@ def _distinct_guesses(screened: list[Screened]) -> list[Screened]:
     And the one that leaves least as it stands: where an effect is far from linear in its
     parameters, a guess whose signature points the right way may be too far off to converge.
     Guesses with parallel signatures count once: else a few slow lags of creep would be all that is
-    tried. Beside a guess that was refitted on the flexible base one is enough.
+    tried. Beside a guess that was refitted there, and explains more than chance, one is enough.
     """
-    few = 1 if any(one.refined for one in screened) else THRESHOLDS.refitted_guesses
+    told = any(one.refined and one.flexible_score > THRESHOLDS.chance_fall for one in screened)
+    few = 1 if told else THRESHOLDS.refitted_guesses
     best: list[Screened] = []
     for one in screened:
         if len(best) == few:

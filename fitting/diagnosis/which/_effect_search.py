@@ -129,7 +129,9 @@ def _refit_short(
     best: State | None = None
     for name, each in sorted(screened.promising.items(), key=_most_explained, reverse=True):
         progress(name)
-        rival = None if name in screened.leading_on_flexible_base else best
+        # An effect that leads is tried in full, and one whose score tells nothing as well.
+        told = _most_explained((name, each)) > THRESHOLDS.chance_fall
+        rival = best if told and name not in screened.leading_on_flexible_base else None
         found = short_refit(refit, start.eta_fixed, each, rival)
         if found is not None:
             out.append((found, each[0].unabsorbed_fraction))

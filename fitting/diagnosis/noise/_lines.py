@@ -39,4 +39,4 @@ class SpectralLines:
 def to_lines(values: Float[np.ndarray, "*more periods phases"]) -> Complex[np.ndarray, "*more _"]:
     """Fourier lines, scaled so that noise of variance v has power v."""
     flat = values.reshape(*values.shape[:-2], -1)
-    return np.fft.rfft(flat, axis=-1, norm="ortho")
+    return np.fft.rfft(flat, axis=-1) / np.sqrt(flat.shape[-1])

@@ -42,10 +42,9 @@ class Whitener:
         ]
         self._synchronous = _RealLines.of(scales, multiplicity, repeating)
         self._nonsynchronous = _RealLines.of(scales, multiplicity, others)
-        mean = [np.sqrt(block.periods) * scale for block, scale in zip(blocks, scales, strict=True)]
         once = [
             [part[on] for part, on in zip(parts, repeating, strict=True)]
-            for parts in (mean, multiplicity, repeating)
+            for parts in (scales, multiplicity, repeating)
         ]
         self._mean_period = _RealLines.of(*once)
 
@@ -77,8 +76,11 @@ class Whitener:
         self, periods: list[Float[np.ndarray, "*more 1 _"]]
     ) -> Float[np.ndarray, "*more synchronous"]:
         """The synchronous part of values over one period, "1 phases", all periods being alike."""
-        lines = np.concatenate([to_lines(values) for values in periods], axis=-1)
-        return self._whiten_misfit(self._mean_period(lines))
+        lines = [
+            to_lines(values) * np.sqrt(block.periods)
+            for values, block in zip(periods, self.blocks, strict=True)
+        ]
+        return self._whiten_misfit(self._mean_period(np.concatenate(lines, axis=-1)))
 
     def _whiten_misfit(
         self, synchronous: Float[np.ndarray, "*more synchronous"]

@@ -127,10 +127,13 @@ def _refit_short(
     """Short refits of the promising effects, those first that explain most beyond the base."""
     out: list[_Refitted] = []
     best: State | None = None
-    for name, each in sorted(screened.promising.items(), key=_most_explained, reverse=True):
+    promising = list(screened.promising.items())
+    if screened.telling:
+        promising.sort(key=_most_explained, reverse=True)
+    for name, each in promising:
         progress(name)
         # An effect that leads is tried in full, and one whose score tells nothing as well.
-        told = _most_explained((name, each)) > THRESHOLDS.chance_fall
+        told = screened.telling and _most_explained((name, each)) > THRESHOLDS.chance_fall
         rival = best if told and name not in screened.leading_on_flexible_base else None
         found = short_refit(refit, start.eta_fixed, each, rival)
         if found is not None:

@@ -11,7 +11,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
-from scipy.sparse import csr_array
 
 from fitting.diagnosis.refit._compiled_stages import OperatorInput, initial_states, set_values
 from fitting.identification._parameter_vector import ParameterVector
@@ -48,29 +47,25 @@ def linearise_in_closed_form(
         np.asarray(a)
         for a in _play_numbers(operator, values, given.law, u[:, 0], given.u_min, initial_state)
     )
-    # Rows are padded with their last place, which is evaluated once.
     vector, fields = ParameterVector.of(operator), operator.fields
     polynomial, constant = vector.slice(fields.polynomial), vector.slice(fields.constant)
     coefficients, order = values[polynomial], np.arange(polynomial.stop - polynomial.start) + 1
     gain, offset = np.asarray(given.law.gain), np.asarray(given.law.offset)
     response, derivative = np.empty(place.shape), np.empty((values.size, *place.shape))
-    for k, padded in enumerate(place):
-        at = padded[: int(np.flatnonzero(padded != padded[-1]).max(initial=-1)) + 2]
+    for k, at in enumerate(place):
         plays = PlayNumbers.of(numbers[k])
         drive = DriveStretches.of(u[k] - origin, turn[k], index[k], at, plays)
         memory, rows = play_jacobian(plays, drive)
         powers = drive.u ** order[:, None]
-        columns = csr_array(slopes[k].T) @ rows[:-1]  # most values move a few numbers
+        columns = slopes[k].T @ rows[:-1]
         columns[polynomial] += powers
         if fields.origin is not None:
             steep = (coefficients * order) @ drive.u ** (order - 1)[:, None]
             columns[vector.slice(fields.origin)] -= rows[-1] + steep
         columns *= gain[k]
         columns[constant] += 1.0
-        own = values[constant][0] + gain[k] * (memory + coefficients @ powers) + offset[k]
-        response[k, : at.size], response[k, at.size :] = own, own[-1]
-        derivative[:, k, : at.size] = columns
-        derivative[:, k, at.size :] = columns[:, -1:]
+        response[k] = values[constant][0] + gain[k] * (memory + coefficients @ powers) + offset[k]
+        derivative[:, k] = columns
     return Linearised(response, derivative)
 
 

@@ -1,11 +1,14 @@
 """Which effects are refitted: by what they explain on the base, or beyond the flexible base."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from fitting.blind.protocol._exchange import to_recording
 from fitting.blind.simulator._simulated_device import draw_device
 from fitting.diagnosis import diagnose
+from fitting.diagnosis.which._effect_refit import _distinct_guesses
 from fitting.diagnosis.which._thresholds import THRESHOLDS
 from fitting.diagnosis.which.screening._screen import Screened
 from fitting.diagnosis.which.screening._screened_effects import ScreenedEffects
@@ -58,6 +61,18 @@ def test_an_effect_that_no_score_tells_of_is_refitted_in_any_case():
     assert list(ScreenedEffects(guesses).promising) == ["large"]
     found = ScreenedEffects(guesses, in_any_case=frozenset({"law"}))
     assert found.promising == guesses and found.leading_on_flexible_base == {"large"}
+
+
+def test_beside_a_refined_guess_one_other_is_enough():
+    """But for one that explains no more than chance: there no score tells which guess is near."""
+    chance = THRESHOLDS.chance_fall
+    guesses = screened(*((score, 0.0) for score in (9.0, 8.0, 7.0, 6.0)))
+    few = THRESHOLDS.refitted_guesses
+    for beyond, kept in ((2.0 * chance, 1), (0.5 * chance, few)):
+        refined = dataclasses.replace(guesses[-1], score=1.0, flexible_score=beyond, refined=True)
+        found = _distinct_guesses([*guesses, refined])
+        assert found[0] is refined
+        assert [one.score for one in found[1:]] == [one.score for one in guesses[:kept]]
 
 
 def test_so_many_lead_at_most():

@@ -18,7 +18,8 @@ def assert_one_line(text: str, *words: str) -> None:
 
 def without_progress(text: str) -> str:
     """Standard error without what is said of the work before and while it is done."""
-    said = r"(fitting|diagnosing)[^:]*: .*(; about \d+ (s|minutes)| \(\d+ s\))"
+    seconds = r"\d+ (s|minutes)"
+    said = rf"(fitting|diagnosing)[^:]*: .*(; about {seconds}( to {seconds})?| \(\d+ s\))"
     return "".join(
         line for line in text.splitlines(keepends=True) if not re.fullmatch(said, line.strip())
     )

@@ -20,7 +20,8 @@ from .where._gap import Gap, measure_gap, split_gap
 from .where._localisation import localise
 from .where._residual_profiles import residual_profiles
 from .which._base import FittedBase
-from .which._candidate import Candidate, mechanism_name
+from .which._candidate import Candidate
+from .which._effect_sets import mechanism_name
 from .which._forward_selection import Attribution
 from .which._ranking import RankedCandidates, choose_refit, needs_flexible_base
 from .which.signature._signature import describe_signatures
@@ -75,10 +76,10 @@ def describe_shrinkage(
     blocks, spectrum, own = whitened.blocks, fitted.spectrum, whitened.own_origin
     whole = _measure_base_gap(whitened, fitted, none)
     before, after = held_out.rms(own) if held_out else (whole.total, whole.total)
-    left = top.on_flexible_base.errors.raw
-    remainder = localise(left, blocks, spectrum, whitened.recording, own_origin=own)
     flexible = needs_flexible_base(top)
     refitted = choose_refit(top, fitted.refit, flexible=flexible)
+    left = refitted[1].errors.raw
+    remainder = localise(left, blocks, spectrum, whitened.recording, own_origin=own)
     _, without = choose_refit(none, fitted.refit, flexible=flexible)
     gain = predict_gain(whitened, spectrum, without, refitted, held_out)
     return {
@@ -198,9 +199,12 @@ def describe_hypotheses(
             "probability": probability,
         }
         if candidate.effects:
-            flexible = needs_flexible_base(candidate)
-            refit, state = choose_refit(candidate, fitted.refit, flexible=flexible)
             validated = held_out.get(candidate.name)
+            flexible = needs_flexible_base(candidate)
+            if flexible and candidate.name not in held_out:  # no operator was searched for it
+                refit, state = candidate.flexible_refit, candidate.on_flexible_base
+            else:
+                refit, state = choose_refit(candidate, fitted.refit, flexible=flexible)
             found = estimate_effects(refit, state, recording.response_unit, recording.drive_unit)
             entry |= {
                 "survival": candidate.unabsorbed_fraction,

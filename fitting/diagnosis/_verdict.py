@@ -18,7 +18,8 @@ from .noise._residual_whiteness import ResidualWhiteness
 from .noise._telegraph import RandomJumps
 from .refit._whitened_model import WhitenedModel
 from .which._base import FittedBase
-from .which._candidate import Candidate, mechanism_name
+from .which._candidate import Candidate
+from .which._effect_sets import mechanism_name
 
 
 def give_verdict(
@@ -161,9 +162,10 @@ def collect_notes(
             "from creep. Record a second amplitude, half as large."
         )
     if flexible:
+        operator = top.on_flexible_operator[0].base.operator
         notes.append(
             "The identified hysteresis operator does not describe this device exactly, so the "
-            f"model has a more flexible one with {top.flexible_refit.base.operator.count} plays."
+            f"model has a more flexible one with {operator.count} plays."
         )
     return tuple(notes)
 

@@ -124,26 +124,45 @@ class ModeHop(AbstractSwitch):
 
 def _guess_from_jumps(cls: type[ModeHop], summary: ResidualSummary) -> list[ModeHop]:
     """Hops larger than the noise of single samples, with their thresholds in the data."""
-    data = summary.response + summary.residual
     inside = np.diff(summary.run) == 0
     leap = np.where(inside, np.diff(summary.residual), 0.0)
     usual = float(np.median(np.abs(leap[inside]))) / 0.6745 if inside.any() else 0.0
     far = np.flatnonzero(
         np.abs(leap) > max(THRESHOLDS.hop_outlier * usual, detectable_amplitude(summary))
     )
+    # Hops are of one size, and steps of what a base misfits of none: besides all, the largest.
+    largest = far[np.abs(leap[far]) > THRESHOLDS.hop_alike * np.abs(leap[far]).max(initial=0.0)]
+    every = [far] if largest.size == far.size else [far, largest]
+    return [one for places in every for one in _hop_at(cls, summary, leap, places)]
+
+
+def _hop_at(
+    cls: type[ModeHop], summary: ResidualSummary, leap: np.ndarray, places: np.ndarray
+) -> list[ModeHop]:
+    """The hop whose jumps follow the samples at `places`; none where all of them go down.
+
+    With its thresholds in the data, and in the response of the model: where the two differ by more
+    than the scan goes beyond a threshold, the model with the one in the data never hops.
+    """
     rising = np.diff(summary.response) > 0
-    up, down = far[rising[far]], far[~rising[far]]
+    up, down = places[rising[places]], places[~rising[places]]
     if not up.size:
         return []
     size = float(np.median(leap[up]))
     same = up[np.sign(leap[up]) == np.sign(size)]
-    at = _fit_threshold(data[same], data[same + 1] - leap[same])
     back = down[np.sign(leap[down]) == -np.sign(size)]
-    width = 0.0
-    if back.size:
-        width = at - _fit_threshold(data[back + 1], data[back] + leap[back])
-    width = max(width, THRESHOLDS.hop_narrow * summary.span)
-    return [cls.at(size=size, threshold=at, width=width, settle_s=THRESHOLDS.hop_sudden)]
+    data, model = summary.response + summary.residual, summary.response
+    found = []
+    for going, returning in (
+        ((data[same], data[same + 1] - leap[same]), (data[back + 1], data[back] + leap[back])),
+        ((model[same], model[same + 1]), (model[back + 1], model[back])),
+    ):
+        at, width = _fit_threshold(*going), 0.0
+        if back.size:
+            width = at - _fit_threshold(*returning)
+        width = max(width, THRESHOLDS.hop_narrow * summary.span)
+        found.append(cls.at(size=size, threshold=at, width=width, settle_s=THRESHOLDS.hop_sudden))
+    return found
 
 
 def _fit_threshold(below: np.ndarray, above: np.ndarray) -> float:

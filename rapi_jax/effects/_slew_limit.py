@@ -58,14 +58,19 @@ class SlewLimit(AbstractFollower, AbstractInvertible):
     @classmethod
     def onset(cls, summary: ResidualSummary) -> "SlewLimit":
         """At the slope of the fastest run."""
-        fastest = _fastest(summary)
+        fastest = _fastest(summary, 1.0)
         return cls.at(limit=fastest) if fastest > 0 else cls()
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:
-        """Limits just below, and well below, the slope of the fastest run."""
-        fastest = _fastest(summary)
-        return [cls.at(limit=share * fastest) for share in (0.97, 0.9, 0.8, 0.65) if fastest > 0]
+        """Limits just below, and well below, the slope of the fastest run.
+
+        And just below the steepest part of a run that is not a triangle.
+        """
+        usual, steepest = (_fastest(summary, share) for share in THRESHOLDS.slew_quantiles)
+        limits = [share * usual for share in (0.97, 0.9, 0.8, 0.65)]
+        limits += [limit for limit in (0.97 * steepest, 0.93 * steepest) if limit > usual]
+        return [cls.at(limit=limit) for limit in limits if limit > 0]
 
     @float64
     def follow(
@@ -93,13 +98,13 @@ class SlewLimit(AbstractFollower, AbstractInvertible):
         return signal
 
 
-def _fastest(summary: ResidualSummary) -> float:
-    """The slope that most of the fastest run has, V/s."""
+def _fastest(summary: ResidualSummary, share: float) -> float:
+    """The slope that all but `share` of the steps of the fastest run fall short of, V/s."""
     fastest = 0.0
     for run in np.unique(summary.run):
         inside = summary.run == run
         step, rise = np.diff(summary.time[inside]), np.diff(summary.drive[inside])
         good = step > 0
         if good.any():
-            fastest = max(fastest, float(np.quantile(np.abs(rise[good] / step[good]), 0.75)))
+            fastest = max(fastest, float(np.quantile(np.abs(rise[good] / step[good]), share)))
     return fastest

@@ -94,6 +94,11 @@ class EffectThresholds:
         unit="robust standard deviations",
         origin="of the change from one sample to the next that counts as a jump; set by trial",
     )
+    hop_alike: float = threshold(
+        0.5,
+        unit="of the largest jump",
+        origin="hops are of one size; a third where noise is as large as a hop, which is none",
+    )
     hop_narrow: float = threshold(
         1e-3, unit="of the span", origin="least hysteresis to start from; set by trial"
     )
@@ -169,6 +174,12 @@ class EffectThresholds:
     )
 
     # Slew limit
+    slew_quantiles: tuple[float, float] = threshold(
+        (0.75, 0.99),
+        unit="of the steps",
+        origin="slopes of a triangle, and of the steepest part of a sine, 8 % more than the first; "
+        "single steps are noise of a recorded drive",
+    )
     no_slew_limit: float = threshold(
         1e18, unit="V/s", origin="stands for infinity, which would make NaN of zero times itself"
     )

@@ -17,7 +17,6 @@ from fitting.diagnosis.which.screening._screen import (
 )
 from rapi_jax.effects import AbstractEffect
 
-from ._absorbed import AbsorbedByBase
 from ._power import Demand
 from ._scaled_effect import ScaledEffect
 from ._thresholds import THRESHOLDS
@@ -60,10 +59,7 @@ class SizeSearch:
         refit, state = top.flexible_refit, top.on_flexible_base
         whitened, spectrum = refit.whitened, refit.whitener.spectrum
         self.top, self.refit, self.state = top, refit, state
-        self.absorbed: AbsorbedByBase | None = None
-        if spectrum.measured and np.isfinite(state.cost):
-            std = np.where(refit.base.free, refit.base.prior_std, np.inf)
-            self.absorbed = AbsorbedByBase.of(refit.jacobian_base(state), std)
+        self.possible = spectrum.measured and np.isfinite(state.cost)
         self.summary = summarise_residual(whitened, state, float(np.sqrt(spectrum.total)))
         recording = whitened.recording
         self.units = {"x": recording.response_unit, "u": recording.drive_unit}
@@ -88,7 +84,7 @@ class SizeSearch:
     def _share(self, ray: ScaledEffect, strength: float) -> float:
         """Of what is demanded; 0 where the effect cannot be so strong, or changes nothing."""
         effect = ray.at(strength)
-        if self.absorbed is None or effect is None:
+        if not self.possible or effect is None:
             return 0.0
         signature = effect_signature(self.refit, self.state, effect)
         if signature is None:
@@ -102,7 +98,7 @@ class SizeSearch:
             parameters=len(free_parameters(effect)),
             second=bool(self.top.effects),
         )
-        left = self.absorbed.left(synchronous)
+        left = float(synchronous @ synchronous)  # a density of plays has taken away its part
         return demand.share(left, float(nonsynchronous @ nonsynchronous))
 
     def _first_strength(self, ray: ScaledEffect) -> float:

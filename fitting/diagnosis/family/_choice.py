@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from fitting.diagnosis.refit._gauss_newton import Refit, State
-from fitting.diagnosis.which._candidate import insert_effect
+from fitting.diagnosis.which._effect_sets import insert_effect
 from fitting.diagnosis.which.screening._screen import initial_guesses
 from rapi_jax import RAPI, AbstractOperator, FixedRAPI, MixedRAPI, Recording
 from rapi_jax.effects import AmplitudeLaw

@@ -12,11 +12,12 @@ import numpy as np
 
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 
-from ._candidate import Candidate, added_effects
+from ._candidate import Candidate
 from ._density_refit import refit_on_density
 from ._effect_refit import free_eta, refit_beside_jumps
+from ._effect_sets import added_effects
 from ._excess import excess, nonsynchronous_excess, reduces_nonsynchronous
-from ._flexible_refit import refit_and_search, refit_on_flexible_base
+from ._flexible_refit import refit_and_search, refit_from_either
 from ._thresholds import THRESHOLDS
 
 
@@ -67,13 +68,17 @@ def _refit_members(
         state = refit_beside_jumps(eta_fixed, start, THRESHOLDS.short_steps)
         known = singles.get(member.name)
         if known is not None and (
-            _is_far_above(state, pair.eta_fixed) and _is_far_above(known.least[1], pair.least[1])
+            _is_far_above(state, pair.eta_fixed)
+            and _is_far_above(known.on_flexible_base, pair.on_flexible_base)
         ):
             continue
         state = refit_beside_jumps(eta_fixed, state, THRESHOLDS.full_steps)
-        on_base, density = refit_on_density(free, free_eta(free, state))
-        without = (none.flexible_refit, none.on_flexible_base)
-        flexible_refit, flexible = refit_on_flexible_base(free, on_base, without)
+        on_base = free_eta(free, state)
+        if free.whitener.spectrum.measured:
+            on_base, flexible_refit, flexible = refit_on_density(free, on_base, none)
+        else:
+            without = (none.flexible_refit, none.on_flexible_base)
+            flexible_refit, flexible = refit_from_either(free, on_base, without)
         there = pair.on_flexible_base
         kept = tuple(e for e in there.effects if e.name not in left_out)
         start = pair.flexible_refit.evaluate(there.values, kept)
@@ -83,7 +88,7 @@ def _refit_members(
                 flexible_refit, flexible = pair.flexible_refit, end
         effects = added_effects(flexible.effects, own)
         fraction = pair.unabsorbed_fraction
-        out.append(Candidate(effects, state, on_base, flexible, flexible_refit, fraction, density))
+        out.append(Candidate(effects, state, free, on_base, flexible_refit, flexible, fraction))
     return out
 
 
@@ -102,11 +107,11 @@ def _is_supported(pair: Candidate, singles: dict[str, Candidate]) -> bool:
     alone = [singles[e.name] for e in pair.effects if e.name in singles]
     gain = min(s.cost for s in alone) - pair.cost
     base_gain = min(s.on_base.cost for s in alone) - pair.on_base.cost
-    left = min(excess(s.least[1]) for s in alone)
+    left = min(excess(s.on_flexible_base) for s in alone)
     # What is non-synchronous no hysteresis could have taken away.
-    steadiest = min((s.least[1] for s in alone), key=nonsynchronous_excess)
+    steadiest = min((s.on_flexible_base for s in alone), key=nonsynchronous_excess)
     share = THRESHOLDS.pair_gain
     enough = (
         base_gain > THRESHOLDS.pair_base_gain * gain and gain > share * left
-    ) or reduces_nonsynchronous(pair.least[1], steadiest, share)
+    ) or reduces_nonsynchronous(pair.on_flexible_base, steadiest, share)
     return gain > THRESHOLDS.chance_fall and enough

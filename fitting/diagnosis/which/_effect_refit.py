@@ -10,7 +10,7 @@ import numpy as np
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from rapi_jax import parameters
 
-from ._candidate import insert_effect
+from ._effect_sets import insert_effect
 from ._excess import is_competitive
 from ._thresholds import THRESHOLDS
 from .jumps._jump_search import search_jump_parameters

@@ -4,29 +4,32 @@ leaders on the flexible base.
 
 from collections.abc import Callable, Iterable
 
-import numpy as np
-
 from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from rapi_jax.effects import AbstractLawEffect
 
-from ._candidate import Candidate, added_effects, hypothesis_name
+from ._candidate import Candidate
 from ._density_refit import refit_on_density
 from ._effect_refit import (
     free_eta,
     full_refit,
-    refit_beside_jumps,
     refit_from_no_hysteresis,
     refit_without_hysteresis,
     short_refit,
 )
-from ._excess import is_competitive, is_unexplained, least_score, reduces_nonsynchronous
-from ._flexible_refit import refit_on_flexible_base
+from ._effect_sets import added_effects, hypothesis_name
+from ._excess import (
+    is_competitive,
+    is_unexplained,
+    least_fall,
+    reduces_nonsynchronous,
+)
+from ._flexible_refit import refit_from_either
 from ._thresholds import THRESHOLDS
 from .screening._base_remainder import BaseRemainder, orthonormal_basis
 from .screening._marginal_refit import refine_guesses
 from .screening._screen import InitialGuesses, Screened, screen_effect
-from .screening._screened_effects import ScreenedEffects
+from .screening._screened_effects import ScreenedEffects, may_explain
 
 Progress = Callable[[str], None]
 _Refitted = tuple[State, float]  # a refit, and its effect's unabsorbed fraction
@@ -38,13 +41,16 @@ def search_one_effect(
     none: Candidate,
     guesses: InitialGuesses,
     progress: Progress,
+    *,
+    in_any_case: frozenset[str] = frozenset(),
 ) -> list[Candidate]:
     """Every effect of `guesses` beside those of `start`; the leaders also on the flexible base.
 
     `refits`: with `eta` held, and with all of the operator free. `none`: the base's own effects.
+    `in_any_case`: effects that are refitted whatever their scores.
     """
     eta_fixed, free = refits
-    screened = _screen_all(refits, start, guesses, progress)
+    screened = _screen_all(refits, start, guesses, progress, in_any_case)
     short = _refit_short(eta_fixed, start, screened, progress)
     short += _refit_without_hysteresis(eta_fixed, start, guesses, screened)
     progress("the best of them")
@@ -56,19 +62,23 @@ def search_one_effect(
         added = _added(state, start.eta_fixed)
         progress(f"{hypothesis_name(added_effects(state.effects, own))} on the flexible base")
         on_base = free_eta(free, state)
-        without = (start.flexible_refit, start.on_flexible_base)
-        guess = screened.best_on_flexible_base(added) if added in leading else None
-        on_base, density = refit_on_density(free, on_base, start.on_base, guess)
-        flexible_refit, flexible = refit_on_flexible_base(free, on_base, without, guess)
-        if guess is not None:
-            on_base = _refit_from_flexible(free, on_base, flexible)
+        if free.whitener.spectrum.measured:
+            guess = screened.best_on_flexible_base(added) if added in leading else None
+            on_base, flexible_refit, flexible = refit_on_density(free, on_base, start, guess)
+        else:
+            without = (start.flexible_refit, start.on_flexible_base)
+            flexible_refit, flexible = refit_from_either(free, on_base, without)
         effects = added_effects(flexible.effects, own)
-        out.append(Candidate(effects, state, on_base, flexible, flexible_refit, fraction, density))
+        out.append(Candidate(effects, state, free, on_base, flexible_refit, flexible, fraction))
     return out
 
 
 def _screen_all(
-    refits: tuple[Refit, Refit], start: Candidate, guesses: InitialGuesses, progress: Progress
+    refits: tuple[Refit, Refit],
+    start: Candidate,
+    guesses: InitialGuesses,
+    progress: Progress,
+    in_any_case: frozenset[str],
 ) -> ScreenedEffects:
     """Every guess beside `start`, by what the base and a density of plays about it leave.
 
@@ -93,32 +103,31 @@ def _screen_all(
     if flexible is not None:
         found = refine_guesses(flexible.marginal, start.on_base, found)
     if start.effects:
+        enough = least_fall(remainder)
+        if measured:
+            found = {
+                name: each
+                for name, each in found.items()
+                if name in in_any_case or may_explain(each, enough)
+            }
         return ScreenedEffects(
             found,
             telling=measured,
-            least=least_score(remainder),
+            in_any_case=in_any_case & found.keys(),
+            least=THRESHOLDS.chance_fall,
             most=THRESHOLDS.pair_leaders,
         )
     beyond = max((one.flexible_score for each in found.values() for one in each), default=0.0)
     taken_up = beyond <= THRESHOLDS.chance_fall and is_unexplained(start.on_base)
-    laws = {name for name, each in found.items() if isinstance(each[0].effect, AbstractLawEffect)}
+    laws = frozenset(
+        n for n, each in found.items() if isinstance(each[0].effect, AbstractLawEffect)
+    )
     return ScreenedEffects(
         found,
         telling=measured,
         least=THRESHOLDS.screened_chance,
-        in_any_case=frozenset(laws if taken_up else ()),
+        in_any_case=in_any_case | (laws if taken_up else frozenset()),
     )
-
-
-def _refit_from_flexible(refit: Refit, on_base: State, flexible: State) -> State:
-    """The refit on the base, or one with the effects' values on the flexible base, if better."""
-    start = refit.evaluate(on_base.values, flexible.effects)
-    if not np.isfinite(start.cost):
-        return on_base
-    found = refit_beside_jumps(refit, start, THRESHOLDS.short_steps)
-    if found.cost < on_base.cost:  # else it ends where the other did
-        found = refit_beside_jumps(refit, found, THRESHOLDS.full_steps)
-    return min(on_base, found, key=lambda s: s.cost)
 
 
 def _refit_short(

@@ -64,13 +64,12 @@ def reduces_nonsynchronous(state: State, without: State, share: float) -> bool:
     return gain > max(share * before, THRESHOLDS.chance_fall)
 
 
-def least_score(remainder: BaseRemainder) -> float:
-    """The score that a second effect must have beside a first, which leaves `remainder`.
+def least_fall(remainder: BaseRemainder) -> float:
+    """What a second effect must remove beside a first, which leaves `remainder`.
 
-    A pair counts where the second effect removes a large share of the excess, or of what does not
-    repeat, and more than chance; a score far below promises neither.
+    A large share of the excess, or of what does not repeat.
     """
     of = [remainder.excess]
     if _exceeds_chance(remainder.nonsynchronous):
         of.append(remainder.nonsynchronous_excess)
-    return max(THRESHOLDS.pair_screened * min(of), THRESHOLDS.chance_fall)
+    return THRESHOLDS.pair_gain * min(of)

@@ -4,49 +4,40 @@ import dataclasses
 
 import numpy as np
 
+from fitting.diagnosis.refit._effect_vector import Effects
 from fitting.diagnosis.refit._gauss_newton import Refit, State
-from rapi_jax.effects import AbstractEffect
 
-from ._candidate import insert_effect
 from ._effect_refit import refit_beside_jumps
 from ._flexible_base import flexible_base
 from ._thresholds import THRESHOLDS
 from .jumps._jump_search import search_jump_parameters
 
 
-def refit_flexible_base(refit: Refit, state: State) -> tuple[Refit, State]:
-    """The flexible base without any effect but the base's own."""
-    base = flexible_base(refit.whitened, refit.base, state.values) or refit.base
-    flexible = dataclasses.replace(refit, base=base)
-    values = base.prior_mean if base is not refit.base else state.values
-    start = flexible.evaluate(values, state.effects)
-    return flexible, flexible.minimise(
-        start, THRESHOLDS.flexible_steps, THRESHOLDS.flexible_tolerance
-    )
+def refit_flexible_base(
+    refit: Refit, on_base: State, effects: Effects | None = None
+) -> tuple[Refit, State]:
+    """The flexible base about `on_base`, with its effects, or `effects` where these leave less."""
+    flexible, values = _flexible_about(refit, on_base)
+    starts = [flexible.evaluate(values, on_base.effects)]
+    if effects is not None:
+        starts.append(flexible.evaluate(values, effects))
+    start = min((s for s in starts if np.isfinite(s.cost)), key=_cost, default=starts[0])
+    return flexible, refit_and_search(flexible, start, on_base.cost)
 
 
-def refit_on_flexible_base(
-    refit: Refit,
-    on_base: State,
-    without: tuple[Refit, State],
-    guess: AbstractEffect | None = None,
+def refit_from_either(
+    refit: Refit, on_base: State, without: tuple[Refit, State]
 ) -> tuple[Refit, State]:
     """The flexible base with the effects of `on_base`: from there, or from the one without them.
 
-    `guess`: the further effect with other values, beside the latter a start as well. The better of
-    the starts is refitted; the next only where the first ends above it.
+    The better of the starts is refitted; the next only where the first ends above it.
     """
-    base = flexible_base(refit.whitened, refit.base, on_base.values) or refit.base
-    flexible = dataclasses.replace(refit, base=base)
-    values = base.prior_mean if base is not refit.base else on_base.values
+    flexible, values = _flexible_about(refit, on_base)
     other, before = without
     starts = [
         (flexible, flexible.evaluate(values, on_base.effects)),
         (other, other.evaluate(before.values, on_base.effects)),
     ]
-    if guess is not None:
-        effects = insert_effect(before.effects, guess)
-        starts.append((other, other.evaluate(before.values, effects)))
     starts = sorted((s for s in starts if np.isfinite(s[1].cost)), key=lambda s: s[1].cost)
     first, state = starts[0]
     end = refit_and_search(first, state, before.cost)
@@ -80,6 +71,18 @@ def refit_and_search(refit: Refit, state: State, cost_without: float) -> State:
         if before.cost - end.cost < THRESHOLDS.flexible_round_gain * before.cost:
             break
     return end
+
+
+def _flexible_about(refit: Refit, on_base: State) -> tuple[Refit, np.ndarray]:
+    """The problem with the flexible form of the operator at `on_base`, and where it begins."""
+    base = flexible_base(refit.whitened, refit.base, on_base.values)
+    if base is None:
+        return refit, on_base.values
+    return dataclasses.replace(refit, base=base), base.prior_mean
+
+
+def _cost(state: State) -> float:
+    return state.cost
 
 
 def _misfits(state: State) -> bool:

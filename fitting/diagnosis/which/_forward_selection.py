@@ -46,9 +46,7 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
     refit = dataclasses.replace(fitted.refit, search_ranges=ranges)
     refits = (dataclasses.replace(fitted.eta_fixed[0], search_ranges=ranges), refit)
     progress("flexible base")
-    flexible_refit, flexible = refit_flexible_base(refit, state)
-    _, density = refit_on_density(refit, state)
-    none = Candidate((), fitted.eta_fixed[1], state, flexible, flexible_refit, 1.0, density)
+    none = without_effects(refit, state, fitted.eta_fixed[1])
     singles = search_one_effect(refits, none, none, guesses, progress)
     if not singles:
         return Attribution(none, ())
@@ -62,6 +60,15 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
         singles, pairs = check_backward(refits, none, singles, pairs)
     every = nest_costs(none, [*singles, *pairs])
     return Attribution(none, tuple(sorted(every, key=lambda c: c.cost)))
+
+
+def without_effects(refit: Refit, on_base: State, eta_fixed: State) -> Candidate:
+    """No effect but the base's own, on the flexible base, too."""
+    if refit.whitener.spectrum.measured:
+        _, flexible_refit, flexible = refit_on_density(refit, on_base)
+    else:
+        flexible_refit, flexible = refit_flexible_base(refit, on_base)
+    return Candidate((), eta_fixed, refit, on_base, flexible_refit, flexible, 1.0)
 
 
 def _refit_none_from_best(none: Candidate, singles: list[Candidate]) -> Candidate:
@@ -84,9 +91,9 @@ def _needs_pairs(none: Candidate, singles: list[Candidate], *, noise_known: bool
     """Whether the best of the hypotheses with one effect at most leaves too much."""
     best = min([none, *singles], key=lambda c: c.cost)
     if noise_known:
-        return is_unexplained(best.least[1])
-    limit = THRESHOLDS.pair_excess_unknown_noise * excess(none.least[1])
-    return excess(best.least[1]) > limit
+        return is_unexplained(best.on_flexible_base)
+    limit = THRESHOLDS.pair_excess_unknown_noise * excess(none.on_flexible_base)
+    return excess(best.on_flexible_base) > limit
 
 
 def _firsts_of_pairs(none: Candidate, singles: list[Candidate]) -> list[Candidate]:
@@ -118,8 +125,9 @@ def _refit_pairs(
     guesses = initial_guesses(eta_fixed, first.eta_fixed, others)
     pairs = search_one_effect(refits, first, none, guesses, _silent)
     cls = next(c for c in classes if c.name == first.name)
-    for pair in sorted(pairs, key=lambda c: c.cost)[: THRESHOLDS.pair_swaps]:
-        if not is_unexplained(pair.least[1]):
+    for k, pair in enumerate(sorted(pairs, key=lambda c: c.cost)[: THRESHOLDS.pair_swaps]):
+        smooth = all(type(effect).smooth for effect in pair.effects)
+        if not is_unexplained(pair.on_flexible_base) or (k and not smooth):  # jumps take seconds
             continue
         (other,) = (e for e in pair.effects if e.name != first.name)
         kept = (*none.on_base.effects, other)
@@ -128,7 +136,9 @@ def _refit_pairs(
         )
         start = _without_first(refits[1], pair, other, alone)
         again = initial_guesses(eta_fixed, alone, [cls])
-        swapped = search_one_effect(refits, start, none, again, _silent)
+        swapped = search_one_effect(
+            refits, start, none, again, _silent, in_any_case=frozenset({cls.name})
+        )
         if swapped and swapped[0].cost < pair.cost:
             pairs[pairs.index(pair)] = swapped[0]
     return pairs
@@ -149,7 +159,6 @@ def _without_first(free: Refit, pair: Candidate, other: AbstractEffect, alone: S
         eta_fixed=alone,
         on_base=free_eta(free, alone),
         on_flexible_base=flexible if np.isfinite(flexible.cost) else there,
-        on_density=None,
     )
 
 

@@ -17,7 +17,8 @@ from fitting.diagnosis.refit._effect_vector import (
 )
 from rapi_jax.effects import AbstractEffect, ResidualSummary
 
-from ._candidate import Candidate, insert_effect
+from ._candidate import Candidate
+from ._effect_sets import insert_effect
 from ._flexible_refit import refit_and_search
 from .screening._screen import summarise_residual
 
@@ -38,7 +39,7 @@ def nest_costs(none: Candidate, candidates: Sequence[Candidate]) -> list[Candida
 
 def _refit_from(parent: Candidate, candidate: Candidate) -> Candidate:
     """The further effects of `candidate`, from no strength, beside `parent`."""
-    refit, state = parent.least
+    refit, state = parent.flexible_refit, parent.on_flexible_base
     further = [e for e in candidate.effects if e.name not in {e.name for e in state.effects}]
     noise = float(np.sqrt(refit.whitener.spectrum.total))
     summary = summarise_residual(refit.whitened, state, noise)
@@ -53,8 +54,6 @@ def _refit_from(parent: Candidate, candidate: Candidate) -> Candidate:
     if np.isfinite(effect_values(start.effects)).all():
         end = refit_and_search(refit, start, state.cost)
     kept = tuple(e for e in end.effects if e.name in _names(candidate))
-    if parent.on_density is not None and refit is parent.on_density[0]:
-        return dataclasses.replace(candidate, effects=kept, on_density=(refit, end))
     return dataclasses.replace(candidate, effects=kept, on_flexible_base=end, flexible_refit=refit)
 
 

@@ -40,5 +40,5 @@ def needs_flexible_base(candidate: Candidate) -> bool:
 def choose_refit(candidate: Candidate, refit: Refit, *, flexible: bool) -> tuple[Refit, State]:
     """A candidate's refit on the flexible base, or on the identified one."""
     if flexible:
-        return candidate.flexible_refit, candidate.on_flexible_base
+        return candidate.on_flexible_operator
     return refit, candidate.on_base

@@ -241,16 +241,28 @@ class WhichThresholds:
     pair_gain: float = threshold(
         0.5, unit="of the single effect's excess", origin=f"{_TRIAL}; a second effect removes more"
     )
-    pair_screened: float = threshold(
-        0.05,
-        unit="of the single effect's excess",
-        origin="a tenth of `pair_gain`: the grid of a quantisation that explains nearly all finds "
-        "0.07 of it beside a resonance",
-    )
     far_above: float = threshold(
         10.0,
         unit="of the pair's excess, or of the number of lines",
         origin="five times what `pair_gain` asks: from there an effect alone is not refitted again",
+    )
+    foreseen_of_grid: float = threshold(
+        10.0,
+        unit="times the best score",
+        origin="what an effect explains at most whose guesses were not refitted: the grid of a "
+        "quantisation that explains nearly all finds 0.07 of it beside a resonance",
+    )
+    foreseen_of_refit: float = threshold(
+        4.0,
+        unit="times the best score",
+        origin="the same of one with a refitted guess: 0.1 to 2.7 times in 24 second effects "
+        "beside a first, but for one beside a first that had been found without it (12)",
+    )
+    foreseen_of_jumps: float = threshold(
+        2.0,
+        unit="times the best score",
+        origin="the same of one that jumps, whose search takes seconds: 0.9 to 1.6 times in ten, "
+        "once 2.3",
     )
     pair_leaders: int = threshold(
         3,

@@ -248,6 +248,18 @@ ODD = {
 }
 
 
+def test_a_limit_that_only_the_steepest_part_of_a_sine_meets_is_tried():
+    (drive,) = triangle(20.0, amplitude=3.0, bias=3.0, samples=400)
+    for name, value in (
+        ("sine", 3.0 + 1.5 * np.sin(2 * np.pi * 20.0 * drive.time)), ("triangle", drive.value),
+    ):  # fmt: skip
+        slopes = np.abs(np.diff(value) / np.diff(drive.time))
+        found = [float(e.limit) for e in SlewLimit.initial_guesses(evidence(drive=value))]
+        assert any(0.95 < limit / slopes.max() < 0.99 for limit in found), name
+        assert len(found) == (6 if name == "sine" else 4)
+        assert min(found) < 0.7 * slopes.max()
+
+
 @pytest.mark.parametrize("case", list(ODD))
 @pytest.mark.parametrize("cls", [type(e) for e in EXAMPLES.values()], ids=list(EXAMPLES))
 def test_trials_are_few_and_within_bounds_whatever_the_evidence(cls, case):

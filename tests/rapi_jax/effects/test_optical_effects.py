@@ -286,6 +286,36 @@ def test_a_hop_is_found_among_the_trials(size, width):
     assert near and float(near[0].size) == pytest.approx(size, rel=0.2)
 
 
+@pytest.mark.parametrize("size", [2.0, -0.6])
+def test_a_hop_is_found_among_many_smaller_steps(size):
+    """Of a base that misfits, such as where its plays turn; the hop lasts a few samples."""
+    top = float(seen(ModeHop.at()).response.max()) - 0.3
+    evidence = seen(ModeHop.at(size=size, threshold=top, width=0.1))
+    steps = np.cumsum(np.random.default_rng(2).choice([0.2, -0.2], 60))
+    at = np.linspace(0, evidence.residual.size - 1, 62).astype(int)[1:-1]
+    evidence = dataclasses.replace(evidence, residual=evidence.residual.copy())
+    for place, step in zip(at, np.diff(steps, prepend=0.0), strict=True):
+        evidence.residual[place:] += step
+    near = [
+        h for h in ModeHop.initial_guesses(evidence)
+        if abs(h.threshold - top) < 0.3 and h.width < 0.3
+        and float(h.size) == pytest.approx(size, rel=0.2)
+    ]  # fmt: skip
+    assert near
+
+
+def test_a_hop_at_the_very_top_is_found_where_the_base_is_off():
+    """The model's response may never reach the threshold that the data show."""
+    top = float(seen(ModeHop.at()).response.max()) - 0.3
+    evidence = seen(ModeHop.at(size=2.0, threshold=top, width=0.1))
+    off = np.full_like(evidence.residual, 1.0)
+    evidence = dataclasses.replace(
+        evidence, response=evidence.response - off, residual=evidence.residual + off
+    )
+    found = ModeHop.initial_guesses(evidence)
+    assert any(abs(h.threshold - (top - 1.0)) < 0.3 and h.size > 1.6 for h in found)
+
+
 @pytest.mark.parametrize("hertz", [350.0, 900.0])
 def test_a_resonance_is_found_among_the_trials(hertz):
     evidence = seen(Resonance.at(hertz=hertz, damping=0.03, share=1.0))

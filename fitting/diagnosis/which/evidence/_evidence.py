@@ -55,10 +55,10 @@ class Evidence:
     @classmethod
     def of(cls, attribution: Attribution, *, noise_known: bool) -> "Evidence":
         """The evidence of an attribution."""
-        errors = attribution.none.least[1].errors
+        errors = attribution.none.on_flexible_base.errors
         found = (attribution.none, *attribution.candidates)
         size = (errors.synchronous.size, errors.nonsynchronous.size)
-        squares = [c.least[1].errors.all ** 2 for c in found]
+        squares = [c.on_flexible_base.errors.all**2 for c in found]
         hypotheses = tuple(
             _hypothesis(c, tuple(difference_error(own, other) for other in squares))
             for c, own in zip(found, squares, strict=True)
@@ -99,7 +99,7 @@ def difference_error(one: Float[np.ndarray, " lines"], other: Float[np.ndarray, 
 
 
 def _hypothesis(candidate: Candidate, errors: tuple[float, ...]) -> HypothesisEvidence:
-    (_, flexible), base = candidate.least, candidate.on_base
+    flexible, base = candidate.on_flexible_base, candidate.on_base
     return HypothesisEvidence(
         effects=tuple(sorted(effect.name for effect in candidate.effects)),
         parameters=candidate.count,

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from fitting.diagnosis.refit._gauss_newton import Refit, State
-from fitting.diagnosis.which._candidate import insert_effect
+from fitting.diagnosis.which._effect_sets import insert_effect
 from fitting.diagnosis.which._thresholds import THRESHOLDS
 from fitting.diagnosis.which.jumps._jump_search import search_jump_parameters
 
@@ -15,7 +15,7 @@ from ._screen import Screened
 def refine_guesses(
     marginal: Refit, state: State, guesses: dict[str, list[Screened]]
 ) -> dict[str, list[Screened]]:
-    """The guesses of each effect, and one more of each: its best, refitted beside `state`'s.
+    """The guesses of each effect, and its best refitted beside `state`'s, where it gains by that.
 
     A score is linear in one size: of an effect with several parameters, or one that jumps, it may
     be a small share of what the effect explains. Effects that explain next to nothing of what the
@@ -29,23 +29,26 @@ def refine_guesses(
     least = max(THRESHOLDS.refined_share * most, THRESHOLDS.screened_chance)
     out = dict(guesses)
     for name, one in best.items():
-        refined = _refit(marginal, without, one) if one.flexible_score >= least else None
-        if refined is not None:
-            out[name] = [*guesses[name], refined]
+        if one.flexible_score >= least:
+            refined = _refit(marginal, without, one)
+            if refined.effect is one.effect:
+                out[name] = [refined if guess is one else guess for guess in guesses[name]]
+            else:
+                out[name] = [*guesses[name], refined]
     return out
 
 
-def _refit(marginal: Refit, without: State, one: Screened) -> Screened | None:
-    """A guess refitted; `None` where it then explains no more than its score says."""
+def _refit(marginal: Refit, without: State, one: Screened) -> Screened:
+    """A guess refitted, or as it is where it then explains no more than its score says."""
     start = marginal.evaluate(without.values, insert_effect(without.effects, one.effect))
     if not np.isfinite(start.cost):
-        return None
+        return one
     if not type(one.effect).smooth:
         start = search_jump_parameters(marginal, start, without.cost)
     end = marginal.minimise(start, THRESHOLDS.refined_steps)
     fall = without.cost - end.cost
     if not fall > one.flexible_score:
-        return None
+        return dataclasses.replace(one, refined=True)
     known = {effect.name for effect in without.effects}
     (effect,) = (e for e in end.effects if e.name not in known)
     return dataclasses.replace(one, effect=effect, flexible_score=float(fall), refined=True)

@@ -10,6 +10,21 @@ from rapi_jax.effects import AbstractEffect
 from ._screen import Screened
 
 
+def may_explain(guesses: list[Screened], fall: float) -> bool:
+    """Whether an effect may explain as much as `fall` beyond the flexible base.
+
+    Foreseen from the largest score of its guesses, and whether one of them was refitted there.
+    """
+    best = max(guesses, key=lambda one: one.flexible_score)
+    if not any(one.refined for one in guesses):
+        most = THRESHOLDS.foreseen_of_grid
+    elif type(best.effect).smooth:
+        most = THRESHOLDS.foreseen_of_refit
+    else:
+        most = THRESHOLDS.foreseen_of_jumps
+    return most * best.flexible_score >= fall
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class ScreenedEffects:
     """Screened guesses of each effect by its name, the largest score first; none is empty.

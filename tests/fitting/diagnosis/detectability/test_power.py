@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.stats import ncx2
 
-from fitting.diagnosis.detectability._absorbed import AbsorbedByBase
 from fitting.diagnosis.detectability._power import Demand
 from fitting.diagnosis.detectability._thresholds import THRESHOLDS as SEEN
 from fitting.diagnosis.which._thresholds import THRESHOLDS
@@ -45,14 +44,3 @@ def test_a_second_effect_must_first_leave_too_much():
     assert second.share(limit - 1000.0, 0.0) == pytest.approx(1.0, rel=1e-3)
     without = Demand.of((1000.0, 0.0), (1000, 0), calibration, parameters=1, second=True)
     assert without.share(1e6, 0.0) > 1.0
-
-
-def test_what_a_base_with_priors_leaves_is_that_of_a_least_squares_fit():
-    rng = np.random.default_rng(3)
-    jacobian, signature = rng.normal(size=(40, 4)), rng.normal(size=40)
-    std = np.array([0.1, 2.0, np.inf, np.inf])
-    left = AbsorbedByBase.of(jacobian * [1, 1, 1, 0], std).left(signature)
-    rows = np.vstack([jacobian[:, :3], np.diag(1.0 / std[:3])])
-    target = np.concatenate([signature, np.zeros(3)])
-    fitted = np.linalg.lstsq(rows, target, rcond=None)
-    assert left == pytest.approx(float(fitted[1][0]), rel=1e-9)

@@ -7,7 +7,7 @@ from fitting.diagnosis.detectability._detectability import SizeSearch, smallest_
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import fit_base
 from fitting.diagnosis.which._candidate import Candidate
-from fitting.diagnosis.which._flexible_refit import refit_flexible_base
+from fitting.diagnosis.which._forward_selection import without_effects
 from rapi_jax.effects import ALL, AmplitudeLaw, Delay, Etalon, Pickup
 
 FEW = (Delay, AmplitudeLaw, Etalon, Pickup)
@@ -16,8 +16,7 @@ FEW = (Delay, AmplitudeLaw, Etalon, Pickup)
 def none(session, **options) -> Candidate:
     """What stands for no effect on a session without any."""
     fitted = fit_base(WhitenedModel.of(record(session, **options)), None)
-    refit, flexible = refit_flexible_base(fitted.refit, fitted.state)
-    return Candidate((), fitted.eta_fixed[1], fitted.state, flexible, refit, 1.0)
+    return without_effects(fitted.refit, fitted.state, fitted.eta_fixed[1])
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,8 @@ from fitting.diagnosis.which._base import fit_base
 from fitting.diagnosis.which._candidate import Candidate
 from fitting.diagnosis.which._effect_refit import free_eta
 from fitting.diagnosis.which._excess import excess
-from fitting.diagnosis.which._flexible_refit import refit_and_search, refit_flexible_base
+from fitting.diagnosis.which._flexible_refit import refit_and_search
+from fitting.diagnosis.which._forward_selection import without_effects
 from rapi_jax.effects import Delay, Pickup
 
 DELAY, ETALON = Delay(tau=1e-4), TRUTHS["etalon"]
@@ -26,8 +27,8 @@ def candidates(effects, *hypotheses):
     session = drives((10.0, 40.0), amplitudes=(3.0, 2.0))
     fitted = fit_base(WhitenedModel.of(record(session, *ordered(effects))), None)
     eta_fixed, state = fitted.eta_fixed
-    refit, flexible = refit_flexible_base(fitted.refit, fitted.state)
-    none = Candidate((), state, fitted.state, flexible, refit, 1.0)
+    none = without_effects(fitted.refit, fitted.state, state)
+    refit, flexible = none.flexible_refit, none.on_flexible_base
 
     def candidate(effects) -> Candidate:
         effects = ordered(effects)
@@ -35,7 +36,8 @@ def candidates(effects, *hypotheses):
         on_base = free_eta(fitted.refit, end)
         start = refit.evaluate(flexible.values, on_base.effects)
         on_flexible = refit_and_search(refit, start, flexible.cost)
-        return Candidate(on_flexible.effects, end, on_base, on_flexible, refit, 1.0)
+        free = fitted.refit
+        return Candidate(on_flexible.effects, end, free, on_base, refit, on_flexible, 1.0)
 
     return (eta_fixed, fitted.refit), none, [candidate(one) for one in hypotheses]
 
@@ -45,7 +47,7 @@ def stuck(refits, none, effects, at) -> Candidate:
     bases = (*refits, none.flexible_refit)
     states = (none.eta_fixed, none.on_base, none.on_flexible_base)
     ended = [base.evaluate(state.values, at) for base, state in zip(bases, states, strict=True)]
-    return Candidate(effects, *ended, none.flexible_refit, 1.0)
+    return Candidate(effects, ended[0], refits[1], ended[1], none.flexible_refit, ended[2], 1.0)
 
 
 def leaves_noise(single) -> bool:

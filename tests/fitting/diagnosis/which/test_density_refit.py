@@ -13,8 +13,8 @@ from fitting.diagnosis import diagnose
 from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import fit_base
-from fitting.diagnosis.which._candidate import Candidate
 from fitting.diagnosis.which._density_refit import refit_on_density
+from fitting.diagnosis.which._forward_selection import without_effects
 from rapi_jax.effects import Delay
 
 DELAY = Delay.at(tau=1e-4)
@@ -27,16 +27,13 @@ def fitted():
 
 
 def test_the_effect_is_found_from_a_guess_where_the_base_ended_far_off(fitted):
-    free, without = fitted.refit, fitted.state
-    far = free.evaluate(without.values, (Delay.at(tau=4e-3),))
-    on_base, density = refit_on_density(free, far, without, Delay.at(tau=8e-5))
-    assert density is not None
-    refit, end = density
+    free, none = fitted.refit, without_effects(fitted.refit, fitted.state, fitted.eta_fixed[1])
+    far = free.evaluate(fitted.state.values, (Delay.at(tau=4e-3),))
+    on_base, refit, end = refit_on_density(free, far, none, Delay.at(tau=8e-5))
     assert on_base.cost < far.cost
     assert float(end.effects[0].tau) == pytest.approx(1e-4, rel=0.05)
     assert end.synchronous < 1.2 * end.errors.synchronous.size
-    _, alone = refit_on_density(free, without)
-    assert alone is not None and end.cost < alone[1].cost and alone[1].effects == ()
+    assert end.cost < none.cost and none.on_flexible_base.effects == ()
     assert refit.log_determinant > 0.0
 
 
@@ -56,22 +53,24 @@ def test_costs_are_those_of_likelihoods(fitted):
     assert flexible.marginal.evaluate(state.values, (DELAY,)).cost == pytest.approx(expected)
 
 
-def test_a_candidate_counts_by_whichever_leaves_less(fitted):
-    free, state = fitted.refit, fitted.state
-    low, high = (free.evaluate(state.values, (Delay.at(tau=t),)) for t in (1e-4, 4e-3))
-    assert low.cost < high.cost
-    for search, density in ((low, high), (high, low)):
-        found = Candidate((DELAY,), low, low, search, free, 1.0, (free, density))
-        assert found.cost == low.cost and found.least == (free, low)
-    assert Candidate((DELAY,), low, low, high, free, 1.0).least == (free, high)
+def test_predictions_are_those_of_an_operator(fitted):
+    """A density has no value at a drive that was not recorded: the flexible operator has."""
+    none = without_effects(fitted.refit, fitted.state, fitted.eta_fixed[1])
+    assert none.flexible_refit.log_determinant > 0.0
+    refit, state = none.on_flexible_operator
+    assert refit.log_determinant == 0.0
+    assert refit.base.operator.count > fitted.refit.base.operator.count
+    assert state.cost <= fitted.state.cost
 
 
-def test_without_a_measured_noise_there_is_none(fitted):
+def test_without_a_measured_noise_the_flexible_base_is_searched(fitted):
     spectrum = dataclasses.replace(fitted.spectrum, measured=False)
     refit = dataclasses.replace(
         fitted.refit, whitener=fitted.refit.whitened.make_whitener(spectrum)
     )
-    assert refit_on_density(refit, fitted.state) == (fitted.state, None)
+    none = without_effects(refit, fitted.state, fitted.eta_fixed[1])
+    assert none.flexible_refit.log_determinant == 0.0
+    assert none.on_flexible_operator == (none.flexible_refit, none.on_flexible_base)
 
 
 @pytest.mark.slow

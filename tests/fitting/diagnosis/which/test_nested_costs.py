@@ -9,7 +9,7 @@ from worlds import TRUTHS
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import fit_base
 from fitting.diagnosis.which._candidate import Candidate
-from fitting.diagnosis.which._flexible_refit import refit_flexible_base
+from fitting.diagnosis.which._forward_selection import without_effects
 from fitting.diagnosis.which._nested_costs import nest_costs, without_strength
 from fitting.diagnosis.which.screening._screen import summarise_residual
 from rapi_jax.effects import ALL, Etalon
@@ -24,8 +24,7 @@ def none():
     """A session without effects, and what stands for no effect."""
     session = drives((10.0, 40.0), amplitudes=(3.0, 2.0))
     fitted = fit_base(WhitenedModel.of(record(session)), None)
-    refit, flexible = refit_flexible_base(fitted.refit, fitted.state)
-    return Candidate((), fitted.eta_fixed[1], fitted.state, flexible, refit, 1.0)
+    return without_effects(fitted.refit, fitted.state, fitted.eta_fixed[1])
 
 
 def stuck(none, effects) -> Candidate:

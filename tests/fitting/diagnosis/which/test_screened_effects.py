@@ -11,8 +11,8 @@ from fitting.diagnosis import diagnose
 from fitting.diagnosis.which._effect_refit import _distinct_guesses
 from fitting.diagnosis.which._thresholds import THRESHOLDS
 from fitting.diagnosis.which.screening._screen import Screened
-from fitting.diagnosis.which.screening._screened_effects import ScreenedEffects
-from rapi_jax.effects import Delay
+from fitting.diagnosis.which.screening._screened_effects import ScreenedEffects, may_explain
+from rapi_jax.effects import Delay, ModeHop
 
 
 def screened(*scores: tuple[float, float], expected: float = 1e9) -> list[Screened]:
@@ -88,6 +88,22 @@ def test_a_second_effect_must_explain_enough():
     guesses = {"large": screened((1e6, 10.0)), "beyond": screened((0.0, 4e3))}
     assert list(ScreenedEffects(guesses, least=100.0).promising) == ["beyond"]
     assert not ScreenedEffects(guesses, least=1e4).promising
+
+
+@pytest.mark.parametrize(
+    ("effect", "refined", "times"),
+    [
+        (Delay(1e-3), False, THRESHOLDS.foreseen_of_grid),
+        (Delay(1e-3), True, THRESHOLDS.foreseen_of_refit),
+        (ModeHop.at(), True, THRESHOLDS.foreseen_of_jumps),
+        (ModeHop.at(), False, THRESHOLDS.foreseen_of_grid),
+    ],
+)
+def test_what_an_effect_may_explain_is_foreseen_from_its_best_guess(effect, refined, times):
+    low, high = screened((0.0, 10.0), (0.0, 100.0))
+    guesses = [low, dataclasses.replace(high, effect=effect, refined=refined)]
+    assert may_explain(guesses, 0.99 * times * 100.0)
+    assert not may_explain(guesses, 1.01 * times * 100.0)
 
 
 def test_chance_leads_nowhere():

@@ -1,0 +1,56 @@
+"""Guesses refitted with the base integrated out: what a score that is linear in one size misses."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from edge_worlds import drives, record
+from worlds import ordered
+
+from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.which._base import fit_base
+from fitting.diagnosis.which.screening._marginal_refit import refine_guesses
+from fitting.diagnosis.which.screening._screen import Screened
+from rapi_jax.effects import Delay, Etalon
+
+TRUTH = Etalon(amplitude=0.3, spacing=7.0, phase=0.3)
+
+
+@pytest.fixture(scope="module")
+def marginal():
+    """The refit beside a density of plays on a session with an etalon, and the base's state."""
+    session = drives((10.0, 40.0), amplitudes=(3.0, 2.0))
+    fitted = fit_base(WhitenedModel.of(record(session, *ordered((TRUTH,)))), None)
+    return FlexibleBase.about(fitted.refit, fitted.state).marginal, fitted.state
+
+
+def guess(effect, score: float) -> Screened:
+    return Screened(effect, score, score, score, 1.0, 0.0, np.zeros(1))
+
+
+def test_a_guess_nearby_becomes_the_effect_and_its_score_what_it_explains(marginal):
+    refit, state = marginal
+    near = guess(Etalon(amplitude=0.1, spacing=7.05, phase=0.0), 1e3)
+    (first, found) = refine_guesses(refit, state, {"etalon": [near]})["etalon"]
+    assert first is near and found.refined
+    assert float(found.effect.spacing) == pytest.approx(7.0, rel=0.01)
+    alone = refit.evaluate(state.values, ())
+    with_it = refit.evaluate(state.values, (found.effect,))
+    assert found.flexible_score == pytest.approx(alone.cost - with_it.cost)
+    assert found.flexible_score > 1e3
+
+
+def test_a_guess_that_gains_nothing_keeps_its_score_and_is_marked(marginal):
+    refit, state = marginal
+    found = refine_guesses(refit, state, {"delay": [guess(Delay(1e-4), 1e9)]})["delay"]
+    assert [(one.refined, one.flexible_score) for one in found] == [(True, 1e9)]
+    assert float(found[0].effect.tau) == 1e-4
+
+
+def test_what_explains_next_to_nothing_of_the_best_is_left_as_it_is(marginal):
+    refit, state = marginal
+    guesses = {"etalon": [guess(TRUTH, 1e6)], "delay": [guess(Delay(1e-4), 1.0)]}
+    found = refine_guesses(refit, state, guesses)
+    assert found["delay"] is guesses["delay"]
+    assert not dataclasses.replace(found["delay"][0]).refined

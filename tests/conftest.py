@@ -60,6 +60,17 @@ hypothesis.settings.register_profile("ci", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "local")
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark as slow what `slow.txt` lists, by `benchmarks/slow_tests.py` from a timed run."""
+    slow = set((ROOT / "tests/slow.txt").read_text(encoding="utf-8").splitlines())
+    for item in items:
+        if isinstance(item, pytest.Function):
+            file = item.path.relative_to(ROOT).as_posix()
+            if f"{file}::{item.originalname}" in slow:
+                item.add_marker(pytest.mark.slow(listed=True))
+
+
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
     """The folder of measured data, where there is one beside the repository."""

@@ -22,7 +22,7 @@ from fitting.compile_cache import machine_folder, variables
 
 ROOT = Path(__file__).resolve().parents[2]
 ENOUGH = 0.8
-SHORT = "not slow and not bank and not notebook and not process"
+SHORT = "(not slow or slow(listed=True)) and not bank and not notebook and not process"
 # What a mutation leaves as it was is compiled already; a program that it changes has another key.
 ENVIRONMENT = variables(machine_folder(ROOT / ".pytest_cache/d/compiled"))
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv", ".*_cache", "__pycache__", "rapi-demo", "dist")

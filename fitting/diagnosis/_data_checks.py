@@ -10,6 +10,7 @@ from fitting.identification._fit import Posed, default_free, solver_options
 from fitting.identification._parameter_vector import ParameterVector
 from fitting.identification.data_checks._data_checks import Fault, check_usable, find_faults
 from fitting.identification.data_checks._drive_noise import find_swapped_columns
+from fitting.identification.data_checks._exchanged_runs import find_copied_readings
 from fitting.identification.data_checks._run_changes import (
     DIFFERS_WITH_RATE as DIFFERS_WITH_RATE,
 )
@@ -83,11 +84,14 @@ def check_enough(whitened: WhitenedModel, operator: AbstractOperator) -> None:
         )
 
 
-def find_inconsistencies(recording: Recording, operator: AbstractOperator) -> list[Fault]:
+def find_inconsistencies(
+    recording: Recording, operator: AbstractOperator, *, explained: bool = False
+) -> list[Fault]:
     """Drives and readings that do not belong together, which an effect must not explain.
 
     But for `DIFFERS_WITH_RATE`, which an effect may explain, too. `operator`: the base, from which
-    all runs are fitted once more, without effects.
+    all runs are fitted once more, without effects; not where it has `explained` them to within a
+    measured noise: then they do belong together.
     """
     swapped = find_swapped_columns(recording)
     plain = find_faults(recording)
@@ -97,6 +101,8 @@ def find_inconsistencies(recording: Recording, operator: AbstractOperator) -> li
     if sweep is not None:
         kind, _, text = sweep.partition(": ")
         return [Fault(kind, "", text)]
+    if explained:
+        return find_copied_readings(recording)
     model = ECDL(operator)
     try:
         posed = Posed.of(model, recording, None, "uniform", history=True, drift=None)

@@ -47,6 +47,7 @@ from .noise._telegraph import RandomJumps, find_random_jumps
 from .refit._whitened_model import WhitenedModel
 from .which._base import FittedBase, fit_base
 from .which._candidate import Candidate
+from .which._excess import is_unexplained
 from .which._forward_selection import select_effects
 from .which._ranking import choose_refit, likely_candidates, match_candidates, needs_flexible_base
 from .which.evidence._calibration import load_calibration
@@ -101,7 +102,9 @@ def diagnose(
     fitted = fit_base(whitened, ecdl)
     report("consistency of the runs")
     found = find_inconsistencies(
-        whitened.recording, fitted.state.to_ecdl(whitened, fitted.refit.base).operator
+        whitened.recording,
+        fitted.state.to_ecdl(whitened, fitted.refit.base).operator,
+        explained=fitted.spectrum.measured and not is_unexplained(fitted.state),
     )
     broken = [fault for fault in found if fault.kind != DIFFERS_WITH_RATE]
     classes = effects.ALL if candidates is None else tuple(dict.fromkeys(candidates))
@@ -156,7 +159,7 @@ def diagnose(
     )
 
     report("smallest effects that would show")
-    sizes = [] if blamed else smallest_sizes(top, classes)
+    sizes = [] if blamed else smallest_sizes(top, classes, attribution.none.cost - top.cost)
 
     next_scan = None
     if scan and not blamed:

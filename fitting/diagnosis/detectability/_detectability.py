@@ -42,23 +42,26 @@ class SmallestSize:
         return dataclasses.asdict(self) | {"level": THRESHOLDS.level}
 
 
-def smallest_sizes(top: Candidate, classes: Sequence[type[AbstractEffect]]) -> list[SmallestSize]:
+def smallest_sizes(
+    top: Candidate, classes: Sequence[type[AbstractEffect]], explained: float = 0.0
+) -> list[SmallestSize]:
     """Of each class that is not among the effects of `top`, the likeliest hypothesis.
 
+    `explained`: the chi-square that these take away, of which a share is not credited to another.
     Without measured noise nothing can be promised: no value.
     """
     named = {effect.name for effect in top.on_base.effects}
-    search = SizeSearch(top)
+    search = SizeSearch(top, explained)
     return [search.of(cls) for cls in classes if cls.name not in named]
 
 
 class SizeSearch:
     """The search beside one hypothesis, less what the flexible base would absorb."""
 
-    def __init__(self, top: Candidate) -> None:
+    def __init__(self, top: Candidate, explained: float = 0.0) -> None:
         refit, state = top.flexible_refit, top.on_flexible_base
         whitened, spectrum = refit.whitened, refit.whitener.spectrum
-        self.top, self.refit, self.state = top, refit, state
+        self.top, self.refit, self.state, self.explained = top, refit, state, explained
         self.possible = spectrum.measured and np.isfinite(state.cost)
         self.summary = summarise_residual(whitened, state, float(np.sqrt(spectrum.total)))
         recording = whitened.recording
@@ -96,7 +99,7 @@ class SizeSearch:
             (errors.synchronous.size, errors.nonsynchronous.size),
             load_calibration(),
             parameters=len(free_parameters(effect)),
-            second=bool(self.top.effects),
+            explained=self.explained if self.top.effects else None,
         )
         left = float(synchronous @ synchronous)  # a density of plays has taken away its part
         return demand.share(left, float(nonsynchronous @ nonsynchronous))

@@ -37,20 +37,21 @@ class Demand:
         calibration: Calibration,
         *,
         parameters: int,
-        second: bool,
+        explained: float | None = None,
     ) -> "Demand":
         """Beside the likeliest hypothesis, for an effect of so many `parameters`.
 
         `left`, `sizes`: chi-square that it leaves on the flexible base, and the number of errors,
-        synchronous and not. `second`: whether it has effects. A further one is then looked for only
-        where too much is left.
+        synchronous and not. `explained`: what its effects take away; `None` where it has none. A
+        further one is looked for only where too much is left, and must take away more.
         """
         misfit = (max(1.0, left[0] / max(sizes[0], 1)), max(1.0, left[1] / max(sizes[1], 1)))
         named = calibration.parameter * np.log(sum(sizes)) * parameters + 2.0 * calibration.chance
+        named += calibration.second * max(explained or 0.0, 0.0) / misfit[0]
         fall = max(float(named), WHICH.chance_fall)
         there = float(chndtrinc(fall, parameters, 1.0 - THRESHOLDS.level))
         either = there / THRESHOLDS.found
-        if not second:
+        if explained is None:
             return cls(either, 0.0, 0.0, misfit)
         shares = (
             (WHICH.explained_synchronous, WHICH.explained_synchronous_sigmas),

@@ -70,6 +70,27 @@ def test_more_left_is_more_unlisted_and_so_is_less_on_data_held_out():
     assert np.all(np.diff(lefts) > 0) and np.all(np.diff(opens) > 0)
 
 
+def test_a_second_effect_must_do_more_than_mend_the_first_ones_equation():
+    """Of 78 000 that creep explains, drift takes 200 up: a quarter of a hundredth."""
+    case = evidence(40.0, creep=1.1, creep_and_drift=1.0)
+    closed = {"creep": 0.99, "creep+drift": 0.99}
+    known = dataclasses.replace(BY_HAND, second=0.01)
+    plain = dict(hypothesis_probabilities(case, closed, BY_HAND))
+    found = dict(hypothesis_probabilities(case, closed, known))
+    assert plain["creep+drift"] > 0.9 and found["creep"] > 0.9
+    apart = evidence(40.0, creep=20.0, creep_and_drift=1.0)  # what no equation is wrong by
+    assert hypothesis_probabilities(apart, closed, known)[0][0] == "creep+drift"
+
+
+def test_unlisted_is_no_surer_than_two_effects_are_found():
+    most = dataclasses.replace(BY_HAND, most_unlisted=0.9)
+    for left, limit in ((20.0, 0.9), (1.0, 0.1)):
+        found = dict(hypothesis_probabilities(evidence(40.0, creep=left), {}, most))
+        assert found["unlisted"] <= limit
+    alone = dict(hypothesis_probabilities(evidence(40.0, creep=40.0), {}, most))
+    assert alone["unlisted"] > 0.99  # nothing is named that a second effect would complete
+
+
 def overconfident(rng, count):
     """Two effects whose chi-squares differ by 40 whichever is right, and nulls and unlisted."""
     out = []

@@ -206,6 +206,7 @@ def test_strengths_are_found_on_curves_steps_and_ends():
         4e-3, rel=0.02
     )
     assert solve_strength(lambda x: float(np.floor(10 * x)), 3.2, 0.01, 1.0)[1] == 3.0
+    assert solve_strength(lambda x: 0.0, 0.0, 0.01, 1.0)[1] == 0.0
     assert solve_strength(lambda x: x, 5.0, 0.1, 2.0) == pytest.approx((2.0, 2.0))
     assert solve_strength(lambda x: x, 0.01, 0.1, 2.0) == pytest.approx((0.1, 0.1))
 

@@ -5,6 +5,7 @@ from diagnosis_contract import check
 
 from fitting import diagnose
 from fitting.diagnosis._data_checks import find_inconsistencies
+from fitting.identification._fit import Posed
 from rapi_jax import RAPI
 from rapi_jax.effects import Etalon, RateLaw
 from rapi_jax.internal import float64
@@ -12,9 +13,9 @@ from tests.support.spoiled import WAYS, healthy
 
 
 @float64
-def found(columns):
+def found(columns, *, explained=False):
     recording = columns.recording()
-    return find_inconsistencies(recording, RAPI.guess(recording))
+    return find_inconsistencies(recording, RAPI.guess(recording), explained=explained)
 
 
 @pytest.mark.parametrize(
@@ -32,6 +33,15 @@ def test_what_is_wrong_is_found_before_any_effect(way, kind):
     columns = healthy(71)
     WAYS[way](columns)
     assert {fault.kind for fault in found(columns)} == {kind}
+
+
+def test_runs_explained_to_noise_are_not_fitted_once_more(monkeypatch):
+    """Readings copied from a run of an equal drive are explained as well, and found still."""
+    monkeypatch.setattr(Posed, "of", lambda *_, **__: pytest.fail("fitted once more"))
+    assert found(healthy(75), explained=True) == []
+    columns = healthy(76)
+    WAYS["response of another run"](columns)
+    assert {fault.kind for fault in found(columns, explained=True)} == {"copied readings"}
 
 
 @pytest.mark.parametrize("way", ["a lag of 1 ms not stated", "drift of 10 GHz", "clipped softly"])

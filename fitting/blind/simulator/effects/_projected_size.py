@@ -6,6 +6,7 @@ import numpy as np
 
 CLOSE = 0.02  # of the size asked for
 STEPS = 16
+LEAST = 1e-12  # in place of no size at all, as an amplitude law has in a session of one amplitude
 
 
 def solve_strength(
@@ -20,12 +21,12 @@ def solve_strength(
     known: list[tuple[float, float]] = []  # (log strength, log size)
     under, over = np.log(low), np.log(high)
     x = np.log(begin)
-    goal = np.log(target)
+    goal = np.log(max(target, LEAST))
     tried: list[tuple[float, float, float]] = []
     for _ in range(STEPS):
         strength = float(np.clip(np.exp(x), low, high))
         found = size(strength)
-        y = float(np.log(max(found, 1e-12)))
+        y = float(np.log(max(found, LEAST)))
         tried.append((abs(y - goal), strength, found))
         if abs(y - goal) < CLOSE:
             break

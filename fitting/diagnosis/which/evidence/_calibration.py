@@ -21,6 +21,8 @@ class Calibration:
     - `parameter`: log evidence that one more parameter costs, in units of the logarithm of the
       number of lines, halved.
     - `chance`: log evidence that one more effect costs, for the search over its initial guesses.
+    - `second`: what a second effect must remove for nothing, as a share of what the first explains
+      alone: so much the first one's equation may be wrong by.
 
     For `unlisted`, logarithms of odds a decade:
 
@@ -29,6 +31,8 @@ class Calibration:
     - `named_level`, `named_excess`, `named_left`, `named_open`: where something is, of the excess
       a line, of the share of the excess that is left, and of the share of the gap on data held out
       that stays open; the level is the logarithm of the odds at 0.3, 0.03 and 0.05.
+    - `most_unlisted`: the probability at most, where something is named that leaves too much: two
+      effects together are not always found.
     - `nonsynchronous`: by what the excess a line of what does not repeat is multiplied.
     - `left_unknown`, `left_unknown_width`, `misfit_unknown`, `misfit_unknown_width`: where no run
       repeats, so that noise is unknown: the share of the excess that the right effects leave at
@@ -54,6 +58,8 @@ class Calibration:
     widening: Mapping[str, float] = dataclasses.field(default_factory=dict)
     widening_provenance: str = ""
     reliability: tuple[Mapping[str, Any], ...] = ()
+    second: float = 0.0
+    most_unlisted: float = 1.0
 
     @classmethod
     def from_dict(cls, value: dict[str, Any]) -> "Calibration":

@@ -105,6 +105,7 @@ def _listed_weights(evidence: Evidence, calibration: Calibration) -> np.ndarray:
                 + h.nonsynchronous / nonsynchronous_misfit
                 + h.prior
                 + penalty * h.parameters
+                + calibration.second * _explained_by_one(h, evidence) / misfit
             )
             - calibration.chance * len(h.effects)
             for h in found
@@ -144,6 +145,20 @@ def _not_surer_than_lines(
     return out
 
 
+def _explained_by_one(pair: HypothesisEvidence, evidence: Evidence) -> float:
+    """What the better of a pair's effects explains alone; 0 of a hypothesis with one at most.
+
+    Its equation is good to a small share of that, which a second effect would take up.
+    """
+    none = evidence.excess(evidence.hypotheses[0])
+    alone = [
+        none - evidence.excess(h)
+        for h in evidence.hypotheses
+        if h.effects and set(h.effects) < set(pair.effects)
+    ]
+    return max([*alone, 0.0])
+
+
 def _excess_at_stake(
     one: HypothesisEvidence, other: HypothesisEvidence, evidence: Evidence
 ) -> float:
@@ -166,8 +181,7 @@ def _unlisted_probability(
     chance, nonsynchronous_chance = (
         THRESHOLDS.excess_sigmas * np.sqrt(2.0 / n) for n in (lines, nonsynchronous)
     )
-    # The price of the base's values counts too: values that no device has explain nothing.
-    over = (top.synchronous + top.prior) / lines - 1.0 - chance
+    over = top.synchronous / lines - 1.0 - chance
     none = evidence.hypotheses[0]
     before = evidence.excess(none)
     left = evidence.excess(top) / before if before > 0 else 0.0
@@ -183,7 +197,9 @@ def _unlisted_probability(
         if top.effects and closed is not None:  # an effect that predicts nothing new explains none
             left = max(left, float(np.clip(1.0 - closed, 0.0, 1.0)))
         poor = (left - calibration.left_unknown) / calibration.left_unknown_width
-        more = (over + chance - calibration.misfit_unknown) / calibration.misfit_unknown_width
+        # The price of the base's values counts too: values that no device has explain nothing.
+        more = over + chance + top.prior / lines - calibration.misfit_unknown
+        more /= calibration.misfit_unknown_width
         return _logistic(poor) * _logistic(more)
     if evidence.nonsynchronous_lines:
         over = max(
@@ -202,7 +218,8 @@ def _unlisted_probability(
         (calibration.named_left, left, THRESHOLDS.reference_share_left),
         (calibration.named_open, still_open, THRESHOLDS.reference_share_open),
     )
-    return _logistic(calibration.named_level + sum(k * np.log10(x / at) for k, x, at in terms))
+    odds = calibration.named_level + sum(k * np.log10(x / at) for k, x, at in terms)
+    return calibration.most_unlisted * _logistic(odds)
 
 
 def _logistic(x: float) -> float:

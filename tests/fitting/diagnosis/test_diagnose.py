@@ -121,7 +121,7 @@ def test_without_an_effect_there_is_none(seed):
 # --- a delay seen in the middle of the scan alone
 
 
-def in_the_middle(session, noise=0.06, seed=0):
+def in_the_middle(session, noise=0.12, seed=0):
     """The paper's triangles with a delay of 0.1 ms, read inside the region of interest only.
 
     With 60 MHz of noise a low-pass leaves 17 of chi-square more than the delay, with 20 MHz 150:

@@ -43,6 +43,7 @@ _LOGARITHMS = {
     "named_left": 0.7,
     "named_open": 0.7,
     "nonsynchronous": 0.7,
+    "hysteresis": 0.7,
     "second": 0.7,
 }
 _AS_IS = {"named_level": 2.0}

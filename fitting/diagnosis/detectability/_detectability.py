@@ -9,6 +9,7 @@ import numpy as np
 from fitting.diagnosis.refit._effect_vector import effect_values, free_parameters, strength_names
 from fitting.diagnosis.refit._gauss_newton import SearchRanges
 from fitting.diagnosis.which._candidate import Candidate
+from fitting.diagnosis.which._excess import excess
 from fitting.diagnosis.which.evidence._calibration import load_calibration
 from fitting.diagnosis.which.screening._screen import (
     effect_signature,
@@ -100,6 +101,7 @@ class SizeSearch:
             load_calibration(),
             parameters=len(free_parameters(effect)),
             explained=self.explained if self.top.effects else None,
+            by_density=excess(self.top.on_base) - excess(self.state),
         )
         left = float(synchronous @ synchronous)  # a density of plays has taken away its part
         return demand.share(left, float(nonsynchronous @ nonsynchronous))

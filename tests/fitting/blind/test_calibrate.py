@@ -82,6 +82,20 @@ def test_a_second_effect_must_do_more_than_mend_the_first_ones_equation():
     assert hypothesis_probabilities(apart, closed, known)[0][0] == "creep+drift"
 
 
+def test_an_effect_must_do_more_than_a_hysteresis_of_another_kind_would():
+    """A density explains 40 of chi-square a line beside it; an amplitude law 0.1 of the rest."""
+    plain = evidence(1.1, amplitude_law=1.0)
+    operator = [
+        dataclasses.replace(h, identified=h.synchronous + h.nonsynchronous + 40.0 * LINES)
+        for h in plain.hypotheses
+    ]
+    misfits = dataclasses.replace(plain, hypotheses=tuple(operator))
+    known = dataclasses.replace(BY_HAND, hysteresis=0.01)
+    for case, right in ((plain, "amplitude_law"), (misfits, "none")):
+        assert hypothesis_probabilities(case, {}, known)[0][0] == right
+    assert hypothesis_probabilities(misfits, {}, BY_HAND)[0][0] == "amplitude_law"
+
+
 def test_unlisted_is_no_surer_than_two_effects_are_found():
     most = dataclasses.replace(BY_HAND, most_unlisted=0.9)
     for left, limit in ((20.0, 0.9), (1.0, 0.1)):

@@ -21,6 +21,8 @@ class Calibration:
     - `parameter`: log evidence that one more parameter costs, in units of the logarithm of the
       number of lines, halved.
     - `chance`: log evidence that one more effect costs, for the search over its initial guesses.
+    - `hysteresis`: what an effect must remove for nothing, as a share of what a density of plays
+      explains beside it: a device's hysteresis may differ from any such density by so much.
     - `second`: what a second effect must remove for nothing, as a share of what the first explains
       alone: so much the first one's equation may be wrong by.
 
@@ -58,6 +60,7 @@ class Calibration:
     widening: Mapping[str, float] = dataclasses.field(default_factory=dict)
     widening_provenance: str = ""
     reliability: tuple[Mapping[str, Any], ...] = ()
+    hysteresis: float = 0.0
     second: float = 0.0
     most_unlisted: float = 1.0
 

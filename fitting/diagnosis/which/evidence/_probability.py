@@ -105,6 +105,7 @@ def _listed_weights(evidence: Evidence, calibration: Calibration) -> np.ndarray:
                 + h.nonsynchronous / nonsynchronous_misfit
                 + h.prior
                 + penalty * h.parameters
+                + calibration.hysteresis * _explained_by_density(h) / misfit
                 + calibration.second * _explained_by_one(h, evidence) / misfit
             )
             - calibration.chance * len(h.effects)
@@ -143,6 +144,13 @@ def _not_surer_than_lines(
         odds = float(norm.logcdf(sigmas) - norm.logsf(sigmas))
         out[k] = max(out[k], out[best] - odds)
     return out
+
+
+def _explained_by_density(one: HypothesisEvidence) -> float:
+    """What a density of plays explains beside effects, if there are any, and the operator."""
+    if not one.effects or one.identified is None:
+        return 0.0
+    return max(one.identified - one.synchronous - one.nonsynchronous, 0.0)
 
 
 def _explained_by_one(pair: HypothesisEvidence, evidence: Evidence) -> float:

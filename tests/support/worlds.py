@@ -10,7 +10,7 @@ from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
-from fitting.diagnosis.which._flexible_base import flexible_base
+from fitting.diagnosis.which._flexible_operator import flexible_operator
 from fitting.diagnosis.which.screening._base_remainder import orthonormal_basis
 from rapi_jax import ECDL, Drive, Recording, triangle
 from rapi_jax._ecdl import respond
@@ -67,7 +67,7 @@ def projected(effects, session=None) -> float:
     operator = paper_device().operator
     whitener = whitened.make_whitener(Spectrum.of_white(1.0))
     plain = BaseModel.of(whitened, operator)
-    rich = flexible_base(whitened, plain, plain.prior_mean)
+    rich = flexible_operator(whitened, plain, plain.prior_mean)
     refit = Refit(whitened, whitener, rich)
     bare = refit.evaluate(rich.prior_mean, ())
     full = refit.evaluate(rich.prior_mean, ordered(effects))

@@ -19,7 +19,7 @@ from fitting.identification._fit import default_free
 from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
 
-from ._flexible_refit import refit_flexible_base
+from ._flexible_refit import refit_flexible_operator
 from ._thresholds import THRESHOLDS
 
 _UNIT_NOISE = Spectrum.of_white(1.0)
@@ -155,7 +155,7 @@ def _simplest(found: list[tuple[Refit, State]]) -> tuple[Refit, State]:
 
 def _flexible_cost(pair: tuple[Refit, State]) -> float:
     """What the flexible base leaves that begins from a fit."""
-    return refit_flexible_base(*pair)[1].cost
+    return refit_flexible_operator(*pair)[1].cost
 
 
 def _cost(pair: tuple[Refit, State]) -> float:

@@ -7,7 +7,7 @@ from fitting.diagnosis.refit._effect_vector import Effects, free_parameters
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 
 from ._effect_sets import hypothesis_name
-from ._flexible_refit import refit_flexible_base
+from ._flexible_refit import refit_flexible_operator
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -53,4 +53,4 @@ class Candidate:
         """
         if not self.refit.whitener.spectrum.measured:
             return self.flexible_refit, self.on_flexible_base
-        return refit_flexible_base(self.refit, self.on_base, self.on_flexible_base.effects)
+        return refit_flexible_operator(self.refit, self.on_base, self.on_flexible_base.effects)

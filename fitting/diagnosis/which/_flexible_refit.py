@@ -1,4 +1,4 @@
-"""Refits on the flexible base, where only what no hysteresis could do counts for an effect."""
+"""Refits on a flexible operator, and the search for jumps beside any flexible base."""
 
 import dataclasses
 
@@ -8,15 +8,15 @@ from fitting.diagnosis.refit._effect_vector import Effects
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 
 from ._effect_refit import refit_beside_jumps
-from ._flexible_base import flexible_base
+from ._flexible_operator import flexible_operator
 from ._thresholds import THRESHOLDS
 from .jumps._jump_search import search_jump_parameters
 
 
-def refit_flexible_base(
+def refit_flexible_operator(
     refit: Refit, on_base: State, effects: Effects | None = None
 ) -> tuple[Refit, State]:
-    """The flexible base about `on_base`, with its effects, or `effects` where these leave less."""
+    """The flexible operator about `on_base`; with its effects, or `effects` if these leave less."""
     flexible, values = _flexible_about(refit, on_base)
     starts = [flexible.evaluate(values, on_base.effects)]
     if effects is not None:
@@ -28,7 +28,7 @@ def refit_flexible_base(
 def refit_from_either(
     refit: Refit, on_base: State, without: tuple[Refit, State]
 ) -> tuple[Refit, State]:
-    """The flexible base with the effects of `on_base`: from there, or from the one without them.
+    """A flexible operator with the effects of `on_base`: about it, or from the one without them.
 
     The better of the starts is refitted; the next only where the first ends above it.
     """
@@ -75,7 +75,7 @@ def refit_and_search(refit: Refit, state: State, cost_without: float) -> State:
 
 def _flexible_about(refit: Refit, on_base: State) -> tuple[Refit, np.ndarray]:
     """The problem with the flexible form of the operator at `on_base`, and where it begins."""
-    base = flexible_base(refit.whitened, refit.base, on_base.values)
+    base = flexible_operator(refit.whitened, refit.base, on_base.values)
     if base is None:
         return refit, on_base.values
     return dataclasses.replace(refit, base=base), base.prior_mean

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from worlds import BaseModel, Refit, WhitenedModel, answers, drives, flexible_base, recorded
+from worlds import BaseModel, Refit, WhitenedModel, answers, drives, flexible_operator, recorded
 
 from fitting.diagnosis.how_far._cross_validation import cross_validate
 from fitting.diagnosis.how_far._determination import prediction_variance
@@ -53,7 +53,7 @@ def test_the_variance_is_that_of_predictions_refitted_to_noise():
 def flexible(effects):
     whitened = WhitenedModel.of(recorded(effects, noise=NOISE, session=SESSION))
     plain = BaseModel.of(whitened, paper_device().operator)
-    rich = flexible_base(whitened, plain, plain.prior_mean)
+    rich = flexible_operator(whitened, plain, plain.prior_mean)
     refit = Refit(whitened, whitened.make_whitener(Spectrum.of_white(NOISE**2)), rich)
     return refit, refit.evaluate(rich.prior_mean, effects)
 

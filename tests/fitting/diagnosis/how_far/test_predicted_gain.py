@@ -10,7 +10,7 @@ from worlds import (
     WhitenedModel,
     answers,
     drives,
-    flexible_base,
+    flexible_operator,
     projected,
     recorded,
 )
@@ -60,7 +60,7 @@ def test_what_does_not_repeat_is_no_crookedness():
 def refit():
     whitened = WhitenedModel.of(Recording.of(SESSION, answers(SESSION)))
     plain = BaseModel.of(whitened, paper_device().operator)
-    rich = flexible_base(whitened, plain, plain.prior_mean)
+    rich = flexible_operator(whitened, plain, plain.prior_mean)
     return Refit(whitened, whitened.make_whitener(Spectrum.of_white(1e-4)), rich)
 
 

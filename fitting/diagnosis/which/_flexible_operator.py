@@ -1,6 +1,6 @@
-"""The flexible base: a richer hysteresis than the one identified.
+"""The flexible operator: a richer hysteresis than the one identified, with many plays.
 
-What it can absorb is not credited to an effect.
+It predicts, as a density of plays does not; where noise is unknown it is the flexible base.
 """
 
 import dataclasses
@@ -14,7 +14,9 @@ from rapi_jax import parameters
 from ._thresholds import THRESHOLDS
 
 
-def flexible_base(whitened: WhitenedModel, base: BaseModel, values: np.ndarray) -> BaseModel | None:
+def flexible_operator(
+    whitened: WhitenedModel, base: BaseModel, values: np.ndarray
+) -> BaseModel | None:
     """The flexible form of the operator at `values`, with priors about where it begins.
 
     It begins as the same function of the drive. `None` for an operator that has no such form.

@@ -29,7 +29,8 @@ class Calibration:
     For `unlisted`, logarithms of odds a decade:
 
     - `none_level`, `none_slope`: where nothing is named, of the excess a line; the level is the
-      excess at even odds.
+      excess at even odds. `determinant`: what share of the density's log determinant counts there
+      as excess: the more of it a device needs, the likelier is something that is not hysteresis.
     - `named_level`, `named_excess`, `named_left`, `named_open`: where something is, of the excess
       a line, of the share of the excess that is left, and of the share of the gap on data held out
       that stays open; the level is the logarithm of the odds at 0.3, 0.03 and 0.05.
@@ -62,6 +63,7 @@ class Calibration:
     reliability: tuple[Mapping[str, Any], ...] = ()
     hysteresis: float = 0.0
     second: float = 0.0
+    determinant: float = 0.0
     most_unlisted: float = 1.0
 
     @classmethod

@@ -105,8 +105,7 @@ def _listed_weights(evidence: Evidence, calibration: Calibration) -> np.ndarray:
                 + h.nonsynchronous / nonsynchronous_misfit
                 + h.prior
                 + penalty * h.parameters
-                + calibration.hysteresis * _explained_by_density(h) / misfit
-                + calibration.second * _explained_by_one(h, evidence) / misfit
+                + _not_credited(h, evidence, calibration) / misfit
             )
             - calibration.chance * len(h.effects)
             for h in found
@@ -144,6 +143,17 @@ def _not_surer_than_lines(
         odds = float(norm.logcdf(sigmas) - norm.logsf(sigmas))
         out[k] = max(out[k], out[best] - odds)
     return out
+
+
+def _not_credited(one: HypothesisEvidence, evidence: Evidence, calibration: Calibration) -> float:
+    """Chi-square that a hypothesis removes for nothing, see `hysteresis` and `second`.
+
+    Where noise is unknown the base was searched, and nothing is known of that.
+    """
+    if not evidence.noise_known:
+        return 0.0
+    by_density = calibration.hysteresis * _explained_by_density(one)
+    return by_density + calibration.second * _explained_by_one(one, evidence)
 
 
 def _explained_by_density(one: HypothesisEvidence) -> float:
@@ -189,7 +199,8 @@ def _unlisted_probability(
     chance, nonsynchronous_chance = (
         THRESHOLDS.excess_sigmas * np.sqrt(2.0 / n) for n in (lines, nonsynchronous)
     )
-    over = top.synchronous / lines - 1.0 - chance
+    price = 0.0 if top.effects else calibration.determinant * top.prior
+    over = (top.synchronous + price) / lines - 1.0 - chance
     none = evidence.hypotheses[0]
     before = evidence.excess(none)
     left = evidence.excess(top) / before if before > 0 else 0.0
@@ -205,8 +216,8 @@ def _unlisted_probability(
         if top.effects and closed is not None:  # an effect that predicts nothing new explains none
             left = max(left, float(np.clip(1.0 - closed, 0.0, 1.0)))
         poor = (left - calibration.left_unknown) / calibration.left_unknown_width
-        # The price of the base's values counts too: values that no device has explain nothing.
-        more = over + chance + top.prior / lines - calibration.misfit_unknown
+        # All that the base's values cost counts: values that no device has explain nothing.
+        more = (top.synchronous + top.prior) / lines - 1.0 - calibration.misfit_unknown
         more /= calibration.misfit_unknown_width
         return _logistic(poor) * _logistic(more)
     if evidence.nonsynchronous_lines:

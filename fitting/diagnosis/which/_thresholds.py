@@ -255,14 +255,14 @@ class WhichThresholds:
     foreseen_of_refit: float = threshold(
         4.0,
         unit="times the best score",
-        origin="the same of one with a refitted guess: 0.1 to 2.7 times in 24 second effects "
-        "beside a first, but for one beside a first that had been found without it (12)",
+        origin="the same of any: 2.7 times at most in 26 of 27 second effects beside a first, "
+        "and 12 times beside a first that had been found in a pair",
     )
     foreseen_of_jumps: float = threshold(
         2.0,
         unit="times the best score",
-        origin="the same of one that jumps, whose search takes seconds: 0.9 to 1.6 times in ten, "
-        "once 2.3",
+        origin="the same of one that jumps, whose search takes seconds: 0.9 to 1.6 times in "
+        "seven, once 2.3",
     )
     pair_leaders: int = threshold(
         3,

@@ -17,15 +17,28 @@ State = TypeVar("State")
 
 @dataclasses.dataclass(frozen=True)
 class Damping:
-    """How the damping of a step changes: relative to the normal matrix's diagonal."""
+    """How the damping of a step changes: relative to the normal matrix's diagonal.
+
+    By the ratio of what a step gained to what was foreseen: damping falls where the ratio is near 1,
+    by `decrease` at most, and stays or rises where it is small. Each trial that fails multiplies it
+    by `increase`, the next by twice that, and so on (Nielsen, IMM-REP-1999-05).
+    """
 
     initial: float
-    decrease: float  # divisor after a step that lowers the cost
-    increase: float  # factor after one that does not
+    decrease: float
+    increase: float
     smallest: float
     largest: float
     attempts: int  # dampings tried from one linearisation
-    shares: tuple[float, ...] = ()  # of a step that does not lower the cost, tried before more
+
+    def after_success(self, level: float, gain_ratio: float) -> float:
+        """The damping after a step that lowered the cost."""
+        factor = max(1.0 / self.decrease, 1.0 - (2.0 * gain_ratio - 1.0) ** 3)
+        return min(max(level * factor, self.smallest), self.largest)
+
+    def after_failure(self, level: float, failed: int) -> float:
+        """The damping after a trial that did not, `failed` trials before it likewise."""
+        return min(level * self.increase * 2.0**failed, self.largest)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,7 +46,8 @@ class Linearisation:
     """The normal equations at one state.
 
     `step(damping)` solves them. `uses_secants`: whether a narrower secant would give others.
-    `decrease(step)`: of the cost, as they foresee it; where it is not given all steps are tried.
+    `decrease(step)`: of the cost, as they foresee it; where it is not given all steps are tried,
+    and what they gain counts as foreseen.
     """
 
     step: Callable[[float], np.ndarray]
@@ -84,46 +98,29 @@ def minimise_damped(
     level, width, slow_steps = damping.initial, 1.0, 0
     for _ in range(max_steps):
         equations = linearise(state, width)
-        for _ in range(damping.attempts):
+        trial, reached, foreseen = state, np.inf, np.inf
+        for failed in range(damping.attempts):
             step = equations.step(level)
-            if stop.is_idle(equations.decrease(step), lowest):  # more damping foresees even less
-                trial, reached = state, np.inf
+            foreseen = equations.decrease(step)
+            if stop.is_idle(foreseen, lowest):  # more damping foresees even less
                 break
-            trial, reached = _shortened(step, (1.0, *damping.shares), state, move, cost, lowest)
+            trial = move(state, step)
+            reached = cost(trial)
             if reached < lowest:
                 break
-            level = min(level * damping.increase, damping.largest)
+            level = damping.after_failure(level, failed)
         if not reached < lowest:
             if width <= narrow_secant or not equations.uses_secants:
                 return state
             level, width = damping.initial, narrow_secant
             continue
-        level = max(level / damping.decrease, damping.smallest)
         decrease, lowest, state = lowest - reached, reached, trial
+        level = damping.after_success(level, _gain_ratio(decrease, foreseen))
         slow_steps = slow_steps + 1 if stop.slow(decrease, lowest) else 0
         if stop.negligible(decrease, lowest) or slow_steps == stop.slow_steps:
             return state
     return state
 
 
-def _shortened(
-    step: np.ndarray,
-    shares: tuple[float, ...],
-    state: State,
-    move: Callable[[State, np.ndarray], State],
-    cost: Callable[[State], float],
-    lowest: float,
-) -> tuple[State, float]:
-    """The first of the shortened steps that lowers the cost, or the last, and its cost.
-
-    Along a curved valley the undamped direction is right, and only too long; damping turns it to
-    the valley's walls.
-    """
-    trial, reached = state, np.inf
-    for share in shares:
-        trial = move(state, share * step)
-        found = cost(trial)
-        reached = found if np.isfinite(found) else np.inf
-        if reached < lowest:
-            break
-    return trial, reached
+def _gain_ratio(decrease: float, foreseen: float) -> float:
+    return decrease / foreseen if np.isfinite(foreseen) and foreseen > 0.0 else 1.0

@@ -49,6 +49,8 @@ def find_peaks(height: Float[np.ndarray, " grid"], count: int, apart: int = 1) -
     top = np.flatnonzero((height >= padded[:-2]) & (height > padded[2:]))
     chosen: list[int] = []
     for i in top[np.argsort(-height[top], kind="stable")]:
-        if len(chosen) < count and all(abs(int(i) - other) > apart for other in chosen):
+        if len(chosen) == count:
+            break
+        if all(abs(int(i) - other) > apart for other in chosen):
             chosen.append(int(i))
     return chosen

@@ -81,7 +81,7 @@ class Pickup(AbstractOpticalEffect):
 
 def _find_lines(summary: ResidualSummary, residual: np.ndarray, count: int) -> list[float]:
     """Frequencies (Hz) at which a sine over the session explains most of `residual`."""
-    from scipy.fft import next_fast_len
+    from scipy.fft import next_fast_len, rfft, rfftfreq
 
     lasts, step = summary.duration_s, summary.step_s
     if not (lasts > 0 and step > 0):
@@ -95,8 +95,8 @@ def _find_lines(summary: ResidualSummary, residual: np.ndarray, count: int) -> l
         np.add.at(level, cell[mine], residual[mine] - residual[mine].mean())
     # Padded to four sessions: phases at a peak are then right to pi / 8 at either end.
     padded: int = next_fast_len(4 * size, real=True)  # pyright: ignore[reportAssignmentType]
-    height = np.abs(np.fft.rfft(level, n=padded)) ** 2
-    hertz = np.fft.rfftfreq(padded, step)
+    height = np.abs(rfft(level.astype(np.float32), n=padded)) ** 2  # only peaks are looked for
+    hertz = rfftfreq(padded, step)
     # Less than a cycle a session is drift; near the clock's limit a cell is no instant.
     highest = THRESHOLDS.pickup_high / step
     height[(hertz < 1.0 / lasts) | (hertz > highest) | (hertz < 2 * _LOW)] = 0.0

@@ -100,16 +100,12 @@ def _screen_all(
         progress(name)
         found[name] = screen_effect(refit, state, grid, basis, remainder)
     found = {name: each for name, each in found.items() if each}
+    enough = least_fall(remainder) if start.effects and flexible is not None else 0.0
+    found = _that_may_explain(found, enough, in_any_case)
     if flexible is not None:
         found = refine_guesses(flexible.marginal, start.on_base, found)
     if start.effects:
-        enough = least_fall(remainder)
-        if measured:
-            found = {
-                name: each
-                for name, each in found.items()
-                if name in in_any_case or may_explain(each, enough)
-            }
+        found = _that_may_explain(found, enough, in_any_case)
         return ScreenedEffects(
             found,
             telling=measured,
@@ -128,6 +124,16 @@ def _screen_all(
         least=THRESHOLDS.screened_chance,
         in_any_case=in_any_case | (laws if taken_up else frozenset()),
     )
+
+
+def _that_may_explain(
+    found: dict[str, list[Screened]], enough: float, in_any_case: frozenset[str]
+) -> dict[str, list[Screened]]:
+    return {
+        name: each
+        for name, each in found.items()
+        if name in in_any_case or may_explain(each, enough)
+    }
 
 
 def _refit_short(

@@ -56,7 +56,10 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
     if _needs_pairs(none, singles, noise_known=refit.whitener.spectrum.measured):
         for first in _firsts_of_pairs(none, singles):
             progress(f"{first.name} and another")
-            pairs += _refit_pairs(refits, first, none, classes)
+            found = _refit_pairs(refits, first, none, classes)
+            pairs += found
+            if not all(is_unexplained(pair.on_flexible_base) for pair in found):
+                break  # the strongest effect and another are enough: none else is looked for
         singles, pairs = check_backward(refits, none, singles, pairs)
     every = nest_costs(none, [*singles, *pairs])
     return Attribution(none, tuple(sorted(every, key=lambda c: c.cost)))

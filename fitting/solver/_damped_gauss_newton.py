@@ -19,9 +19,9 @@ State = TypeVar("State")
 class Damping:
     """How the damping of a step changes: relative to the normal matrix's diagonal.
 
-    By the ratio of what a step gained to what was foreseen: damping falls where the ratio is near 1,
-    by `decrease` at most, and stays or rises where it is small. Each trial that fails multiplies it
-    by `increase`, the next by twice that, and so on (Nielsen, IMM-REP-1999-05).
+    By the ratio of what a step gained to what was foreseen: where it is near 1 damping falls, by
+    `decrease` at most; where it is small it stays or rises. Each trial that fails multiplies it by
+    `increase`, the next by twice that, and so on (Nielsen, IMM-REP-1999-05).
     """
 
     initial: float

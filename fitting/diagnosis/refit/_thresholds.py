@@ -53,9 +53,8 @@ class RefitThresholds:
     step_to_bound: float = threshold(
         0.9,
         unit="of the way to a bound",
-        origin="set by trial; at a bound an effect may be none, and then a parameter beside its size has no "
-        "derivative. Where steps were cut at half the way, and the others not solved for beside it, "
-        "20 of 20 steps of a resonance at its greatest damping failed first: 4 evaluations each",
+        origin="set by trial; at a bound an effect may be none, and what stands beside its size then "
+        "has no derivative",
     )
     initial_damping: float = threshold(1e-4, unit="1", origin="set by trial")
     damping_growth: float = threshold(

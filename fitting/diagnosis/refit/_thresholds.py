@@ -53,7 +53,7 @@ class RefitThresholds:
     step_to_bound: float = threshold(
         0.9,
         unit="of the way to a bound",
-        origin="set by trial; at a bound an effect may be none, and its other parameters then have no "
+        origin="set by trial; at a bound an effect may be none, and its other parameters have no "
         "derivative",
     )
     initial_damping: float = threshold(1e-4, unit="1", origin="set by trial")

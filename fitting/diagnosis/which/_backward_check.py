@@ -13,11 +13,11 @@ import numpy as np
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 
 from ._candidate import Candidate
-from ._density_refit import refit_on_density
+from ._density_refit import refit_on_flexible_base
 from ._effect_refit import free_eta, refit_beside_jumps
 from ._effect_sets import added_effects
 from ._excess import excess, nonsynchronous_excess, reduces_nonsynchronous
-from ._flexible_refit import refit_and_search, refit_from_either
+from ._flexible_refit import refit_and_search
 from ._thresholds import THRESHOLDS
 
 
@@ -74,11 +74,7 @@ def _refit_members(
             continue
         state = refit_beside_jumps(eta_fixed, state, THRESHOLDS.full_steps)
         on_base = free_eta(free, state)
-        if free.whitener.spectrum.measured:
-            on_base, flexible_refit, flexible = refit_on_density(free, on_base, none)
-        else:
-            without = (none.flexible_refit, none.on_flexible_base)
-            flexible_refit, flexible = refit_from_either(free, on_base, without)
+        on_base, flexible_refit, flexible = refit_on_flexible_base(free, on_base, none)
         there = pair.on_flexible_base
         kept = tuple(e for e in there.effects if e.name not in left_out)
         start = pair.flexible_refit.evaluate(there.values, kept)

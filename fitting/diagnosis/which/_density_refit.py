@@ -1,7 +1,7 @@
-"""Refits of effects in which a density of plays stands for the flexible base, in closed form.
+"""Refits of effects on the flexible base: a density of plays, integrated out in closed form.
 
 Plays are linear in their weights, so nothing is searched but the effects' few parameters. Without a
-measured noise a density has no scale: then the flexible base is searched.
+measured noise a density has no scale: then an operator with many plays is searched.
 """
 
 import numpy as np
@@ -13,8 +13,26 @@ from rapi_jax.effects import AbstractEffect
 from ._candidate import Candidate
 from ._effect_refit import refit_beside_jumps
 from ._effect_sets import insert_effect
-from ._flexible_refit import refit_and_search
+from ._flexible_refit import refit_and_search, refit_flexible_operator, refit_from_either
 from ._thresholds import THRESHOLDS
+
+
+def refit_on_flexible_base(
+    free: Refit,
+    on_base: State,
+    without: Candidate | None = None,
+    guess: AbstractEffect | None = None,
+) -> tuple[State, Refit, State]:
+    """The refit on the base, and that on the flexible base: a density where noise is measured.
+
+    Elsewhere an operator that is searched. See `refit_on_density`.
+    """
+    if free.whitener.spectrum.measured:
+        return refit_on_density(free, on_base, without, guess)
+    if without is None:
+        return (on_base, *refit_flexible_operator(free, on_base))
+    lacking = without.flexible_refit, without.on_flexible_base
+    return (on_base, *refit_from_either(free, on_base, lacking))
 
 
 def refit_on_density(

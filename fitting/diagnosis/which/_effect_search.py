@@ -9,7 +9,7 @@ from fitting.diagnosis.refit._gauss_newton import Refit, State
 from rapi_jax.effects import AbstractLawEffect
 
 from ._candidate import Candidate
-from ._density_refit import refit_on_density
+from ._density_refit import refit_on_flexible_base
 from ._effect_refit import (
     free_eta,
     full_refit,
@@ -24,7 +24,6 @@ from ._excess import (
     least_fall,
     reduces_nonsynchronous,
 )
-from ._flexible_refit import refit_from_either
 from ._thresholds import THRESHOLDS
 from .screening._base_remainder import BaseRemainder, orthonormal_basis
 from .screening._marginal_refit import refine_guesses
@@ -62,12 +61,8 @@ def search_one_effect(
         added = _added(state, start.eta_fixed)
         progress(f"{hypothesis_name(added_effects(state.effects, own))} on the flexible base")
         on_base = free_eta(free, state)
-        if free.whitener.spectrum.measured:
-            guess = screened.best_on_flexible_base(added) if added in leading else None
-            on_base, flexible_refit, flexible = refit_on_density(free, on_base, start, guess)
-        else:
-            without = (start.flexible_refit, start.on_flexible_base)
-            flexible_refit, flexible = refit_from_either(free, on_base, without)
+        guess = screened.best_on_flexible_base(added) if added in leading else None
+        on_base, flexible_refit, flexible = refit_on_flexible_base(free, on_base, start, guess)
         effects = added_effects(flexible.effects, own)
         out.append(Candidate(effects, state, free, on_base, flexible_refit, flexible, fraction))
     return out

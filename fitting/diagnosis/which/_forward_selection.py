@@ -11,11 +11,10 @@ from rapi_jax.effects import AbstractEffect
 from ._backward_check import check_backward
 from ._base import FittedBase
 from ._candidate import Candidate
-from ._density_refit import refit_on_density
+from ._density_refit import refit_on_flexible_base
 from ._effect_refit import free_eta
 from ._effect_search import Progress, search_one_effect
 from ._excess import excess, is_unexplained
-from ._flexible_refit import refit_flexible_operator
 from ._nested_costs import nest_costs
 from ._thresholds import THRESHOLDS
 from .screening._screen import initial_guesses, search_ranges
@@ -67,10 +66,7 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
 
 def without_effects(refit: Refit, on_base: State, eta_fixed: State) -> Candidate:
     """No effect but the base's own, on the flexible base, too."""
-    if refit.whitener.spectrum.measured:
-        _, flexible_refit, flexible = refit_on_density(refit, on_base)
-    else:
-        flexible_refit, flexible = refit_flexible_operator(refit, on_base)
+    _, flexible_refit, flexible = refit_on_flexible_base(refit, on_base)
     return Candidate((), eta_fixed, refit, on_base, flexible_refit, flexible, 1.0)
 
 

@@ -57,6 +57,13 @@ def compare(
     **Returns** a `Comparison`. Raises `DataError` where units differ, where the drives have no
     range in common or where both are the same data; `ModelError` where no parameter has an estimate
     in both; `ValueError` for arguments of another kind.
+
+    >>> from fitting import compare
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> monday, _ = paper_recording(samples=400, periods=2)
+    >>> friday, _ = paper_recording(samples=400, periods=2, seed=1)
+    >>> compare(monday, friday, ecdl=paper_device()).changed
+    False
     """
     began = time.perf_counter()
     report = progress or (lambda line: None)

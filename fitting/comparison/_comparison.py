@@ -123,6 +123,15 @@ class Comparison:
       each, which changes where an effect comes up that the model lacks. `effects`: named by a
       diagnosis, where that was asked for.
     - `recordings`: what is known of each, before and after. `trusted`: whether both fits are.
+
+    >>> from fitting import compare
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> runs = [paper_recording(samples=400, periods=2, seed=k)[0] for k in (0, 1)]
+    >>> comparison = compare(*runs, ecdl=paper_device())
+    >>> comparison.sentence.split(" (")[0]
+    'Nothing changed that these recordings show'
+    >>> comparison["zeta"].p_value > 0.05
+    True
     """
 
     unit: str

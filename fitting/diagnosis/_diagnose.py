@@ -90,6 +90,23 @@ def diagnose(
     **Returns** a `Diagnosis`. Raises `DataError` where the recording holds nothing to judge by
     (readings that rest, no complete period, fewer samples than parameters), and `ValueError` for
     arguments of another kind.
+
+    >>> import numpy as np
+    >>> from fitting import diagnose
+    >>> from rapi_jax import ECDL, Recording, predict
+    >>> from rapi_jax.effects import Delay, Etalon
+    >>> from rapi_jax.examples import paper_device, paper_drives
+    >>> etalon = Etalon.at(amplitude=0.3, spacing=7.0)  # GHz
+    >>> laser = ECDL(paper_device().operator, (etalon,))
+    >>> drives = paper_drives(samples=800, periods=4)
+    >>> noise = np.random.default_rng(0).normal(0.0, 0.02, (4, 800))  # GHz
+    >>> readings = [np.asarray(predict(laser, d)) + n for d, n in zip(drives, noise)]
+    >>> recording = Recording.of(drives, readings)
+    >>> found = diagnose(None, recording, candidates=(Delay, Etalon), scan=False)
+    >>> found.verdict.name
+    'etalon'
+    >>> found.content["shrinkage"]["closed_fraction"]["value"] > 0.99  # of the gap, held out
+    True
     """
     began = time.perf_counter()
     report = progress or (lambda line: None)

@@ -43,6 +43,15 @@ class Diagnosis:
     compensation; `base`: refitted without them, which is what a gap is closed from. `content`: all
     figures, as in `diagnosis.json`. `next_drive`: the next scan, ready to play. `labels`: what the
     candidate effects are called in text, by name.
+
+    >>> from fitting import diagnose
+    >>> from rapi_jax.examples import paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> diagnosis = diagnose(None, recording, candidates=(), scan=False)
+    >>> diagnosis.verdict.name, diagnosis.verdict.judged
+    ('none', True)
+    >>> [path.name for path in diagnosis.save("monday")]
+    ['diagnosis.json', 'report.html', 'model.rapi']
     """
 
     recording: Recording

@@ -33,6 +33,13 @@ def check_against(population: Population, result: FitResult | Path) -> Change:
     **Returns** a `Change`. Raises `DataError` where the file is damaged, the fit is not like those
     of the population, the recording is one of them, or it lacks a covariate; `ModelError` where its
     fit is not to be trusted, or has no estimate in common with the population.
+
+    >>> from fitting import check_against, fit, fit_population
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> days = [paper_recording(samples=400, periods=2, seed=k)[0] for k in range(6)]
+    >>> fits = [fit(paper_device(), day, starts=2, hold_out=False) for day in days]
+    >>> check_against(fit_population(fits[:5]), fits[5]).changed
+    False
     """
     return check_record(population, read_record(result, 0))
 

@@ -65,6 +65,14 @@ def fit_population(
     **Returns** a `Population`. Raises `DataError` where a file is damaged, fits are not alike, one
     recording counts twice, or some recordings lack a covariate; `ModelError` where trusted
     recordings are too few.
+
+    >>> from fitting import fit, fit_population
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> days = [paper_recording(samples=400, periods=2, seed=k)[0] for k in range(5)]
+    >>> fits = [fit(paper_device(), day, starts=2, hold_out=False) for day in days]
+    >>> population = fit_population(fits)
+    >>> round(population["lam"].mean.value, 3)
+    1.6
     """
     _check_arguments(drift, structure, level)
     records, left_out = _read(results)

@@ -120,6 +120,17 @@ class Population:
     - `left_out`: labels of recordings that were not used, and why.
     - `structure` of the covariance between recordings, `correlation`: of it.
     - `evidence`: log evidence of each variance model that was tried, less that of the best.
+
+    >>> from fitting import fit, fit_population
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> days = [paper_recording(samples=400, periods=2, seed=k)[0] for k in range(5)]
+    >>> fits = [fit(paper_device(), day, starts=2, hold_out=False) for day in days]
+    >>> population = fit_population(fits)
+    >>> len(population.recordings), population.outliers
+    (5, ())
+    >>> scatter = population["alpha"].scatter_high  # at most, between recordings
+    >>> scatter < 1e-3
+    True
     """
 
     parameters: tuple[PopulationParameter, ...]

@@ -25,6 +25,13 @@ class VendorDllLink(AbstractLaserLink):
 
     The library is the vendor's and does not come with this package: install the vendor's
     application, and give the folder or put it on the search path.
+
+    >>> from hardware import InstrumentError, VendorDllLink
+    >>> try:
+    ...     link = VendorDllLink("SN1012", library="missing.dll")
+    ... except InstrumentError as error:  # it exists on Windows, with the vendor's application
+    ...     print(error.command)
+    (connect)
     """
 
     def __init__(

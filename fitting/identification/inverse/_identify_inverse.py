@@ -43,6 +43,14 @@ def identify_inverse(
     **Returns** a `FitResult` on the swapped recording (`swap`): its errors are in volts, and its
     model takes frequencies as `forward` gives them: `predict(result.ecdl, target)` with the target
     scan as the drive is the drive to send (Eq. 24).
+
+    >>> from fitting import fit, identify_inverse
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> forward = fit(paper_device(), recording, starts=2, hold_out=False)
+    >>> inverse = identify_inverse(recording, forward, hold_out=False)
+    >>> inverse.rmse < 0.01  # V, of the drive
+    True
     """
     return fit_inverse(
         swap(recording, forward),

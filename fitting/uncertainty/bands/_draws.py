@@ -95,6 +95,14 @@ def posterior_draws(
     """`draws` of those in `posterior`, of `sample_posterior`, picked at random without return.
 
     All of them where there are fewer. Raises `ModelError` where it is of another fit.
+
+    >>> from fitting import fit, posterior_draws, sample_posterior
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> result = fit(paper_device(), recording, starts=2, hold_out=False)
+    >>> posterior = sample_posterior(result, chains=2, draws=300, warmup=300, throw=False)
+    >>> posterior_draws(result, posterior, draws=50).values.shape  # draws, parameters
+    (50, 11)
     """
     vector = ParameterVector.of(result.ecdl)
     samples = posterior.posterior

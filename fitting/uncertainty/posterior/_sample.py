@@ -49,6 +49,15 @@ def sample_posterior(
     dimensions `chain` and `draw`) and `sample_stats`. Raises `ModelError` for a robust loss, for
     residuals without noise, or where the data do not fix a parameter; `ModuleNotFoundError` without
     the extra `bayes`.
+
+    >>> from fitting import fit, sample_posterior
+    >>> from rapi_jax.examples import paper_device, paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> result = fit(paper_device(), recording, starts=2, hold_out=False)
+    >>> posterior = sample_posterior(result, chains=2, draws=300, warmup=300, throw=False)
+    >>> drawn = posterior.posterior["lam"]
+    >>> drawn.shape, round(float(drawn.mean()), 2)
+    ((2, 300), 1.6)
     """
     least = {"chains": 1, "draws": max(4, chains), "warmup": 1}  # fewer tell nothing of chains
     for name, number in (("chains", chains), ("draws", draws), ("warmup", warmup)):

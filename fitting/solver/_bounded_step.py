@@ -24,16 +24,16 @@ def bounded_step(
     at_bound = (step < least) | (step > most)
     if not at_bound.any():
         return step
-    for round in range(_EXCHANGES + gradient.size):
+    for exchanges in range(_EXCHANGES + gradient.size):
         step = np.where(at_bound, np.clip(step, least, most), 0.0)
         free = ~at_bound
         pull = gradient + matrix @ step
         step[free] = -np.linalg.solve(matrix[np.ix_(free, free)], pull[free])
         slope = gradient + matrix @ step
         inwards = np.where(step <= least, slope < 0.0, slope > 0.0)
-        leaving = at_bound & inwards & (least < most) if round < _EXCHANGES else False
+        leaving = at_bound & inwards & (least < most) & (exchanges < _EXCHANGES)
         beyond = free & ((step < least) | (step > most))
-        if not beyond.any() and not np.any(leaving):
+        if not beyond.any() and not leaving.any():
             break
-        at_bound = (at_bound & ~np.asarray(leaving)) | beyond
+        at_bound = (at_bound & ~leaving) | beyond
     return np.clip(step, least, most)

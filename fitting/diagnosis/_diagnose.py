@@ -140,12 +140,15 @@ def diagnose(
     held_out = {c.name: v for c, v in zip(likely, validated, strict=True) if v is not None}
 
     # What stays open on held-out data tells whether something is missing that is not listed.
-    closed = {name: v.closed for name, v in held_out.items() if v.closed}
+    # The equation of an effect in another form is known to leave much.
+    equations = {c.name for c in likely if not c.has_other_form}
+    closed = {name: v.closed for name, v in held_out.items() if v.closed and name in equations}
     values = {name: found["value"] for name, found in closed.items()}
     probabilities = doubt_unpredictive(hypothesis_probabilities(evidence, values), closed)
     first = match_candidates(attribution, probabilities)[0][0]
-    if first is not None and first.effects and is_beyond_hysteresis(fitted.refit, first.on_base):
-        probabilities = doubt_remainder(probabilities)
+    if first is not None and first.effects and not first.has_other_form:
+        if is_beyond_hysteresis(fitted.refit, first.on_base):
+            probabilities = doubt_remainder(probabilities)
     jumps = _random_jumps(fitted, first or attribution.none, flexible=flexible)
     if jumps is not None:
         probabilities = doubt_all(probabilities)
@@ -228,7 +231,7 @@ def _random_jumps(fitted: FittedBase, top: Candidate, *, flexible: bool) -> Rand
     Where a mode hop is named its instants differ from period to period by themselves.
     """
     named = {effect.name for effect in top.effects}
-    if not fitted.spectrum.measured or "mode_hop" in named:
+    if not fitted.spectrum.measured or "mode_hop" in named or top.has_other_form:
         return None
     refit, state = choose_refit(top, fitted.refit, flexible=flexible)
     jumps = find_random_jumps(state.errors.raw, refit.whitened.blocks)

@@ -161,6 +161,13 @@ def collect_notes(
             "One amplitude: a dependence on amplitude cannot be seen, and drift cannot be told "
             "from creep. Record a second amplitude, half as large."
         )
+    if top.has_other_form:
+        cause = describe_effects(top.effects, recording.response_unit)
+        notes.append(
+            f"The cause is {cause}, in another form than the model's equation: other functions of "
+            "the same mechanism explain what the equation leaves. The model holds the equation, "
+            "which closes only its part of the gap."
+        )
     if flexible:
         operator = top.on_flexible_operator[0].base.operator
         notes.append(

@@ -18,6 +18,7 @@ from ._base import AbstractSwitch as AbstractSwitch
 from ._base import Law as Law
 from ._base import Modes as Modes
 from ._base import SignatureAxis as SignatureAxis
+from ._contribution import Contribution as Contribution
 from ._creep import Creep as Creep
 from ._current_coupling import CurrentCoupling as CurrentCoupling
 from ._delay import Delay as Delay

@@ -14,6 +14,7 @@ modes, and the recursion is shared. One that can be inverted is an `AbstractInve
 """
 
 import abc
+from collections.abc import Sequence
 from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
 
 import equinox as eqx
@@ -22,6 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float, Inexact, Int
 
+from ._contribution import Contribution
 from ._derived import Derived, ScanRange
 from ._residual_summary import ResidualSummary
 
@@ -79,6 +81,16 @@ class AbstractEffect(eqx.Module):
     def derived(self, scan: ScanRange) -> tuple[Derived, ...]:
         """Quantities of the field that follow from the parameters; by default none."""
         del scan
+        return ()
+
+    def other_forms(self, here: Contribution) -> Sequence[Float[np.ndarray, "functions samples"]]:
+        """Sets of functions that its mechanism may add, should this equation not be right.
+
+        What all forms of it have in common defines them: a period in time, a share of the drive's
+        slope. A set explains a recording or not as a whole, and its sizes follow from it. By
+        default none are known. `here`: what the effect adds by its equation.
+        """
+        del here
         return ()
 
     def signature_period(self) -> float | None:

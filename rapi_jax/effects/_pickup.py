@@ -1,5 +1,6 @@
 """Pickup: a disturbance at a fixed frequency in time, such as mains, acoustics, a fan."""
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import jax.numpy as jnp
@@ -10,6 +11,7 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractOpticalEffect
+from ._contribution import Contribution
 from ._first_guess import find_peaks, residual_power
 from ._residual_summary import ResidualSummary
 from ._thresholds import THRESHOLDS
@@ -53,6 +55,18 @@ class Pickup(AbstractOpticalEffect):
         third = self.third_sine * jnp.sin(3.0 * angle) + self.third_cosine * jnp.cos(3.0 * angle)
         return nu + self.amplitude * (jnp.sin(angle) + third)
 
+    def other_forms(self, here: Contribution) -> Sequence[Float[np.ndarray, "functions samples"]]:
+        """Harmonics of its frequency; also where that was the second or third harmonic itself.
+
+        Whatever disturbs at a fixed rate, by pulses or in any other way, is a sum of them.
+        """
+        order = np.arange(1, THRESHOLDS.pickup_harmonics + 1)[:, None]
+        sets = []
+        for part in (1, 2, 3):
+            angle = 2.0 * np.pi * float(self.hertz) / part * order * here.time
+            sets.append(here.rms * np.concatenate([np.sin(angle), np.cos(angle)]))
+        return sets
+
     def signature_period(self) -> float:
         return 1.0 / float(self.hertz)
 
@@ -95,8 +109,8 @@ def _find_lines(summary: ResidualSummary, residual: np.ndarray, count: int) -> l
         np.add.at(level, cell[mine], residual[mine] - residual[mine].mean())
     # Padded to four sessions: phases at a peak are then right to pi / 8 at either end.
     padded: int = next_fast_len(4 * size, real=True)  # pyright: ignore[reportAssignmentType]
-    height = np.abs(rfft(level.astype(np.float32), n=padded)) ** 2  # only peaks are looked for
-    hertz = rfftfreq(padded, step)
+    height = np.abs(np.asarray(rfft(level.astype(np.float32), n=padded))) ** 2  # for peaks alone
+    hertz = np.asarray(rfftfreq(padded, step))
     # Less than a cycle a session is drift; near the clock's limit a cell is no instant.
     highest = THRESHOLDS.pickup_high / step
     height[(hertz < 1.0 / lasts) | (hertz > highest) | (hertz < 2 * _LOW)] = 0.0

@@ -43,6 +43,12 @@ class EffectThresholds:
     )
 
     # Current coupling
+    coupling_degree: int = threshold(
+        3,
+        unit="1",
+        origin="of the polynomial by which a capacitance grows with the voltage: a few tenths over "
+        "its range, nearly a line",
+    )
     coupling_least_lag: float = threshold(
         1e-7, unit="s", origin="keeps the quotient by the lag finite; set by trial"
     )
@@ -118,6 +124,12 @@ class EffectThresholds:
     )
     pickup_periods: float = threshold(
         1.98, unit="periods", origin="a run of fewer has no mean period; two less rounding"
+    )
+
+    pickup_harmonics: int = threshold(
+        30,
+        unit="harmonics",
+        origin="pulses of 0.4 ms twice a cycle of the mains need those to 1 kHz, 16 and more",
     )
 
     # Quantisation

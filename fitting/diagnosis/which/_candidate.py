@@ -20,6 +20,8 @@ class Candidate:
     - `on_flexible_base`: the refit on the flexible base, which `flexible_refit` holds: on a density
       of plays, or on one that was searched where noise is unknown.
     - `unabsorbed_fraction`: see `Screened`; of the effect added last.
+    - `has_other_form`: whether `on_flexible_base` has another form of the effect's mechanism, whose
+      functions explain what its equation leaves.
     """
 
     effects: Effects
@@ -29,6 +31,7 @@ class Candidate:
     flexible_refit: Refit
     on_flexible_base: State
     unabsorbed_fraction: float
+    has_other_form: bool = False
 
     @property
     def name(self) -> str:

@@ -104,7 +104,7 @@ def _screen_all(
         return ScreenedEffects(
             found,
             telling=measured,
-            in_any_case=in_any_case & found.keys(),
+            in_any_case=frozenset(in_any_case & found.keys()),
             least=THRESHOLDS.chance_fall,
             most=THRESHOLDS.pair_leaders,
         )

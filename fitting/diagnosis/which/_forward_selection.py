@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fitting.diagnosis.mechanism._other_form import with_other_form
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from rapi_jax.effects import AbstractEffect
 
@@ -52,7 +53,8 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
     none = _refit_none_from_best(none, singles)
     singles = nest_costs(none, singles)
     pairs: list[Candidate] = []
-    if _needs_pairs(none, singles, noise_known=refit.whitener.spectrum.measured):
+    forms = {c.name: c for c in map(with_other_form, singles) if c.has_other_form}
+    if not forms and _needs_pairs(none, singles, noise_known=refit.whitener.spectrum.measured):
         for first in _firsts_of_pairs(none, singles):
             progress(f"{first.name} and another")
             found = _refit_pairs(refits, first, none, classes)
@@ -60,7 +62,7 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
             if not all(is_unexplained(pair.on_flexible_base) for pair in found):
                 break  # the strongest effect and another are enough: none else is looked for
         singles, pairs = check_backward(refits, none, singles, pairs)
-    every = nest_costs(none, [*singles, *pairs])
+    every = [forms.get(c.name, c) for c in nest_costs(none, [*singles, *pairs])]
     return Attribution(none, tuple(sorted(every, key=lambda c: c.cost)))
 
 

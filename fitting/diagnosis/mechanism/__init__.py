@@ -1,0 +1,1 @@
+"""Effects whose mechanism is there in another form than their equation."""

@@ -17,28 +17,15 @@ State = TypeVar("State")
 
 @dataclasses.dataclass(frozen=True)
 class Damping:
-    """How the damping of a step changes: relative to the normal matrix's diagonal.
-
-    By the ratio of what a step gained to what was foreseen: where it is near 1 damping falls, by
-    `decrease` at most; where it is small it stays or rises. Each trial that fails multiplies it by
-    `increase`, the next by twice that, and so on (Nielsen, IMM-REP-1999-05).
-    """
+    """How the damping of a step changes: relative to the normal matrix's diagonal."""
 
     initial: float
-    decrease: float
-    increase: float
+    decrease: float  # divisor after a step that lowers the cost
+    increase: float  # factor after one that does not
     smallest: float
     largest: float
     attempts: int  # dampings tried from one linearisation
-
-    def after_success(self, level: float, gain_ratio: float) -> float:
-        """The damping after a step that lowered the cost."""
-        factor = max(1.0 / self.decrease, 1.0 - (2.0 * gain_ratio - 1.0) ** 3)
-        return min(max(level * factor, self.smallest), self.largest)
-
-    def after_failure(self, level: float, failed: int) -> float:
-        """The damping after a trial that did not, `failed` trials before it likewise."""
-        return min(level * self.increase * 2.0**failed, self.largest)
+    shares: tuple[float, ...] = ()  # of a step that does not lower the cost, tried before more
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,8 +33,7 @@ class Linearisation:
     """The normal equations at one state.
 
     `step(damping)` solves them. `uses_secants`: whether a narrower secant would give others.
-    `decrease(step)`: of the cost, as they foresee it; where it is not given all steps are tried,
-    and what they gain counts as foreseen.
+    `decrease(step)`: of the cost, as they foresee it; where it is not given all steps are tried.
     """
 
     step: Callable[[float], np.ndarray]
@@ -98,29 +84,46 @@ def minimise_damped(
     level, width, slow_steps = damping.initial, 1.0, 0
     for _ in range(max_steps):
         equations = linearise(state, width)
-        trial, reached, foreseen = state, np.inf, np.inf
-        for failed in range(damping.attempts):
+        for _ in range(damping.attempts):
             step = equations.step(level)
-            foreseen = equations.decrease(step)
-            if stop.is_idle(foreseen, lowest):  # more damping foresees even less
+            if stop.is_idle(equations.decrease(step), lowest):  # more damping foresees even less
+                trial, reached = state, np.inf
                 break
-            trial = move(state, step)
-            reached = cost(trial)
+            trial, reached = _shortened(step, (1.0, *damping.shares), state, move, cost, lowest)
             if reached < lowest:
                 break
-            level = damping.after_failure(level, failed)
+            level = min(level * damping.increase, damping.largest)
         if not reached < lowest:
             if width <= narrow_secant or not equations.uses_secants:
                 return state
             level, width = damping.initial, narrow_secant
             continue
+        level = max(level / damping.decrease, damping.smallest)
         decrease, lowest, state = lowest - reached, reached, trial
-        level = damping.after_success(level, _gain_ratio(decrease, foreseen))
         slow_steps = slow_steps + 1 if stop.slow(decrease, lowest) else 0
         if stop.negligible(decrease, lowest) or slow_steps == stop.slow_steps:
             return state
     return state
 
 
-def _gain_ratio(decrease: float, foreseen: float) -> float:
-    return decrease / foreseen if np.isfinite(foreseen) and foreseen > 0.0 else 1.0
+def _shortened(
+    step: np.ndarray,
+    shares: tuple[float, ...],
+    state: State,
+    move: Callable[[State, np.ndarray], State],
+    cost: Callable[[State], float],
+    lowest: float,
+) -> tuple[State, float]:
+    """The first of the shortened steps that lowers the cost, or the last, and its cost.
+
+    Along a curved valley the undamped direction is right, and only too long; damping turns it to
+    the valley's walls.
+    """
+    trial, reached = state, np.inf
+    for share in shares:
+        trial = move(state, share * step)
+        found = cost(trial)
+        reached = found if np.isfinite(found) else np.inf
+        if reached < lowest:
+            break
+    return trial, reached

@@ -210,6 +210,7 @@ class Refit:
                 smallest=limits.least_damping,
                 largest=limits.greatest_damping,
                 attempts=limits.damping_trials if jacobian is None else limits.kept_trials,
+                shares=limits.shorter_steps,
             ),
             stop=StoppingRule(
                 negligible=lambda gain, cost: gain < limits.least_gain,
@@ -247,13 +248,14 @@ class Refit:
     ) -> tuple[Float[np.ndarray, " unknowns"], Float[np.ndarray, " unknowns"]]:
         """How far each unknown may step down and up; the effects' not quite to a bound.
 
-        There an effect may be none at all, and the other parameters then say nothing.
+        There an effect may be none at all, and the other parameters then say nothing. The base's
+        values are cut at theirs afterwards: its many weights come and go.
         """
         low, high = self.bounds(state.effects)
         now, share = effect_values(state.effects), THRESHOLDS.step_to_bound
-        base = self.base
-        least = np.concatenate([base.lower - state.values, share * (low - now)])
-        most = np.concatenate([base.upper - state.values, share * (high - now)])
+        free = np.full(state.values.size, np.inf)
+        least = np.concatenate([-free, share * (low - now)])
+        most = np.concatenate([free, share * (high - now)])
         return np.minimum(least, 0.0), np.maximum(most, 0.0)
 
     def bounds(

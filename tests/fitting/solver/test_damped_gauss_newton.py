@@ -52,56 +52,27 @@ def test_the_limit_of_steps_holds_and_the_cost_never_rises():
     assert (np.diff(costs) <= 0).all() and costs[0] == pytest.approx(24.2)
 
 
-def minimise_arctan(max_steps, *, foresees):
+def minimise_arctan(shares, max_steps):
     """From 3 an undamped step for arctan(p) = 0 goes to -9.5, where it is larger."""
-    levels = []
-
-    def linearise(p, width):
-        residual, slope = np.arctan(p), np.diag(1.0 / (1.0 + p**2))
-        equations = linearised(residual, slope)
-
-        def step(damping):
-            levels.append(damping)
-            return equations.step(damping)
-
-        def decrease(step):
-            return float(residual @ residual - np.sum((residual + slope @ step) ** 2))
-
-        return Linearisation(step, decrease=decrease if foresees else equations.decrease)
-
-    end = minimise_damped(
+    return minimise_damped(
         np.array([3.0]),
         cost=lambda p: float(np.arctan(p) @ np.arctan(p)),
-        linearise=linearise,
+        linearise=lambda p, width: linearised(np.arctan(p), np.diag(1.0 / (1.0 + p**2))),
         move=lambda p, step: p + step,
-        damping=DAMPING,
+        damping=dataclasses.replace(DAMPING, shares=shares),
         stop=TO_ROUNDING,
         max_steps=max_steps,
     )
-    return end, levels
 
 
-def test_damping_grows_the_faster_the_more_trials_fail():
-    _, levels = minimise_arctan(1, foresees=True)
-    growth = np.array(levels[1:]) / levels[:-1]
-    assert len(levels) > 2 and growth == pytest.approx(12.0 * 2.0 ** np.arange(growth.size))
-
-
-@pytest.mark.parametrize("foresees", [True, False])
-def test_a_step_that_overshoots_is_damped_until_it_lowers_the_cost(foresees):
-    assert abs(minimise_arctan(1, foresees=foresees)[0][0]) < 3.0
-    assert minimise_arctan(50, foresees=foresees)[0] == pytest.approx([0.0], abs=1e-8)
-
-
-def test_damping_falls_only_where_a_step_gains_what_it_foresaw():
-    """Nielsen's rule, 1 - (2 ratio - 1)^3: unchanged where half of it came, twice where none."""
-    assert DAMPING.after_success(1.0, 1.0) == 1.0 / 8.0
-    at_third = 0.5 + 0.5 * (1.0 / 3.0) ** (1.0 / 3.0)
-    assert DAMPING.after_success(1.0, at_third) == pytest.approx(2.0 / 3.0)
-    assert DAMPING.after_success(1.0, 0.5) == 1.0
-    assert DAMPING.after_success(1.0, 0.0) == 2.0
-    assert DAMPING.after_success(1e-9, 1.0) == DAMPING.smallest
-    assert DAMPING.after_failure(1e4, 3) == DAMPING.largest
+def test_a_step_that_overshoots_is_shortened_before_it_is_damped():
+    step = -10.0 * np.arctan(3.0) / (1.0 + DAMPING.initial)
+    assert minimise_arctan((0.3, 0.1), 1) == pytest.approx([3.0 + 0.3 * step], rel=1e-12)
+    assert minimise_arctan((0.95, 0.1), 1) == pytest.approx([3.0 + 0.1 * step], rel=1e-12)
+    damped = minimise_arctan((), 1)
+    assert damped[0] != pytest.approx(3.0 + 0.3 * step) and abs(damped[0]) < 3.0
+    for shares in ((), (0.3, 0.1)):
+        assert minimise_arctan(shares, 50) == pytest.approx([0.0], abs=1e-8)
 
 
 def test_secants_narrow_where_a_kink_is_nearer_than_they_are_wide():

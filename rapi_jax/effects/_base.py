@@ -86,8 +86,8 @@ class AbstractEffect(eqx.Module):
     def other_forms(self, here: Contribution) -> Sequence[Float[np.ndarray, "functions samples"]]:
         """Sets of functions that its mechanism may add, should this equation not be right.
 
-        What all forms of it have in common defines them: a period in time, a share of the drive's
-        slope. A set explains a recording or not as a whole, and its sizes follow from it. By
+        What all forms of it have in common defines them, such as a period in time, and no other
+        mechanism may be a sum of them. A set explains a recording or not as a whole, and its sizes follow from it. By
         default none are known. `here`: what the effect adds by its equation.
         """
         del here

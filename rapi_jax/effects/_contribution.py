@@ -13,10 +13,9 @@ class Contribution(NamedTuple):
 
     >>> import numpy as np
     >>> from rapi_jax.effects import Contribution
-    >>> drive = np.array([0.0, 1.0, 2.0])
-    >>> added = Contribution(np.arange(3.0), drive, np.full(3, 0.1))
-    >>> added.by_height(2).round(2).tolist()  # GHz; by the drive's height, and its square
-    [[-0.1, 0.0, 0.1], [0.1, -0.05, 0.1]]
+    >>> added = Contribution(np.arange(4.0), np.zeros(4), np.array([0.1, -0.1, 0.1, -0.1]))
+    >>> round(added.rms, 3)  # GHz
+    0.1
     """
 
     time: Float[np.ndarray, " samples"]
@@ -27,10 +26,3 @@ class Contribution(NamedTuple):
     def rms(self) -> float:
         """Of what is added, in the response's unit."""
         return float(np.sqrt(np.mean(self.added**2)))
-
-    def by_height(self, degree: int) -> Float[np.ndarray, "functions samples"]:
-        """What is added, times Legendre polynomials of the drive's height: all but the constant."""
-        low, high = float(self.drive.min()), float(self.drive.max())
-        height = 2.0 * (self.drive - low) / max(high - low, 1e-300) - 1.0
-        legendre = np.polynomial.legendre.legvander(height, degree)
-        return self.added * legendre[:, 1:].T

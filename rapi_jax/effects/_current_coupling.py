@@ -1,6 +1,5 @@
 """Feed-through of the piezo's drive into the diode's current."""
 
-from collections.abc import Sequence
 from typing import ClassVar
 
 import jax
@@ -12,7 +11,6 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._base import AbstractCouplingEffect, Modes
-from ._contribution import Contribution
 from ._first_guess import fit_amplitude
 from ._first_order_lags import respond_from_rest
 from ._residual_summary import ResidualSummary
@@ -58,10 +56,6 @@ class CurrentCoupling(AbstractCouplingEffect):
         # A sample on a corner sees one side as soon as there is a lag, and both without.
         sudden = jnp.exp(-self.lag_s / THRESHOLDS.coupling_sudden_lag)
         return nu + self.coupling * (sudden * mean_slopes(t, u) + (1.0 - sudden) * behind)
-
-    def other_forms(self, here: Contribution) -> Sequence[Float[np.ndarray, "functions samples"]]:
-        """The current into a capacitance that changes with the voltage, as a piezo's does."""
-        return (here.by_height(THRESHOLDS.coupling_degree),)
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[CurrentCoupling]":

@@ -43,12 +43,6 @@ class EffectThresholds:
     )
 
     # Current coupling
-    coupling_degree: int = threshold(
-        3,
-        unit="1",
-        origin="of the polynomial by which a capacitance grows with the voltage: a few tenths over "
-        "its range, nearly a line",
-    )
     coupling_least_lag: float = threshold(
         1e-7, unit="s", origin="keeps the quotient by the lag finite; set by trial"
     )

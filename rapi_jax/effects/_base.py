@@ -87,8 +87,8 @@ class AbstractEffect(eqx.Module):
         """Sets of functions that its mechanism may add, should this equation not be right.
 
         What all forms of it have in common defines them, such as a period in time, and no other
-        mechanism may be a sum of them. A set explains a recording or not as a whole, and its sizes follow from it. By
-        default none are known. `here`: what the effect adds by its equation.
+        mechanism may be a sum of them. A set explains a recording or not as a whole, and its sizes
+        follow from it. By default none are known. `here`: what the effect adds by its equation.
         """
         del here
         return ()

@@ -62,9 +62,10 @@ class Pickup(AbstractOpticalEffect):
         """
         order = np.arange(1, THRESHOLDS.pickup_harmonics + 1)[:, None]
         sets = []
-        for part in (1, 2, 3):
-            angle = 2.0 * np.pi * float(self.hertz) / part * order * here.time
-            sets.append(here.rms * np.concatenate([np.sin(angle), np.cos(angle)]))
+        for line in (float(self.hertz) / part for part in (1, 2, 3)):
+            if line >= THRESHOLDS.pickup_lowest_line:
+                angle = 2.0 * np.pi * line * order * here.time
+                sets.append(here.rms * np.concatenate([np.sin(angle), np.cos(angle)]))
         return sets
 
     def signature_period(self) -> float:

@@ -120,6 +120,12 @@ class EffectThresholds:
         1.98, unit="periods", origin="a run of fewer has no mean period; two less rounding"
     )
 
+    pickup_lowest_line: float = threshold(
+        20.0,
+        unit="Hz",
+        origin="of what has harmonics: mains, fans, sound; thirty harmonics of a tone as long as a "
+        "session are any function of time, and a drift would be called pickup",
+    )
     pickup_harmonics: int = threshold(
         30,
         unit="harmonics",

@@ -27,6 +27,12 @@ def test_harmonics_of_whichever_line_was_found(harmonic):
     assert harmonic == 1 or left(sets[0], pulses) > 0.1
 
 
+def test_what_is_slower_than_any_line_has_no_harmonics():
+    """Else a drift over the session would be a pickup."""
+    slow = Pickup.at(amplitude=0.1, hertz=1.5)
+    assert not slow.other_forms(Contribution(TIME, DRIVE, np.sin(9.4 * TIME)))
+
+
 @pytest.mark.parametrize("cls", ALL, ids=lambda cls: cls.name)
 def test_every_effect_says_which_or_none(cls):
     sets = cls.at().other_forms(Contribution(TIME, DRIVE, np.ones(TIME.size)))

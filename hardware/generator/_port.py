@@ -1,7 +1,6 @@
 """One channel of the generator, setting by setting: each is sent, checked and read back."""
 
 import math
-import re
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from hardware.links._scpi import Scpi
 
 from . import _commands as commands
 from ._levels import Levels, level_step, setting_order
-from ._states import State
+from ._states import UNDEFINED, State
 from ._thresholds import THRESHOLDS
 
 
@@ -20,6 +19,7 @@ class AfgPort:
     def __init__(self, scpi: Scpi, n: int) -> None:
         self.scpi = scpi
         self.n = n
+        self._absent: set[str] = set()  # optional headers that the instrument does not know
 
     def name(self, template: str) -> str:
         """A command for this channel."""
@@ -33,17 +33,28 @@ class AfgPort:
         """Whether the output of channel `n` is on."""
         return self.scpi.text(commands.OUTPUT.format(n=n) + "?", r"[01]") == "1"
 
+    def tell(self, state: State) -> str:
+        """The instrument's answer; `UNDEFINED` where it does not know an optional header."""
+        query = self.name(state.header) + "?"
+        if not state.optional:
+            return self.scpi.text(query)
+        answer = None if query in self._absent else self.scpi.text_if_known(query)
+        if answer is None:
+            self._absent.add(query)
+            return UNDEFINED
+        return answer
+
     def has(self, state: State) -> bool:
-        """Whether the instrument is in this state."""
-        return re.fullmatch(state.answer, self.scpi.text(self.name(state.header) + "?")) is not None
+        """Whether the instrument is in this state, or can be in no other."""
+        return state.holds(self.tell(state))
 
     def require(self, state: State) -> bool:
         """Bring the instrument into this state; whether it was in another one."""
         if self.has(state):
             return False
         self._set(state.header, state.value)
-        read = self.scpi.text(self.name(state.header) + "?")
-        if not re.fullmatch(state.answer, read):
+        read = self.tell(state)
+        if not state.holds(read):
             raise self._differs(state.header, read, state.value)
         return True
 

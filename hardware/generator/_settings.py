@@ -1,7 +1,6 @@
 """All settings that an output depends on: read from the instrument, compared with those due."""
 
 import math
-import re
 from collections.abc import Collection, Iterable, Mapping
 from typing import NamedTuple
 
@@ -38,9 +37,11 @@ def read_settings(port: AfgPort, more: Iterable[str] = ()) -> dict[str, str]:
 
     `more`: headers beside those of an output without a burst.
     """
-    headers = (*(state.header for state in STATES), *_NUMBERS, *_TEXTS, *more)
-    headers = tuple(dict.fromkeys(headers))
-    settings = {port.name(header): port.scpi.text(port.name(header) + "?") for header in headers}
+    settings = {port.name(state.header): port.tell(state) for state in STATES}
+    for header in (*_NUMBERS, *_TEXTS, *more):
+        name = port.name(header)
+        if name not in settings:
+            settings[name] = port.scpi.text(name + "?")
     points = port.name(commands.POINTS)
     return settings | {points.replace("?", ""): port.scpi.text(points)}
 
@@ -49,7 +50,7 @@ def check_states(port: AfgPort, settings: Mapping[str, str], states: Iterable[St
     """Raise `InstrumentError` for a state that another user has changed."""
     for state in states:
         header = port.name(state.header)
-        if not re.fullmatch(state.answer, settings[header]):
+        if not state.holds(settings[header]):
             raise _changed(port, header, settings[header], state.value, state.otherwise)
 
 

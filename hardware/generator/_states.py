@@ -2,24 +2,33 @@
 
 Another user may have left any of them. Each is asked for first and sent only where it differs: a
 command that has nothing to change may be refused. Headers as in the AFG31000 series' programmer
-manual; `{n}` is the channel.
+manual, those that are `optional` as in the AFG3000 series'; `{n}` is the channel.
 """
 
+import re
 from typing import NamedTuple
 
 OFF = r"0|(?i:OFF)"
+UNDEFINED = "undefined header"
 
 
 class State(NamedTuple):
     """One setting: `header`; the `value` that is sent; `answer`: a pattern of its reply.
 
-    `otherwise`: what becomes of a scan with any other, as a sentence.
+    `otherwise`: what becomes of a scan with any other, as a sentence. `optional`: a model may not
+    know the header; then it has no such mode, and the setting reads as `UNDEFINED`.
     """
 
     header: str
     value: str
     answer: str
     otherwise: str
+    optional: bool = False
+
+    def holds(self, answer: str) -> bool:
+        """Whether an instrument that answers so is in this state, or can be in no other."""
+        absent = self.optional and answer == UNDEFINED
+        return absent or re.fullmatch(self.answer, answer) is not None
 
 
 def _modulation(name: str, header: str) -> State:
@@ -79,6 +88,7 @@ CONTINUOUS = (
         '""',
         "\"\"|''",
         "With noise or an external signal added, more than the loaded waveform is played.",
+        optional=True,
     ),
     BURST_OFF,
     State(

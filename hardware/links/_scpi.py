@@ -17,6 +17,7 @@ _T = TypeVar("_T")
 _MOST_BYTES = 999_999
 _SHOWN = 64  # bytes of a broken answer in a message
 _BAD_STATUS = 0b0011_1100  # query, device, execution and command errors in *ESR?
+_UNDEFINED_HEADER = -113
 _CURE = "Check the setting against the instrument's range and firmware."
 
 
@@ -77,6 +78,22 @@ class Scpi:
         """The answer to `query`, one printable line that must match `pattern` as a whole."""
         with self._call(query) as deadline:
             return self._ask(query, partial(_matching, pattern), deadline)
+
+    def text_if_known(self, query: str) -> str | None:
+        """The answer to `query`; `None` where the instrument reports an undefined header (-113).
+
+        An unknown one takes `timeout_s`, and up to as long again to ask for the error. Raises
+        `InstrumentError` where there is neither an answer nor this error.
+        """
+        try:
+            return self.text(query)
+        except InstrumentError:
+            with self._call("SYST:ERR?") as deadline:
+                self._ask("*ESR?", _status, deadline)  # else the next command would find it set
+                codes = [code for code, _ in self._errors(deadline)]
+            if _UNDEFINED_HEADER not in codes:
+                raise
+            return None
 
     def number(self, query: str) -> float:
         """The answer to `query`: a finite number, or infinity where the instrument says so."""

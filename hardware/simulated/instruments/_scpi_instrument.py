@@ -21,13 +21,20 @@ class AbstractScpiInstrument(AbstractInstrument):
 
     - `identity`: what it says it is. `channels`: the numbers that `{n}` in a header may be.
     - `ignores`: headers (upper case, as sent) of commands that it silently does not obey.
+    - `lacks`: headers (the same) that it does not know.
     """
 
     def __init__(
-        self, identity: str, channels: Collection[int], *, ignores: tuple[str, ...] = ()
+        self,
+        identity: str,
+        channels: Collection[int],
+        *,
+        ignores: tuple[str, ...] = (),
+        lacks: tuple[str, ...] = (),
     ) -> None:
         self.identity = identity
         self.ignores = ignores
+        self._lacks = lacks
         self.status = Status()
         self._channels = channels
         self._messages = Messages()
@@ -115,7 +122,7 @@ class AbstractScpiInstrument(AbstractInstrument):
                 if found := pattern.fullmatch(header):
                     known = int(found.groupdict().get("n") or 1), run
                     break
-            if known is None or known[0] not in self._channels:
+            if known is None or known[0] not in self._channels or header in self._lacks:
                 raise ScpiFault(-113, header)
             self._found[header] = known
         return known

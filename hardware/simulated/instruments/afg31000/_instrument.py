@@ -34,6 +34,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
     - `upload_s`: how long it is busy with an upload, so that `*OPC?` answers later.
     - `digits`: levels are rounded to 0.1 mV or so many digits; 5 for 0.1 mV up to 10 V.
     - `ignores`: headers (upper case, as sent) of commands that it silently does not obey.
+    - `lacks`: headers (the same) that it does not know, as models and firmware differ.
     - `first_memory`: how it names the first memory in answers, "EMEM1" or "EMEM".
     - `clock`: gives the time, s, for bursts that a trigger from outside begins.
 
@@ -49,6 +50,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         upload_s: float = 0.0,
         digits: int = 4,
         ignores: tuple[str, ...] = (),
+        lacks: tuple[str, ...] = (),
         first_memory: str = "EMEM1",
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -59,7 +61,7 @@ class SimulatedAFG31052(AbstractScpiInstrument):
         self._outputs = {n: AfgOutput(load_ohm, digits) for n in (1, 2)}
         self._states, self._kept = AfgStates(self._outputs), KeptSettings(self._outputs)
         self._memory = {n: np.full(1000, FULL // 2, np.uint16) for n in (1, 2)}
-        super().__init__(identity, self._outputs, ignores=ignores)
+        super().__init__(identity, self._outputs, ignores=ignores, lacks=lacks)
 
     @property
     def seen(self) -> dict[int, Seen]:

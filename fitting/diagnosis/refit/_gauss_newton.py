@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.diagnosis.noise._whitening import Whitener
+from fitting.solver._bounded_step import bounded_step
 from fitting.solver._damped_gauss_newton import (
     Damping,
     Linearisation,
@@ -223,7 +224,9 @@ class Refit:
     def _linearise(self, state: State, step_scale: float) -> Linearisation:
         """The damped normal equations at `state`."""
         matrix, gradient, effects = self.normal_equations(state, step_scale)
-        return _damped_equations(matrix, gradient, uses_secants=bool(effects.any()))
+        return _damped_equations(
+            matrix, gradient, self._room(state), uses_secants=bool(effects.any())
+        )
 
     def _with_jacobian(
         self, jacobian: Float[np.ndarray, "lines unknowns"]
@@ -236,9 +239,24 @@ class Refit:
         def linearise(state: State, step_scale: float) -> Linearisation:
             gradient = jacobian.T @ state.errors.all
             gradient[:n] += self._prior_gradient(state)
-            return _damped_equations(matrix, gradient)
+            return _damped_equations(matrix, gradient, self._room(state))
 
         return linearise
+
+    def _room(
+        self, state: State
+    ) -> tuple[Float[np.ndarray, " unknowns"], Float[np.ndarray, " unknowns"]]:
+        """How far each unknown may step down and up; the effects' not quite to a bound.
+
+        There an effect may be none at all, and the other parameters then say nothing. The base's
+        values are cut at theirs afterwards: its many weights come and go.
+        """
+        low, high = self.bounds(state.effects)
+        now, share = effect_values(state.effects), THRESHOLDS.step_to_bound
+        free = np.full(state.values.size, np.inf)
+        least = np.concatenate([-free, share * (low - now)])
+        most = np.concatenate([free, share * (high - now)])
+        return np.minimum(least, 0.0), np.maximum(most, 0.0)
 
     def bounds(
         self, effects: Effects
@@ -273,19 +291,21 @@ class Refit:
 def _damped_equations(
     matrix: Float[np.ndarray, "unknowns unknowns"],
     gradient: Float[np.ndarray, " unknowns"],
+    room: tuple[Float[np.ndarray, " unknowns"], Float[np.ndarray, " unknowns"]],
     *,
     uses_secants: bool = False,
 ) -> Linearisation:
-    """Steps for each damping, with columns of unit length."""
+    """Steps for each damping, within `room`, with columns of unit length."""
     length = np.sqrt(np.diag(matrix))
     alive = length > 0
     unit = np.where(alive, length, 1.0)
     scaled = matrix / unit[:, None] / unit[None, :]
+    pull = np.where(alive, gradient / unit, 0.0)
+    least, most = (np.where(alive, side * unit, 0.0) for side in room)
 
     def step(damping: float) -> np.ndarray:
         damped = scaled + damping * np.eye(unit.size) + np.diag(np.where(alive, 0.0, 1.0))
-        move = -np.linalg.solve(damped, np.where(alive, gradient / unit, 0.0)) / unit
-        return np.where(alive, move, 0.0)
+        return np.where(alive, bounded_step(damped, pull, least, most) / unit, 0.0)
 
     def decrease(step: np.ndarray) -> float:
         return float(-step @ (2.0 * gradient + matrix @ step))

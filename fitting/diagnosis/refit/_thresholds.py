@@ -57,6 +57,12 @@ class RefitThresholds:
         "flexible base, at a chi-square a line of 1.08 (60 steps: 1.04) in place of 1.15 or 1.36, "
         "as rounding has it; with 0.1 alone at 1.13 to 1.17, with 0.03 besides the same",
     )
+    step_to_bound: float = threshold(
+        0.9,
+        unit="of the way to a bound",
+        origin="set by trial; at a bound an effect may be none, and its other parameters have no "
+        "derivative",
+    )
     initial_damping: float = threshold(1e-4, unit="1", origin="set by trial")
     damping_growth: float = threshold(12.0, unit="1", origin="set by trial")
     damping_decay: float = threshold(8.0, unit="1", origin="set by trial")

@@ -39,7 +39,8 @@ def test_a_piezo_identified_on_full_loops_lags_on_small_ones(shared_data):
     Its zero has moved by micrometres between the files, which is a parameter's fault. What is left
     grows with the drive's slope: the capacitive sensor and its electronics answer some 10 ms late,
     beyond the one sample that the recording declares. At one rate a delay and a low-pass are not
-    told apart; both may stand in the set, and creep alone does not.
+    told apart, nor is creep, which the piezo has as well (0.4 um by its source): one record of
+    loops at one rate is a lag of a fixed time or of many. A lag stands first.
     """
     full = read_recording(shared_data / "picma_1hz")
     model = fit(ECDL(RAPI.guess(full)), full, starts=1, hold_out=False, throw=False).ecdl
@@ -48,8 +49,9 @@ def test_a_piezo_identified_on_full_loops_lags_on_small_ones(shared_data):
     gap = report.content["gap"]
     assert gap["parametric"] > 1.0  # um: the zero
     assert 0.15 < gap["structural"] < 0.6
-    assert set(report.verdict.set) <= {"amplifier_lowpass", "delay", "current_coupling", "unlisted"}
-    assert {"amplifier_lowpass", "delay"} & set(report.verdict.set)
+    lags = {"amplifier_lowpass", "delay"}
+    assert set(report.verdict.set) <= lags | {"creep", "current_coupling", "unlisted"}
+    assert report.verdict.name in lags
     shrinkage = report.content["shrinkage"]
     closed = shrinkage["closed_fraction"]
     assert 0.0 < closed["low"] < closed["value"] < 1.0

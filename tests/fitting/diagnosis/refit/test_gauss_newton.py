@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from edge_worlds import NOISE, drives, off, record
@@ -12,7 +13,7 @@ from fitting.diagnosis.refit._effect_vector import effect_values, free_parameter
 from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import parameters
-from rapi_jax.effects import AmplifierLowpass, Etalon, ModeHop
+from rapi_jax.effects import AmplifierLowpass, Creep, Etalon, ModeHop, Resonance
 from rapi_jax.examples import paper_device
 
 WHITE = Spectrum.of_white(NOISE**2)
@@ -122,6 +123,41 @@ def test_reach_and_bounds_of_effects_are_kept(etalon):
         state = near.minimise(state, 2)
         now = effect_values(state.effects)
         assert np.all((now >= low) & (now <= high))
+
+
+@pytest.mark.parametrize(
+    ("true", "guess", "bound"),
+    [
+        (Creep.at(gain=0.03), Creep.at(gain=0.005, fastest_s=4e-3), ("gain", 0.015)),
+        (
+            Resonance.at(hertz=900.0, damping=0.3, share=0.8),
+            Resonance.at(hertz=900.0, damping=0.2, share=0.3),
+            ("share", 0.5),
+        ),
+    ],
+    ids=["creep", "resonance"],
+)
+def test_beside_a_parameter_at_its_bound_the_others_reach_their_minimum(true, guess, bound):
+    """As if it were held there; and nothing is tried but steps that lower the cost."""
+    name, greatest = bound
+    free = refit_of(record(drives(), true))
+    near, held = (
+        dataclasses.replace(free, search_ranges={(true.name, (name,)): (low, greatest)})
+        for low in (0.0, greatest)
+    )
+    there = dataclasses.replace(guess, **{name: jnp.asarray(greatest)})
+    least = held.minimise(held.evaluate(held.base.prior_mean, (there,)), 40).cost
+    tried = []
+
+    def take_step(state, step):
+        tried.append(step)
+        return Refit.take_step(near, state, step)
+
+    object.__setattr__(near, "take_step", take_step)
+    end = near.minimise(near.evaluate(near.base.prior_mean, (guess,)), 12)
+    assert float(getattr(end.effects[0], name)) == pytest.approx(greatest, rel=1e-3)
+    assert end.cost < 1.01 * least
+    assert len(tried) <= 12
 
 
 def test_a_lag_that_is_not_there_goes_towards_zero_and_not_beyond(plain):

@@ -4,8 +4,8 @@ A few of each here; `RAPI_MUTATIONS=10000` tries as many.
 """
 
 import hashlib
+import os
 import random
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -49,6 +49,14 @@ CERTIFICATE = """{"schema": "rapi.compensation/1", "unit": "GHz", "drive_unit": 
 {"file": "drive.csv", "nonlinearity": {"up": 0.1, "down": 0.2}, "notes": []}], "files": {},
 "claim": {"rms": 0.02, "low": 0.018, "high": 0.022, "noise": 0.02, "curvature": 5.0, "unit": "GHz",
 "rates_hz": [10.0, 40.0], "swings": [4.5, 4.5], "hours": 1.0, "runs": 4}}"""
+
+
+def cpu_s() -> float:
+    """Processor time of this process and of those that it has waited for, s.
+
+    A netCDF file that never ends is left after 3 s of it, however busy the machine is.
+    """
+    return sum(os.times()[:4])
 
 
 def signed(content: bytes) -> bytes:
@@ -135,7 +143,7 @@ def test_a_damaged_file_is_read_or_refused_in_one_line(kind, tmp_path):
     for trial in range(trials(few)):
         content = mutated(whole, rng)
         path.write_bytes(content if after is None else after(content))
-        began = time.perf_counter()
+        began = cpu_s()
         try:
             read(path)
         except (DataError, ModelError, LimitError) as error:
@@ -143,4 +151,4 @@ def test_a_damaged_file_is_read_or_refused_in_one_line(kind, tmp_path):
             assert said.isprintable() and 0 < len(said) < 1000, (trial, said)
         except Exception as error:
             raise AssertionError(f"trial {trial}: {type(error).__name__}: {error}") from error
-        assert time.perf_counter() - began < LONGEST_S, trial
+        assert cpu_s() - began < LONGEST_S, trial

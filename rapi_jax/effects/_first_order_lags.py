@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Inexact
+from jaxtyping import Array, Float, Inexact, Int
 
 from rapi_jax._errors import NotInvertible
 from rapi_jax.sampling._history import History
@@ -60,31 +60,30 @@ def _sum_series(h: Array, coefficients: tuple[float, ...]) -> Array:
 
 def _decay(step: Array, tau: Array) -> Array:
     """The decay of each mode over `step` s."""
-    return _step_coefficients(step, tau).keep
-
-
-def _advance(value: Array, one: tuple[_Step, Array, Array]) -> tuple[Array, Array]:
-    step, before, after = one
-    value = step.keep * value + step.before * before + step.after * after
-    return value, value
+    dead = jnp.abs(tau) < THRESHOLDS.least_time_constant
+    h = step.astype(tau.dtype) * (1.0 / jnp.where(dead, 1.0, tau))
+    longest = THRESHOLDS.longest_decay
+    return jnp.where(dead, 0.0, jnp.exp(-jnp.where(jnp.real(h) < longest, h, longest)))
 
 
 def _lag_states(
-    t: Float[Array, " time"],
-    x: Float[Array, " time"],
-    modes: Modes,
-    start: Inexact[Array, " modes"],
-) -> Inexact[Array, "time modes"]:
-    """Each mode's lag of `x` at each sample; `start`: at the first."""
-    steps = _step_coefficients(jnp.diff(t)[:, None], modes.tau[None, :])
-    wide = x.astype(modes.tau.dtype)[:, None]
-    rest = jax.lax.scan(_advance, start, (steps, wide[:-1], wide[1:]))[1]
-    return jnp.concatenate([start[None, :], rest])
+    t: Float[Array, "time runs"], x: Inexact[Array, "time runs 1"], tau: Inexact[Array, " modes"]
+) -> tuple[Inexact[Array, "time runs modes"], Inexact[Array, "time runs modes"]]:
+    """Each mode's lag of `x` at each sample, from 0 at the first, and its decay since that one.
 
+    Time comes first, so that a step of the recursion reads and writes memory in one piece.
+    """
+    steps = _step_coefficients(jnp.diff(t, axis=0, prepend=t[:1])[:, :, None], tau[None, None])
 
-def _free_decay(t: Float[Array, " time"], modes: Modes) -> Inexact[Array, "time modes"]:
-    """The decay of each mode since the first sample."""
-    return _decay((t - t[0])[:, None], modes.tau[None, :]).at[0].set(1.0)
+    def advance(states, one):
+        step, before, after = one
+        lag, decay = states
+        states = step.keep * lag + step.before * before + step.after * after, step.keep * decay
+        return states, states
+
+    zero = jnp.zeros((t.shape[1], tau.size), dtype=tau.dtype)
+    before = jnp.concatenate([x[:1], x[:-1]])
+    return jax.lax.scan(advance, (zero, zero + 1.0), (steps, before, x))[1]
 
 
 def respond_linear(
@@ -102,65 +101,67 @@ def respond_linear(
     first value. With `session`, each later run continues from the end of the one before; `past`
     gives the state in the gaps between them and before the first.
     """
-    zero = jnp.zeros(modes.tau.shape, dtype=modes.tau.dtype)
-
-    def forced(t, x):
-        """Lags from rest, relative to the first value."""
-        return _lag_states(t, x - x[0], modes, zero)
-
-    driven = jax.vmap(forced)(t, x)  # runs time modes
-    free = jax.vmap(_free_decay, in_axes=(0, None))(t, modes)
+    t, x = t.T, x.T
+    wide = x.astype(modes.tau.dtype)[:, :, None]
+    driven, free = _lag_states(t, wide - wide[:1], modes.tau)
     # The state at the first sample that returns after one period.
     turn = _step_coefficients(history.period_s[:, None], modes.tau[None, :])
     lost = turn.before + turn.after  # 1 - keep, with all its digits
-    row = jnp.arange(t.shape[0])
-    repeats = (history.period_s > 0)[:, None]
-    periodic = driven[row, history.lead] / jnp.where(repeats, lost, 1.0)
-    periodic = jnp.where(repeats, periodic, 0.0)
-    wide = x.astype(modes.tau.dtype)[:, :, None]
-    lags = driven + free * periodic[:, None, :] + wide[:, :1]
+    runs, repeats = jnp.arange(t.shape[1]), (history.period_s > 0)[:, None]
+    periodic = driven[history.lead, runs] / jnp.where(repeats, lost, 1.0)
+    lags = driven + free * jnp.where(repeats, periodic, 0.0)[None] + wide[:1]
     if session:
-        off = _carry_states(modes, t, wide, lags, history, past)
-        since = t - t[row, history.lead][:, None]
-        left = _decay(jnp.maximum(since, 0.0)[:, :, None], modes.tau[None, None, :])
-        lags = lags + jnp.where((since >= 0)[:, :, None], left * off[:, None, :], 0.0)
-    behind = jnp.where(
-        jnp.abs(modes.tau) < THRESHOLDS.least_time_constant,
-        _small_lag(modes, t, wide),
-        lags - wide,
-    )
-    return x + jnp.sum(jnp.real(modes.weight[None, None, :] * behind), axis=2)
+        since = (t - t[history.lead, runs][None])[:, :, None]
+        left = _decay(jnp.maximum(since, 0.0), modes.tau[None, None])
+        off = _carried_states(modes, t, wide, lags, history, past)
+        lags += jnp.where(since >= 0, left * off[None], 0.0)
+    at_once = jnp.abs(modes.tau) < THRESHOLDS.least_time_constant
+    weight = jnp.where(at_once, 0.0, modes.weight)
+    behind = jnp.real(lags @ weight) - jnp.real(weight.sum()) * x
+    # Of a mode without a lag to first order in it: exactly zero, with a gradient.
+    delay = jnp.real(jnp.where(at_once, modes.weight * modes.tau, 0.0).sum())
+    return (x + behind - delay * _slope(t, x)).T
 
 
-def _small_lag(modes, t, x):
-    """Lag less signal to first order in `tau`: exactly zero, with a gradient, where `tau` is 0."""
-    step = jnp.diff(t, axis=1, prepend=t[:, :1])[:, :, None].astype(x.dtype)
-    rise = jnp.diff(x, axis=1, prepend=x[:, :1])
-    slope = jnp.where(step == 0, 0.0, rise / jnp.where(step == 0, 1.0, step))
-    return -modes.tau[None, None, :] * slope
+def _slope(t: Float[Array, "time runs"], x: Float[Array, "time runs"]) -> Float[Array, "time runs"]:
+    """The slope before each sample; 0 at the first."""
+    step, rise = jnp.diff(t, axis=0, prepend=t[:1]), jnp.diff(x, axis=0, prepend=x[:1])
+    return jnp.where(step == 0, 0.0, rise / jnp.where(step == 0, 1.0, step))
 
 
-def _carry_states(modes, t, x, lags, history, past):
+def _carried_states(
+    modes: Modes,
+    t: Float[Array, "time runs"],
+    x: Inexact[Array, "time runs 1"],
+    lags: Inexact[Array, "time runs modes"],
+    history: History,
+    past: Past,
+) -> Inexact[Array, "runs modes"]:
     """Offsets of each run's initial states from those in `lags`, the states of each run alone."""
-    rest = (past.rest * jnp.ptp(jnp.real(x[0]))).astype(x.dtype)
-    level = x[0, history.lead[0]] + rest
+    runs = jnp.arange(t.shape[1])
+    began_s, at_lead = t[history.lead, runs], x[history.lead, runs]
+    joined = jnp.isfinite(history.gap_s)
+    gap_s = jnp.where(joined, history.gap_s, 0.0)
+    rest = (past.rest * jnp.ptp(jnp.real(x[:, 0]))).astype(x.dtype)
+    # How long the run's drive was on before its first sample, and the state it started from.
+    longest = jnp.where(joined, gap_s, past.lead_s)
     rests = past.lead_s < ALWAYS_ON_S
+    on = jnp.where(rests, jnp.minimum(past.lead_s, longest), gap_s)
+    period_s = jnp.where(history.period_s > 0, history.period_s, 1.0)
+    back = jnp.where(history.period_s > 0, on % period_s, 0.0)
+    at = jax.vmap(_interpolate_states, in_axes=(0, 1, 1))(began_s - back, t, lags)
+    idle = _decay(jnp.maximum(gap_s - on, 0.0)[:, None], modes.tau[None])
+    fade = _decay(on[:, None], modes.tau[None]) * jnp.where(joined, 1.0, 1.0 - past.settled)[:, None]
+    end = _decay((t[-1] - began_s)[:, None], modes.tau[None])
+    level = at_lead[0] + rest
 
     def one(before, run):
-        t, x, lags, lead, gap_s, period_s = run
-        joined = jnp.isfinite(gap_s)
-        gap_s = jnp.where(joined, gap_s, 0.0)
-        # How long the run's drive was on before its first sample, and the state it started from.
-        longest = jnp.where(joined, gap_s, past.lead_s)
-        on = jnp.where(rests, jnp.minimum(past.lead_s, longest), gap_s)
-        idle = _decay(jnp.maximum(gap_s - on, 0.0)[None], modes.tau)
-        began = jnp.where(joined, level + idle * (before - level), x[lead] + rest)
-        back = jnp.where(period_s > 0, on % jnp.where(period_s > 0, period_s, 1.0), 0.0)
-        off = _decay(on[None], modes.tau) * (began - _interpolate_states(t[lead] - back, t, lags))
-        off = off * jnp.where(joined, 1.0, 1.0 - past.settled)
-        return lags[-1] + _decay((t[-1] - t[lead])[None], modes.tau) * off, off
+        joined, at_lead, at, idle, fade, end, last = run
+        began = jnp.where(joined, level + idle * (before - level), at_lead + rest)
+        off = fade * (began - at)
+        return last + end * off, off
 
-    rows = (t, x, lags, history.lead, history.gap_s, history.period_s)
+    rows = (joined, at_lead, at, idle, fade, end, lags[-1])
     return jax.lax.scan(one, jnp.zeros_like(lags[0, 0]), rows)[1]
 
 

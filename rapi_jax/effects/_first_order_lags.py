@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Inexact, Int
+from jaxtyping import Array, Float, Inexact
 
 from rapi_jax._errors import NotInvertible
 from rapi_jax.sampling._history import History
@@ -151,7 +151,8 @@ def _carried_states(
     back = jnp.where(history.period_s > 0, on % period_s, 0.0)
     at = jax.vmap(_interpolate_states, in_axes=(0, 1, 1))(began_s - back, t, lags)
     idle = _decay(jnp.maximum(gap_s - on, 0.0)[:, None], modes.tau[None])
-    fade = _decay(on[:, None], modes.tau[None]) * jnp.where(joined, 1.0, 1.0 - past.settled)[:, None]
+    unsettled = jnp.where(joined, 1.0, 1.0 - past.settled)[:, None]
+    fade = unsettled * _decay(on[:, None], modes.tau[None])
     end = _decay((t[-1] - began_s)[:, None], modes.tau[None])
     level = at_lead[0] + rest
 

@@ -127,7 +127,7 @@ KINDS = {
 
 @pytest.mark.fault(
     name=lambda kind: f"a file damaged at random: {kind}",
-    promise="read, or refused in one line, within 5 s",
+    promise="read, or refused in one line, within 5 s of processor time",
     trials=lambda kind: trials(KINDS[kind][2]),
     seed="its kind",
 )

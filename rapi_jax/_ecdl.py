@@ -196,7 +196,7 @@ compiled_respond = eqx.filter_jit(respond)
 
 
 @float64
-def predict(ecdl: ECDL, drive: Drive, *, initial: Any = None) -> Float[Array, " time"]:
+def predict(ecdl: ECDL, drive: Drive, *, initial: Any = None) -> Float[np.ndarray, " time"]:
     """The response of `ecdl` to `drive`, at each of its samples, in the response's unit.
 
     Of a drive that repeats the answer is the steady one. For others `initial` may give each play's
@@ -218,7 +218,7 @@ def predict(ecdl: ECDL, drive: Drive, *, initial: Any = None) -> Float[Array, " 
 
 def _operator_alone(
     operator: AbstractOperator, drive: Drive, initial: Float[Array, " plays"] | None
-) -> Float[Array, " time"] | None:
+) -> Float[np.ndarray, " time"] | None:
     """Over monotone stretches; `None` where the drive has none to speak of, or a bound falls."""
     nodes = OperatorNodes.of(drive)
     stretches = stretches_on_device(nodes.u[None, :])
@@ -227,7 +227,10 @@ def _operator_alone(
     low, high = nodes.u.min(), nodes.u.max()
     law = np.array([drive.rate, high - low, low])
     found = np.asarray(_respond(operator, nodes.u, law, initial, stretches))
-    return None if np.isnan(found[0]) else jax.device_put(nodes.answer(found))
+    if np.isnan(found[0]):
+        return None
+    answer = nodes.answer(found)
+    return answer if answer.flags.writeable else answer.copy()
 
 
 @eqx.filter_jit
@@ -239,10 +242,10 @@ def _respond(operator, u, law, initial, stretches):
 
 def _on_grid(
     ecdl: ECDL, drive: Drive, initial: Float[Array, " plays"] | None
-) -> Float[Array, " time"]:
+) -> Float[np.ndarray, " time"]:
     """On the grid that effects need."""
     row = row_of(drive, 0.0, lead=bool(ecdl.effects))
     drives = on_device(batch([drive], [row]))
     given = None if initial is None else initial[None, :]
     answer = np.asarray(compiled_respond(ecdl, drives, given))[0, : row.sample.size]
-    return jnp.asarray(answer[row.sample >= 0])
+    return answer[row.sample >= 0]

@@ -1,5 +1,8 @@
 """`predict` of an operator alone: on its own nodes the same as on the grid that effects need."""
 
+import subprocess
+import sys
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -75,3 +78,31 @@ def test_what_stretches_cannot_tell_is_left_to_the_grid():
     falls = ECDL(eqx.tree_at(lambda o: o.lam, device.operator, jnp.asarray(-0.2)))
     assert _operator_alone(falls.operator, drive, None) is None
     np.testing.assert_array_equal(predict(falls, drive), _on_grid(falls, drive, None))
+
+
+HOST_WITH_32_BITS = """
+import jax
+import numpy as np
+from rapi_jax import ECDL, predict, triangle
+from rapi_jax.effects import AmplifierLowpass
+from rapi_jax.examples import paper_device
+drives = triangle([10.0], amplitude=4.5, bias=3.0, samples=100, periods=3)
+drives += triangle([10.0], amplitude=4.5, bias=3.0, samples=100)
+for drive in drives:
+    for effects in ((), (AmplifierLowpass.at(tau=1e-4),)):
+        response = predict(ECDL(paper_device().operator, effects), drive)
+        response += np.full(drive.size, 2.0**-40)
+        assert type(response) is np.ndarray and response.dtype == np.float64
+        assert (response != response.astype(np.float32)).any()
+assert not jax.config.jax_enable_x64
+print("done")
+"""
+
+
+@pytest.mark.process
+def test_the_answer_is_an_array_of_the_callers_own_in_any_host():
+    """In a host of 32 bits noise that is added to it would be cut, were it an array of JAX."""
+    code = [sys.executable, "-W", "error", "-c", HOST_WITH_32_BITS]
+    done = subprocess.run(code, capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "done\n"

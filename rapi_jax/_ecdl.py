@@ -21,8 +21,8 @@ from .effects import (
     AbstractOpticalEffect,
     Law,
 )
-from .effects._base import AbstractFollower
-from .effects._first_order_lags import respond_linear
+from .effects.base._by_place import AbstractFollower
+from .effects.base._first_order_lags import respond_linear
 from .operators import AbstractOperator
 from .plays._monotone_stretches import Stretches, stretches_on_device
 from .sampling._batch import DriveBatch, batch, on_device

@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("rapi_jax", "fitting", "hardware")
 FILES = 14  # in a folder
-# A table with a row a file: `rapi_jax.effects` holds one file an effect.
+# A table with a row a file: `rapi_jax.effects` holds one file an effect, and their thresholds.
 TABLES = ("rapi_jax/effects",)
 
 

@@ -9,17 +9,12 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._base import (
-    AbstractDriveEffect,
-    AbstractEffect,
-    AbstractInvertible,
-    AbstractLagEffect,
-    Modes,
-    Past,
-)
-from ._derived import Derived, ScanRange
-from ._first_order_lags import invert_linear, respond_from_rest
-from ._residual_summary import ResidualSummary
+from .base._by_place import AbstractDriveEffect, AbstractInvertible
+from .base._derived import Derived, ScanRange
+from .base._effect import AbstractEffect
+from .base._first_order_lags import invert_linear, respond_from_rest
+from .base._linear import AbstractLagEffect, Modes, Past
+from .base._residual_summary import ResidualSummary
 
 
 class AmplifierLowpass(AbstractDriveEffect, AbstractLagEffect, AbstractInvertible):

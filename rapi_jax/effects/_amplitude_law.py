@@ -9,9 +9,10 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._base import AbstractEffect, AbstractLawEffect, Law
-from ._residual_summary import ResidualSummary
 from ._thresholds import THRESHOLDS
+from .base._effect import AbstractEffect
+from .base._law import AbstractLawEffect, Law
+from .base._residual_summary import ResidualSummary
 
 
 class AmplitudeLaw(AbstractLawEffect):

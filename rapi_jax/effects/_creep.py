@@ -8,17 +8,11 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._base import (
-    ALWAYS_ON_S,
-    AbstractInvertible,
-    AbstractLagEffect,
-    AbstractOpticalEffect,
-    Modes,
-    Past,
-)
-from ._derived import Derived, ScanRange
-from ._first_order_lags import invert_linear, respond_from_rest
-from ._residual_summary import ResidualSummary
+from .base._by_place import AbstractInvertible, AbstractOpticalEffect
+from .base._derived import Derived, ScanRange
+from .base._first_order_lags import invert_linear, respond_from_rest
+from .base._linear import ALWAYS_ON_S, AbstractLagEffect, Modes, Past
+from .base._residual_summary import ResidualSummary
 
 FASTEST_S, SLOWEST_S = 5e-3, 20.0
 # Two a decade: between them the step response is logarithmic in time to 3 parts in 1000.

@@ -10,11 +10,12 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._base import AbstractCouplingEffect, Modes
-from ._first_guess import fit_amplitude
-from ._first_order_lags import respond_from_rest
-from ._residual_summary import ResidualSummary
 from ._thresholds import THRESHOLDS
+from .base._by_place import AbstractCouplingEffect
+from .base._first_guess import fit_amplitude
+from .base._first_order_lags import respond_from_rest
+from .base._linear import Modes
+from .base._residual_summary import ResidualSummary
 
 
 class CurrentCoupling(AbstractCouplingEffect):

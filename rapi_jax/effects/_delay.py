@@ -10,9 +10,11 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 from rapi_jax.sampling._corners import corners
 
-from ._base import AbstractEffect, AbstractInvertible, AbstractLinearEffect, AbstractOpticalEffect
-from ._derived import Derived, ScanRange
-from ._residual_summary import ResidualSummary
+from .base._by_place import AbstractInvertible, AbstractOpticalEffect
+from .base._derived import Derived, ScanRange
+from .base._effect import AbstractEffect
+from .base._linear import AbstractLinearEffect
+from .base._residual_summary import ResidualSummary
 
 
 class Delay(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):

@@ -9,9 +9,9 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._base import AbstractOpticalEffect
-from ._first_guess import fit_amplitude
-from ._residual_summary import ResidualSummary
+from .base._by_place import AbstractOpticalEffect
+from .base._first_guess import fit_amplitude
+from .base._residual_summary import ResidualSummary
 
 
 class Drift(AbstractOpticalEffect):

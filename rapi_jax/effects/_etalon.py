@@ -12,11 +12,11 @@ from rapi_jax._errors import NotInvertible
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._base import AbstractInvertible, AbstractOpticalEffect
-from ._derived import HALF_LIGHT_MM_GHZ, Derived, ScanRange
-from ._first_guess import find_peaks, residual_power
-from ._residual_summary import ResidualSummary
 from ._thresholds import THRESHOLDS
+from .base._by_place import AbstractInvertible, AbstractOpticalEffect
+from .base._derived import HALF_LIGHT_MM_GHZ, Derived, ScanRange
+from .base._first_guess import find_peaks, residual_power
+from .base._residual_summary import ResidualSummary
 
 
 class Etalon(AbstractOpticalEffect, AbstractInvertible):

@@ -9,10 +9,10 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._base import AbstractCouplingEffect
-from ._derived import Derived, ScanRange
-from ._first_guess import fit_amplitude
-from ._residual_summary import ResidualSummary
+from .base._by_place import AbstractCouplingEffect
+from .base._derived import Derived, ScanRange
+from .base._first_guess import fit_amplitude
+from .base._residual_summary import ResidualSummary
 
 
 class GainDrift(AbstractCouplingEffect):

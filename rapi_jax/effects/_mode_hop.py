@@ -10,12 +10,13 @@ from jaxtyping import Array, Bool, Float, Int
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._base import AbstractSwitch, Modes
-from ._derived import HALF_LIGHT_MM_GHZ, Derived, ScanRange
-from ._first_guess import detectable_amplitude
-from ._first_order_lags import respond_from_rest
-from ._residual_summary import ResidualSummary
 from ._thresholds import THRESHOLDS
+from .base._by_place import AbstractSwitch
+from .base._derived import HALF_LIGHT_MM_GHZ, Derived, ScanRange
+from .base._first_guess import detectable_amplitude
+from .base._first_order_lags import respond_from_rest
+from .base._linear import Modes
+from .base._residual_summary import ResidualSummary
 
 _ONE_PLACE = 1e-9  # of the span: readings closer than this tell no slope
 

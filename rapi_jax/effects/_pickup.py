@@ -10,11 +10,11 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._base import AbstractOpticalEffect
-from ._contribution import Contribution
-from ._first_guess import find_peaks, residual_power
-from ._residual_summary import ResidualSummary
 from ._thresholds import THRESHOLDS
+from .base._by_place import AbstractOpticalEffect
+from .base._contribution import Contribution
+from .base._first_guess import find_peaks, residual_power
+from .base._residual_summary import ResidualSummary
 
 _LOW, _HIGH = 0.01, 1e6  # Hz
 _LINE = (50.0, 60.0, 100.0, 120.0, 150.0, 180.0)  # Hz

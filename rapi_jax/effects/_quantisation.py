@@ -9,11 +9,11 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._base import AbstractDriveEffect
-from ._derived import Derived, ScanRange
-from ._first_guess import find_peaks
-from ._residual_summary import ResidualSummary
 from ._thresholds import THRESHOLDS
+from .base._by_place import AbstractDriveEffect
+from .base._derived import Derived, ScanRange
+from .base._first_guess import find_peaks
+from .base._residual_summary import ResidualSummary
 
 
 class Quantisation(AbstractDriveEffect):

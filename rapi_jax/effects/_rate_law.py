@@ -8,8 +8,9 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._base import AbstractEffect, AbstractLawEffect, Law
-from ._residual_summary import ResidualSummary
+from .base._effect import AbstractEffect
+from .base._law import AbstractLawEffect, Law
+from .base._residual_summary import ResidualSummary
 
 REFERENCE = 10.0  # Hz, f_0: where every exponent gives the same threshold
 

@@ -10,12 +10,13 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._base import AbstractInvertible, AbstractLagEffect, AbstractOpticalEffect, Modes, Past
-from ._derived import Derived, ScanRange
-from ._first_guess import find_peaks
-from ._first_order_lags import invert_linear, respond_from_rest
-from ._residual_summary import ResidualSummary
 from ._thresholds import THRESHOLDS
+from .base._by_place import AbstractInvertible, AbstractOpticalEffect
+from .base._derived import Derived, ScanRange
+from .base._first_guess import find_peaks
+from .base._first_order_lags import invert_linear, respond_from_rest
+from .base._linear import AbstractLagEffect, Modes, Past
+from .base._residual_summary import ResidualSummary
 
 _LOW, _HIGH = 20.0, 1e5  # Hz
 

@@ -11,9 +11,10 @@ from rapi_jax._errors import NotInvertible
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._base import AbstractDriveEffect, AbstractEffect, AbstractInvertible
-from ._residual_summary import ResidualSummary
 from ._thresholds import THRESHOLDS
+from .base._by_place import AbstractDriveEffect, AbstractInvertible
+from .base._effect import AbstractEffect
+from .base._residual_summary import ResidualSummary
 
 
 class Saturation(AbstractDriveEffect, AbstractInvertible):

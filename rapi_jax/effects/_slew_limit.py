@@ -11,9 +11,10 @@ from rapi_jax._errors import NotInvertible
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._base import AbstractEffect, AbstractFollower, AbstractInvertible
-from ._residual_summary import ResidualSummary
 from ._thresholds import THRESHOLDS
+from .base._by_place import AbstractFollower, AbstractInvertible
+from .base._effect import AbstractEffect
+from .base._residual_summary import ResidualSummary
 
 
 def _follow_step(value, one):

@@ -28,7 +28,7 @@ from rapi_jax.effects import (
     Law,
     Modes,
 )
-from rapi_jax.effects._base import Past
+from rapi_jax.effects.base._linear import Past
 from rapi_jax.sampling._corners import corners
 
 from ._thresholds import THRESHOLDS

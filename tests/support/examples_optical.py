@@ -1,6 +1,5 @@
 """Optical effects of the size they have on a device like the paper's: 75 GHz, 10 to 40 Hz."""
 
-from rapi_jax.effects._base import AbstractEffect
 from rapi_jax.effects._creep import Creep
 from rapi_jax.effects._current_coupling import CurrentCoupling
 from rapi_jax.effects._drift import Drift
@@ -9,6 +8,7 @@ from rapi_jax.effects._gain_drift import GainDrift
 from rapi_jax.effects._mode_hop import ModeHop
 from rapi_jax.effects._pickup import Pickup
 from rapi_jax.effects._resonance import Resonance
+from rapi_jax.effects.base._effect import AbstractEffect
 
 EXAMPLES: dict[str, AbstractEffect] = {
     "creep": Creep.at(gain=0.02, history=0.3),

@@ -22,7 +22,7 @@ from rapi_jax.effects import (
     Saturation,
     SlewLimit,
 )
-from rapi_jax.effects._base import Law
+from rapi_jax.effects.base._law import Law
 from rapi_jax.examples import paper_device
 from rapi_jax.io._model_file import read_model, write_model
 

@@ -9,9 +9,9 @@ import scipy.signal
 
 from rapi_jax import NotInvertible
 from rapi_jax.effects import Modes
-from rapi_jax.effects import _first_order_lags as _lags
-from rapi_jax.effects._base import Past, transfer
-from rapi_jax.effects._first_order_lags import invert_linear
+from rapi_jax.effects.base import _first_order_lags as _lags
+from rapi_jax.effects.base._first_order_lags import invert_linear
+from rapi_jax.effects.base._linear import Past, transfer
 from rapi_jax.sampling._history import History
 
 respond_linear = eqx.filter_jit(_lags.respond_linear)

@@ -24,8 +24,8 @@ from rapi_jax.effects import (
     AbstractOpticalEffect,
     ResidualSummary,
 )
-from rapi_jax.effects._base import Past
-from rapi_jax.effects._first_order_lags import respond_linear
+from rapi_jax.effects.base._first_order_lags import respond_linear
+from rapi_jax.effects.base._linear import Past
 from rapi_jax.examples import paper_device
 from rapi_jax.io import read_model, write_model
 from rapi_jax.sampling._batch import batch, on_device, to_batch

@@ -3,8 +3,9 @@
 import numpy as np
 from jaxtyping import Float
 
+from rapi_jax.effects._thresholds import THRESHOLDS
+
 from ._residual_summary import ResidualSummary
-from ._thresholds import THRESHOLDS
 
 
 def fit_amplitude(summary: ResidualSummary, signature: Float[np.ndarray, " samples"]) -> float:

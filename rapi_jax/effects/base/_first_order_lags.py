@@ -13,10 +13,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Inexact
 
 from rapi_jax._errors import NotInvertible
+from rapi_jax.effects._thresholds import THRESHOLDS
 from rapi_jax.sampling._history import History
 
-from ._base import ALWAYS_ON_S, Modes, Past, transfer
-from ._thresholds import THRESHOLDS
+from ._linear import ALWAYS_ON_S, Modes, Past, transfer
 
 # Of h = step / tau: 1 - (1 - exp(-h)) / h - ... as power series from the first power on.
 _BEFORE_SERIES = tuple(

@@ -1,0 +1,94 @@
+"""What every effect is: a change of what the operator predicts."""
+
+import abc
+from collections.abc import Sequence
+from typing import Any, ClassVar, Literal, TypeVar
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Float
+
+from ._contribution import Contribution
+from ._derived import Derived, ScanRange
+from ._residual_summary import ResidualSummary
+
+T = TypeVar("T")
+
+
+SignatureAxis = Literal["phase", "since_turn", "drive", "response", "session", "gain"]
+
+
+class AbstractEffect(eqx.Module):
+    """A change of what the operator predicts, the identity at its default parameters.
+
+    - `name`: in files and hypotheses, lower case with underscores.
+    - `label`: what it is, in running text ("creep of the piezo"); by default the name with spaces.
+    - `remedy`: what a user can do about it, in a sentence.
+    - `smooth`: false where the response jumps as a parameter changes, so that a fit needs a search
+      without derivatives before Gauss-Newton steps.
+    - `mechanism`: the name of what causes it, by default its own; effects that are different
+      equations of one cause share it.
+    - `strength`: the parameters that say how strong it is, of which any one is enough; by default
+      the first.
+    - `signature_axis`: over what its signature is regular: the `phase` of the period, the time
+      `since_turn` of the drive, the `drive` or the `response` itself, the time of the `session`, or
+      the response's `gain` over the session. See `signature_period`, too.
+
+    >>> from rapi_jax.effects import ALL
+    >>> len(ALL), ALL[0].name
+    (15, 'quantisation')
+    """
+
+    name: eqx.AbstractClassVar[str]
+    label: ClassVar[str]
+    remedy: ClassVar[str] = "Compensate with the corrected model."
+    smooth: ClassVar[bool] = True
+    mechanism: ClassVar[str]
+    strength: ClassVar[tuple[str, ...]] = ()
+    signature_axis: ClassVar[SignatureAxis] = "phase"
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if "name" in vars(cls) and "label" not in vars(cls):
+            cls.label = cls.name.replace("_", " ")
+        if "name" in vars(cls) and "mechanism" not in vars(cls):
+            cls.mechanism = cls.name
+
+    @classmethod
+    def at(cls: type[T], **values: Any) -> T:
+        """The effect with these parameters, plain numbers or arrays, and the others' defaults."""
+        return cls(**values)
+
+    @classmethod
+    def onset(cls: type[T], summary: ResidualSummary) -> T:
+        """The effect where it is about to change a recording: by default, at its defaults."""
+        del summary
+        return cls()
+
+    def derived(self, scan: ScanRange) -> tuple[Derived, ...]:
+        """Quantities of the field that follow from the parameters; by default none."""
+        del scan
+        return ()
+
+    def other_forms(self, here: Contribution) -> Sequence[Float[np.ndarray, "functions samples"]]:
+        """Sets of functions that its mechanism may add, should this equation not be right.
+
+        What all forms of it have in common defines them, such as a period in time, and no other
+        mechanism may be a sum of them. A set explains a recording or not as a whole, and its sizes
+        follow from it. By default none are known. `here`: what the effect adds by its equation.
+        """
+        del here
+        return ()
+
+    def signature_period(self) -> float | None:
+        """Period of its signature along `signature_axis`; by default it has none."""
+        return None
+
+    @classmethod
+    @abc.abstractmethod
+    def initial_guesses(cls, summary: ResidualSummary) -> "list[AbstractEffect]":
+        """Effects from which a fit may start: a grid over what the residual could show.
+
+        Each differs from the identity. Amplitudes are first guesses, which a fit scales. Parameters
+        declared `held` keep the values given here.
+        """

@@ -68,6 +68,15 @@ class AmplitudeLaw(AbstractLawEffect):
             found += [cls.at(tilt=h, **about) for h in (tilt, -tilt)]
         return found
 
+    @classmethod
+    def search_ranges(cls, summary: ResidualSummary) -> dict[str, tuple[float, float]]:
+        """The pivot within what the response reaches from zero drive, or a little beyond.
+
+        A gain about a pivot far away is none: it only moves each run as a whole.
+        """
+        reach = summary.span * max(np.abs(summary.drive).max() / np.ptp(summary.drive), 1.0)
+        return {"pivot": (-THRESHOLDS.pivot_reach * reach, THRESHOLDS.pivot_reach * reach)}
+
     @float64
     def __call__(self, law: Law, bias: Float[Array, ""]) -> Law:
         ratio = law.u_pp / self.reference

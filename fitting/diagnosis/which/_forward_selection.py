@@ -18,7 +18,7 @@ from ._effect_search import Progress, search_one_effect
 from ._excess import excess, is_unexplained
 from ._nested_costs import nest_costs
 from ._thresholds import THRESHOLDS
-from .screening._screen import initial_guesses, search_ranges
+from .screening._screen import initial_guesses, own_search_ranges, search_ranges
 
 Classes = Sequence[type[AbstractEffect]]
 
@@ -42,7 +42,8 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
     own = {effect.name for effect in state.effects}
     classes = [cls for cls in candidates if cls.name not in own]
     guesses = initial_guesses(*fitted.eta_fixed, classes)
-    ranges = {k: v for grid in guesses.values() for k, v in search_ranges(grid).items()}
+    ranges = own_search_ranges(*fitted.eta_fixed, classes)
+    ranges |= {k: v for grid in guesses.values() for k, v in search_ranges(grid).items()}
     refit = dataclasses.replace(fitted.refit, search_ranges=ranges)
     refits = (dataclasses.replace(fitted.eta_fixed[0], search_ranges=ranges), refit)
     progress("flexible base")

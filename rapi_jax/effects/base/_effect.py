@@ -85,6 +85,15 @@ class AbstractEffect(eqx.Module):
         return None
 
     @classmethod
+    def search_ranges(cls, summary: ResidualSummary) -> dict[str, tuple[float, float]]:
+        """Least and greatest value of parameters that one recording allows less than all would.
+
+        By name of the parameter; by default none.
+        """
+        del summary
+        return {}
+
+    @classmethod
     @abc.abstractmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[AbstractEffect]":
         """Effects from which a fit may start: a grid over what the residual could show.

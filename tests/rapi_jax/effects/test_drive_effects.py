@@ -1,5 +1,6 @@
 """Effects on the drive, on the laws, and the delay, against closed forms and plain loops."""
 
+import dataclasses
 from typing import ClassVar
 
 import equinox as eqx
@@ -283,6 +284,17 @@ def test_trials_leave_out_what_one_run_cannot_show():
     assert len(RateLaw.initial_guesses(two)) == 5
     shown = AmplitudeLaw.initial_guesses(two)
     assert any(float(e.threshold) for e in shown) and any(float(e.gain) for e in shown)
+
+
+def test_a_pivot_is_searched_where_the_response_reaches_from_zero_drive():
+    """Beyond, a gain about it would only move each run as a whole."""
+    two = evidence(**ODD["two runs"])
+    low, high = AmplitudeLaw.search_ranges(two)["pivot"]
+    reach = two.span * max(float(np.abs(two.drive).max() / np.ptp(two.drive)), 1.0)
+    assert low < -reach and reach < high < 3.0 * reach
+    offset = dataclasses.replace(two, drive=two.drive + 50.0)
+    assert AmplitudeLaw.search_ranges(offset)["pivot"][1] > 5.0 * high
+    assert RateLaw.search_ranges(two) == {}
 
 
 def test_what_cannot_be_undone_says_why():

@@ -101,6 +101,20 @@ def search_ranges(guesses: Iterable[AbstractEffect]) -> SearchRanges:
     return out
 
 
+def own_search_ranges(
+    refit: Refit, state: State, classes: Sequence[type[AbstractEffect]]
+) -> SearchRanges:
+    """Those that effects state themselves, for this recording."""
+    summary = summarise_residual(
+        refit.whitened, state, float(np.sqrt(refit.whitener.spectrum.total))
+    )
+    return {
+        (cls.name, (name,)): limits
+        for cls in classes
+        for name, limits in cls.search_ranges(summary).items()
+    }
+
+
 def screen_effect(
     refit: Refit,
     state: State,

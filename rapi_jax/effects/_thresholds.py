@@ -41,8 +41,8 @@ class EffectThresholds:
     pivot_reach: float = threshold(
         2.0,
         unit="of the response from zero drive",
-        origin="keeps any pivot that the response crosses; with 1, 4 and 8 a device whose pivot else "
-        "went to -24 570 GHz has the same name, at over 0.999, and the same share closed",
+        origin="keeps any pivot that the response crosses; with 1, 4 and 8 a device whose pivot "
+        "went to -24 570 GHz without it has the same name, at over 0.999, and closes the same",
     )
     same_amplitude: float = threshold(
         0.02, unit="of the amplitude", origin="amplitudes and biases that differ less count as one"

@@ -140,8 +140,10 @@ def _check_misfit(
     if rmse**2 > (1.0 - THRESHOLDS.explained_variance) * variance:
         return [
             f"nothing explained: the model leaves {100 * rmse**2 / variance:.0f} % of the "
-            "response's variance. The response does not follow this drive; check wiring, columns "
-            "and lag."
+            "response's variance. The response does not follow this drive: check wiring, columns "
+            "and lag. Or it turns back while the drive goes on, as a butterfly loop and a folded "
+            "reading do: no model of this kind describes that; record a drive that stays on one "
+            "side of the turn."
         ]
     gap, curved = noise.gap(rmse), np.inf if claim is None else claim.curvature
     if gap > THRESHOLDS.poor_gap * curved and gap > THRESHOLDS.exact_fit * span:

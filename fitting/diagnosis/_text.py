@@ -59,7 +59,8 @@ def verdict_sentence(
         return f"The gap is real, but none of the known effects explains it ({sure})."
     what = describe_effects(effects, unit)
     closed = shrinkage.get("closed_fraction")
-    verb = "is" if probability > 0.5 else "may be"
+    helps = closed is None or closed["low"] > 0.0  # else held-out data may be predicted no better
+    verb = "is" if probability > 0.5 and helps else "may be"
     if closed is None:
         return f"The gap {verb} {what} ({sure})."
     sizes = shrinkage["before"], shrinkage["after"]

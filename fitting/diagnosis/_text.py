@@ -25,6 +25,11 @@ _OF_A_SENSOR = {
         "jumps of the reading",
         "Look at the sensor's ranges and at contacts; leave the part with jumps out.",
     ),
+    "drift": (
+        "drift of the reading",
+        "Let device and sensor settle, and repeat the zero before each scan. A period that does "
+        "not close since the device was not cycled before looks the same: leave it out.",
+    ),
     "current_coupling": (
         "a part that follows the drive at once",
         "Look at cross-talk of the drive into the sensor; the corrected model has it.",

@@ -8,7 +8,9 @@ from jaxtyping import Float
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Drive, Waveform
 
-from ._cycles import (
+from ._options import ImportOptions
+from ._thresholds import THRESHOLDS
+from .cycles._cycles import (
     Cycle,
     closed_cycle,
     find_cycles,
@@ -18,9 +20,7 @@ from ._cycles import (
     round_one_rate,
     round_rate,
 )
-from ._noisy_cycles import find_noisy_cycles
-from ._options import ImportOptions
-from ._thresholds import THRESHOLDS
+from .cycles._noisy_cycles import find_noisy_cycles
 
 Samples = Float[np.ndarray, " samples"]
 

@@ -5,8 +5,9 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float
 
+from rapi_jax.io.imports._thresholds import THRESHOLDS
+
 from ._cycles import Cycle, find_cycles
-from ._thresholds import THRESHOLDS
 
 Samples = Float[np.ndarray, " samples"]
 

@@ -61,9 +61,10 @@ def import_files(
     Parameters
     ----------
     file
-        A table with columns of time, drive and response.
+        A table with columns of time, drive and response; or an earlier import, to be joined with
+        others, where columns or sampling rates differed between them.
     files
-        More of them, of the same session, each as runs that follow.
+        More of them, of the same session and device, each as runs that follow.
     output
         Folder for the recording, or a file that ends in .nc. An earlier import there is replaced,
         anything else is left and refused. Without it nothing is written, as with `--dry-run`.

@@ -25,6 +25,11 @@ _OF_A_SENSOR = {
         "jumps of the reading",
         "Look at the sensor's ranges and at contacts; leave the part with jumps out.",
     ),
+    "drift": (
+        "drift of the reading",
+        "Let device and sensor settle, and repeat the zero before each scan. A period that does "
+        "not close since the device was not cycled before looks the same: leave it out.",
+    ),
     "current_coupling": (
         "a part that follows the drive at once",
         "Look at cross-talk of the drive into the sensor; the corrected model has it.",
@@ -59,7 +64,8 @@ def verdict_sentence(
         return f"The gap is real, but none of the known effects explains it ({sure})."
     what = describe_effects(effects, unit)
     closed = shrinkage.get("closed_fraction")
-    verb = "is" if probability > 0.5 else "may be"
+    helps = closed is None or closed["low"] > 0.0  # else held-out data may be predicted no better
+    verb = "is" if probability > 0.5 and helps else "may be"
     if closed is None:
         return f"The gap {verb} {what} ({sure})."
     sizes = shrinkage["before"], shrinkage["after"]

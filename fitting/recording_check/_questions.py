@@ -95,7 +95,8 @@ def _ask_rates(recording: Recording) -> Question:
         )
     cure = "Record a second rate, at least twice as high or half as high."
     if max(rates) == 0:
-        return Question(name, "no", "no run has a scan rate.", "Give `excitation_hz`. " + cure)
+        said = "Give it by `--rate` of `rapi import`, or as `excitation_hz` in the manifest. "
+        return Question(name, "no", "no run has a scan rate.", said + cure)
     some = (
         "some runs have no scan rate." if min(rates) == 0 else f"one scan rate, {rates[0]:.6g} Hz."
     )

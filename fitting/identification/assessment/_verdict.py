@@ -73,8 +73,9 @@ def judge(
         *(f"{fault.kind}: {fault.message}" for fault in faults if not fault.left_out),
         *_check_misfit(problem, rmse, span, noise, claim),
     ]
+    unit = problem.recording.response_unit
     repeats = any(run.drive.periods > 1 for run in problem.recording.runs)
-    failures, notes = _check_held_out(held_out, span, noise.total, repeats=repeats)
+    failures, notes = _check_held_out(held_out, span, noise.total, repeats=repeats, unit=unit)
     reasons += failures
     notes += [f"{fault.kind}: {fault.message}" for fault in faults if fault.left_out]
     with_gap = not reasons and rmse > THRESHOLDS.with_gap * noise.total
@@ -140,8 +141,10 @@ def _check_misfit(
     if rmse**2 > (1.0 - THRESHOLDS.explained_variance) * variance:
         return [
             f"nothing explained: the model leaves {100 * rmse**2 / variance:.0f} % of the "
-            "response's variance. The response does not follow this drive; check wiring, columns "
-            "and lag."
+            "response's variance. The response does not follow this drive: check wiring, columns "
+            "and lag. Or it turns back while the drive goes on, as a butterfly loop and a folded "
+            "reading do: no model of this kind describes that; record a drive that stays on one "
+            "side of the turn."
         ]
     gap, curved = noise.gap(rmse), np.inf if claim is None else claim.curvature
     if gap > THRESHOLDS.poor_gap * curved and gap > THRESHOLDS.exact_fit * span:
@@ -156,11 +159,12 @@ def _check_misfit(
 
 
 def _check_held_out(
-    held_out: list[HeldOut], span: float, noise: float, *, repeats: bool
+    held_out: list[HeldOut], span: float, noise: float, *, repeats: bool, unit: str = ""
 ) -> tuple[list[str], list[str]]:
     """Reasons and notes: a model has to predict what lies between runs, but not to extrapolate.
 
-    `repeats`: whether some run holds two periods or more.
+    `repeats`: whether some run holds two periods or more. `unit`: of the response; without one
+    errors are plain numbers.
     """
     reasons, notes = [], []
     cure = (
@@ -174,7 +178,8 @@ def _check_held_out(
             continue
         usual = scheme.usual(noise)
         times = f"{scheme.rmse / usual:.1f} times that of" if usual > 0 else "not the zero of"
-        text = f"{scheme.scheme}: held-out rmse {scheme.rmse:.3g} is {times} the fitted part"
+        size = quantity(scheme.rmse, unit) if unit else f"{scheme.rmse:.3g}"
+        text = f"{scheme.scheme}: held-out rmse {size} is {times} the fitted part"
         if scheme.scheme == "last third" and scheme.large:
             reasons.append(f"does not generalise: {text}. {cure}")
         elif scheme.runs and scheme.inside and scheme.large:

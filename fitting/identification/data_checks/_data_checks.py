@@ -198,6 +198,8 @@ def _check_frozen(run: Run) -> Fault | None:
         way = np.sign(u[a] - u[max(a - 3, 0)])
         moved = np.abs(u[a : b + 1] - u[a]) if noisy else way * (u[a : b + 1] - u[a])
         onward = float(moved.max()) / run.drive.u_pp * run.span
+        if resolution > 0 and _rests_beside(y, a, b, least):
+            continue  # a flat part of the loop, digitised: it moves no more before and after
         if b - a + 1 >= shortest and onward > least and y[a] not in ends:
             found.append((a, b))
     if not found:
@@ -208,6 +210,12 @@ def _check_frozen(run: Run) -> Fault | None:
         "finite are, with `--nan mask`), or record again."
     )
     return Fault("frozen reading", run.name, text, tuple(found))
+
+
+def _rests_beside(y: np.ndarray, a: int, b: int, least: float) -> bool:
+    """Whether the reading moves by less than `least` in as many samples before and after, too."""
+    beside = (y[max(2 * a - b, 0) : a + 1], y[b : 2 * b - a + 1])
+    return all(float(np.nanmax(part) - np.nanmin(part)) < least for part in beside)
 
 
 def _check_period(run: Run) -> Fault | None:

@@ -37,10 +37,7 @@ def find_drive_noise(recording: Recording, errors: list[np.ndarray]) -> list[Fau
                 f"{together:.2f} with what the model leaves). Write the drive that was sent "
                 "instead of its reading, or average its periods."
             )
-            if (
-                not np.median(np.abs(np.diff(run.response[use], 3)))
-                > THRESHOLDS.reading_noise * run.span
-            ):
+            if _is_commanded(run.response[use], THRESHOLDS.reading_noise):
                 text += (
                     " The response carries no noise: its column may be swapped with the drive's."
                 )
@@ -52,19 +49,27 @@ def find_swapped_columns(recording: Recording) -> list[Fault]:
     """Readings that are commanded waveforms, under drives that were measured."""
     found = []
     for run in recording.runs:
-        reading = np.diff(run.response[run.valid], 3)
-        drive = np.diff(run.drive.value, 3)
-        usual = [
-            float(np.median(np.abs(fast))) / max(size, 1e-300)
-            for fast, size in ((reading, run.span), (drive, run.drive.u_pp))
-        ]
-        if usual[0] < THRESHOLDS.commanded < usual[1]:
+        least = THRESHOLDS.commanded
+        rough = np.median(np.abs(np.diff(run.drive.value, 3))) > least * run.drive.u_pp
+        if rough and _is_commanded(run.response[run.valid], least):
             text = (
                 f"run {run.name!r}: the response is as smooth as a command and the drive as rough "
                 "as a measurement: the columns `drive` and `response` are swapped."
             )
             found.append(Fault("columns swapped", run.name, text, ((0, run.drive.size - 1),)))
     return found if len(found) == len(recording.runs) else []
+
+
+def _is_commanded(reading: np.ndarray, least: float) -> bool:
+    """Whether a reading is as smooth as a command: below `least` of its span, sample to sample.
+
+    A reading that is digitised coarsely rests on most samples, which no command does that moves.
+    """
+    if np.ptp(reading) == 0:
+        return True
+    rests = np.median(np.abs(np.diff(reading))) == 0.0 and np.unique(reading).size > 2
+    fast = float(np.median(np.abs(np.diff(reading, 3))))
+    return not rests and not fast > least * float(np.ptp(reading))
 
 
 def _alternates(fast: np.ndarray) -> bool:

@@ -15,6 +15,7 @@ from rapi_jax.io.tables._read import read_tables
 from ._channels import Channels, read_channels
 from ._clock import even_clock, is_even, resample
 from ._decimate import decimate
+from ._join import all_recordings, join_recordings
 from ._options import ImportOptions
 from ._runs import cut_record, describe_run, without_overlap
 from .fringes._read import FringeOptics, read_fringe_run
@@ -50,7 +51,7 @@ def import_recording(
     Oscilloscopes' CSV files and other text, `.mat`, `.npy`, `.npz`, HDF5, netCDF-4, TDMS (with the
     package nptdms), JPK and Igor force curves (with the package afmformats). A record of several
     rates or swings is cut into runs of one each; several files follow each other in the order
-    given. `write_import` writes what comes back.
+    given. Folders of recordings are joined to one. `write_import` writes what comes back.
 
     Raises `DataError`, in one line with the file, where something is missing, wrong or damaged.
 
@@ -74,6 +75,11 @@ def import_recording(
         raise ValueError("Argument `files` must name at least one file.")
     if options.drive_file is not None and len(paths) > 1:
         raise ValueError("`drive_file` goes with one file alone.")
+    if all_recordings(paths):
+        joined, said = join_recordings(paths, options)
+        provenance = joined.provenance | {"imported_by": WRITER}
+        provenance |= {f"import{k:02d}": printable(note, 1000) for k, note in enumerate(said)}
+        return Imported(dataclasses.replace(joined, provenance=provenance), tuple(said))
     optics = _optics(options)  # refused before a long file is read
     runs: list[Run] = []
     notes: list[str] = []

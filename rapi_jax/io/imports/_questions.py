@@ -40,11 +40,11 @@ def locate_columns(table: Table, source: Table, options: ImportOptions) -> dict[
             f"({'; '.join(choices)})."
         )
     parts += clocks + optics
-    there = dict.fromkeys([table.label, source.label] if columns or clocks else [])
+    there = {one.label: one for one in (table, source) if columns or clocks}
     lists = [
         (f"Columns of {label}" if len(there) > 1 else "Columns")
-        + f", by number or name: {(table if label == table.label else source).describe()}."
-        for label in there
+        + f", by number or name: {one.describe(values=True)}."
+        for label, one in there.items()
     ]
     text = " ".join([parts[0], *(part[0].upper() + part[1:] for part in parts[1:]), *lists])
     raise DataError(f"{table.label}: {text}")

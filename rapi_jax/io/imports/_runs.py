@@ -8,7 +8,9 @@ from jaxtyping import Float
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Drive, Waveform
 
-from ._cycles import (
+from ._options import ImportOptions
+from ._thresholds import THRESHOLDS
+from .cycles._cycles import (
     Cycle,
     closed_cycle,
     find_cycles,
@@ -18,8 +20,7 @@ from ._cycles import (
     round_one_rate,
     round_rate,
 )
-from ._options import ImportOptions
-from ._thresholds import THRESHOLDS
+from .cycles._noisy_cycles import find_noisy_cycles
 
 Samples = Float[np.ndarray, " samples"]
 
@@ -44,11 +45,14 @@ def cut_record(
         if (closed := closed_cycle(drive, step_s)) is not None:
             return _one_period(drive, closed, step_s, options, label)
         return _without_cycles(whole, step_s, options)
-    groups = _group(cycles)
-    repeated = [group for group in groups if len(group) > 1]
-    kept = repeated or (groups if len(groups) == 1 else [])
-    if sum(map(len, kept)) < len(cycles) / 2.0:
-        return _not_periodic(whole, cycles, options, step_s)
+    notes = []
+    if sum(map(len, _repeated(cycles))) < len(cycles) / 2.0:
+        averaged = find_noisy_cycles(drive, step_s, _repeated)
+        if averaged is None:
+            return _not_periodic(whole, cycles, options, step_s)
+        drive, cycles, note = averaged
+        notes = [note]
+    kept = _repeated(cycles)
     if len(cycles) == 1 and options.waveform is None:
         shape = name_waveform(drive, cycles, cycles[0].rate, step_s)
         if shape not in ("sine", "triangle"):
@@ -68,7 +72,6 @@ def cut_record(
         own.append(group)
         rates.append(rate)
     pieces = _apart(pieces, own, rates, step_s)
-    notes = []
     if len(cycles) == 1 and not options.rates:
         notes.append("one period only: its rate is read off the record's length; give --rate")
     return pieces, notes + _dropped(pieces, drive.size, step_s)
@@ -103,6 +106,13 @@ def _group(cycles: list[Cycle]) -> list[list[Cycle]]:
         else:
             groups.append([cycle])
     return groups
+
+
+def _repeated(cycles: list[Cycle]) -> list[list[Cycle]]:
+    """The groups of cycles that are alike; a cycle alone where there is no other."""
+    groups = _group(cycles)
+    repeated = [group for group in groups if len(group) > 1]
+    return repeated or (groups if len(groups) == 1 else [])
 
 
 def _alike(one: Cycle, other: Cycle) -> bool:
@@ -255,9 +265,13 @@ def _not_periodic(
     one = all(abs(rate - usual) < THRESHOLDS.same_rate * usual for rate in rates)
     rate = options.rates[0] if options.rates else float(f"{usual:.4g}") if one else None
     swings = sorted(cycle.swing for cycle in cycles)
+    waveform = options.waveform if rate and options.waveform else "other"
     note = (
         f"{len(cycles)} cycles that do not repeat (swings of {swings[0]:.4g} to {swings[-1]:.4g}, "
         f"rates of {min(rates):.4g} to {max(rates):.4g} Hz): one run, "
-        + (f'waveform "other", at {rate:.4g} Hz' if rate else "without a rate")
+        + (f'waveform "{waveform}", at {rate:.4g} Hz' if rate else "without a rate")
     )
-    return [Piece(*whole, rate, "other")], [note]
+    if len(cycles) > 2 and waveform == "other":
+        note += ". Where the drive does repeat, give --rate and --waveform, or the drive that was "
+        note += "sent (--drive-amplitude, --drive-offset, --drive-rate)"
+    return [Piece(*whole, rate, waveform)], [note]

@@ -42,6 +42,16 @@ class ImportThresholds:
     turn: float = threshold(
         0.05, unit="of the swing", origin="set by trial; a drive that turns by less is noisy there"
     )
+    averaged_share: float = threshold(
+        8.0,
+        unit="widths of the average in a cycle",
+        origin="derivation: it lowers a sine by 2.6 % and a triangle's turns by 6 % of the swing",
+    )
+    averaged_noise: float = threshold(
+        1.4,
+        unit="times the noise of neighbouring samples",
+        origin="derivation: a tone of the noise's own size, removed with it, makes 1.41",
+    )
     shape: float = threshold(
         0.03,
         unit="of the swing, rms",

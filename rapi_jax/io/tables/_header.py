@@ -42,22 +42,28 @@ def read_header(
     about = {row[0].lower(): row[1:] for row in (*lines, *rows) if row and row[0]}
     beside = use[0] > 0 and any(row[0] and not row[0][:1].isdigit() for row in rows)
     names, units, counts = _from_preamble(about, use) if beside else _from_rows(lines, use)
-    columns, kept = [], []
-    for k, place in enumerate(use):
-        name = names.get(place) or str(place)
+    columns = []
+    for place in use:
+        name = names.get(place, "")
         bare, unit = split_unit(name)
         columns.append(Column(name, bare, units.get(place) or unit))
-        kept.append(k)
     _name_the_clock(columns, rows, use)
     _add_stated_units(columns, about)
     text = "\n".join(" ".join(row) for row in (*lines, *(rows if beside else ())))
     step = _step(text.replace(",", ".") if decimal == "," else text) or _rigol_step(lines)
     drop = [k for k, place in enumerate(use) if place in counts] if step else []
-    return Header(
-        tuple(c for k, c in enumerate(columns) if k not in drop),
-        tuple(k for k in kept if k not in drop),
-        step,
-    )
+    kept = tuple(k for k in range(len(use)) if k not in drop)
+    return Header(tuple(_named(columns[k], n) for n, k in enumerate(kept)), kept, step)
+
+
+def _named(column: Column, number: int) -> Column:
+    """A column without a name is called by the number that an option gives, not by its place.
+
+    The two differ where an empty column, or one that counts the samples, stands before it.
+    """
+    if column.name:
+        return column
+    return dataclasses.replace(column, name=str(number), bare=column.bare or str(number))
 
 
 def _from_rows(

@@ -13,7 +13,7 @@ from rapi_jax.io._safe import printable
 from ._units import split_unit
 
 _TIMES = {"time", "t", "time_s", "times", "second", "seconds", "zeit", "x", "x-axis", "in s"}
-_SHOWN = 12  # columns in a message
+_SHOWN = 24  # columns in a message: the twelve quantities of a ferroelectric tester, and as many
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,16 +59,34 @@ class Table:
     step_s: float | None = None
     recorded_at: str | None = None
 
-    def describe(self) -> str:
-        """The columns by number, name and unit, on one line."""
+    def describe(self, *, values: bool = False) -> str:
+        """The columns by number, name and unit, on one line; `values`: of nameless ones, the range.
+
+        A file without names is told apart by its numbers alone.
+        """
         shown = []
+        ranges = self._ranges() if values else {}
         for i, column in enumerate(self.columns[:_SHOWN]):
             name = printable(column.name, 40)
             unit = f" ({printable(column.unit, 12)})" if column.unit else ""
             unit = "" if split_unit(column.name)[1] else unit
-            shown.append((f"{i} '{name}'" if name != str(i) else f"{i}") + unit)
+            shown.append((f"{i} '{name}'" if name != str(i) else f"{i}") + unit + ranges.get(i, ""))
         more = len(self.columns) - _SHOWN
         return ", ".join(shown) + (f" and {more} more" if more > 0 else "")
+
+    def _ranges(self) -> dict[int, str]:
+        """Lowest and highest value of each column without a name; none where they are damaged."""
+        nameless = [i for i, c in enumerate(self.columns[:_SHOWN]) if c.name == str(i)]
+        try:
+            columns = self.load(nameless) if nameless else []
+        except DataError:
+            return {}
+        finite = [column[np.isfinite(column)] for column in columns]
+        return {
+            i: f" ({part.min():.4g} to {part.max():.4g})"
+            for i, part in zip(nameless, finite, strict=True)
+            if part.size
+        }
 
     def find(self, key: str, option: str) -> int:
         """The number of the column `key`, a name or a number from 0.

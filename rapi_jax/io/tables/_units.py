@@ -85,7 +85,12 @@ def _refusal(option: str, unit: str, allowed: dict) -> str:
     scale = option.replace("unit", "scale")
     near = [one for one in allowed if one.lower() == unit.strip().lower()]
     meant = f" Did you mean {' or '.join(near)}?" if near else ""
-    cure = "" if option == "--time-unit" else f" Of another quantity, give its factor by {scale}."
+    cure = (
+        ""
+        if option == "--time-unit"
+        else f" Of another quantity (a current, a magnetic field, a pressure) name the unit of the "
+        f"signal that it was read or set by, such as V, and the factor to it by {scale}."
+    )
     return (
         f"{option} must be one of {', '.join(allowed)}, not '{printable(unit, 30)}'.{meant}{cure}"
     )

@@ -33,6 +33,8 @@ def test_the_error_of_held_out_data_is_given_in_times_that_of_the_fitted_part():
     held_out = [HeldOut("last third", 0.2, 0.2, 0.1, 0.02, 100)]
     (reason,), _ = _check_held_out(held_out, 1.0, 0.01, repeats=True)
     assert "held-out rmse 0.2 is 10.0 times that of the fitted part" in reason
+    (reason,), _ = _check_held_out(held_out, 1.0, 0.01, repeats=True, unit="um")
+    assert "held-out rmse 200 nm is 10.0 times" in reason
 
 
 def test_runs_that_do_not_predict_one_another_are_said_to():

@@ -3,7 +3,7 @@
 import pytest
 
 from fitting.diagnosis._diagnosis import Verdict
-from fitting.diagnosis._text import verdict_advice, verdict_sentence
+from fitting.diagnosis._text import effect_label, verdict_advice, verdict_sentence
 from fitting.diagnosis._verdict import doubt_noise
 from fitting.diagnosis.noise._residual_whiteness import ResidualWhiteness
 from fitting.diagnosis.where._description import describe_localisation
@@ -103,7 +103,7 @@ def test_verdicts_on_unknown_noise(name, effects, closed, slow, sentence, advice
     assert said.name == name
 
 
-@pytest.mark.parametrize("effect", [Etalon, ModeHop, CurrentCoupling])
+@pytest.mark.parametrize("effect", [Etalon, ModeHop, CurrentCoupling, Drift])
 def test_optical_causes_are_not_said_of_a_sensor(effect):
     shrinkage = {"closed_fraction": None}
     for unit, same in (("GHz", True), ("um", False), ("V", False)):
@@ -122,7 +122,8 @@ def test_an_effect_less_likely_than_not_is_no_finding():
         assert "gap may be" in verdict_sentence("creep", (Creep,), 0.48, shrinkage, "um")
         assert "gap is" in verdict_sentence("creep", (Creep,), 0.9, shrinkage, "um")
     advice = verdict_advice("creep", (Creep,), ["creep", "drift"], None, unit="um")
-    assert f"cannot tell {Creep.label} from {Drift.label}" in advice and Creep.remedy not in advice
+    drift = effect_label(Drift, "um")
+    assert f"cannot tell {Creep.label} from {drift}" in advice and Creep.remedy not in advice
 
 
 def test_what_repeats_is_not_said_where_nothing_does():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.identification.data_checks._data_checks import find_faults
-from fitting.identification.data_checks._drive_noise import find_drive_noise
+from fitting.identification.data_checks._drive_noise import find_drive_noise, find_swapped_columns
 from rapi_jax import predict
 from tests.support.spoiled import WAYS, healthy
 
@@ -57,6 +57,31 @@ def test_a_reading_that_hangs_is_named_with_its_samples():
     (fault,) = find_faults(columns.recording())
     assert fault.kind == "frozen reading" and fault.run == "run02"
     assert fault.samples == ((450, 479),)
+
+
+def test_a_flat_part_of_a_loop_that_is_digitised_does_not_hang():
+    """As where a polarisation or a magnetisation saturates: a step of the reading is long there."""
+    columns = healthy(54)
+    for row, drive in enumerate(columns.drive):
+        steep = np.tanh(20.0 * (drive - drive.mean()) / np.ptp(drive)) + 0.02 * drive
+        columns.response[row] = np.round(steep * 1024) / 1024
+    kinds = [fault.kind for fault in find_faults(columns.recording())]
+    assert "frozen reading" not in kinds
+    columns.response[2][180:230] = columns.response[2][180]  # where it is steep
+    faults = {fault.kind: fault for fault in find_faults(columns.recording())}
+    ((first, last),) = faults["frozen reading"].samples
+    assert first <= 180 and last == 229
+
+
+def test_a_reading_that_is_digitised_coarsely_is_not_a_command():
+    columns = healthy(51)
+    WAYS["noisy drive"](columns)
+    for row, response in enumerate(columns.response):
+        step = np.ptp(response) / 40.0
+        columns.response[row] = step * np.round(response / step)
+    assert find_swapped_columns(columns.recording()) == []
+    columns.response = healthy(51).drive
+    assert len(find_swapped_columns(columns.recording())) == 4
 
 
 def test_readings_that_rest_where_the_drive_rests_do_not_hang():

@@ -181,6 +181,29 @@ def test_all_that_a_file_leaves_open_is_asked_at_once(tmp_path):
     assert run.drive.excitation_hz == pytest.approx(10.0)
 
 
+def test_columns_without_names_are_told_apart_by_number_and_range(tmp_path):
+    """Where an empty column stands first, the number that is shown is the one to give."""
+    t, u, y = scanned((10.0, 3, 4.5), sample_hz=2000.0)
+    lines = (f",{a},{b},{c}" for a, b, c in zip(t, y, u, strict=True))
+    (tmp_path / "a.csv").write_text("\n".join(lines) + "\n")
+    with pytest.raises(DataError) as caught:
+        import_recording(tmp_path / "a.csv", ImportOptions())
+    assert f"0 ({t.min():.4g} to {t.max():.4g}), 1 (" in str(caught.value)
+    assert f", 2 ({u.min():.4g} to {u.max():.4g})." in str(caught.value)
+    named = ImportOptions(time="0", response="1", drive="2", response_unit="nm", drive_unit="V")
+    (run,) = import_recording(tmp_path / "a.csv", named).recording.runs
+    assert run.drive.u_pp == pytest.approx(np.ptp(u))
+    assert run.span == pytest.approx(np.ptp(y))
+
+
+def test_a_unit_of_another_quantity_says_what_to_give(tmp_path):
+    t, u, y = scanned((10.0, 3, 4.5), sample_hz=2000.0)
+    np.savez(tmp_path / "a.npz", time=t, drive=u, response=y)
+    options = ImportOptions(drive_unit="mA", response_unit="GHz")
+    with pytest.raises(DataError, match=r"not 'mA'.*a current.*the factor to it by --drive-scale"):
+        import_recording(tmp_path / "a.npz", options)
+
+
 def test_a_drive_file_without_times_is_named(tmp_path):
     t, u, y = scanned((10.0, 3, 4.5), sample_hz=2000.0)
     np.savez(tmp_path / "a.npz", time=t, D1=y)

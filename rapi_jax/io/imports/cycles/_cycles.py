@@ -6,9 +6,8 @@ import numpy as np
 from jaxtyping import Float
 
 from rapi_jax._recording import Waveform
+from rapi_jax.io.imports._thresholds import THRESHOLDS
 from rapi_jax.sampling._phase import turning_samples
-
-from ._thresholds import THRESHOLDS
 
 Samples = Float[np.ndarray, " samples"]
 _SHORT = 1.4  # samples that a record of one period may end early: `Drive.period` allows 1.5

@@ -170,5 +170,7 @@ def predictions(recording: Recording, predicted: Sequence[np.ndarray]) -> Pictur
         top.set_title(f"{title(run, recording)}: the prediction is off by {off} rms", fontsize=10)
         bottom.set_ylabel(f"difference ({unit})")
         bottom.set_xlabel("time (s)")
+    low, high = pairs[0].get_ylim()
+    pairs[0].set_ylim(low, high + 0.3 * (high - low))  # room for the legend
     pairs[0].legend(frameon=False, fontsize=8, ncols=2, loc="upper right")
     return figure

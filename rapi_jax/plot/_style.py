@@ -16,7 +16,7 @@ UP, DOWN = "#00798c", "#edae49"
 # Okabe and Ito, Color Universal Design: told apart with any common colour blindness.
 PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00")
 GROUPS = 240  # of readings, along a curve
-COLOURS = 64  # of a PNG's palette
+COLOURS = 128  # of a PNG's palette
 SHOWN_DPI = 96  # in a notebook
 WINDOW = 24  # readings at least of a median and its band: the fewest that tell 2.5 %
 
@@ -41,7 +41,7 @@ class Picture(Figure):
 
 
 def png(figure: Figure, *, dpi: int = 120) -> bytes:
-    """A figure as the bytes of a PNG file, with `dpi` dots an inch and a palette of 64 colours.
+    """A figure as the bytes of a PNG file, with `dpi` dots an inch and a palette of 128 colours.
 
     The palette makes a file a third as large. A figure that is transparent keeps all its colours.
 
@@ -57,7 +57,9 @@ def png(figure: Figure, *, dpi: int = 120) -> bytes:
     with Image.open(buffer) as picture:
         if picture.convert("RGBA").getextrema()[3] != (255, 255):
             return buffer.getvalue()
-        small = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+        small = picture.convert("RGB").quantize(
+            COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
+        )  # rare colours stay what they are
     out = io.BytesIO()
     small.save(out, format="png", optimize=True)
     return out.getvalue()

@@ -1,6 +1,7 @@
 """Units in which sizes are read, and what pictures of many readings show."""
 
 import dataclasses
+import io
 
 import numpy as np
 import pytest
@@ -112,3 +113,20 @@ def test_a_picture_in_a_notebook_is_small_and_a_transparent_one_stays_so():
     assert len(shown) < 60_000
     axis.figure.patch.set_alpha(0.0)
     assert axis.figure._repr_png_()[25] == 6  # red, green, blue and alpha
+
+
+def test_lines_keep_their_colours_in_a_png():
+    from matplotlib.colors import to_rgb
+    from PIL import Image
+
+    figure = plot.Picture(figsize=(6.0, 4.0))
+    axis = figure.subplots()
+    colours = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00")
+    for k, colour in enumerate(colours):
+        axis.plot([0.0, 1.0], [k, k], color=colour, lw=2)
+        axis.fill_between([0.0, 1.0], k, k + 1.0, color=colour, alpha=0.25, lw=0)
+    with Image.open(io.BytesIO(plot.png(figure))) as picture:
+        shown = np.asarray(picture.convert("RGB")).reshape(-1, 3).astype(float)
+    for colour in colours:
+        wanted = 255.0 * np.array(to_rgb(colour))
+        assert np.abs(shown - wanted).max(1).min() < 8.0

@@ -48,10 +48,10 @@ def ranging(found: Any) -> Picture:
         value, error = track.distance - middle, track.distance_stderr
         _band(top, track.time_s, factor * value, factor * error)
         _draw_velocity(axes[1], track)
-    top.set_title("distance of each scan, with its standard error", fontsize=10)
+    top.set_title("distance of each scan, with its standard error", fontsize=10, loc="left")
     top.set_ylabel(f"distance less {1e3 * middle:.3f} mm ({unit})")
-    top.legend(frameon=False, fontsize=8, ncols=3)
-    bottom.set_title("how crooked each scan was", fontsize=10)
+    top.legend(frameon=False, fontsize=8, ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    bottom.set_title("how crooked each scan was", fontsize=10, loc="left")
     bottom.set_ylabel("rms nonlinearity (MHz)")
     bottom.set_ylim(0.0, 1.1 * max(1e3 * float(np.nanmax(table.bend_ghz)), 1e-9))
     bottom.set_xlabel("session time (s)")
@@ -71,7 +71,7 @@ def _draw_velocity(axis: Any, track: Any) -> None:
     unit, factor = _fine_unit(np.append(track.velocity - less, error))
     value = factor * (track.velocity - less)
     _band(axis, track.time_s, value, factor * track.velocity_stderr)
-    axis.set_title(name, fontsize=10)
+    axis.set_title(name, fontsize=10, loc="left")
     axis.set_ylabel(f"velocity ({unit}/s)")
 
 

@@ -48,7 +48,7 @@ def test_a_moving_target(velocity):
     assert np.abs((result.distance - truth) / result.stderr).max() < 5.0
     assert track.velocity_stderr.max() < 2e-5 * abs(velocity) + 1e-7
     middle, bottom = plot.ranging(result).axes[1:]
-    assert middle.get_title().startswith(f"velocity of the track, less {1e3 * velocity:.0f}")
+    assert middle.get_title("left").startswith(f"velocity of the track, less {1e3 * velocity:.0f}")
     shown = middle.lines[0].get_ydata()
     assert np.abs(shown).max() < 100.0  # the axis has no offset of its own
     assert bottom.get_ylim()[1] > 1e3 * result.table.bend_ghz.max()  # every scan is within it

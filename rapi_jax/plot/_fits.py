@@ -62,7 +62,8 @@ def residuals(
             part = branch & used[row]
             draw_spread(axis, one.drive.phase[part], factor * error[part], colour, name)
         axis.axhline(0.0, lw=0.8, color="black")
-        axis.set_title(f"{title(one)}: {quantity(rms, recording.response_unit)} rms", fontsize=10)
+        name = title(one, recording)
+        axis.set_title(f"{name}: {quantity(rms, recording.response_unit)} rms left", fontsize=10)
         axis.set_xlabel("scan phase since the drive's minimum")
         axis.set_ylabel(f"residual ({unit})")
     axes[0].legend(frameon=False, markerscale=4)
@@ -106,7 +107,7 @@ def spectrum(
             error, 1.0 / one.drive.step_s, nperseg=min(error.size, SPECTRAL_SEGMENT)
         )
         at, mean = _average_in_steps(hertz[1:], power[1:])
-        axis.loglog(at, np.sqrt(mean), lw=1.2, color=PALETTE[i], label=title(one))
+        axis.loglog(at, np.sqrt(mean), lw=1.2, color=PALETTE[i], label=title(one, recording))
     axis.set_xlabel("frequency (Hz)")
     axis.set_ylabel(f"residual ({recording.response_unit}/√Hz)")
     axis.set_title("what the model leaves, over frequency", fontsize=10)

@@ -6,6 +6,9 @@ import numpy as np
 
 from ._style import DOWN, MODEL, UP, Picture, grid
 
+DRIFT_P = 0.05  # of all parameters together, as in the table of the summary
+MONTH_DAYS = 30
+
 
 def population(found: Any, change: Any = None) -> Picture:
     """Each parameter of a `Population` over time at the mean temperature, with its 95 % bands.
@@ -54,8 +57,24 @@ def population(found: Any, change: Any = None) -> Picture:
             measured = one.measured - (one.expected - one.expected_at_mean)
             colour = DOWN if change.changed and one.name in change.set else "black"
             axis.errorbar([new], [measured], [one.stderr], fmt="D", ms=5, color=colour, label="new")
-        axis.set_title(parameter.name, fontsize=10)
-        axis.set_ylabel("" if parameter.unit == "1" else parameter.unit)
+        axis.set_title(_words(parameter), fontsize=10)
+        unit = "" if parameter.unit == "1" else f" ({parameter.unit})"
+        axis.set_ylabel(f"{parameter.name}{unit}")
         axis.set_xlabel("days since the first" if timed else "recording")
     axes[0].legend(frameon=False, fontsize=7)
     return figure
+
+
+def _words(parameter: Any) -> str:
+    """What a panel shows: the drift of its parameter, where it is known from zero."""
+    drift = parameter.time
+    if drift is None:
+        return parameter.name
+    if parameter.smooth:
+        return f"{parameter.name} changes, not along a line"
+    if not drift.p_holm < DRIFT_P:
+        return f"{parameter.name}: no drift seen"
+    month, unit = MONTH_DAYS * drift.value, parameter.unit.removesuffix("1")
+    if abs(parameter.mean.value) > 3.0 * parameter.mean.stderr:
+        month, unit = 100.0 * month / abs(parameter.mean.value), "%"
+    return f"{parameter.name} drifts by {month:+.2g} {unit} in {MONTH_DAYS} days"

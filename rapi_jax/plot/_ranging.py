@@ -10,7 +10,8 @@ from ._style import DOWN, MODEL, UP, Picture
 def ranging(found: Any) -> Picture:
     """Distances of scans over time with their errors, the track, and the scans' nonlinearity.
 
-    `found`: a `Ranging`. Error bars and bands are standard errors.
+    `found`: a `Ranging`. Error bars and bands are standard errors. A velocity that changes little
+    is drawn less its mean, which the title says.
 
     >>> import numpy as np
     >>> from rapi_jax import plot
@@ -46,15 +47,32 @@ def ranging(found: Any) -> Picture:
     if track is not None:
         value, error = track.distance - middle, track.distance_stderr
         _band(top, track.time_s, factor * value, factor * error)
-        per, factor = _fine_unit(track.velocity)
-        _band(axes[1], track.time_s, factor * track.velocity, factor * track.velocity_stderr)
-        axes[1].set_ylabel(f"velocity ({per}/s)")
+        _draw_velocity(axes[1], track)
+    top.set_title("distance of each scan, with its standard error", fontsize=10, loc="left")
     top.set_ylabel(f"distance less {1e3 * middle:.3f} mm ({unit})")
     top.legend(frameon=False, fontsize=8, ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    bottom.set_title("how crooked each scan was", fontsize=10, loc="left")
     bottom.set_ylabel("rms nonlinearity (MHz)")
-    bottom.set_ylim(bottom=0.0)
+    bottom.set_ylim(0.0, 1.1 * max(1e3 * float(np.nanmax(table.bend_ghz)), 1e-9))
     bottom.set_xlabel("session time (s)")
     return figure
+
+
+def _draw_velocity(axis: Any, track: Any) -> None:
+    mean = float(np.mean(track.velocity))
+    error = float(np.max(track.velocity_stderr))
+    spread = error + float(np.max(np.abs(track.velocity - mean)))
+    name, less = "velocity of the track", 0.0
+    if abs(mean) > 20.0 * spread:  # digits on the axis would not tell its values apart
+        unit, factor = _fine_unit(np.array([mean]))
+        digits = int(np.clip(np.ceil(-np.log10(factor * spread)), 0, 9))
+        less = round(mean * factor, digits) / factor
+        name += f", less {less * factor:.{digits}f} {unit}/s"
+    unit, factor = _fine_unit(np.append(track.velocity - less, error))
+    value = factor * (track.velocity - less)
+    _band(axis, track.time_s, value, factor * track.velocity_stderr)
+    axis.set_title(name, fontsize=10, loc="left")
+    axis.set_ylabel(f"velocity ({unit}/s)")
 
 
 def _fine_unit(metres: np.ndarray) -> tuple[str, float]:

@@ -51,8 +51,9 @@ def overview(recording: Recording) -> Picture:
         other = left.twinx()
         other.plot(time, response, lw=0.8, color=MODEL)
         other.set_ylabel(f"response ({recording.response_unit})", color=MODEL, fontsize=8)
-        left.set_title(title(run), fontsize=10)
+        left.set_title(title(run, recording), fontsize=10)
         right.plot(drive, response, lw=0.8, color=UP)
+        right.set_ylabel(f"response ({recording.response_unit})", fontsize=8)
     axes[-1, 0].set_xlabel("time (s)")
     axes[-1, 1].set_xlabel(f"drive ({recording.drive_unit})")
     return figure
@@ -111,7 +112,7 @@ def _draw_loop(axis: Any, recording: Recording, run: Any, model: np.ndarray | No
         every = max(1, u.size // MOST_POINTS)
         label = "measured" if every == 1 else f"measured, one of {every} readings"
         axis.plot(u[::every], left[::every], ".", ms=3, color=MEASURED, label=label)
-    name = title(run)
+    name = title(run, recording)
     if model is not None:
         thin = slice(None, None, max(1, u.size // 4000))
         bent = factor * (model[keep] - straight)
@@ -127,7 +128,8 @@ def _draw_loop(axis: Any, recording: Recording, run: Any, model: np.ndarray | No
 def predictions(recording: Recording, predicted: Sequence[np.ndarray]) -> Picture:
     """Response and prediction over time, with the difference below, for each run.
 
-    Of a run without any reading the prediction alone is drawn.
+    Many differences are drawn as their median and the band that holds 95 % of them. Of a run
+    without any reading the prediction alone is drawn.
 
     >>> import numpy as np
     >>> from rapi_jax import plot
@@ -153,14 +155,22 @@ def predictions(recording: Recording, predicted: Sequence[np.ndarray]) -> Pictur
                 run.drive.time[thin], run.response[thin], color=MEASURED, lw=2, label="measured"
             )
         top.plot(run.drive.time[thin], predicted[row][thin], color=MODEL, lw=1, label="predicted")
-        top.set_title(title(run), fontsize=10)
-        top.set_ylabel(recording.response_unit)
+        top.set_title(title(run, recording), fontsize=10)
+        top.set_ylabel(f"response ({recording.response_unit})")
         bottom.set_visible(bool(measured))
         if not measured:
             top.set_xlabel("time (s)")
             continue
-        bottom.plot(run.drive.time[thin], (run.response - predicted[row])[thin], lw=0.8, color=UP)
-        bottom.set_ylabel(f"difference ({recording.response_unit})", fontsize=8)
+        error = run.response - predicted[row]
+        rms = float(np.sqrt(np.nanmean(error[run.valid] ** 2)))
+        unit, factor = fine_unit(rms, recording.response_unit)
+        draw_spread(bottom, run.drive.time, factor * error, UP)
+        bottom.axhline(0.0, lw=0.8, color="black")
+        off = quantity(rms, recording.response_unit)
+        top.set_title(f"{title(run, recording)}: the prediction is off by {off} rms", fontsize=10)
+        bottom.set_ylabel(f"difference ({unit})")
         bottom.set_xlabel("time (s)")
-    pairs[0].legend(frameon=False)
+    low, high = pairs[0].get_ylim()
+    pairs[0].set_ylim(low, high + 0.3 * (high - low))  # room for the legend
+    pairs[0].legend(frameon=False, fontsize=8, ncols=2, loc="upper right")
     return figure

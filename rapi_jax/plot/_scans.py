@@ -41,10 +41,13 @@ def compensation(made: Sequence[Any], unit: str, drive_unit: str) -> Picture:
         middle.plot(phase, drive.value, color=PALETTE[i % len(PALETTE)], lw=1)
         straight = drive.value.min() + drive.u_pp * one.target.value / one.target.span
         bottom.plot(phase, drive.value - straight, color=PALETTE[i % len(PALETTE)], lw=1)
-    top.set_ylabel(f"scan asked for ({unit})")
-    top.legend(frameon=False, ncols=4, fontsize=8)
+    top.set_title("the scan that is asked for", fontsize=10)
+    top.set_ylabel(f"scan ({unit})")
+    top.legend(frameon=False, fontsize=8)
+    middle.set_title("the drive that the model needs for it", fontsize=10)
     middle.set_ylabel(f"drive ({drive_unit})")
-    bottom.set_ylabel(f"drive less a straight one ({drive_unit})", fontsize=8)
+    bottom.set_title("how far that drive is from a straight one of the same swing", fontsize=10)
+    bottom.set_ylabel(f"difference ({drive_unit})")
     bottom.axhline(0.0, lw=0.8, color="black")
     bottom.set_xlabel("scan phase since the drive's minimum")
     return figure

@@ -15,7 +15,10 @@ MEASURED, MODEL = "#9aa5b1", "#d1495b"
 UP, DOWN = "#00798c", "#edae49"
 # Okabe and Ito, Color Universal Design: told apart with any common colour blindness.
 PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00")
-GROUPS = 240  # of samples, along a curve; more are drawn as a band
+GROUPS = 240  # of readings, along a curve
+COLOURS = 128  # of a PNG's palette
+SHOWN_DPI = 96  # in a notebook
+WINDOW = 24  # readings at least of a median and its band: the fewest that tell 2.5 %
 
 
 class Picture(Figure):
@@ -34,20 +37,32 @@ class Picture(Figure):
     """
 
     def _repr_png_(self) -> bytes:
-        return png(self)
+        return png(self, dpi=SHOWN_DPI)
 
 
 def png(figure: Figure, *, dpi: int = 120) -> bytes:
-    """A figure as the bytes of a PNG file, with `dpi` dots an inch.
+    """A figure as the bytes of a PNG file, with `dpi` dots an inch and a palette of 128 colours.
+
+    The palette makes a file a third as large. A figure that is transparent keeps all its colours.
 
     >>> from rapi_jax import plot
     >>> picture = plot.convergence([("guess 1", [(0, 9.0), (1, 1.2), (2, 1.0)], True)])
     >>> plot.png(picture)[1:4]
     b'PNG'
     """
+    from PIL import Image
+
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=dpi)
-    return buffer.getvalue()
+    with Image.open(buffer) as picture:
+        if picture.convert("RGBA").getextrema()[3] != (255, 255):
+            return buffer.getvalue()
+        small = picture.convert("RGB").quantize(
+            COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
+        )  # rare colours stay what they are
+    out = io.BytesIO()
+    small.save(out, format="png", optimize=True)
+    return out.getvalue()
 
 
 def svg(figure: Figure) -> bytes:
@@ -85,10 +100,15 @@ def one_axis(ax: Any, size: tuple[float, float] = (6.4, 3.8)) -> tuple[Any, Any]
     return figure, figure.subplots()
 
 
-def title(run: Any) -> str:
-    """A run's name and its rate."""
-    rate = run.drive.excitation_hz
-    return run.name if rate is None else f"{run.name}, {rate:g} Hz"
+def title(run: Any, recording: Recording | None = None) -> str:
+    """A run's name, its rate and, where the runs of `recording` differ in it, its swing."""
+    rate, swings = run.drive.excitation_hz, ()
+    if recording is not None:
+        swings = tuple(one.drive.u_pp for one in recording.runs)
+    name = run.name if rate is None else f"{run.name}, {rate:g} Hz"
+    if swings and max(swings) > 1.05 * min(swings):
+        name += f", {run.drive.u_pp:.3g} {recording.drive_unit}"
+    return name
 
 
 def shown_runs(recording: Recording, most: int = 12) -> list[int]:
@@ -108,16 +128,20 @@ def draw_spread(
     colour: str,
     label: str | None = None,
 ) -> None:
-    """Readings over `x`: as points, or, where they are many, as median and 95 % band."""
+    """Readings over `x`: as median and 95 % band, or, where they are few, as points.
+
+    Neighbouring medians share readings where there are too few for windows side by side.
+    """
     good = np.isfinite(y)
     order = np.argsort(x[good])
     x, y = x[good][order], y[good][order]
-    each = x.size // GROUPS
-    if each < 4:
+    if x.size < 8 * WINDOW:
         axis.plot(x, y, ".", ms=2, color=colour, label=label)
         return
-    count = x.size // each * each
-    at = x[:count].reshape(-1, each).mean(1)
-    low, middle, high = np.percentile(y[:count].reshape(-1, each), (2.5, 50.0, 97.5), axis=1)
+    window = max(WINDOW, x.size // GROUPS)
+    begin = np.linspace(0, x.size - window, min(GROUPS, x.size // 6)).astype(int)
+    part = begin[:, None] + np.arange(window)
+    at = x[part].mean(1)
+    low, middle, high = np.percentile(y[part], (2.5, 50.0, 97.5), axis=1, method="median_unbiased")
     axis.fill_between(at, low, high, color=colour, alpha=0.25, lw=0)
     axis.plot(at, middle, lw=1.2, color=colour, label=label)

@@ -10,7 +10,7 @@ from populations import draw, random_between, record
 from fitting import fit_population
 from fitting.population._fit_population import fit_records
 from fitting.report.population._files import write_population
-from rapi_jax import DataError, ModelError
+from rapi_jax import DataError, ModelError, plot
 
 
 def records(count=14, size=2, **more):
@@ -161,3 +161,11 @@ def test_files_and_text(tmp_path):
     text = found.summary()
     assert "Population of 14 recordings" in text and "Change a year" in text
     assert "Change a kelvin" in text and max(len(line) for line in text.split("\n")) <= 80
+
+
+def test_a_panel_says_whether_its_parameter_drifts():
+    rng = np.random.default_rng(3)
+    records = draw(rng, np.diag([0.01, 0.01]), count=30, own=0.1, per_day=np.array([0.02, 0.0]))
+    titles = [axis.get_title() for axis in plot.population(fit_records(records)).axes[:2]]
+    assert titles[0].startswith("x0 drifts by +") and titles[0].endswith(" % in 30 days")
+    assert titles[1] == "x1: no drift seen"

@@ -1,6 +1,7 @@
 """Units in which sizes are read, and what pictures of many readings show."""
 
 import dataclasses
+import io
 
 import numpy as np
 import pytest
@@ -59,3 +60,73 @@ def test_a_loop_of_a_tiny_charge_has_its_unit():
     (drive,) = triangle(10.0, amplitude=4.0, bias=3.0, samples=400)
     axis = plot.loops(recorded(drive, 1e-6, "uC")).axes[0]
     assert axis.get_ylabel() == "response less a straight line (pC)"
+
+
+def residuals_of(samples):
+    (drive,) = triangle(10.0, amplitude=4.0, bias=3.0, samples=samples)
+    noise = np.random.default_rng(0).standard_normal(samples)
+    recording = Recording.of([drive], [10.0 * drive.value + 0.02 * noise])
+    return plot.residuals(recording, [10.0 * drive.value], [np.ones(samples, bool)]).axes[0]
+
+
+def test_what_is_drawn_of_noise_follows_the_number_of_readings():
+    few, some, many = (residuals_of(samples) for samples in (100, 800, 80_000))
+    assert [line.get_marker() for line in few.lines[:-1]] == [".", "."]  # the last is the zero
+    for axis in (some, many):
+        assert len(axis.collections) == 2  # bands
+        assert max(len(line.get_xdata()) for line in axis.lines) < 1000
+    for axis in (few, some, many):
+        assert labels(axis.figure) == ["up", "down"]
+        assert axis.get_title().endswith("MHz rms left")
+
+
+def test_the_band_holds_95_percent_of_few_readings_too():
+    band = residuals_of(800).collections[0].get_paths()[0].vertices[:, 1]
+    width = np.median(band[band > 0]) - np.median(band[band < 0])  # MHz, of 20 MHz of noise
+    assert width == pytest.approx(2 * 1.96 * 20.0, rel=0.1)
+
+
+def test_titles_name_the_swing_where_runs_differ_in_it():
+    small, large = (triangle(10.0, amplitude=v, bias=3.0, samples=400)[0] for v in (2.0, 4.0))
+    for drives, names in (
+        ((small, large), ["run00, 10 Hz, 2 V", "run01, 10 Hz, 4 V"]),
+        ((large, large), ["run00, 10 Hz", "run01, 10 Hz"]),
+    ):
+        recording = Recording.of(drives, [10.0 * drive.value for drive in drives])
+        assert [axis.get_title() for axis in plot.loops(recording).axes] == names
+
+
+def test_predictions_say_how_far_off_they_are_and_draw_noise_as_a_band():
+    (drive,) = triangle(10.0, amplitude=4.0, bias=3.0, samples=4000)
+    noise = np.random.default_rng(0).standard_normal(4000)
+    recording = Recording.of([drive], [10.0 * drive.value + 0.02 * noise])
+    top, bottom = plot.predictions(recording, [10.0 * drive.value]).axes
+    assert top.get_title().startswith("run00, 10 Hz: the prediction is off by 2")
+    assert (top.get_ylabel(), bottom.get_ylabel()) == ("response (GHz)", "difference (MHz)")
+    assert len(bottom.collections) == 1
+
+
+def test_a_picture_in_a_notebook_is_small_and_a_transparent_one_stays_so():
+    axis = residuals_of(800)
+    shown = axis.figure._repr_png_()
+    assert shown[25] == 3  # a palette
+    assert len(shown) < 60_000
+    axis.figure.patch.set_alpha(0.0)
+    assert axis.figure._repr_png_()[25] == 6  # red, green, blue and alpha
+
+
+def test_lines_keep_their_colours_in_a_png():
+    from matplotlib.colors import to_rgb
+    from PIL import Image
+
+    figure = plot.Picture(figsize=(6.0, 4.0))
+    axis = figure.subplots()
+    colours = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00")
+    for k, colour in enumerate(colours):
+        axis.plot([0.0, 1.0], [k, k], color=colour, lw=2)
+        axis.fill_between([0.0, 1.0], k, k + 1.0, color=colour, alpha=0.25, lw=0)
+    with Image.open(io.BytesIO(plot.png(figure))) as picture:
+        shown = np.asarray(picture.convert("RGB")).reshape(-1, 3).astype(float)
+    for colour in colours:
+        wanted = 255.0 * np.array(to_rgb(colour))
+        assert np.abs(shown - wanted).max(1).min() < 8.0

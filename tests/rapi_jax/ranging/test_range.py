@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from fringe_scans import FringeScans
 
-from rapi_jax import DataError
+from rapi_jax import DataError, plot
 from rapi_jax.ranging import AirState
 from rapi_jax.ranging._range import range_records
 from rapi_jax.ranging._ranging import with_scatter
@@ -47,6 +47,11 @@ def test_a_moving_target(velocity):
     assert np.abs((track.distance - truth) / track.distance_stderr).max() < 4.0
     assert np.abs((result.distance - truth) / result.stderr).max() < 5.0
     assert track.velocity_stderr.max() < 2e-5 * abs(velocity) + 1e-7
+    middle, bottom = plot.ranging(result).axes[1:]
+    assert middle.get_title("left").startswith(f"velocity of the track, less {1e3 * velocity:.0f}")
+    shown = middle.lines[0].get_ydata()
+    assert np.abs(shown).max() < 100.0  # the axis has no offset of its own
+    assert bottom.get_ylim()[1] > 1e3 * result.table.bend_ghz.max()  # every scan is within it
 
 
 def test_distance_is_divided_by_the_group_index():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from edge_worlds import drives, record
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fitting.diagnosis.how_far._shares import effect_shares, run_shares
@@ -11,6 +11,7 @@ from fitting.diagnosis.how_far._shares import effect_shares, run_shares
 COST = st.floats(0.0, 1e6)
 
 
+@example(none=5e-324, a=0.0, b=0.0, both=0.0)
 @given(none=COST, a=COST, b=COST, both=COST)
 def test_shares_of_a_pair_sum_to_one_whatever_the_order(none, a, b, both):
     cost = {"none": none, "creep": a, "drift": b, "creep+drift": both}

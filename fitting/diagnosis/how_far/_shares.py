@@ -24,7 +24,7 @@ def effect_shares(names: Sequence[str], cost: dict[str, float]) -> dict[str, flo
     fall = none - both
     if not (np.isfinite(fall) and np.isfinite(first + second) and fall > 0):
         return None
-    share = float(np.clip(((none - first) + (second - both)) / fall / 2.0, 0.0, 1.0))
+    share = float(np.clip(0.5 + (second - first) / fall / 2.0, 0.0, 1.0))
     return {a: share, b: 1.0 - share}
 
 

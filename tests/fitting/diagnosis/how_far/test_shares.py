@@ -12,6 +12,7 @@ COST = st.floats(0.0, 1e6)
 
 
 @example(none=5e-324, a=0.0, b=0.0, both=0.0)
+@example(none=1.175494351e-38, a=1.0, b=1.0, both=0.0)
 @given(none=COST, a=COST, b=COST, both=COST)
 def test_shares_of_a_pair_sum_to_one_whatever_the_order(none, a, b, both):
     cost = {"none": none, "creep": a, "drift": b, "creep+drift": both}

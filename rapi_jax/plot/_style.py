@@ -55,7 +55,7 @@ def png(figure: Figure, *, dpi: int = 120) -> bytes:
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=dpi)
     with Image.open(buffer) as picture:
-        if picture.convert("RGBA").getextrema()[3] != (255, 255):
+        if picture.convert("RGBA").getchannel("A").getextrema() != (255, 255):
             return buffer.getvalue()
         small = picture.convert("RGB").quantize(
             COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
@@ -102,13 +102,13 @@ def one_axis(ax: Any, size: tuple[float, float] = (6.4, 3.8)) -> tuple[Any, Any]
 
 def title(run: Any, recording: Recording | None = None) -> str:
     """A run's name, its rate and, where the runs of `recording` differ in it, its swing."""
-    rate, swings = run.drive.excitation_hz, ()
-    if recording is not None:
-        swings = tuple(one.drive.u_pp for one in recording.runs)
+    rate = run.drive.excitation_hz
     name = run.name if rate is None else f"{run.name}, {rate:g} Hz"
-    if swings and max(swings) > 1.05 * min(swings):
-        name += f", {run.drive.u_pp:.3g} {recording.drive_unit}"
-    return name
+    if recording is None:
+        return name
+    swings = [one.drive.u_pp for one in recording.runs]
+    differ = max(swings) > 1.05 * min(swings)
+    return f"{name}, {run.drive.u_pp:.3g} {recording.drive_unit}" if differ else name
 
 
 def shown_runs(recording: Recording, most: int = 12) -> list[int]:

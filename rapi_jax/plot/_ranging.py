@@ -65,7 +65,7 @@ def _draw_velocity(axis: Any, track: Any) -> None:
     name, less = "velocity of the track", 0.0
     if abs(mean) > 20.0 * spread:  # digits on the axis would not tell its values apart
         unit, factor = _fine_unit(np.array([mean]))
-        digits = int(np.clip(np.ceil(-np.log10(factor * spread)), 0, 9))
+        digits = int(np.clip(np.ceil(-np.log10(max(factor * spread, 1e-9))), 0, 9))
         less = round(mean * factor, digits) / factor
         name += f", less {less * factor:.{digits}f} {unit}/s"
     unit, factor = _fine_unit(np.append(track.velocity - less, error))

@@ -49,10 +49,12 @@ def initial_guesses(
     refit: Refit, state: State, classes: Sequence[type[AbstractEffect]]
 ) -> InitialGuesses:
     """Where a refit with each class may start, by what `state` leaves."""
-    spectrum = refit.whitener.spectrum
-    noise = float(np.sqrt(spectrum.total))
-    summary = summarise_residual(refit.whitened, state, noise)
+    summary = _summary_of(refit, state)
     return {cls.name: list(cls.initial_guesses(summary)) for cls in classes}
+
+
+def _summary_of(refit: Refit, state: State) -> ResidualSummary:
+    return summarise_residual(refit.whitened, state, float(np.sqrt(refit.whitener.spectrum.total)))
 
 
 def summarise_residual(whitened: WhitenedModel, state: State, noise: float) -> ResidualSummary:
@@ -105,9 +107,7 @@ def own_search_ranges(
     refit: Refit, state: State, classes: Sequence[type[AbstractEffect]]
 ) -> SearchRanges:
     """Those that effects state themselves, for this recording."""
-    summary = summarise_residual(
-        refit.whitened, state, float(np.sqrt(refit.whitener.spectrum.total))
-    )
+    summary = _summary_of(refit, state)
     return {
         (cls.name, (name,)): limits
         for cls in classes

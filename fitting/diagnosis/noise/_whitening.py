@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
@@ -47,6 +48,11 @@ class Whitener:
             for parts in (scales, multiplicity, repeating)
         ]
         self._mean_period = _RealLines.of(*once)
+
+    @cached_property
+    def reading_variance(self) -> list[float]:
+        """Variance of the noise of a reading of each run."""
+        return [self.spectrum.mean_variance(lines) for lines in self.lines]
 
     def with_misfit(self, misfit: MisfitCovariance) -> "Whitener":
         """The same, where synchronous errors have this covariance beyond that of noise."""

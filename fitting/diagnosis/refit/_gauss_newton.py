@@ -78,6 +78,7 @@ class Refit:
     - `log_determinant`: of the covariance of what a base misfits, if the whitener has one; it
       counts as cost, so that costs with other covariances compare as likelihoods do.
     - `freeze_jumps`: whether effects that jump keep their parameters, apart from a switch's size.
+    - `hold_effects`: whether all effects keep all of theirs, and the base alone moves.
     """
 
     whitened: WhitenedModel
@@ -85,6 +86,7 @@ class Refit:
     base: BaseModel
     search_ranges: SearchRanges | None = None
     freeze_jumps: bool = False
+    hold_effects: bool = False
     log_determinant: float = 0.0
 
     def evaluate(self, values: Float[np.ndarray, " values"], effects: Effects) -> State:
@@ -112,8 +114,10 @@ class Refit:
     ) -> Float[np.ndarray, "lines parameters"]:
         """Derivative of all whitened errors by each free parameter of the effects.
 
-        By secants, `step_scale` times as wide as usual.
+        By secants, `step_scale` times as wide as usual; 0 where effects are held.
         """
+        if self.hold_effects:
+            return np.zeros((state.errors.all.size, effect_values(state.effects).size))
         whitened, operator = self.whitened, self.base.operator
 
         def errors_with(effects: Effects) -> np.ndarray:

@@ -227,7 +227,11 @@ class WhitenedModel:
             if block.has_masked:
                 error *= block.use
             if jumps:
-                variance = whitener.spectrum.mean_variance(SpectralLines.of(block))
+                variance = (
+                    whitener.reading_variance[k]
+                    if blocks is None
+                    else whitener.spectrum.mean_variance(SpectralLines.of(block))
+                )
                 error, paid = match_jump_timing(error, [j[k] for j in jumps], block, variance)
                 price += paid
             out.append(error)

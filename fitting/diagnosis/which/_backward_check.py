@@ -10,10 +10,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fitting.diagnosis.refit._effect_vector import Effects
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 
 from ._candidate import Candidate
-from ._density_refit import refit_on_flexible_base
+from ._density_refit import refit_on_density, refit_on_flexible_base
 from ._effect_refit import free_eta, refit_beside_jumps
 from ._effect_sets import added_effects
 from ._excess import excess, nonsynchronous_excess, reduces_nonsynchronous
@@ -56,36 +57,78 @@ def _refit_members(
 
     `singles`: as they were refitted before, by name.
     """
-    eta_fixed, free = refits
-    own = none.on_base.effects
+    refit = _refit_on_density if refits[1].whitener.spectrum.measured else _refit_on_operator
     out = []
     for member in pair.effects:
         left_out = {e.name for e in pair.effects} - {member.name}
-        kept = tuple(e for e in pair.eta_fixed.effects if e.name not in left_out)
-        start = eta_fixed.evaluate(pair.eta_fixed.values, kept)
-        if not np.isfinite(start.cost):
-            continue
-        state = refit_beside_jumps(eta_fixed, start, THRESHOLDS.short_steps)
-        known = singles.get(member.name)
-        if known is not None and (
-            _is_far_above(state, pair.eta_fixed)
-            and _is_far_above(known.on_flexible_base, pair.on_flexible_base)
-        ):
-            continue
-        state = refit_beside_jumps(eta_fixed, state, THRESHOLDS.full_steps)
-        on_base = free_eta(free, state)
-        on_base, flexible_refit, flexible = refit_on_flexible_base(free, on_base, none)
-        there = pair.on_flexible_base
-        kept = tuple(e for e in there.effects if e.name not in left_out)
-        start = pair.flexible_refit.evaluate(there.values, kept)
-        if np.isfinite(start.cost):
-            end = refit_and_search(pair.flexible_refit, start, none.cost)
-            if end.cost < flexible.cost:
-                flexible_refit, flexible = pair.flexible_refit, end
-        effects = added_effects(flexible.effects, own)
-        fraction = pair.unabsorbed_fraction
-        out.append(Candidate(effects, state, free, on_base, flexible_refit, flexible, fraction))
+        ends = refit(refits, none, pair, left_out, singles.get(member.name))
+        if ends is not None:
+            state, (on_base, flexible_refit, flexible) = ends
+            effects = added_effects(flexible.effects, none.on_base.effects)
+            fraction = pair.unabsorbed_fraction
+            out.append(
+                Candidate(effects, state, refits[1], on_base, flexible_refit, flexible, fraction)
+            )
     return out
+
+
+_Ends = tuple[State, tuple[State, Refit, State]]  # with `eta` held; on the base and the flexible
+
+
+def _refit_on_density(
+    refits: tuple[Refit, Refit],
+    none: Candidate,
+    pair: Candidate,
+    left_out: set[str],
+    known: Candidate | None,
+) -> _Ends | None:
+    """A pair without one of its effects, on its density and on one of its own: the better."""
+    there = pair.on_flexible_base
+    start = pair.flexible_refit.evaluate(there.values, _without(there.effects, left_out))
+    if not np.isfinite(start.cost):
+        return None
+    near = refit_and_search(pair.flexible_refit, start, none.cost)
+    if known is not None and (
+        _is_far_above(near, there) and _is_far_above(known.on_flexible_base, there)
+    ):
+        return None
+    on_base, refit, end = refit_on_density(refits[1], pair.on_base.values, near.effects, none.cost)
+    if near.cost < end.cost:
+        refit, end = pair.flexible_refit, near
+    return on_base, (on_base, refit, end)
+
+
+def _refit_on_operator(
+    refits: tuple[Refit, Refit],
+    none: Candidate,
+    pair: Candidate,
+    left_out: set[str],
+    known: Candidate | None,
+) -> _Ends | None:
+    """The same where noise is unknown: on the base first, then on a flexible operator."""
+    eta_fixed, free = refits
+    start = eta_fixed.evaluate(pair.eta_fixed.values, _without(pair.eta_fixed.effects, left_out))
+    if not np.isfinite(start.cost):
+        return None
+    state = refit_beside_jumps(eta_fixed, start, THRESHOLDS.short_steps)
+    if known is not None and (
+        _is_far_above(state, pair.eta_fixed)
+        and _is_far_above(known.on_flexible_base, pair.on_flexible_base)
+    ):
+        return None
+    state = refit_beside_jumps(eta_fixed, state, THRESHOLDS.full_steps)
+    on_base, refit, end = refit_on_flexible_base(free, free_eta(free, state), none)
+    there = pair.on_flexible_base
+    start = pair.flexible_refit.evaluate(there.values, _without(there.effects, left_out))
+    if np.isfinite(start.cost):
+        near = refit_and_search(pair.flexible_refit, start, none.cost)
+        if near.cost < end.cost:
+            refit, end = pair.flexible_refit, near
+    return state, (on_base, refit, end)
+
+
+def _without(effects: Effects, names: set[str]) -> Effects:
+    return tuple(effect for effect in effects if effect.name not in names)
 
 
 def _is_far_above(single: State, pair: State) -> bool:

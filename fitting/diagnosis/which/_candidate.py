@@ -56,4 +56,5 @@ class Candidate:
         """
         if not self.refit.whitener.spectrum.measured:
             return self.flexible_refit, self.on_flexible_base
-        return refit_flexible_operator(self.refit, self.on_base, self.on_flexible_base.effects)
+        found = self.on_flexible_base.effects
+        return refit_flexible_operator(self.refit, self.on_base, found, search=False)

@@ -4,31 +4,31 @@ Plays are linear in their weights, so nothing is searched but the effects' few p
 measured noise a density has no scale: then an operator with many plays is searched.
 """
 
+import dataclasses
+
 import numpy as np
+from jaxtyping import Float
 
 from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
+from fitting.diagnosis.refit._effect_vector import Effects
 from fitting.diagnosis.refit._gauss_newton import Refit, State
-from rapi_jax.effects import AbstractEffect
 
 from ._candidate import Candidate
-from ._effect_refit import refit_beside_jumps
-from ._effect_sets import insert_effect
 from ._flexible_refit import refit_and_search, refit_flexible_operator, refit_from_either
 from ._thresholds import THRESHOLDS
 
 
 def refit_on_flexible_base(
-    free: Refit,
-    on_base: State,
-    without: Candidate | None = None,
-    guess: AbstractEffect | None = None,
+    free: Refit, on_base: State, without: Candidate | None = None
 ) -> tuple[State, Refit, State]:
     """The refit on the base, and that on the flexible base: a density where noise is measured.
 
-    Elsewhere an operator that is searched. See `refit_on_density`.
+    `free`: with all of the operator free. `without`: lacks the further effect. Elsewhere an
+    operator that is searched. See `refit_on_density`.
     """
     if free.whitener.spectrum.measured:
-        return refit_on_density(free, on_base, without, guess)
+        most = on_base.cost if without is None else without.cost
+        return refit_on_density(free, on_base.values, on_base.effects, most)
     if without is None:
         return (on_base, *refit_flexible_operator(free, on_base))
     lacking = without.flexible_refit, without.on_flexible_base
@@ -37,37 +37,30 @@ def refit_on_flexible_base(
 
 def refit_on_density(
     free: Refit,
-    on_base: State,
-    without: Candidate | None = None,
-    guess: AbstractEffect | None = None,
+    values: Float[np.ndarray, " values"],
+    effects: Effects,
+    cost_without: float = np.inf,
 ) -> tuple[State, Refit, State]:
-    """The refit on the base, and that on a density about it, each from the other's effects.
+    """The refit on the base, and that on a density about it: the base and the effects in turn.
 
-    `free`: with all of the operator free. `without`: lacks the further effect, of which `guess` is
-    another start.
+    The base is fitted beside effects that are held, and these with the base and the plays' weights
+    integrated out. Fitted together the effects would follow what the base misfits. `free`: with all
+    of the operator free; `values`, `effects`: where it begins. `cost_without`: chi-square on the
+    density without the further effect.
     """
-    steps, most = THRESHOLDS.free_eta_steps, on_base.cost
-    if without is not None:
-        most = without.cost
-        if guess is not None:
-            base = without.on_base
-            start = free.evaluate(base.values, insert_effect(base.effects, guess))
-            if np.isfinite(start.cost):
-                other = refit_beside_jumps(free, start, steps)
-                on_base = min(on_base, other, key=_cost)
-    marginal = FlexibleBase.about(free, on_base).marginal
-    best = refit_and_search(marginal, marginal.evaluate(on_base.values, on_base.effects), most)
-    for _ in range(THRESHOLDS.density_rounds - 1 if best.effects else 0):
-        moved = refit_beside_jumps(free, free.evaluate(on_base.values, best.effects), steps)
-        if not moved.cost < (1.0 - THRESHOLDS.density_round_gain) * on_base.cost:
+    steps = THRESHOLDS.free_eta_steps
+    held = dataclasses.replace(free, hold_effects=True)
+    base = held.minimise(held.evaluate(values, effects), steps)
+    marginal = FlexibleBase.about(free, base).marginal
+    best = refit_and_search(marginal, marginal.evaluate(base.values, effects), cost_without)
+    for _ in range(THRESHOLDS.density_rounds - 1 if effects else 0):
+        moved = held.minimise(held.evaluate(base.values, best.effects), steps)
+        if not moved.cost < (1.0 - THRESHOLDS.density_round_gain) * base.cost:
             break
-        on_base = moved
-        about = FlexibleBase.about(free, on_base).marginal
-        end = refit_and_search(about, about.evaluate(on_base.values, on_base.effects), most)
+        base = moved
+        about = FlexibleBase.about(free, base).marginal
+        end = refit_and_search(about, about.evaluate(base.values, best.effects), cost_without)
         if end.cost < best.cost:
             marginal, best = about, end
-    return on_base, marginal, best
-
-
-def _cost(state: State) -> float:
-    return state.cost
+    together = free.evaluate(base.values, best.effects)
+    return free.minimise(together, steps), marginal, best

@@ -4,12 +4,14 @@ leaders on the flexible base.
 
 from collections.abc import Callable, Iterable
 
+import numpy as np
+
 from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from rapi_jax.effects import AbstractLawEffect
 
 from ._candidate import Candidate
-from ._density_refit import refit_on_flexible_base
+from ._density_refit import refit_on_density, refit_on_flexible_base
 from ._effect_refit import (
     free_eta,
     full_refit,
@@ -17,7 +19,7 @@ from ._effect_refit import (
     refit_without_hysteresis,
     short_refit,
 )
-from ._effect_sets import added_effects, hypothesis_name
+from ._effect_sets import added_effects, hypothesis_name, insert_effect
 from ._excess import (
     is_competitive,
     is_unexplained,
@@ -50,22 +52,51 @@ def search_one_effect(
     """
     eta_fixed, free = refits
     screened = _screen_all(refits, start, guesses, progress, in_any_case)
-    short = _refit_short(eta_fixed, start, screened, progress)
+    out = _refit_leading(free, start, none, screened, progress)
+    best = min((c.on_base for c in out), key=lambda end: end.cost, default=None)
+    short = _refit_short(eta_fixed, start, screened.without_leading, best, progress)
     short += _refit_without_hysteresis(eta_fixed, start, guesses, screened)
     progress("the best of them")
-    leading = screened.leading_on_flexible_base
-    full = _refit_in_full(eta_fixed, start.eta_fixed, sorted(short, key=_cost), leading)
-    own = none.on_base.effects
-    out = []
-    for state, fraction in _leaders(full, start.eta_fixed, leading):
-        added = _added(state, start.eta_fixed)
-        progress(f"{hypothesis_name(added_effects(state.effects, own))} on the flexible base")
+    full = _refit_in_full(eta_fixed, start.eta_fixed, best, sorted(short, key=_cost))
+    for state, fraction in _leaders(full, start.eta_fixed, best):
         on_base = free_eta(free, state)
-        guess = screened.best_on_flexible_base(added) if added in leading else None
-        on_base, flexible_refit, flexible = refit_on_flexible_base(free, on_base, start, guess)
-        effects = added_effects(flexible.effects, own)
-        out.append(Candidate(effects, state, free, on_base, flexible_refit, flexible, fraction))
+        ends = refit_on_flexible_base(free, on_base, start)
+        out.append(_candidate(none, free, state, ends, fraction))
+    return _best_of_each(out)
+
+
+def _refit_leading(
+    free: Refit,
+    start: Candidate,
+    none: Candidate,
+    screened: ScreenedEffects,
+    progress: Progress,
+) -> list[Candidate]:
+    """The effects that lead beyond the flexible base, from where they were refitted there."""
+    out: list[Candidate] = []
+    for name in screened.leading_on_flexible_base:
+        progress(f"{name} on the flexible base")
+        one = screened.best_on_flexible_base(name)
+        effects = insert_effect(start.on_flexible_base.effects, one.effect)
+        values = start.on_base.values
+        if np.isfinite(free.evaluate(values, effects).cost):
+            ends = refit_on_density(free, values, effects, start.cost)
+            out.append(_candidate(none, free, ends[0], ends, one.unabsorbed_fraction))
     return out
+
+
+def _candidate(
+    none: Candidate,
+    free: Refit,
+    eta_fixed: State,
+    ends: tuple[State, Refit, State],
+    unabsorbed_fraction: float,
+) -> Candidate:
+    on_base, flexible_refit, flexible = ends
+    effects = added_effects(flexible.effects, none.on_base.effects)
+    return Candidate(
+        effects, eta_fixed, free, on_base, flexible_refit, flexible, unabsorbed_fraction
+    )
 
 
 def _screen_all(
@@ -132,19 +163,25 @@ def _that_may_explain(
 
 
 def _refit_short(
-    refit: Refit, start: Candidate, screened: ScreenedEffects, progress: Progress
+    refit: Refit,
+    start: Candidate,
+    screened: ScreenedEffects,
+    best: State | None,
+    progress: Progress,
 ) -> list[_Refitted]:
-    """Short refits of the promising effects, those first that explain most beyond the base."""
+    """Short refits of the promising effects, those first that explain most beyond the base.
+
+    `best`: of those that lead there.
+    """
     out: list[_Refitted] = []
-    best: State | None = None
     promising = list(screened.promising.items())
     if screened.telling:
         promising.sort(key=_most_explained, reverse=True)
     for name, each in promising:
         progress(name)
-        # An effect that leads is tried in full, and one whose score tells nothing as well.
+        # One whose score tells nothing is tried in full.
         told = screened.telling and _most_explained((name, each)) > THRESHOLDS.chance_fall
-        rival = best if told and name not in screened.leading_on_flexible_base else None
+        rival = best if told else None
         found = short_refit(refit, start.eta_fixed, each, rival)
         if found is not None:
             out.append((found, each[0].unabsorbed_fraction))
@@ -178,55 +215,53 @@ def _refit_without_hysteresis(
 
 
 def _refit_in_full(
-    refit: Refit, without: State, short: list[_Refitted], leading: frozenset[str]
+    refit: Refit, without: State, best: State | None, short: list[_Refitted]
 ) -> list[_Refitted]:
     """Full refits of the promising short ones; the best of each effect, the best of all first.
 
-    `leading`: effects that are refitted in full in any case.
+    `best`: of the effects that lead beyond the flexible base.
     """
     share = THRESHOLDS.full_refit_fall
     full: list[_Refitted] = []
     for state, fraction in short:
-        best = min((end for end, _ in full), key=lambda end: end.cost, default=None)
+        known = [end for end, _ in full] + ([] if best is None else [best])
+        least = min(known, key=lambda end: end.cost, default=None)
         if (
-            best is None
-            or _added(state, without) in leading
-            or is_competitive(state, best, without, share)
+            least is None
+            or is_competitive(state, least, without, share)
             or reduces_nonsynchronous(state, without, share)
         ):
             full.append((full_refit(refit, state, without.cost), fraction))
-    return _best_of_each(pair for pair in full if pair[0].cost < without.cost)
+    found = [pair for pair in full if pair[0].cost < without.cost]
+    first: dict[str, _Refitted] = {}
+    for pair in sorted(found, key=_cost):
+        first.setdefault(hypothesis_name(pair[0].effects), pair)
+    return list(first.values())
 
 
-def _leaders(full: list[_Refitted], without: State, leading: frozenset[str]) -> list[_Refitted]:
-    """Those to refit on the flexible base: the best at least, and those `leading` there."""
-    best = full[0][0] if full else without
+def _leaders(full: list[_Refitted], without: State, best: State | None) -> list[_Refitted]:
+    """Those to refit on the flexible base, too: the best at least, where none leads there."""
+    found = [end for end, _ in full[:1]] + ([] if best is None else [best])
+    least = min(found, key=lambda end: end.cost, default=without)
     leaders = []
     for k, (state, fraction) in enumerate(full):
         first = k <= THRESHOLDS.leaders
         if (
-            (first and is_competitive(state, best, without, THRESHOLDS.leader_fall))
-            or reduces_nonsynchronous(state, without, THRESHOLDS.full_refit_fall)
-            or _added(state, without) in leading
-        ):
+            first and is_competitive(state, least, without, THRESHOLDS.leader_fall)
+        ) or reduces_nonsynchronous(state, without, THRESHOLDS.full_refit_fall):
             leaders.append((state, fraction))
-    return leaders or full[:1]
-
-
-def _added(state: State, without: State) -> str:
-    """The name of the effect that `state` has and `without` has not."""
-    return hypothesis_name(added_effects(state.effects, without.effects))
+    return leaders or (full[:1] if best is None else [])
 
 
 def _cost(refitted: _Refitted) -> float:
     return refitted[0].cost
 
 
-def _best_of_each(refitted: Iterable[_Refitted]) -> list[_Refitted]:
-    """The best refit of each effect, the best of all first."""
-    best: dict[str, _Refitted] = {}
-    for pair in sorted(refitted, key=_cost):
-        best.setdefault(hypothesis_name(pair[0].effects), pair)
+def _best_of_each(candidates: Iterable[Candidate]) -> list[Candidate]:
+    """The best of each set of effects."""
+    best: dict[str, Candidate] = {}
+    for one in sorted(candidates, key=lambda c: c.cost):
+        best.setdefault(one.name, one)
     return list(best.values())
 
 

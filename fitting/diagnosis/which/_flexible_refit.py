@@ -39,14 +39,20 @@ def flexible_operator(
 
 
 def refit_flexible_operator(
-    refit: Refit, on_base: State, effects: Effects | None = None
+    refit: Refit, on_base: State, effects: Effects | None = None, *, search: bool = True
 ) -> tuple[Refit, State]:
-    """The flexible operator about `on_base`; with its effects, or `effects` if these leave less."""
+    """The flexible operator about `on_base`; with its effects, or `effects` if these leave less.
+
+    `search`: whether jumps are looked for anew, which is not needed where `effects` have them.
+    """
     flexible, values = _flexible_about(refit, on_base)
     starts = [flexible.evaluate(values, on_base.effects)]
     if effects is not None:
         starts.append(flexible.evaluate(values, effects))
     start = min((s for s in starts if np.isfinite(s.cost)), key=_cost, default=starts[0])
+    if not search:
+        steps, tolerance = THRESHOLDS.flexible_steps, THRESHOLDS.flexible_tolerance
+        return flexible, refit_beside_jumps(flexible, start, steps, tolerance)
     return flexible, refit_and_search(flexible, start, on_base.cost)
 
 

@@ -65,15 +65,24 @@ def _chi_square_half_width(
     finest = -float(THRESHOLDS.finest_search_exponent)
     steps = (abs(now[index]) or 1.0) * 2.0 ** np.arange(finest, 0.0)
 
+    def is_costly(step: float, direction: np.ndarray) -> bool:
+        other = now + step * direction
+        if (other < low).any() or (other > high).any():
+            return True
+        new = refit.evaluate(state.values, with_values(state.effects, other))
+        return not profile(new) < least + dispersion
+
     def first_costly_step(direction: np.ndarray) -> float:
-        """The first step along `direction` that costs one or leaves the bounds; 0 if none does."""
-        for step in steps:
-            other = now + step * direction
-            if (other < low).any() or (other > high).any():
-                return float(step)
-            new = refit.evaluate(state.values, with_values(state.effects, other))
-            if not profile(new) < least + dispersion:
-                return float(step)
+        """The first step along `direction` that costs one or leaves the bounds; 0 if none does.
+
+        Every few steps first, then those in between.
+        """
+        stride = THRESHOLDS.search_stride
+        for end in range(stride - 1, steps.size + stride - 1, stride):
+            part = steps[end - stride + 1 : end + 1]
+            if is_costly(part[-1], direction):
+                between = (step for step in part[:-1] if is_costly(step, direction))
+                return float(next(between, part[-1]))
         return 0.0
 
     axes = np.eye(now.size)

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from functools import cached_property
 
 from fitting.diagnosis.which._thresholds import THRESHOLDS
-from rapi_jax.effects import AbstractEffect
 
 from ._screen import Screened
 
@@ -66,9 +65,16 @@ class ScreenedEffects:
         first = sorted(near, key=lambda name: -max(g.flexible_score for g in self.guesses[name]))
         return frozenset(first[: self.most])
 
-    def best_on_flexible_base(self, name: str) -> AbstractEffect:
+    @property
+    def without_leading(self) -> "ScreenedEffects":
+        """The promising ones that do not lead."""
+        leading = self.leading_on_flexible_base
+        kept = {name: each for name, each in self.promising.items() if name not in leading}
+        return dataclasses.replace(self, guesses=kept, in_any_case=frozenset(kept))
+
+    def best_on_flexible_base(self, name: str) -> Screened:
         """The guess of an effect with the largest score beyond the flexible base."""
-        return max(self.guesses[name], key=lambda one: one.flexible_score).effect
+        return max(self.guesses[name], key=lambda one: one.flexible_score)
 
     def _is_taken_up(self, name: str) -> bool:
         """Whether an effect would explain no more than chance beyond the flexible base.

@@ -29,7 +29,8 @@ def fitted():
 def test_the_effect_is_found_from_a_guess_where_the_base_ended_far_off(fitted):
     free, none = fitted.refit, without_effects(fitted.refit, fitted.state, fitted.eta_fixed[1])
     far = free.evaluate(fitted.state.values, (Delay.at(tau=4e-3),))
-    on_base, refit, end = refit_on_density(free, far, none, Delay.at(tau=8e-5))
+    values = free.minimise(far, 20).values  # of a base that has followed a wrong delay
+    on_base, refit, end = refit_on_density(free, values, (Delay.at(tau=8e-5),), none.cost)
     assert on_base.cost < far.cost
     assert float(end.effects[0].tau) == pytest.approx(1e-4, rel=0.05)
     assert end.synchronous < 1.2 * end.errors.synchronous.size

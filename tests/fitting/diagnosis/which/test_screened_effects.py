@@ -32,7 +32,7 @@ def test_what_explains_next_to_nothing_beyond_the_flexible_base_is_not_refitted(
     )
     assert list(found.promising) == ["beyond", "both"]
     assert found.leading_on_flexible_base == {"beyond"}
-    assert found.best_on_flexible_base("beyond") is found.guesses["beyond"][1].effect
+    assert found.best_on_flexible_base("beyond") is found.guesses["beyond"][1]
 
 
 def test_what_a_flexible_base_takes_up_is_judged_on_the_identified_one():

@@ -90,8 +90,8 @@ def find_inconsistencies(
     """Drives and readings that do not belong together, which an effect must not explain.
 
     But for `DIFFERS_WITH_RATE`, which an effect may explain, too. `operator`: the base, from which
-    all runs are fitted once more, without effects; not where it has `explained` them to within a
-    measured noise: then they do belong together.
+    all runs are fitted once more, without effects, where a change of some of them may explain much;
+    not where it has `explained` them to within a measured noise: then they do belong together.
     """
     swapped = find_swapped_columns(recording)
     plain = find_faults(recording)
@@ -108,9 +108,7 @@ def find_inconsistencies(
         posed = Posed.of(model, recording, None, "uniform", history=True, drift=None)
     except DataError:  # too few samples to tell
         return []
-    options = solver_options(THRESHOLDS.consistency_steps)
-    end = posed.problem.solve(posed.problem.start(model), posed.weight, options)
-    return posed.inconsistencies(end, options)
+    return posed.suspicions(model, solver_options(THRESHOLDS.consistency_steps))
 
 
 def _hides_effects(fault: Fault, recording: Recording) -> bool:

@@ -13,6 +13,7 @@ from rapi_jax.internal import float64, usable
 
 from ._problem import Problem, Solution
 from ._result import FitResult, UntrustedFit
+from ._solution import Evaluation
 from ._starts import Guesses, Start, search_starts
 from ._thresholds import THRESHOLDS
 from ._weights import run_weights
@@ -30,6 +31,7 @@ from .data_checks._exchanged_runs import (
     find_exchanged_runs,
     find_reversed_time,
 )
+from .data_checks._first_order import may_be_changed, may_be_exchanged, may_be_reversed
 from .data_checks._outliers import (
     few_outliers,
     find_outliers,
@@ -280,17 +282,41 @@ class Posed:
         left = find_outliers(problem, solution.error)
         return found + report_outliers(self.recording, recording, left)
 
-    def _checked_error(self, solution: Solution) -> np.ndarray:
+    def _checked_error(self, solution: Evaluation) -> np.ndarray:
         """The residuals to look for faults in."""
         error = solution.error
         return error if self.reweighting is None else despike(error, self.problem.data.use)
 
+    def suspicions(self, model: ECDL, options: SolverOptions) -> list[Fault]:
+        """As `inconsistencies`, of a `model` that was fitted nearly so.
+
+        Fitted anew only where runs may be changed, exchanged or reversed.
+        """
+        problem, weight = self.problem, self.weight
+        near = problem.evaluate(problem.start(model), weight)
+        found = self._plain_inconsistencies(near)
+        searches = (
+            (may_be_changed, find_changed_runs),
+            (may_be_exchanged, find_exchanged_runs),
+            (may_be_reversed, find_reversed_time),
+        )
+        likely = [] if found else [search for asks, search in searches if asks(near)]
+        if likely:
+            end = problem.solve(near.start, weight, options)
+            for search in likely:
+                found = found or search(problem, weight, end, options)
+        return found
+
+    def _plain_inconsistencies(self, model: Evaluation) -> list[Fault]:
+        errors = cut_to_runs(self.problem, self._checked_error(model))
+        noisy = find_drive_noise(self.problem.recording, errors)
+        return find_copied_readings(self.recording) + noisy
+
     def inconsistencies(self, solution: Solution, options: SolverOptions) -> list[Fault]:
         """Drives and readings that do not belong together, as one model for all runs shows."""
         problem, weight = self.problem, self.weight
-        errors = cut_to_runs(problem, self._checked_error(solution))
         return (
-            find_copied_readings(self.recording) + find_drive_noise(problem.recording, errors)
+            self._plain_inconsistencies(solution)
             or find_changed_runs(problem, weight, solution, options)
             or find_exchanged_runs(problem, weight, solution, options)
             or find_reversed_time(problem, weight, solution, options)

@@ -23,7 +23,7 @@ from rapi_jax.internal import Batch, DriveBatch, to_batch
 from ._linear_part import LinearPart
 from ._parameter_vector import ParameterVector, as_device
 from ._run_residual import Data, RunResidual
-from ._solution import Solution
+from ._solution import Evaluation, Solution
 from ._thresholds import THRESHOLDS
 from .intervals._residual import IntervalResidual
 from .intervals._sums import IntervalSums
@@ -219,6 +219,10 @@ class Problem:
         """Fit from the vector `start`; `weight` as from `weights`. Call with 64-bit types on."""
         own, move = self.own_vector(start)
         return self.solution(own, move, weight, self._minimise(own, weight, move, ties, options))
+
+    def evaluate(self, start: np.ndarray, weight: np.ndarray) -> Evaluation:
+        """At the vector `start`, without a fit."""
+        return Evaluation(self, *self.own_vector(start), weight)
 
     def own_vector(self, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What the solver sees of the vector `start`, and which of it moves."""

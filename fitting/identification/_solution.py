@@ -1,4 +1,4 @@
-"""One fit of a problem: what the solver reports, and what follows from it."""
+"""A problem evaluated at some values, as at the end of a fit, and what follows from it."""
 
 import dataclasses
 from functools import cached_property
@@ -16,23 +16,18 @@ if TYPE_CHECKING:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Solution:
-    """One fit: the solver's report, and what follows from it once it is asked for.
+class Evaluation:
+    """A problem at some values, and what follows from it once it is asked for.
 
     `own`: the vector that the solver sees, without offsets and drift, its linear part zero; `move`:
-    which of it moved. `weight`: square roots of the samples' weights.
+    which of it may move. `weight`: square roots of the samples' weights. What is linear is solved
+    for.
     """
 
     problem: "Problem"
     own: np.ndarray
     move: np.ndarray
     weight: np.ndarray
-    solver: LeastSquares
-
-    @property
-    def cost(self) -> float:
-        """Half the weighted sum of squares."""
-        return self.solver.cost
 
     @property
     def start(self) -> np.ndarray:
@@ -77,3 +72,15 @@ class Solution:
     @float64
     def _samples(self) -> IntervalSamples | None:
         return IntervalSamples.of(self.problem, self.own, self.weight, self.move)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Solution(Evaluation):
+    """One fit: the problem at its end, and the solver's report."""
+
+    solver: LeastSquares
+
+    @property
+    def cost(self) -> float:
+        """Half the weighted sum of squares."""
+        return self.solver.cost

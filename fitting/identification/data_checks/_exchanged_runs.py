@@ -62,7 +62,7 @@ def find_exchanged_runs(
     if not start > THRESHOLDS.changed_runs_gap**2 * noise:
         return []
     best, order = start, ()
-    for new in _orders(problem.recording.runs):
+    for new in orders(problem.recording.runs):
         other = problem.with_recording(_reordered(problem.recording, new))
         # From a first guess: the end may rest at a bound, where exchanged runs have sent it.
         _, model = next(candidates(problem.ecdl, other.recording, 1))
@@ -74,7 +74,7 @@ def find_exchanged_runs(
     return [_exchange_fault(problem.recording, order, 1.0 - best / start)]
 
 
-def _orders(runs: Sequence[Run]) -> list[tuple[int, ...]]:
+def orders(runs: Sequence[Run]) -> list[tuple[int, ...]]:
     """Orders to try: all of up to four runs, else each pair exchanged, and the reverse."""
     count = len(runs)
     natural = tuple(range(count))

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from fitting.identification._problem import Problem, Solution
+from fitting.identification._solution import Evaluation
 from fitting.identification.assessment._noise import measure_noise
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Drive, Recording, Run
@@ -50,9 +51,9 @@ def find_changed_runs(
         return []
     likely = [
         *_changes_of_one(problem, weight, solution, options),
-        *_changes_of_groups(problem, weight, solution),
+        *changes_of_groups(problem, weight, solution),
     ]
-    laws = _amplitude_cuts(problem.recording)
+    laws = amplitude_cuts(problem.recording)
     likely = [
         change
         for change in likely
@@ -68,7 +69,7 @@ def find_changed_runs(
     return [_fault(problem.recording, best)]
 
 
-def _amplitude_cuts(recording: Recording) -> list[set[int]]:
+def amplitude_cuts(recording: Recording) -> list[set[int]]:
     """The runs below each amplitude, and above: what differs there may be a law of the device."""
     swings = np.array([drive.u_pp for drive in recording.drives])
     cuts = []
@@ -89,7 +90,7 @@ def _rate_cuts(recording: Recording) -> list[set[int]]:
 
 
 def squared_gap_and_noise(
-    problem: Problem, weight: np.ndarray, solution: Solution
+    problem: Problem, weight: np.ndarray, solution: Evaluation
 ) -> tuple[float, float]:
     """Weighted sums of squares beyond the noise, and of the noise."""
     whole = float(np.sum((weight * solution.error) ** 2))
@@ -97,7 +98,7 @@ def squared_gap_and_noise(
     return max(whole - noise, 0.0), noise
 
 
-def squared_gap(problem: Problem, weight: np.ndarray, solution: Solution) -> float:
+def squared_gap(problem: Problem, weight: np.ndarray, solution: Evaluation) -> float:
     """Weighted sum of squares beyond the noise."""
     return squared_gap_and_noise(problem, weight, solution)[0]
 
@@ -128,10 +129,10 @@ def _changes_of_one(
     return list(found.values())
 
 
-def _changes_of_groups(problem: Problem, weight: np.ndarray, solution: Solution) -> list[Change]:
+def changes_of_groups(problem: Problem, weight: np.ndarray, solution: Evaluation) -> list[Change]:
     """For each kind the change that explains most of the gap to first order."""
     error = (weight * solution.error).ravel()
-    basis = _range(solution.jacobian)
+    basis = column_range(solution.jacobian)
     left = error - basis @ (basis.T @ error)
     gap = max(squared_gap(problem, weight, solution), 1e-300)
     found = []
@@ -173,7 +174,9 @@ def _groups(
     return found
 
 
-def _range(jacobian: Float[np.ndarray, "samples values"]) -> Float[np.ndarray, "samples rank"]:
+def column_range(
+    jacobian: Float[np.ndarray, "samples values"],
+) -> Float[np.ndarray, "samples rank"]:
     """An orthonormal basis of the columns."""
     length = np.linalg.norm(jacobian, axis=0)
     columns = jacobian[:, length > 0] / length[length > 0]
@@ -208,7 +211,7 @@ def _confirm(
 
 
 def _size(problem: Problem, weight: np.ndarray, solution: Solution, change: Change) -> float:
-    basis = _range(solution.jacobian)
+    basis = column_range(solution.jacobian)
     columns = change_columns(problem, solution, change.kind)[:, list(change.rows)].sum(axis=1)
     column = (weight * columns).ravel()
     column = column - basis @ (basis.T @ column)

@@ -3,7 +3,8 @@
 import numpy as np
 from jaxtyping import Float
 
-from fitting.identification._problem import Problem, Solution
+from fitting.identification._problem import Problem
+from fitting.identification._solution import Evaluation
 
 from ._thresholds import THRESHOLDS
 
@@ -11,7 +12,7 @@ KINDS = ("gain", "offset", "bias", "shift", "rate")
 
 
 def change_columns(
-    problem: Problem, solution: Solution, kind: str
+    problem: Problem, solution: Evaluation, kind: str
 ) -> Float[np.ndarray, "runs runs time"]:
     """Derivatives of the data of each run by a change of that run alone; second axis: which run.
 
@@ -28,7 +29,7 @@ def change_columns(
 
 
 def _column(
-    problem: Problem, solution: Solution, kind: str, row: int, response: np.ndarray
+    problem: Problem, solution: Evaluation, kind: str, row: int, response: np.ndarray
 ) -> Float[np.ndarray, " time"]:
     data = problem.data
     there = np.flatnonzero(data.sample[row] >= 0)
@@ -52,7 +53,7 @@ def _column(
     return out
 
 
-def _rate_column(problem: Problem, solution: Solution, row: int) -> Float[np.ndarray, " time"]:
+def _rate_column(problem: Problem, solution: Evaluation, row: int) -> Float[np.ndarray, " time"]:
     """By the logarithm of the run's rate, through the parameters that multiply it."""
     weight = solution.weight
     jacobian = solution.jacobian.reshape(*weight.shape, -1)[row]

@@ -38,6 +38,24 @@ class DataCheckThresholds:
         origin="120 simulated devices of another make, effects up to 20 times the noise: at most "
         "0.945; changes of one or half of the runs: 0.99",
     )
+    one_run: float = threshold(
+        0.9,
+        unit="of a run's squared errors",
+        origin="less to first order is not searched further: changed runs of 5 kinds have 0.976 or "
+        "more, 24 simulated devices 0.03 to 0.996",
+    )
+    exchange_share: float = threshold(
+        0.1,
+        unit="of the squared difference that another order makes",
+        origin="a smaller gap is not searched: exchanged runs leave 1.03 or more of 6 recordings, "
+        "24 simulated devices 0.5 at most and 21 of them less than 0.01",
+    )
+    backwards_share: float = threshold(
+        0.005,
+        unit="of the squared difference that reading backwards makes",
+        origin="the same: 0.22 of reversed samples, 0.027 of responses of the other sign, 0.0005 "
+        "of the devices",
+    )
     changed_runs_rounds: int = threshold(
         8, unit="refits", origin="set by trial; a gain of 1.1 is right to 1e-4 after 3"
     )

@@ -53,7 +53,9 @@ def make(
     bank: Path,
     /,
     *,
-    tier: Literal["open", "calibration", "nulls", "withheld", "sessions", "sealed"] = "open",
+    tier: Literal[
+        "open", "calibration", "nulls", "withheld", "sessions", "seen", "sealed"
+    ] = "open",
     count: Count = 200,
     seed: Seed = None,
     json: Json = False,
@@ -67,8 +69,9 @@ def make(
     tier
         `open`: for development; `calibration`: for thresholds and probabilities; `nulls`: no
         effect at all; `withheld`: the true effect is not among the candidates; `sessions`: recorded
-        in sessions of many designs, of 1 to 12 runs; `sealed`: seeded by the code and a secret, to
-        be scored once.
+        in sessions of many designs, of 1 to 12 runs; `seen`: the second set of forms and unlisted
+        effects, once unseen, for development; `sealed`: seeded by the code and a secret, to be
+        scored once, half of its forms and unlisted effects in no other tier.
     count
         How many lasers.
     seed

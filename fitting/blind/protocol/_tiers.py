@@ -7,8 +7,9 @@ import numpy as np
 from fitting.blind.simulator._bank import LARGE, Spec, bank
 from fitting.blind.simulator.effects._kinds import LISTED, SIGMA
 
-SEEDS = {"open": 1, "calibration": 2, "nulls": 3, "withheld": 4, "sessions": 5}
+SEEDS = {"open": 1, "calibration": 2, "nulls": 3, "withheld": 4, "sessions": 5, "seen": 6}
 TIERS = (*SEEDS, "sealed")
+FIRST, SEEN, UNSEEN = 1, 2, 3  # editions of forms and unlisted effects
 
 
 @dataclass(frozen=True)
@@ -28,10 +29,11 @@ def bank_entries(tier: str, seed: int, count: int) -> list[BankEntry]:
     """The devices of a tier, in an order that tells nothing.
 
     `open`, `calibration` and `sealed` hold all kinds; `nulls` no effect, every other one with base
-    misfit; `withheld` each listed effect in turn at 4 to 20 times the noise. A part of the sealed
-    bank's effects is of forms and kinds that no other tier holds, so that what was developed and
-    calibrated on the others is examined on what nobody has looked at. `sessions` holds all kinds in
-    sessions of many designs, see `draw_session`.
+    misfit; `withheld` each listed effect in turn at 4 to 20 times the noise. `sessions` holds all
+    kinds in sessions of many designs, see `draw_session`. `seen` holds all kinds, with the second
+    set of forms and unlisted effects, once unseen, in place of the first: for development. Half of
+    the sealed bank's forms and unlisted effects are of the third set, which no other tier holds, so
+    that what was developed and calibrated on the others is examined on what nobody has looked at.
     """
     if tier not in TIERS:
         raise ValueError(f"Argument `tier` must be one of {', '.join(TIERS)}, but it is {tier!r}.")
@@ -41,7 +43,8 @@ def bank_entries(tier: str, seed: int, count: int) -> list[BankEntry]:
         return [BankEntry(spec, None) for spec in _null_specs(seed, count)]
     if tier == "withheld":
         return [BankEntry(spec, spec.effect) for spec in _withheld_specs(seed, count)]
-    drawn = bank(seed, count, unseen=tier == "sealed")
+    edition = SEEN if tier == "seen" else FIRST
+    drawn = bank(seed, count, edition=edition, unseen=UNSEEN if tier == "sealed" else None)
     if tier == "sessions":
         drawn = [replace(spec, any_session=True) for spec in drawn]
     return [BankEntry(spec, None) for spec in drawn]

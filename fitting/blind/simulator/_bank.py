@@ -34,11 +34,11 @@ class Spec:
         )
 
 
-UNSEEN = {"form": 2, "unlisted": 3}
+UNSEEN = {"form": 2, "unlisted": 2}
 """One in how many devices of a kind has an unseen effect, where a bank has any; rounded down."""
 
 
-def bank(seed: int, count: int = 200, *, unseen: bool = False) -> list[Spec]:
+def bank(seed: int, count: int = 200, *, edition: int = 1, unseen: int | None = None) -> list[Spec]:
     """`count` devices in an order that tells nothing.
 
     Kinds in the parts of `_kinds.MIX`; within a kind all effects in turn, with and without base
@@ -46,19 +46,21 @@ def bank(seed: int, count: int = 200, *, unseen: bool = False) -> list[Spec]:
     200, 44 are nulls, 60 single listed effects (each of fifteen four times, thrice large), 24
     other forms, 26 pairs and 46 unlisted.
 
-    `unseen`: half of the other forms and a third of the unlisted effects are ones that a bank
-    without it never holds, by the same rules; the spec's `effect` tells.
+    `edition`: of the other forms and of the unlisted effects, see `_kinds.EDITIONS`. `unseen`: an
+    edition from which half of either kind's devices have theirs instead, by the same rules; the
+    spec's `effect` tells.
     """
     rng = np.random.default_rng([seed, 1])
     seeds = np.unique(np.random.SeedSequence(seed).generate_state(2 * count + 8, np.uint32))
     free = rng.permutation(seeds)[:count].tolist()
     specs = []
     for kind, number in _numbers(count).items():
-        new = number // UNSEEN[kind] if unseen and kind in UNSEEN else 0
-        names = rng.permutation(names_of(kind)).tolist()
+        various = kind in UNSEEN
+        new = number // UNSEEN[kind] if various and unseen is not None else 0
+        names = rng.permutation(names_of(kind, edition=edition if various else 1)).tolist()
         places = [(names[k % len(names)], *divmod(k, len(names))) for k in range(number - new)]
-        if new:
-            names = rng.permutation(names_of(kind, unseen=True)).tolist()
+        if unseen is not None and new:
+            names = rng.permutation(names_of(kind, edition=unseen)).tolist()
             places += [(names[k % len(names)], *divmod(k, len(names))) for k in range(new)]
         for effect, turn, place in places:
             large = kind == "pair" or (place + turn) % 4 != 0

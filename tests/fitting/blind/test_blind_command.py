@@ -56,6 +56,13 @@ def test_make(rapi, tmp_path):
     assert_one_line(said, 3, str(tmp_path / "bank"), "another")
 
 
+def test_make_of_effects_that_were_unseen_once(rapi, tmp_path):
+    code, out, _ = rapi("make", tmp_path / "bank", "--tier", "seen", "--count", 1, "--json")
+    assert code == 0 and json.loads(out)["tier"] == "seen"
+    _, out, _ = rapi("make", "--help")
+    assert "once unseen, for development" in " ".join(out.replace("│", " ").split())
+
+
 @pytest.mark.parametrize(
     "arguments",
     [

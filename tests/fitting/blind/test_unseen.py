@@ -1,4 +1,4 @@
-"""Effects that no open bank holds: where they are drawn, and what they are.
+"""Second and third sets of forms and unlisted effects: where they are drawn, and what they are.
 
 Cases are numbered and tests named by the listed effect, so that a list of tests says no more.
 """
@@ -12,14 +12,16 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from fitting.blind.protocol._tiers import TIERS, bank_entries
+from fitting.blind.protocol._answers import answer_bytes, answer_record, read_spec
+from fitting.blind.protocol._tiers import SEEDS, TIERS, bank_entries
 from fitting.blind.simulator._bank import bank
 from fitting.blind.simulator._scan import draw_scans
 from fitting.blind.simulator._simulated_device import SimulatedDevice, draw_device
-from fitting.blind.simulator.effects._kinds import LISTED, makers, names_of
+from fitting.blind.simulator.effects._kinds import EDITIONS, LISTED, makers, names_of
 from fitting.blind.simulator.effects._recipe import Setting
 
-NEW = [(kind, name) for kind in ("form", "unlisted") for name in names_of(kind, unseen=True)]
+KINDS = ("form", "unlisted")
+NEW = [(kind, name) for n in (2, 3) for kind in KINDS for name in names_of(kind, edition=n)]
 
 
 @functools.cache
@@ -42,29 +44,30 @@ def test_a_bank_without_them_is_the_one_it_always_was():
     ]
 
 
-def unseen(spec) -> bool:
-    return spec.effect in names_of(spec.kind, unseen=True)
+def edition(spec) -> int:
+    (found,) = (n for n in EDITIONS if spec.effect in names_of(spec.kind, edition=n))
+    return found
 
 
 @pytest.mark.parametrize("count", [0, 1, 40, 200, 333])
-def test_a_bank_with_them_holds_half_of_the_forms_and_a_third_of_the_unlisted(count):
-    specs, known = bank(7, count, unseen=True), bank(7, count)
-    assert specs == bank(7, count, unseen=True) and len(specs) == count
+def test_a_bank_with_unseen_ones_holds_half_of_the_forms_and_of_the_unlisted(count):
+    specs, known = bank(7, count, unseen=3), bank(7, count)
+    assert specs == bank(7, count, unseen=3) and len(specs) == count
     assert len({s.seed for s in specs}) == count
     assert Counter(s.kind for s in specs) == Counter(s.kind for s in known)
-    for kind, divisor in (("form", 2), ("unlisted", 3)):
-        of = [s for s in specs if s.kind == kind]
-        assert sum(unseen(s) for s in of) == len(of) // divisor
-        assert {s.effect for s in of} <= {*names_of(kind), *names_of(kind, unseen=True)}
-    assert not any(unseen(s) for s in known)
-    assert not any(unseen(s) for s in specs if s.kind not in ("form", "unlisted"))
+    for kind in KINDS:
+        of = [edition(s) for s in specs if s.kind == kind]
+        assert of.count(3) == len(of) // 2 and of.count(1) == len(of) - of.count(3)
+    assert {edition(s) for s in known} <= {1}
+    assert {edition(s) for s in specs if s.kind not in KINDS} <= {1}
 
 
-def test_they_come_in_turn_at_all_sizes_with_and_without_base_misfit():
-    specs = [s for s in bank(7, 400, unseen=True) if unseen(s)]
+@pytest.mark.parametrize(("options", "number"), [({"unseen": 3}, 3), ({"edition": 2}, 2)])
+def test_they_come_in_turn_at_all_sizes_with_and_without_base_misfit(options, number):
+    specs = [s for s in bank(7, 400, **options) if edition(s) == number]
     times = Counter((s.kind, s.effect) for s in specs)
-    for kind in ("form", "unlisted"):
-        of = [times[kind, name] for name in names_of(kind, unseen=True)]
+    for kind in KINDS:
+        of = [times[kind, name] for name in names_of(kind, edition=number)]
         assert min(of) >= 1 and max(of) - min(of) <= 1
     assert {s.base_misfit for s in specs} == {True, False}
     large = np.mean([s.sigma >= 4 for s in specs])
@@ -72,18 +75,45 @@ def test_they_come_in_turn_at_all_sizes_with_and_without_base_misfit():
 
 
 @pytest.mark.parametrize("tier", TIERS)
-def test_only_the_sealed_tier_draws_them(tier):
-    assert any(unseen(e.spec) for e in bank_entries(tier, 5, 60)) == (tier == "sealed")
+def test_each_tier_draws_its_own(tier):
+    of = {n: {e.spec.kind for e in drawn} for n, drawn in by_edition(tier).items()}
+    assert of.get(3, set()) == (set(KINDS) if tier == "sealed" else set())
+    assert of.get(2, set()) == (set(KINDS) if tier == "seen" else set())
+    assert not of[1] & set(KINDS) if tier == "seen" else 1 in of
+
+
+def by_edition(tier: str) -> dict[int, list]:
+    entries = bank_entries(tier, 5, 60)
+    return {n: some for n in EDITIONS if (some := [e for e in entries if edition(e.spec) == n])}
+
+
+def test_the_tier_of_those_once_unseen_holds_all_kinds_and_its_answers_draw_the_same_devices():
+    entries = bank_entries("seen", SEEDS["seen"], 200)
+    numbers = Counter(e.spec.kind for e in entries)
+    assert numbers == Counter(e.spec.kind for e in bank_entries("open", SEEDS["open"], 200))
+    assert len(set(SEEDS.values())) == len(SEEDS)
+    spec = next(e.spec for e in entries if e.spec.kind == "form")
+    device = spec.draw()
+    assert device.truth == (spec.effect.removesuffix("/2"),)
+    again = read_spec(json.loads(answer_bytes(answer_record(spec, device, "0")))).draw()
+    for a, b in zip(again.runs, device.runs, strict=True):
+        np.testing.assert_array_equal(a.response, b.response)
 
 
 def test_names_tell_them_apart_and_truths_are_the_listed_ones():
-    assert len(names_of("form", unseen=True)) >= 10 and len(names_of("unlisted", unseen=True)) >= 4
-    for kind in ("form", "unlisted"):
-        assert not set(names_of(kind)) & set(names_of(kind, unseen=True))
-    assert all(n.split("/")[0] in LISTED and n[-2:] == "/2" for n in names_of("form", unseen=True))
-    assert names_of("listed", unseen=True) == names_of("null", unseen=True) == []
+    for n, forms, unlisted in ((2, 10, 4), (3, 8, 8)):
+        names = names_of("form", edition=n)
+        assert len(names) >= forms and len(names_of("unlisted", edition=n)) >= unlisted
+        assert all(name.split("/")[0] in LISTED and name[-2:] == f"/{n}" for name in names)
+        for kind in ("null", "listed", "pair"):
+            assert names_of(kind, edition=n) == []
+    for kind in KINDS:
+        every = [name for n in EDITIONS for name in names_of(kind, edition=n)]
+        assert len(every) == len(set(every))
     with pytest.raises(ValueError, match="Argument `kind` must be one of"):
-        names_of("other", unseen=True)
+        names_of("other", edition=3)
+    with pytest.raises(ValueError, match="Argument `edition` must be one of 1, 2, 3, but it is 4"):
+        names_of("form", edition=4)
 
 
 @pytest.mark.parametrize("case", range(len(NEW)))

@@ -1,4 +1,4 @@
-"""Each effect that no open bank holds, against its law computed another way."""
+"""Each form and unlisted effect of the second set, against its law computed another way."""
 
 import functools
 from dataclasses import replace

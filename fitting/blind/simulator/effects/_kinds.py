@@ -1,18 +1,16 @@
 """Kinds of simulated devices, their effects and their mix."""
 
-from collections.abc import Callable
-
-import numpy as np
-
 from . import _listed_drive as on_drive
 from . import _listed_optical as on_light
 from ._other_forms import FORMS
-from ._recipe import Recipe, Setting
+from ._recipe import Maker
 from ._second_forms import MORE_FORMS
 from ._second_unlisted import MORE_UNLISTED
+from ._third_forms import UNSEEN_FORMS
+from ._third_unlisted import UNSEEN_UNLISTED
 from ._unlisted import UNLISTED
 
-LISTED: dict[str, Callable[[np.random.Generator, Setting], Recipe]] = {
+LISTED: dict[str, Maker] = {
     "amplifier_lowpass": on_drive.amplifier_lowpass,
     "amplitude_law": on_drive.amplitude_law,
     "creep": on_light.creep,
@@ -43,38 +41,51 @@ def pairs() -> list[tuple[str, str]]:
     return [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]]
 
 
-def names_of(kind: str, *, unseen: bool = False) -> list[str]:
+EDITIONS: dict[int, dict[str, dict[str, Maker]]] = {
+    1: {"form": FORMS, "unlisted": UNLISTED},
+    2: {"form": MORE_FORMS, "unlisted": MORE_UNLISTED},
+    3: {"form": UNSEEN_FORMS, "unlisted": UNSEEN_UNLISTED},
+}
+"""Other forms and unlisted effects by the number of their set.
+
+Open banks hold the first. The second was unseen once and is for development now. The third is held
+by sealed banks alone.
+"""
+
+
+def names_of(kind: str, *, edition: int = 1) -> list[str]:
     """The effects that a kind of device may be asked for, pairs joined by `+`.
 
-    `unseen`: instead those that no open bank and no calibration holds. Such a form is called by
-    its effect's name and `/2`, and the truth of its device is the name alone.
+    `edition`: of forms and unlisted effects, a key of `EDITIONS`; other kinds have the first alone.
+    A form of a later one is called by its effect's name and the edition, `creep/2`, and the truth
+    of its device is the name alone.
     """
     table = {
         "null": [""],
         "listed": sorted(LISTED),
-        "form": sorted(FORMS),
         "pair": ["+".join(pair) for pair in pairs()],
-        "unlisted": sorted(UNLISTED),
     }
-    if kind not in table:
-        raise ValueError(f"Argument `kind` must be one of {', '.join(table)}, but it is {kind!r}.")
-    if unseen:
-        return sorted({"form": MORE_FORMS, "unlisted": MORE_UNLISTED}.get(kind, {}))
-    return table[kind]
+    kinds = ("null", "listed", "form", "pair", "unlisted")
+    if kind not in kinds:
+        raise ValueError(f"Argument `kind` must be one of {', '.join(kinds)}, but it is {kind!r}.")
+    if edition not in EDITIONS:
+        known = ", ".join(map(str, EDITIONS))
+        raise ValueError(f"Argument `edition` must be one of {known}, but it is {edition!r}.")
+    if kind in table:
+        return table[kind] if edition == 1 else []
+    return sorted(EDITIONS[edition][kind])
 
 
-def makers(kind: str, effect: str) -> list[Callable[[np.random.Generator, Setting], Recipe]]:
-    """Makers of a device's effects. `effect` is a name of `names_of(kind)`, or an unseen one."""
+def makers(kind: str, effect: str) -> list[Maker]:
+    """Makers of a device's effects. `effect` is a name of `names_of(kind)`, of any edition."""
     effect = effect.removeprefix("unlisted:")
-    if effect not in (*names_of(kind), *names_of(kind, unseen=True)):
+    if not any(effect in names_of(kind, edition=edition) for edition in EDITIONS):
         raise ValueError(
-            f"Argument `effect` must be one of {', '.join(names_of(kind))}, or one of those "
-            f"that no open bank holds, for devices of kind {kind}, but it is {effect!r}."
+            f"Argument `effect` must be one of {', '.join(names_of(kind))}, or one of a later "
+            f"edition, for devices of kind {kind}, but it is {effect!r}."
         )
     if kind == "null":
         return []
-    if kind == "form":
-        return [(FORMS | MORE_FORMS)[effect]]
-    if kind == "unlisted":
-        return [(UNLISTED | MORE_UNLISTED)[effect]]
+    if kind in ("form", "unlisted"):
+        return [next(of[kind][effect] for of in EDITIONS.values() if effect in of[kind])]
     return [LISTED[name] for name in effect.split("+")]

@@ -1,4 +1,4 @@
-"""Listed effects in second other forms: for banks on which nothing has been developed."""
+"""Listed effects in second other forms: once unseen, for development now."""
 
 from . import _second_forms_drive as on_drive
 from . import _second_forms_optical as on_light

@@ -1,4 +1,4 @@
-"""More effects that no list holds: for banks on which nothing has been developed."""
+"""More effects that no list holds: once unseen, for development now."""
 
 import numpy as np
 

@@ -98,9 +98,6 @@ class RefitThresholds:
     finest_search_exponent: int = threshold(
         24, unit="powers of two", origin="set by trial; first step of the search of an interval"
     )
-    search_stride: int = threshold(
-        4, unit="steps", origin="of that search: 5 to 9 evaluations in place of 10 to 24"
-    )
     least_row_length: int = threshold(
         512, unit="samples", origin="set by trial; a longer row saves compiling and costs memory"
     )

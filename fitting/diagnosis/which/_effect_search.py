@@ -2,6 +2,7 @@
 leaders on the flexible base.
 """
 
+import dataclasses
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -77,12 +78,25 @@ def _refit_leading(
     for name in screened.leading_on_flexible_base:
         progress(f"{name} on the flexible base")
         one = screened.best_on_flexible_base(name)
-        effects = insert_effect(start.on_flexible_base.effects, one.effect)
-        values = start.on_base.values
-        if np.isfinite(free.evaluate(values, effects).cost):
-            ends = refit_on_density(free, values, effects, start.cost)
+        base = _best_start(free, start, screened.tied_on_flexible_base(name))
+        if base is not None:
+            ends = refit_on_density(free, base.values, base.effects, start.cost)
             out.append(_candidate(none, free, ends[0], ends, one.unabsorbed_fraction))
     return out
+
+
+def _best_start(free: Refit, start: Candidate, guesses: list[Screened]) -> State | None:
+    """The base refitted beside each of an effect's guesses, which are held: where it leaves least.
+
+    `None` where no guess has a finite response.
+    """
+    held = dataclasses.replace(free, hold_effects=True)
+    effects, values = start.on_flexible_base.effects, start.on_base.values
+    begins = [held.evaluate(values, insert_effect(effects, one.effect)) for one in guesses]
+    begins = [state for state in begins if np.isfinite(state.cost)]
+    if len(begins) > 1:
+        begins = [held.minimise(state, THRESHOLDS.short_steps) for state in begins]
+    return min(begins, key=lambda state: state.cost, default=None)
 
 
 def _candidate(

@@ -84,6 +84,16 @@ class WhichThresholds:
         "less cannot be named",
     )
 
+    tied_share: float = threshold(
+        0.9,
+        unit="of the best score",
+        origin="of an effect that jumps: the right step of a quantisation scores as another of 1.4 "
+        "times its size does to four digits",
+    )
+    tied_guesses: int = threshold(
+        6, unit="guesses", origin="there were four such steps; the base follows each in 0.05 s"
+    )
+
     refined_share: float = threshold(
         0.01,
         unit="of the best score",

@@ -72,28 +72,28 @@ def _chi_square_half_width(
         new = refit.evaluate(state.values, with_values(state.effects, other))
         return not profile(new) < least + dispersion
 
-    def first_costly_step(direction: np.ndarray) -> float:
-        """The first step along `direction` that costs one or leaves the bounds; 0 if none does.
+    def costly_step(direction: np.ndarray) -> float:
+        """The step along `direction` from which all cost one or leave the bounds; 0 if none does.
 
-        Every few steps first, then those in between.
+        Chi-square is jagged there: a step that costs one may have a larger one behind it that does
+        not, as a sample more comes to lie by its level.
         """
-        stride = THRESHOLDS.search_stride
-        for end in range(stride - 1, steps.size + stride - 1, stride):
-            part = steps[end - stride + 1 : end + 1]
-            if is_costly(part[-1], direction):
-                between = (step for step in part[:-1] if is_costly(step, direction))
-                return float(next(between, part[-1]))
-        return 0.0
+        beyond = 0.0
+        for step in steps[::-1]:
+            if not is_costly(step, direction):
+                break
+            beyond = float(step)
+        return beyond
 
     axes = np.eye(now.size)
     alone = axes[index]
-    out = max(first_costly_step(alone), first_costly_step(-alone))
+    out = max(costly_step(alone), costly_step(-alone))
     if out == 0.0:
         return np.inf
     for j in range(now.size):
         if j != index and units[j] == units[index] and not smooth[j]:
             directions = (alone + axes[j], alone - axes[j], axes[j] - alone, -alone - axes[j])
-            out = max(out, *(first_costly_step(direction) for direction in directions))
+            out = max(out, *(costly_step(direction) for direction in directions))
     return out
 
 

@@ -76,6 +76,19 @@ class ScreenedEffects:
         """The guess of an effect with the largest score beyond the flexible base."""
         return max(self.guesses[name], key=lambda one: one.flexible_score)
 
+    def tied_on_flexible_base(self, name: str) -> list[Screened]:
+        """The guesses to begin from: the best, and of one that jumps those that explain as much.
+
+        Steps of many sizes have one signature, as it is sampled, until the base has followed them.
+        """
+        best = self.best_on_flexible_base(name)
+        if type(best.effect).smooth:
+            return [best]
+        least = THRESHOLDS.tied_share * best.flexible_score
+        tied = [one for one in self.guesses[name] if one.flexible_score >= least]
+        tied.sort(key=lambda one: -one.flexible_score)
+        return tied[: THRESHOLDS.tied_guesses]
+
     def _is_taken_up(self, name: str) -> bool:
         """Whether an effect would explain no more than chance beyond the flexible base.
 

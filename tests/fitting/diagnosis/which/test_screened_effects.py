@@ -118,6 +118,16 @@ def test_chance_leads_nowhere():
     assert not ScreenedEffects({}).leading_on_flexible_base
 
 
+def test_guesses_of_a_jump_that_score_alike_are_all_begun_from_and_of_a_smooth_effect_the_best():
+    smooth = screened((1.0, 100.0), (2.0, 99.0), (3.0, 50.0))
+    jumps = [dataclasses.replace(one, effect=ModeHop.at()) for one in smooth]
+    found = ScreenedEffects({"delay": smooth, "mode_hop": jumps})
+    assert found.tied_on_flexible_base("delay") == smooth[:1]
+    assert found.tied_on_flexible_base("mode_hop") == jumps[:2]
+    many = ScreenedEffects({"mode_hop": 9 * jumps[:1]})
+    assert len(many.tied_on_flexible_base("mode_hop")) == THRESHOLDS.tied_guesses
+
+
 @pytest.mark.slow
 def test_an_effect_beside_a_base_that_misfits_far_more_is_found():
     """The operator leaves 225 of chi-square a line, of which others explain more than creep.

@@ -2,31 +2,24 @@
 leaders on the flexible base.
 """
 
-import dataclasses
 from collections.abc import Callable, Iterable
 
-import numpy as np
-
 from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
-from fitting.diagnosis.refit._gauss_newton import Refit, State
+from fitting.diagnosis.refit._gauss_newton import Refit
 from rapi_jax.effects import AbstractLawEffect
 
+from ._base_refits import (
+    Refitted,
+    choose_leaders,
+    refit_all_in_full,
+    refit_all_short,
+    refit_all_without_hysteresis,
+)
 from ._candidate import Candidate
-from ._density_refit import refit_on_density, refit_on_flexible_base
-from ._effect_refit import (
-    free_eta,
-    full_refit,
-    refit_from_no_hysteresis,
-    refit_without_hysteresis,
-    short_refit,
-)
-from ._effect_sets import added_effects, hypothesis_name, insert_effect
-from ._excess import (
-    is_competitive,
-    is_unexplained,
-    least_fall,
-    reduces_nonsynchronous,
-)
+from ._density_refit import refit_on_flexible_base
+from ._effect_refit import free_eta
+from ._excess import is_unexplained, least_fall
+from ._leading_effects import make_candidate, refit_leading
 from ._thresholds import THRESHOLDS
 from .screening._base_remainder import BaseRemainder, orthonormal_basis
 from .screening._marginal_refit import refine_guesses
@@ -34,7 +27,6 @@ from .screening._screen import InitialGuesses, Screened, screen_effect
 from .screening._screened_effects import ScreenedEffects, may_explain
 
 Progress = Callable[[str], None]
-_Refitted = tuple[State, float]  # a refit, and its effect's unabsorbed fraction
 
 
 def search_one_effect(
@@ -53,64 +45,17 @@ def search_one_effect(
     """
     eta_fixed, free = refits
     screened = _screen_all(refits, start, guesses, progress, in_any_case)
-    out = _refit_leading(free, start, none, screened, progress)
+    out = refit_leading(free, start, none, screened, progress)
     best = min((c.on_base for c in out), key=lambda end: end.cost, default=None)
-    short = _refit_short(eta_fixed, start, screened.without_leading, best, progress)
-    short += _refit_without_hysteresis(eta_fixed, start, guesses, screened)
+    short = refit_all_short(eta_fixed, start, screened.without_leading, best, progress)
+    short += refit_all_without_hysteresis(eta_fixed, start, guesses, screened)
     progress("the best of them")
-    full = _refit_in_full(eta_fixed, start.eta_fixed, best, sorted(short, key=_cost))
-    for state, fraction in _leaders(full, start.eta_fixed, best):
+    full = refit_all_in_full(eta_fixed, start.eta_fixed, best, sorted(short, key=_cost))
+    for state, fraction in choose_leaders(full, start.eta_fixed, best):
         on_base = free_eta(free, state)
         ends = refit_on_flexible_base(free, on_base, start)
-        out.append(_candidate(none, free, state, ends, fraction))
+        out.append(make_candidate(none, free, state, ends, fraction))
     return _best_of_each(out)
-
-
-def _refit_leading(
-    free: Refit,
-    start: Candidate,
-    none: Candidate,
-    screened: ScreenedEffects,
-    progress: Progress,
-) -> list[Candidate]:
-    """The effects that lead beyond the flexible base, from where they were refitted there."""
-    out: list[Candidate] = []
-    for name in screened.leading_on_flexible_base:
-        progress(f"{name} on the flexible base")
-        one = screened.best_on_flexible_base(name)
-        base = _best_start(free, start, screened.tied_on_flexible_base(name))
-        if base is not None:
-            ends = refit_on_density(free, base.values, base.effects, start.cost)
-            out.append(_candidate(none, free, ends[0], ends, one.unabsorbed_fraction))
-    return out
-
-
-def _best_start(free: Refit, start: Candidate, guesses: list[Screened]) -> State | None:
-    """The base refitted beside each of an effect's guesses, which are held: where it leaves least.
-
-    `None` where no guess has a finite response.
-    """
-    held = dataclasses.replace(free, hold_effects=True)
-    effects, values = start.on_flexible_base.effects, start.on_base.values
-    begins = [held.evaluate(values, insert_effect(effects, one.effect)) for one in guesses]
-    begins = [state for state in begins if np.isfinite(state.cost)]
-    if len(begins) > 1:
-        begins = [held.minimise(state, THRESHOLDS.short_steps) for state in begins]
-    return min(begins, key=lambda state: state.cost, default=None)
-
-
-def _candidate(
-    none: Candidate,
-    free: Refit,
-    eta_fixed: State,
-    ends: tuple[State, Refit, State],
-    unabsorbed_fraction: float,
-) -> Candidate:
-    on_base, flexible_refit, flexible = ends
-    effects = added_effects(flexible.effects, none.on_base.effects)
-    return Candidate(
-        effects, eta_fixed, free, on_base, flexible_refit, flexible, unabsorbed_fraction
-    )
 
 
 def _screen_all(
@@ -176,98 +121,7 @@ def _that_may_explain(
     }
 
 
-def _refit_short(
-    refit: Refit,
-    start: Candidate,
-    screened: ScreenedEffects,
-    best: State | None,
-    progress: Progress,
-) -> list[_Refitted]:
-    """Short refits of the promising effects, those first that explain most beyond the base.
-
-    `best`: of those that lead there.
-    """
-    out: list[_Refitted] = []
-    promising = list(screened.promising.items())
-    if screened.telling:
-        promising.sort(key=_most_explained, reverse=True)
-    for name, each in promising:
-        progress(name)
-        # One whose score tells nothing is tried in full.
-        told = screened.telling and _most_explained((name, each)) > THRESHOLDS.chance_fall
-        rival = best if told else None
-        found = short_refit(refit, start.eta_fixed, each, rival)
-        if found is not None:
-            out.append((found, each[0].unabsorbed_fraction))
-            best = found if best is None else min(best, found, key=lambda end: end.cost)
-    return out
-
-
-def _most_explained(item: tuple[str, list[Screened]]) -> float:
-    return max(one.flexible_score for one in item[1])
-
-
-def _refit_without_hysteresis(
-    refit: Refit, start: Candidate, guesses: InitialGuesses, screened: ScreenedEffects
-) -> list[_Refitted]:
-    """At one rate: refits of each effect from no hysteresis, where it stands alone."""
-    if start.effects or not _has_one_rate(refit):
-        return []  # beside another effect the hysteresis is what that one left of it
-    without = refit_without_hysteresis(refit, start.eta_fixed)
-    if without is None:
-        return []
-    refit_polynomial, state = without
-    polynomial = orthonormal_basis(refit_polynomial.jacobian_base(state))
-    alone = BaseRemainder.beyond_tangent(state, polynomial)
-    out: list[_Refitted] = []
-    for name, each in screened.guesses.items():
-        beside = screen_effect(*without, guesses[name], polynomial, alone)
-        found = refit_from_no_hysteresis(refit, without, beside)
-        if found is not None:
-            out.append((found, each[0].unabsorbed_fraction))
-    return out
-
-
-def _refit_in_full(
-    refit: Refit, without: State, best: State | None, short: list[_Refitted]
-) -> list[_Refitted]:
-    """Full refits of the promising short ones; the best of each effect, the best of all first.
-
-    `best`: of the effects that lead beyond the flexible base.
-    """
-    share = THRESHOLDS.full_refit_fall
-    full: list[_Refitted] = []
-    for state, fraction in short:
-        known = [end for end, _ in full] + ([] if best is None else [best])
-        least = min(known, key=lambda end: end.cost, default=None)
-        if (
-            least is None
-            or is_competitive(state, least, without, share)
-            or reduces_nonsynchronous(state, without, share)
-        ):
-            full.append((full_refit(refit, state, without.cost), fraction))
-    found = [pair for pair in full if pair[0].cost < without.cost]
-    first: dict[str, _Refitted] = {}
-    for pair in sorted(found, key=_cost):
-        first.setdefault(hypothesis_name(pair[0].effects), pair)
-    return list(first.values())
-
-
-def _leaders(full: list[_Refitted], without: State, best: State | None) -> list[_Refitted]:
-    """Those to refit on the flexible base, too: the best at least, where none leads there."""
-    found = [end for end, _ in full[:1]] + ([] if best is None else [best])
-    least = min(found, key=lambda end: end.cost, default=without)
-    leaders = []
-    for k, (state, fraction) in enumerate(full):
-        first = k <= THRESHOLDS.leaders
-        if (
-            first and is_competitive(state, least, without, THRESHOLDS.leader_fall)
-        ) or reduces_nonsynchronous(state, without, THRESHOLDS.full_refit_fall):
-            leaders.append((state, fraction))
-    return leaders or (full[:1] if best is None else [])
-
-
-def _cost(refitted: _Refitted) -> float:
+def _cost(refitted: Refitted) -> float:
     return refitted[0].cost
 
 
@@ -277,9 +131,3 @@ def _best_of_each(candidates: Iterable[Candidate]) -> list[Candidate]:
     for one in sorted(candidates, key=lambda c: c.cost):
         best.setdefault(one.name, one)
     return list(best.values())
-
-
-def _has_one_rate(refit: Refit) -> bool:
-    """Whether all runs have about one rate: a lag and hysteresis then look alike."""
-    rates = refit.whitened.recording.rates
-    return bool(max(rates) <= THRESHOLDS.equal_rates * min(rates))

@@ -1,0 +1,65 @@
+"""Refits of effects that lead beyond the flexible base where noise is measured: there alone."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from fitting.diagnosis.refit._gauss_newton import Refit, State
+
+from ._candidate import Candidate
+from ._density_refit import refit_on_density
+from ._effect_sets import added_effects, insert_effect
+from ._thresholds import THRESHOLDS
+from .screening._screen import Screened
+from .screening._screened_effects import ScreenedEffects
+
+Progress = Callable[[str], None]
+
+
+def refit_leading(
+    free: Refit,
+    start: Candidate,
+    none: Candidate,
+    screened: ScreenedEffects,
+    progress: Progress,
+) -> list[Candidate]:
+    """The effects that lead beyond the flexible base, from where they were refitted there."""
+    out: list[Candidate] = []
+    for name in screened.leading_on_flexible_base:
+        progress(f"{name} on the flexible base")
+        one = screened.best_on_flexible_base(name)
+        base = _best_start(free, start, screened.tied_on_flexible_base(name))
+        if base is not None:
+            ends = refit_on_density(free, base.values, base.effects, start.cost)
+            out.append(make_candidate(none, free, ends[0], ends, one.unabsorbed_fraction))
+    return out
+
+
+def _best_start(free: Refit, start: Candidate, guesses: list[Screened]) -> State | None:
+    """The base refitted beside each of an effect's guesses, which are held: where it leaves least.
+
+    `None` where no guess has a finite response.
+    """
+    held = dataclasses.replace(free, hold_effects=True)
+    effects, values = start.on_flexible_base.effects, start.on_base.values
+    begins = [held.evaluate(values, insert_effect(effects, one.effect)) for one in guesses]
+    begins = [state for state in begins if np.isfinite(state.cost)]
+    if len(begins) > 1:
+        begins = [held.minimise(state, THRESHOLDS.short_steps) for state in begins]
+    return min(begins, key=lambda state: state.cost, default=None)
+
+
+def make_candidate(
+    none: Candidate,
+    free: Refit,
+    eta_fixed: State,
+    ends: tuple[State, Refit, State],
+    unabsorbed_fraction: float,
+) -> Candidate:
+    """The hypothesis with these `ends`: on the base, and on which flexible base and there."""
+    on_base, flexible_refit, flexible = ends
+    effects = added_effects(flexible.effects, none.on_base.effects)
+    return Candidate(
+        effects, eta_fixed, free, on_base, flexible_refit, flexible, unabsorbed_fraction
+    )

@@ -26,12 +26,6 @@ from .assessment._noise import measure_noise
 from .assessment._verdict import judge
 from .data_checks._data_checks import Fault, check_usable, find_mode_hops
 from .data_checks._drive_noise import find_drive_noise
-from .data_checks._exchanged_runs import (
-    find_copied_readings,
-    find_exchanged_runs,
-    find_reversed_time,
-)
-from .data_checks._first_order import may_be_changed, may_be_exchanged, may_be_reversed
 from .data_checks._outliers import (
     few_outliers,
     find_outliers,
@@ -39,8 +33,14 @@ from .data_checks._outliers import (
     plain_faults,
     report_outliers,
 )
-from .data_checks._run_changes import find_changed_runs
 from .data_checks._thinning import thin
+from .data_checks.runs._exchanged_runs import (
+    find_copied_readings,
+    find_exchanged_runs,
+    find_reversed_time,
+)
+from .data_checks.runs._first_order import may_be_changed, may_be_exchanged, may_be_reversed
+from .data_checks.runs._run_changes import find_changed_runs
 from .robust._despike import despike
 from .robust._loss import AbstractLoss, loss_of
 from .robust._reweighting import Reweighting, search_reweighted

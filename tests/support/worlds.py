@@ -10,7 +10,7 @@ from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
-from fitting.diagnosis.which._flexible_refit import flexible_operator
+from fitting.diagnosis.which.refits._flexible_refit import flexible_operator
 from fitting.diagnosis.which.screening._base_remainder import orthonormal_basis
 from rapi_jax import ECDL, Drive, Recording, triangle
 from rapi_jax._ecdl import respond

@@ -21,8 +21,8 @@ from fitting.diagnosis.refit._effect_vector import Effects, free_parameters
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import FittedBase, fit_base
-from fitting.diagnosis.which._effect_refit import full_refit, short_refit
 from fitting.diagnosis.which._effect_sets import hypothesis_name
+from fitting.diagnosis.which.refits._effect_refit import full_refit, short_refit
 from fitting.diagnosis.which.screening._base_remainder import BaseRemainder, orthonormal_basis
 from fitting.diagnosis.which.screening._screen import (
     Screened,

@@ -14,12 +14,12 @@ from fitting.diagnosis.refit._effect_vector import Effects
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 
 from ._candidate import Candidate
-from ._density_refit import refit_on_density, refit_on_flexible_base
-from ._effect_refit import free_eta, refit_beside_jumps
 from ._effect_sets import added_effects
 from ._excess import excess, nonsynchronous_excess, reduces_nonsynchronous
-from ._flexible_refit import refit_and_search
 from ._thresholds import THRESHOLDS
+from .refits._density_refit import refit_on_density, refit_on_flexible_base
+from .refits._effect_refit import free_eta, refit_beside_jumps
+from .refits._flexible_refit import refit_and_search
 
 
 def check_backward(

@@ -19,8 +19,8 @@ from fitting.identification._fit import default_free
 from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
 
-from ._flexible_refit import refit_flexible_operator
 from ._thresholds import THRESHOLDS
+from .refits._flexible_refit import refit_flexible_operator
 
 _UNIT_NOISE = Spectrum.of_white(1.0)
 

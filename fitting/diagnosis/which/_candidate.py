@@ -7,7 +7,7 @@ from fitting.diagnosis.refit._effect_vector import Effects, free_parameters
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 
 from ._effect_sets import hypothesis_name
-from ._flexible_refit import refit_flexible_operator
+from .refits._flexible_refit import refit_flexible_operator
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

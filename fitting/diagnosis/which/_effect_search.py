@@ -8,19 +8,19 @@ from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
 from fitting.diagnosis.refit._gauss_newton import Refit
 from rapi_jax.effects import AbstractLawEffect
 
-from ._base_refits import (
+from ._candidate import Candidate
+from ._excess import is_unexplained, least_fall
+from ._thresholds import THRESHOLDS
+from .refits._base_refits import (
     Refitted,
     choose_leaders,
     refit_all_in_full,
     refit_all_short,
     refit_all_without_hysteresis,
 )
-from ._candidate import Candidate
-from ._density_refit import refit_on_flexible_base
-from ._effect_refit import free_eta
-from ._excess import is_unexplained, least_fall
-from ._leading_effects import make_candidate, refit_leading
-from ._thresholds import THRESHOLDS
+from .refits._density_refit import refit_on_flexible_base
+from .refits._effect_refit import free_eta
+from .refits._leading_effects import make_candidate, refit_leading
 from .screening._base_remainder import BaseRemainder, orthonormal_basis
 from .screening._marginal_refit import refine_guesses
 from .screening._screen import InitialGuesses, Screened, screen_effect

@@ -12,12 +12,12 @@ from rapi_jax.effects import AbstractEffect
 from ._backward_check import check_backward
 from ._base import FittedBase
 from ._candidate import Candidate
-from ._density_refit import refit_on_flexible_base
-from ._effect_refit import free_eta
 from ._effect_search import Progress, search_one_effect
 from ._excess import excess, is_unexplained
 from ._nested_costs import nest_costs
 from ._thresholds import THRESHOLDS
+from .refits._density_refit import refit_on_flexible_base
+from .refits._effect_refit import free_eta
 from .screening._screen import initial_guesses, own_search_ranges, search_ranges
 
 Classes = Sequence[type[AbstractEffect]]

@@ -19,7 +19,7 @@ from rapi_jax.effects import AbstractEffect, ResidualSummary
 
 from ._candidate import Candidate
 from ._effect_sets import insert_effect
-from ._flexible_refit import refit_and_search
+from .refits._flexible_refit import refit_and_search
 from .screening._screen import summarise_residual
 
 _ROUNDING = 1e-9  # of chi-square

@@ -9,7 +9,7 @@ from third_set import TRIANGLE, acts, change, clock, difference, driven, on_wave
 
 from fitting.blind.simulator._scan import place_in_time
 from fitting.blind.simulator._signal_path import SignalPath
-from fitting.blind.simulator.effects._third_forms_drive import electrode_mean
+from fitting.blind.simulator.effects.third._third_forms_drive import electrode_mean
 
 SINE = replace(TRIANGLE, waveform="sine", samples=500)
 

@@ -8,7 +8,7 @@ import pytest
 from scipy import integrate, signal
 from third_set import TRIANGLE, acts, change, difference, on_waves, parameters, world
 
-from fitting.blind.simulator.effects._third_unlisted_readout import count_late, held_means
+from fitting.blind.simulator.effects.third._third_unlisted_readout import count_late, held_means
 
 
 def test_unlisted_1():

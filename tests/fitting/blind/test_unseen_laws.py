@@ -11,7 +11,7 @@ from fitting.blind.simulator._scan import Scan, place_in_time
 from fitting.blind.simulator._signal_path import RunState, SignalPath
 from fitting.blind.simulator._simulated_device import SimulatedDevice, draw_device
 from fitting.blind.simulator.effects._listed_optical import creep_response
-from fitting.blind.simulator.effects._second_forms_optical import stretched_exponential
+from fitting.blind.simulator.effects.second._second_forms_optical import stretched_exponential
 
 TRIANGLE = Scan(40.0, 4.2, 3.0, "triangle", 3, 400, start_s=5.0)
 

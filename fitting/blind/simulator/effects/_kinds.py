@@ -4,11 +4,11 @@ from . import _listed_drive as on_drive
 from . import _listed_optical as on_light
 from ._other_forms import FORMS
 from ._recipe import Maker
-from ._second_forms import MORE_FORMS
-from ._second_unlisted import MORE_UNLISTED
-from ._third_forms import UNSEEN_FORMS
-from ._third_unlisted import UNSEEN_UNLISTED
 from ._unlisted import UNLISTED
+from .second._second_forms import MORE_FORMS
+from .second._second_unlisted import MORE_UNLISTED
+from .third._third_forms import UNSEEN_FORMS
+from .third._third_unlisted import UNSEEN_UNLISTED
 
 LISTED: dict[str, Maker] = {
     "amplifier_lowpass": on_drive.amplifier_lowpass,

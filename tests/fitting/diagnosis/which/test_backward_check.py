@@ -10,10 +10,10 @@ from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._backward_check import check_backward
 from fitting.diagnosis.which._base import fit_base
 from fitting.diagnosis.which._candidate import Candidate
-from fitting.diagnosis.which._effect_refit import free_eta
 from fitting.diagnosis.which._excess import excess
-from fitting.diagnosis.which._flexible_refit import refit_and_search
 from fitting.diagnosis.which._forward_selection import without_effects
+from fitting.diagnosis.which.refits._effect_refit import free_eta
+from fitting.diagnosis.which.refits._flexible_refit import refit_and_search
 from rapi_jax.effects import Delay, Pickup
 
 DELAY, ETALON = Delay(tau=1e-4), TRUTHS["etalon"]

@@ -13,8 +13,8 @@ from fitting.diagnosis import diagnose
 from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import fit_base
-from fitting.diagnosis.which._density_refit import refit_on_density
 from fitting.diagnosis.which._forward_selection import without_effects
+from fitting.diagnosis.which.refits._density_refit import refit_on_density
 from rapi_jax.effects import Delay
 
 DELAY = Delay.at(tau=1e-4)

@@ -8,8 +8,8 @@ import pytest
 from fitting.blind.protocol._exchange import to_recording
 from fitting.blind.simulator._simulated_device import draw_device
 from fitting.diagnosis import diagnose
-from fitting.diagnosis.which._effect_refit import _distinct_guesses
 from fitting.diagnosis.which._thresholds import THRESHOLDS
+from fitting.diagnosis.which.refits._effect_refit import _distinct_guesses
 from fitting.diagnosis.which.screening._screen import Screened
 from fitting.diagnosis.which.screening._screened_effects import ScreenedEffects, may_explain
 from rapi_jax.effects import Delay, ModeHop

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitting.identification._fit import Posed, solver_options
-from fitting.identification.data_checks._exchanged_runs import (
+from fitting.identification.data_checks.runs._exchanged_runs import (
     find_copied_readings,
     find_exchanged_runs,
 )

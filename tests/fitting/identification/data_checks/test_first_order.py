@@ -6,7 +6,7 @@ from worlds import TRUTHS, ordered
 
 from fitting.identification._fit import Posed, solver_options
 from fitting.identification._problem import Problem
-from fitting.identification.data_checks._first_order import (
+from fitting.identification.data_checks.runs._first_order import (
     may_be_changed,
     may_be_exchanged,
     may_be_reversed,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitting import fit
-from fitting.identification.data_checks._exchanged_runs import backwards
+from fitting.identification.data_checks.runs._exchanged_runs import backwards
 from tests.support.spoiled import WAYS, healthy
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitting.identification._fit import Posed, solver_options
-from fitting.identification.data_checks._run_changes import (
+from fitting.identification.data_checks.runs._run_changes import (
     DIFFERS_WITH_RATE,
     Change,
     find_changed_runs,

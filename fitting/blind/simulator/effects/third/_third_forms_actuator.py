@@ -8,9 +8,8 @@ from scipy import special
 from fitting.blind.simulator._filters import rational_filter, second_order
 from fitting.blind.simulator._piezo import Piezo
 from fitting.blind.simulator._signal_path import Effect, RunState
-
-from ._listed_optical import creep_response
-from ._recipe import Array, Recipe, Setting, log_uniform
+from fitting.blind.simulator.effects._listed_optical import creep_response
+from fitting.blind.simulator.effects._recipe import Array, Recipe, Setting, log_uniform
 
 LAGS = np.geomspace(1e-4, 1e6, 41)  # s, of a power law's creep
 

@@ -15,12 +15,12 @@ from jaxtyping import Float
 from fitting.identification._problem import Problem, Solution
 from fitting.identification._solution import Evaluation
 from fitting.identification.assessment._noise import measure_noise
+from fitting.identification.data_checks._data_checks import Fault
+from fitting.identification.data_checks._thresholds import THRESHOLDS
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Drive, Recording, Run
 
-from ._data_checks import Fault
 from ._run_columns import KINDS, change_columns
-from ._thresholds import THRESHOLDS
 
 DIFFERS_WITH_RATE = "differs with rate"
 

@@ -8,11 +8,11 @@ takes most of it away.
 import numpy as np
 
 from fitting.identification._solution import Evaluation
+from fitting.identification.data_checks._thresholds import THRESHOLDS
 
 from ._exchanged_runs import backwards, orders
 from ._run_changes import amplitude_cuts, changes_of_groups, squared_gap_and_noise
 from ._run_columns import KINDS, change_columns
-from ._thresholds import THRESHOLDS
 
 
 def may_be_changed(model: Evaluation) -> bool:

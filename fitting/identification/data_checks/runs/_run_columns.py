@@ -5,8 +5,7 @@ from jaxtyping import Float
 
 from fitting.identification._problem import Problem
 from fitting.identification._solution import Evaluation
-
-from ._thresholds import THRESHOLDS
+from fitting.identification.data_checks._thresholds import THRESHOLDS
 
 KINDS = ("gain", "offset", "bias", "shift", "rate")
 

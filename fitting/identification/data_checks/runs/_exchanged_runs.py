@@ -9,12 +9,12 @@ import numpy as np
 from fitting.identification._problem import Problem, Solution
 from fitting.identification._starts import candidates
 from fitting.identification._thresholds import THRESHOLDS as FITTING
+from fitting.identification.data_checks._data_checks import Fault
+from fitting.identification.data_checks._thresholds import THRESHOLDS
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Recording, Run
 
-from ._data_checks import Fault
 from ._run_changes import squared_gap, squared_gap_and_noise
-from ._thresholds import THRESHOLDS
 
 
 def find_copied_readings(recording: Recording) -> list[Fault]:

@@ -12,10 +12,10 @@ from jaxtyping import Float
 from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
 from fitting.diagnosis.refit._effect_vector import Effects
 from fitting.diagnosis.refit._gauss_newton import Refit, State
+from fitting.diagnosis.which._candidate import Candidate
+from fitting.diagnosis.which._thresholds import THRESHOLDS
 
-from ._candidate import Candidate
 from ._flexible_refit import refit_and_search, refit_flexible_operator, refit_from_either
-from ._thresholds import THRESHOLDS
 
 
 def refit_on_flexible_base(

@@ -7,8 +7,7 @@ import numpy as np
 from fitting.blind.simulator._filters import delay_signal
 from fitting.blind.simulator._piezo import Piezo
 from fitting.blind.simulator._signal_path import Effect, RunState
-
-from ._recipe import Array, Recipe, Setting, drive_range, log_uniform
+from fitting.blind.simulator.effects._recipe import Array, Recipe, Setting, drive_range, log_uniform
 
 
 def unequal_lags(x: Array, step: float, rising: float, falling: float) -> Array:

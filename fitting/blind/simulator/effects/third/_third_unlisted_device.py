@@ -4,8 +4,7 @@ import numpy as np
 
 from fitting.blind.simulator._filters import derivative, lag
 from fitting.blind.simulator._signal_path import Effect, RunState
-
-from ._recipe import Array, Recipe, Setting, drive_range, log_uniform
+from fitting.blind.simulator.effects._recipe import Array, Recipe, Setting, drive_range, log_uniform
 
 
 def accommodation(rng: np.random.Generator, setting: Setting) -> Recipe:

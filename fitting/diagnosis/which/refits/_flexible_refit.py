@@ -11,11 +11,11 @@ from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._effect_vector import Effects
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.which._thresholds import THRESHOLDS
+from fitting.diagnosis.which.jumps._jump_search import search_jump_parameters
 from rapi_jax import parameters
 
 from ._effect_refit import refit_beside_jumps
-from ._thresholds import THRESHOLDS
-from .jumps._jump_search import search_jump_parameters
 
 
 def flexible_operator(

@@ -5,9 +5,8 @@ from scipy import optimize, special
 
 from fitting.blind.simulator._filters import derivative, rational_filter, second_order
 from fitting.blind.simulator._signal_path import Effect, RunState, mean_at_crossings
-
-from ._listed_optical import creep_response, hop_places, hop_states
-from ._recipe import Array, Recipe, Setting, drive_range, log_uniform
+from fitting.blind.simulator.effects._listed_optical import creep_response, hop_places, hop_states
+from fitting.blind.simulator.effects._recipe import Array, Recipe, Setting, drive_range, log_uniform
 
 
 def stretched_exponential(tau: float, beta: float) -> tuple[Array, Array]:

@@ -1,9 +1,10 @@
 """Listed effects in third other forms: for sealed banks, on which nothing has been developed."""
 
+from fitting.blind.simulator.effects._recipe import Maker
+
 from . import _third_forms_actuator as on_actuator
 from . import _third_forms_drive as on_drive
 from . import _third_forms_light as on_light
-from ._recipe import Maker
 
 UNSEEN_FORMS: dict[str, Maker] = {
     f"{maker.__name__}/3": maker

@@ -3,8 +3,7 @@
 import numpy as np
 
 from fitting.blind.simulator._signal_path import Effect, RunState
-
-from ._recipe import Array, Recipe, Setting, log_uniform
+from fitting.blind.simulator.effects._recipe import Array, Recipe, Setting, log_uniform
 
 
 def count_from_first(counted: Array, nu: Array, now: RunState) -> Array:

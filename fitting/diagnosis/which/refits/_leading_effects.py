@@ -6,13 +6,13 @@ from collections.abc import Callable
 import numpy as np
 
 from fitting.diagnosis.refit._gauss_newton import Refit, State
+from fitting.diagnosis.which._candidate import Candidate
+from fitting.diagnosis.which._effect_sets import added_effects, insert_effect
+from fitting.diagnosis.which._thresholds import THRESHOLDS
+from fitting.diagnosis.which.screening._screen import Screened
+from fitting.diagnosis.which.screening._screened_effects import ScreenedEffects
 
-from ._candidate import Candidate
 from ._density_refit import refit_on_density
-from ._effect_sets import added_effects, insert_effect
-from ._thresholds import THRESHOLDS
-from .screening._screen import Screened
-from .screening._screened_effects import ScreenedEffects
 
 Progress = Callable[[str], None]
 

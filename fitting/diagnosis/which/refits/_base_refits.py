@@ -6,20 +6,20 @@ All that are promising short, the best in full; the leaders are refitted on the 
 from collections.abc import Callable
 
 from fitting.diagnosis.refit._gauss_newton import Refit, State
+from fitting.diagnosis.which._candidate import Candidate
+from fitting.diagnosis.which._effect_sets import hypothesis_name
+from fitting.diagnosis.which._excess import is_competitive, reduces_nonsynchronous
+from fitting.diagnosis.which._thresholds import THRESHOLDS
+from fitting.diagnosis.which.screening._base_remainder import BaseRemainder, orthonormal_basis
+from fitting.diagnosis.which.screening._screen import InitialGuesses, Screened, screen_effect
+from fitting.diagnosis.which.screening._screened_effects import ScreenedEffects
 
-from ._candidate import Candidate
 from ._effect_refit import (
     full_refit,
     refit_from_no_hysteresis,
     refit_without_hysteresis,
     short_refit,
 )
-from ._effect_sets import hypothesis_name
-from ._excess import is_competitive, reduces_nonsynchronous
-from ._thresholds import THRESHOLDS
-from .screening._base_remainder import BaseRemainder, orthonormal_basis
-from .screening._screen import InitialGuesses, Screened, screen_effect
-from .screening._screened_effects import ScreenedEffects
 
 Progress = Callable[[str], None]
 Refitted = tuple[State, float]  # a refit, and its effect's unabsorbed fraction

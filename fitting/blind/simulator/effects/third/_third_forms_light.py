@@ -4,9 +4,8 @@ import numpy as np
 
 from fitting.blind.simulator._filters import derivative
 from fitting.blind.simulator._signal_path import Effect, RunState, mean_at_crossings
-
-from ._listed_optical import hop_places, hop_states
-from ._recipe import Array, Recipe, Setting, log_uniform
+from fitting.blind.simulator.effects._listed_optical import hop_places, hop_states
+from fitting.blind.simulator.effects._recipe import Array, Recipe, Setting, log_uniform
 
 
 def drift(rng: np.random.Generator, setting: Setting) -> Recipe:

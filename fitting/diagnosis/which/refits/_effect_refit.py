@@ -8,14 +8,13 @@ import dataclasses
 import numpy as np
 
 from fitting.diagnosis.refit._gauss_newton import Refit, State
+from fitting.diagnosis.which._effect_sets import insert_effect
+from fitting.diagnosis.which._excess import is_competitive
+from fitting.diagnosis.which._thresholds import THRESHOLDS
+from fitting.diagnosis.which.jumps._jump_search import search_jump_parameters
+from fitting.diagnosis.which.jumps._jump_segmentation import refit_at_segmented_jumps
+from fitting.diagnosis.which.screening._screen import Screened
 from rapi_jax import parameters
-
-from ._effect_sets import insert_effect
-from ._excess import is_competitive
-from ._thresholds import THRESHOLDS
-from .jumps._jump_search import search_jump_parameters
-from .jumps._jump_segmentation import refit_at_segmented_jumps
-from .screening._screen import Screened
 
 
 def short_refit(

@@ -1,8 +1,9 @@
 """Listed effects in second other forms: once unseen, for development now."""
 
+from fitting.blind.simulator.effects._recipe import Maker
+
 from . import _second_forms_drive as on_drive
 from . import _second_forms_optical as on_light
-from ._recipe import Maker
 
 MORE_FORMS: dict[str, Maker] = {
     f"{maker.__name__}/2": maker

@@ -4,8 +4,7 @@ import numpy as np
 
 from fitting.blind.simulator._filters import delay_signal
 from fitting.blind.simulator._signal_path import Effect, RunState
-
-from ._recipe import Array, Maker, Recipe, Setting, log_uniform
+from fitting.blind.simulator.effects._recipe import Array, Maker, Recipe, Setting, log_uniform
 
 
 def draw_events(rng: np.random.Generator, setting: Setting, mean: float) -> Array:

@@ -1,8 +1,9 @@
 """Third effects that no list holds: for sealed banks, on which nothing has been developed."""
 
+from fitting.blind.simulator.effects._recipe import Maker
+
 from . import _third_unlisted_device as of_device
 from . import _third_unlisted_readout as of_readout
-from ._recipe import Maker
 
 UNSEEN_UNLISTED: dict[str, Maker] = {
     maker.__name__: maker

@@ -1,0 +1,1 @@
+"""The second set of other forms and unlisted effects, for development."""

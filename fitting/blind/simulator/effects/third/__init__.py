@@ -1,0 +1,1 @@
+"""The third set of other forms and unlisted effects, for sealed banks alone."""

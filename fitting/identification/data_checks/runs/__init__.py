@@ -1,0 +1,1 @@
+"""Runs that do not belong to the others: changed, exchanged, or read backwards."""

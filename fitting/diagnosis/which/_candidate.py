@@ -15,8 +15,8 @@ class Candidate:
     """A set of effects refitted jointly with the base.
 
     - `effects`: those added to the base's own.
-    - `eta_fixed`: the refit on the base with `eta` held; `on_base`: with all of the operator free,
-      and `refit` the problem that it solves.
+    - `on_base`: the refit with all of the operator free, and `refit` the problem that it solves;
+      `eta_fixed`: with `eta` held, where there was one, else the same.
     - `on_flexible_base`: the refit on the flexible base, which `flexible_refit` holds: on a density
       of plays, or on one that was searched where noise is unknown.
     - `unabsorbed_fraction`: see `Screened`; of the effect added last.

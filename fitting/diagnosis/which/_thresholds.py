@@ -91,7 +91,7 @@ class WhichThresholds:
         "times its size does to four digits",
     )
     tied_guesses: int = threshold(
-        6, unit="guesses", origin="there were four such steps; the base follows each in 0.05 s"
+        6, unit="guesses", origin="there were four such steps; more cost time"
     )
 
     refined_share: float = threshold(

@@ -5,7 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import integrate
-from third_set import TRIANGLE, acts, change, clock, difference, driven, on_waves, parameters, world
+from unseen_devices import (
+    TRIANGLE,
+    acts,
+    change,
+    clock,
+    difference,
+    driven,
+    on_waves,
+    parameters,
+    world,
+)
 
 from fitting.blind.simulator._scan import place_in_time
 from fitting.blind.simulator._signal_path import SignalPath

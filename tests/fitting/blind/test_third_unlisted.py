@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import integrate, signal
-from third_set import TRIANGLE, acts, change, difference, on_waves, parameters, world
+from unseen_devices import TRIANGLE, acts, change, difference, on_waves, parameters, world
 
 from fitting.blind.simulator.effects.third._third_unlisted_readout import count_late, held_means
 

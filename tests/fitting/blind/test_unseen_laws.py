@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import integrate
+from unseen_devices import TRIANGLE, clock, difference, parameters
 
 from fitting.blind.simulator._scan import Scan, place_in_time
 from fitting.blind.simulator._signal_path import RunState, SignalPath
@@ -13,24 +14,10 @@ from fitting.blind.simulator._simulated_device import SimulatedDevice, draw_devi
 from fitting.blind.simulator.effects._listed_optical import creep_response
 from fitting.blind.simulator.effects.second._second_forms_optical import stretched_exponential
 
-TRIANGLE = Scan(40.0, 4.2, 3.0, "triangle", 3, 400, start_s=5.0)
-
 
 @functools.cache
 def world(name: str, kind: str = "form", seed: int = 5) -> SimulatedDevice:
     return draw_device(seed, kind, f"{name}/2" if kind == "form" else name, 6.0)
-
-
-def parameters(w: SimulatedDevice) -> dict:
-    return w.parameters[w.truth[0]]
-
-
-def difference(w: SimulatedDevice) -> list[np.ndarray]:
-    return [a - b for a, b in zip(w.noise_free, w.without, strict=True)]
-
-
-def clock(w: SimulatedDevice) -> list[np.ndarray]:
-    return [run.start_s + run.time_s for run in w.runs]
 
 
 def ends(w: SimulatedDevice) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Devices of the third set of forms and unlisted effects, and what their effects do."""
+"""Devices with effects that no open bank held, and what these do; `world` is of the third set."""
 
 import functools
 

@@ -24,14 +24,15 @@ def hypothesis_probabilities(
     `closed`: the closed fraction of the gap on data held out, of hypotheses for which it is known.
     """
     calibration = load_calibration() if calibration is None else calibration
-    weight = _listed_weights(evidence, calibration)
-    top = evidence.hypotheses[int(np.argmax(weight))]
-    unlisted = _unlisted_probability(evidence, top, (closed or {}).get(top.name), calibration)
-    out = [
-        (h.name, float(w * (1.0 - unlisted)))
-        for h, w in zip(evidence.hypotheses, weight, strict=True)
-    ]
-    return sorted([*out, (UNLISTED, unlisted)], key=lambda pair: -pair[1])
+    weight, found = _listed_weights(evidence, calibration), evidence.hypotheses
+    top, closed = found[int(np.argmax(weight))], closed or {}
+    unlisted = _unlisted_probability(evidence, top, closed.get(top.name), calibration)
+    kept = np.full(len(found), 1.0 - unlisted)
+    if evidence.noise_known:  # no effect: probable only as far as what is then left allows
+        kept[0] = min(kept[0], 1.0 - _unlisted_probability(evidence, found[0], None, calibration))
+    probability = weight * kept
+    out = [(h.name, float(p)) for h, p in zip(found, probability, strict=True)]
+    return sorted([*out, (UNLISTED, float(1.0 - probability.sum()))], key=lambda pair: -pair[1])
 
 
 def doubt_unpredictive(ranked: Ranked, closed: Mapping[str, Mapping[str, float]]) -> Ranked:

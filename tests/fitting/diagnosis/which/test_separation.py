@@ -88,6 +88,25 @@ def test_a_hypothesis_within_another_is_not_helped():
     assert hypothesis_probabilities(both) == hypothesis_probabilities(alone)
 
 
+@pytest.mark.parametrize("left", [1.0, 1.5, 10.0, 1e4])
+@pytest.mark.parametrize("removed", [0.0, 0.001, 0.5])
+def test_no_effect_is_never_likelier_than_if_nothing_else_were_considered(left, removed):
+    """Where all hypotheses leave much, they are hardly told apart: what each leaves still tells."""
+    found = evidence(left, 1.0)
+    none = dataclasses.replace(
+        found.hypotheses[0], synchronous=left * LINES, difference_errors=None
+    )
+    effect = dataclasses.replace(
+        none, effects=("delay",), parameters=1, synchronous=(1.0 - removed) * none.synchronous
+    )
+    alone = dataclasses.replace(found, hypotheses=(none,))
+    beside = dataclasses.replace(found, hypotheses=(none, effect))
+    most = dict(hypothesis_probabilities(alone))["none"]
+    ranked = dict(hypothesis_probabilities(beside))
+    assert ranked["none"] <= most * (1.0 + 1e-12)
+    assert sum(ranked.values()) == pytest.approx(1.0)
+
+
 def test_it_is_in_files_and_older_files_lack_it():
     found = evidence(1.3, 0.7)
     assert Evidence.from_dict(found.to_dict()) == found

@@ -7,8 +7,9 @@ import signal
 from collections.abc import Iterator
 from pathlib import Path
 
-# Read when NumPy loads: test processes with two threads each would spin against each other.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Read when NumPy and XLA load: test processes with two threads each would wait for each other.
+for name in ("NPROC", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(name, "1")
 # Commands are silent while they work: what they say every 10 s would depend on the machine's speed.
 os.environ.setdefault("RAPI_PROGRESS", "0")
 

@@ -15,7 +15,8 @@ import sys
 import threading
 from typing import Any
 
-from fitting.batch.executors._worker import one_thread, prepare_process
+from fitting._threads import ONE_THREAD
+from fitting.batch.executors._worker import prepare_process
 
 _TLS = (
     "tls_ca_file",
@@ -52,7 +53,7 @@ class WorkerProcesses:
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            env=os.environ | one_thread(),
+            env=os.environ | ONE_THREAD,
             start_new_session=True,  # Ctrl-C is for the parent
         )
         about = {

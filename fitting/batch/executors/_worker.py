@@ -2,17 +2,11 @@
 
 import os
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from fitting._threads import ONE_THREAD
 from fitting.compile_cache import DIRECTORY, cache_root, drop_damaged_entries, worker_variables
-
-
-def one_thread() -> Mapping[str, str]:
-    """Environment variables for a process that computes on one thread: libraries', and XLA's."""
-    names = ("MKL_NUM_THREADS", "NPROC", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-    return dict.fromkeys(names, "1")
 
 
 def prepare_process() -> None:
@@ -22,7 +16,7 @@ def prepare_process() -> None:
     """
     if "jax" in sys.modules:
         return
-    for name, value in one_thread().items():
+    for name, value in ONE_THREAD.items():
         os.environ.setdefault(name, value)
     root = cache_root()
     if root is not None:

@@ -17,9 +17,8 @@ from dataclasses import dataclass
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
+from fitting._threads import ONE_THREAD
 from fitting.compile_cache import DIRECTORY, drop_damaged_entries, worker_variables
-
-_ONE_THREAD = ("MKL_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,7 @@ def predict_in_workers(
     `RuntimeError` where a process ends before its job does; what is written stays.
     """
     waiting = deque(jobs)
-    settings = dict.fromkeys(_ONE_THREAD, "1") | worker_variables(compiled)
+    settings = ONE_THREAD | worker_variables(compiled)
     running: dict[Future[None], tuple[_Worker, Job]] = {}
     with hide_folder(answers), _ended() as started:
         for _ in range(min(workers, len(jobs))):

@@ -49,7 +49,9 @@ def jobs(place, *names):
 def test_what_a_diagnosis_refuses_is_a_prediction_and_what_hides_is_restored(place):
     """Two processes, three recordings; none of them needed anything that was refused."""
     names = ["world-0", "world-1", "world-2"]
-    before = {name: os.environ.get(name) for name in ("NPROC", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
+    before = {
+        name: os.environ.get(name) for name in ("NPROC", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+    }
     seen = []
     for name in predict_in_workers(
         jobs(place, *names), place / "answers", 2, compiled=place / "compiled"

@@ -24,6 +24,7 @@ from .which._candidate import Candidate
 from .which._effect_sets import mechanism_name
 from .which._forward_selection import Attribution
 from .which._ranking import RankedCandidates, choose_refit, needs_flexible_base
+from .which._thresholds import THRESHOLDS
 from .which.signature._signature import describe_signatures
 
 
@@ -205,7 +206,13 @@ def describe_hypotheses(
                 refit, state = candidate.flexible_refit, candidate.on_flexible_base
             else:
                 refit, state = choose_refit(candidate, fitted.refit, flexible=flexible)
-            found = estimate_effects(refit, state, recording.response_unit, recording.drive_unit)
+            found = estimate_effects(
+                refit,
+                state,
+                recording.response_unit,
+                recording.drive_unit,
+                of_jumps=probability > THRESHOLDS.likely_probability,
+            )
             entry |= {
                 "survival": candidate.unabsorbed_fraction,
                 "parameters": found,

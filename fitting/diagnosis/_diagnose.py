@@ -147,7 +147,7 @@ def diagnose(
     probabilities = doubt_unpredictive(hypothesis_probabilities(evidence, values), closed)
     first = match_candidates(attribution, probabilities)[0][0]
     if first is not None and first.effects and not first.has_other_form:
-        if is_beyond_hysteresis(fitted.refit, first.on_base):
+        if fitted.spectrum.measured and is_beyond_hysteresis(first.on_flexible_base):
             probabilities = doubt_remainder(probabilities)
     jumps = _random_jumps(fitted, first or attribution.none, flexible=flexible)
     if jumps is not None:

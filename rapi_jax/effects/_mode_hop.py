@@ -56,8 +56,12 @@ class ModeHop(AbstractSwitch):
         hopped = self.hopped(nu).astype(nu.dtype)
         settles = self.settle_s > THRESHOLDS.hop_settled
         lag = jnp.where(settles, self.settle_s, 1.0)
-        slow = respond_from_rest(Modes(lag[None], jnp.ones(1)), t, hopped)
-        return nu + self.size * jnp.where(settles, slow, hopped)
+
+        def slowly() -> Array:
+            return respond_from_rest(Modes(lag[None], jnp.ones(1)), t, hopped)
+
+        # A sudden one needs no recursion, which takes longer than all the rest.
+        return nu + self.size * jax.lax.cond(settles, slowly, lambda: hopped)
 
     @float64
     def hopped(self, nu: Float[Array, " time"]) -> Array:

@@ -59,7 +59,6 @@ class MisfitThresholds:
     remainder_sigmas: float = threshold(
         4.0, unit="standard deviations of chi-square a line", origin="chance, 1 in 30 000"
     )
-    remainder_steps: int = threshold(20, unit="steps", origin="as the flexible base's; at most")
 
 
 THRESHOLDS = MisfitThresholds()

@@ -117,13 +117,20 @@ class FullRefit:
 def _refit_to_convergence(
     seen: Refit, state: State, jacobian: Float[np.ndarray, "lines unknowns"]
 ) -> State:
-    """The refit to what is seen: with one Jacobian as far as that goes, then with a new one."""
-    noise = state.errors.all.size
+    """The refit to what is seen: with one Jacobian as far as that goes, then with a new one.
+
+    The first step is what leaving data out comes to in a linear model, and is always taken. More
+    follow until they gain little of the excess, or of the noise: what is left to gain then moves
+    neither the gap that a prediction leaves nor what it adds to the noise.
+    """
+    tolerance, noise = THRESHOLDS.refit_tolerance, float(seen.whitener.used_lines)
+    least = THRESHOLDS.refit_least_gain * noise
+    state = seen.minimise(state, 1, 0.0, jacobian)
     for _ in range(THRESHOLDS.refit_jacobians):
-        end = seen.minimise(state, THRESHOLDS.refit_steps, THRESHOLDS.refit_tolerance, jacobian)
+        end = seen.minimise(state, THRESHOLDS.refit_steps, tolerance, jacobian, least)
         gain = state.cost - end.cost
         state = end
-        if gain < THRESHOLDS.refit_tolerance * max(end.cost - noise, 0.0) or gain < 1.0:
+        if gain < max(tolerance * (end.cost - noise), least):
             break
         jacobian = seen.jacobian(state)
     return state

@@ -25,7 +25,12 @@ class HowFarThresholds:
         "own, to 0.01 where they are 0.97 or more, else to 0.07",
     )
     refit_tolerance: float = threshold(
-        1e-4, unit="of the excess", origin="as above; two smaller falls in a row end a refit"
+        1e-2,
+        unit="of the excess",
+        origin="a smaller fall ends a refit: so much of what the gap leaves on data held out",
+    )
+    refit_least_gain: float = threshold(
+        1e-3, unit="of the lines' number", origin="as above, of the noise that is there anyway"
     )
     training_share: float = threshold(
         2.0 / 3.0, unit="of the periods", origin="the files' contract: the last third is held out"

@@ -54,6 +54,12 @@ class Whitener:
         """Variance of the noise of a reading of each run."""
         return [self.spectrum.mean_variance(lines) for lines in self.lines]
 
+    @cached_property
+    def used_lines(self) -> int:
+        """How many whitened errors there are, without those of runs and means that do not count."""
+        parts = (self._synchronous, self._nonsynchronous)
+        return int(sum(np.count_nonzero(part.scale) for part in parts))
+
     def with_misfit(self, misfit: MisfitCovariance) -> "Whitener":
         """The same, where synchronous errors have this covariance beyond that of noise."""
         out = copy.copy(self)

@@ -193,15 +193,17 @@ class Refit:
         steps: int,
         tolerance: float | None = None,
         jacobian: Float[np.ndarray, "lines unknowns"] | None = None,
+        least_gain: float = 0.0,
     ) -> State:
         """At most `steps` damped Gauss-Newton steps; ends where steps gain next to nothing.
 
         `tolerance`: of the excess over what noise alone would leave, below which a step counts as
-        slow; `THRESHOLDS.relative_gain` by default. `jacobian`: one for all steps, see `jacobian`.
+        slow; `THRESHOLDS.relative_gain` by default. `least_gain`: of chi-square, below which one
+        is slow in any case. `jacobian`: one for all steps, see `jacobian`.
         """
         limits = THRESHOLDS
         share = limits.relative_gain if tolerance is None else tolerance
-        noise = float(state.errors.synchronous.size + state.errors.nonsynchronous.size)
+        noise = float(self.whitener.used_lines)
         return minimise_damped(
             state,
             cost=lambda state: state.cost,
@@ -218,7 +220,7 @@ class Refit:
             ),
             stop=StoppingRule(
                 negligible=lambda gain, cost: gain < limits.least_gain,
-                slow=lambda gain, cost: gain < share * max(cost - noise, 0.0),
+                slow=lambda gain, cost: gain < max(share * (cost - noise), least_gain),
                 slow_steps=limits.slow_steps,
             ),
             max_steps=steps,

@@ -9,7 +9,7 @@ from fitting.diagnosis.refit._gauss_newton import Refit
 from rapi_jax.effects import AbstractLawEffect
 
 from ._candidate import Candidate
-from ._excess import is_unexplained, least_fall
+from ._excess import is_unexplained, least_falls
 from ._thresholds import THRESHOLDS
 from .refits._base_refits import (
     Refitted,
@@ -85,7 +85,7 @@ def _screen_all(
         progress(name)
         found[name] = screen_effect(refit, state, grid, basis, remainder)
     found = {name: each for name, each in found.items() if each}
-    enough = least_fall(remainder) if start.effects and flexible is not None else 0.0
+    enough = least_falls(remainder) if start.effects and flexible is not None else (0.0, 0.0)
     found = _that_may_explain(found, enough, in_any_case)
     if flexible is not None:
         found = refine_guesses(flexible.marginal, start.on_base, found)
@@ -108,16 +108,17 @@ def _screen_all(
         telling=measured,
         least=THRESHOLDS.screened_chance,
         in_any_case=in_any_case | (laws if taken_up else frozenset()),
+        nothing_left=flexible is not None and not is_unexplained(start.on_flexible_base),
     )
 
 
 def _that_may_explain(
-    found: dict[str, list[Screened]], enough: float, in_any_case: frozenset[str]
+    found: dict[str, list[Screened]], enough: tuple[float, float], in_any_case: frozenset[str]
 ) -> dict[str, list[Screened]]:
     return {
         name: each
         for name, each in found.items()
-        if name in in_any_case or may_explain(each, enough)
+        if name in in_any_case or may_explain(each, *enough)
     }
 
 

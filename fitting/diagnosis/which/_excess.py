@@ -64,12 +64,12 @@ def reduces_nonsynchronous(state: State, without: State, share: float) -> bool:
     return gain > max(share * before, THRESHOLDS.chance_fall)
 
 
-def least_fall(remainder: BaseRemainder) -> float:
-    """What a second effect must remove beside a first, which leaves `remainder`.
+def least_falls(remainder: BaseRemainder) -> tuple[float, float]:
+    """What a second effect must remove beside a first, which leaves `remainder`: one or the other.
 
-    A large share of the excess, or of what does not repeat.
+    A large share of the excess, and of what does not repeat; infinite where that is chance.
     """
-    of = [remainder.excess]
+    whole, nonsynchronous = remainder.excess, np.inf
     if _exceeds_chance(remainder.nonsynchronous):
-        of.append(remainder.nonsynchronous_excess)
-    return THRESHOLDS.pair_gain * min(of)
+        nonsynchronous = remainder.nonsynchronous_excess
+    return THRESHOLDS.pair_gain * whole, THRESHOLDS.pair_gain * nonsynchronous

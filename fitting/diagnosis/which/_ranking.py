@@ -19,10 +19,13 @@ def match_candidates(attribution: Attribution, ranked: Ranked) -> RankedCandidat
 
 
 def likely_candidates(attribution: Attribution, ranked: RankedCandidates) -> list[Candidate]:
-    """The likeliest candidates with effects; the one that leaves least where none is likely."""
+    """The likeliest candidates with effects; the one that leaves least where none is likely.
+
+    Nothing where the data need no effect: what one would predict then decides nothing.
+    """
     least = THRESHOLDS.likely_probability
     likely = [c for c, p in ranked if c is not None and c.effects and p > least]
-    if not likely and attribution.candidates:
+    if not likely and attribution.candidates and ranked[0][0] is not attribution.none:
         return [attribution.best]
     return likely[: THRESHOLDS.likely_candidates]
 

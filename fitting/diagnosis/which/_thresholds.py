@@ -164,6 +164,12 @@ class WhichThresholds:
     flexible_tolerance: float = threshold(
         2e-3, unit="of the excess", origin=f"{_TRIAL}; two smaller falls in a row end a refit"
     )
+    predictor_least_gain: float = threshold(
+        5e-3,
+        unit="of the lines' number",
+        origin="of chi-square, below which a step of an operator that only predicts is slow: its "
+        "predictions miss by the noise anyway",
+    )
     flexible_round_gain: float = threshold(
         0.03, unit="of chi-square", origin=f"{_TRIAL}; a smaller fall makes a round the last"
     )

@@ -12,10 +12,14 @@ from fitting.diagnosis.refit._thresholds import THRESHOLDS
 from ._profile_cost import ProfileCost, scaled_inverse
 
 
-def standard_errors(refit: Refit, state: State) -> Float[np.ndarray, " parameters"]:
+def standard_errors(
+    refit: Refit, state: State, *, of_jumps: bool = True
+) -> Float[np.ndarray, " parameters"]:
     """One standard error of each free parameter of the effects, the operator free.
 
     Errors are white here. What the base leaves above the noise counts as noise of that size.
+    `of_jumps`: whether those of effects that jump are worked out, which takes tenths of a second a
+    parameter; else they are not a number.
     """
     matrix, _, effects = refit.normal_equations(state)
     inverse, unit = scaled_inverse(matrix)
@@ -25,6 +29,8 @@ def standard_errors(refit: Refit, state: State) -> Float[np.ndarray, " parameter
         np.sqrt(variance)[state.values.size :] / np.where(unit > 0, unit, 1.0)[state.values.size :]
     )
     smooth = [type(e).smooth for e in state.effects for _ in free_parameters(e)]
+    if not of_jumps:
+        return np.where(smooth, out, np.nan)
     if not all(smooth):
         profile = ProfileCost.of(refit, state, matrix, effects, np.array(smooth))
     for i in np.flatnonzero(~np.array(smooth, dtype=bool)):
@@ -98,10 +104,13 @@ def _chi_square_half_width(
 
 
 def estimate_effects(
-    refit: Refit, state: State, unit: str, drive_unit: str
+    refit: Refit, state: State, unit: str, drive_unit: str, *, of_jumps: bool = True
 ) -> dict[str, dict[str, Any]]:
-    """`{name: {value, stderr, unit}}`; with several effects names carry the effect's."""
-    errors = standard_errors(refit, state)
+    """`{name: {value, stderr, unit}}`; with several effects names carry the effect's.
+
+    `of_jumps`: see `standard_errors`.
+    """
+    errors = standard_errors(refit, state, of_jumps=of_jumps)
     values = effect_values(state.effects)
     several = len(state.effects) > 1
     out, at = {}, 0

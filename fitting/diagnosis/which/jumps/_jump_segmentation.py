@@ -17,20 +17,28 @@ from rapi_jax.effects import AbstractSwitch
 
 
 def refit_at_segmented_jumps(
-    refit: Refit, state: State, steps: int, tolerance: float | None = None
+    refit: Refit,
+    state: State,
+    steps: int,
+    tolerance: float | None = None,
+    least_gain: float = 0.0,
 ) -> State | None:
     """The base and its switch at the segmented jumps; `None` for no switch, or too small a one.
 
-    `steps`, `tolerance`: see `Refit.minimise`.
+    `steps`, `tolerance`, `least_gain`: see `Refit.minimise`.
     """
     for at, effect in enumerate(state.effects):
         if isinstance(effect, AbstractSwitch):
-            return _refit_at(refit, state, at, effect, steps, tolerance)
+            return _refit_at(refit, state, at, effect, (steps, tolerance, least_gain))
     return None
 
 
 def _refit_at(
-    refit: Refit, state: State, at: int, switch: AbstractSwitch, steps: int, tolerance: float | None
+    refit: Refit,
+    state: State,
+    at: int,
+    switch: AbstractSwitch,
+    limits: tuple[int, float | None, float],
 ) -> State | None:
     whitened, size = refit.whitened, float(switch.size)
     noise = [
@@ -53,7 +61,9 @@ def _refit_at(
     without_jumps = dataclasses.replace(
         refit, whitened=dataclasses.replace(whitened, blocks=blocks)
     )
-    end = without_jumps.minimise(without_jumps.evaluate(state.values, others), steps, tolerance)
+    steps, tolerance, least_gain = limits
+    begin = without_jumps.evaluate(state.values, others)
+    end = without_jumps.minimise(begin, steps, tolerance, least_gain=least_gain)
     nu = [e + b.data for e, b in zip(end.errors.raw, blocks, strict=True)]
     run = [np.full(one.shape, k) for k, one in enumerate(on)]
     use = [block.use > 0 for block in blocks]

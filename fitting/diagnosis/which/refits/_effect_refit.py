@@ -76,16 +76,20 @@ def refit_without_hysteresis(refit: Refit, state: State) -> tuple[Refit, State] 
 
 
 def refit_beside_jumps(
-    refit: Refit, state: State, steps: int, tolerance: float | None = None
+    refit: Refit,
+    state: State,
+    steps: int,
+    tolerance: float | None = None,
+    least_gain: float = 0.0,
 ) -> State:
     """A refit; beside an effect that jumps, first of the base and the jump's size alone.
 
     Derivatives by the position of a jump mean little, and would keep the base from moving.
-    `tolerance`: see `Refit.minimise`.
+    `tolerance`, `least_gain`: see `Refit.minimise`.
     """
     if not all(type(effect).smooth for effect in state.effects):
-        state = _refit_base_and_size(refit, state, steps, tolerance)
-    return refit.minimise(state, steps, tolerance)
+        state = _refit_base_and_size(refit, state, steps, tolerance, least_gain)
+    return refit.minimise(state, steps, tolerance, least_gain=least_gain)
 
 
 def _refit_guesses(
@@ -129,17 +133,21 @@ def _refit_to_convergence(search: Refit, refit: Refit, state: State, cost_withou
 
 
 def _refit_base_and_size(
-    refit: Refit, state: State, steps: int, tolerance: float | None = None
+    refit: Refit,
+    state: State,
+    steps: int,
+    tolerance: float | None = None,
+    least_gain: float = 0.0,
 ) -> State:
     """The base beside jumps that stay in place: from `state`, or from jumps segmented in the data.
 
     The better of the two.
     """
     fixed = dataclasses.replace(refit, freeze_jumps=True)
-    refitted = [fixed.minimise(state, steps, tolerance)]
-    segmented = refit_at_segmented_jumps(fixed, state, steps, tolerance)
+    refitted = [fixed.minimise(state, steps, tolerance, least_gain=least_gain)]
+    segmented = refit_at_segmented_jumps(fixed, state, steps, tolerance, least_gain)
     if segmented is not None and np.isfinite(segmented.cost):
-        refitted.append(fixed.minimise(segmented, steps, tolerance))
+        refitted.append(fixed.minimise(segmented, steps, tolerance, least_gain=least_gain))
     return min(refitted, key=lambda end: end.cost)
 
 

@@ -52,7 +52,8 @@ def refit_flexible_operator(
     start = min((s for s in starts if np.isfinite(s.cost)), key=_cost, default=starts[0])
     if not search:
         steps, tolerance = THRESHOLDS.flexible_steps, THRESHOLDS.flexible_tolerance
-        return flexible, refit_beside_jumps(flexible, start, steps, tolerance)
+        least = THRESHOLDS.predictor_least_gain * flexible.whitener.used_lines
+        return flexible, refit_beside_jumps(flexible, start, steps, tolerance, least)
     return flexible, refit_and_search(flexible, start, on_base.cost)
 
 

@@ -51,4 +51,11 @@ def _refit(marginal: Refit, without: State, one: Screened) -> Screened:
         return dataclasses.replace(one, refined=True)
     known = {effect.name for effect in without.effects}
     (effect,) = (e for e in end.effects if e.name not in known)
-    return dataclasses.replace(one, effect=effect, flexible_score=float(fall), refined=True)
+    loose = without.nonsynchronous - end.nonsynchronous
+    return dataclasses.replace(
+        one,
+        effect=effect,
+        flexible_score=float(fall),
+        refined=True,
+        nonsynchronous_score=float(max(loose, 0.0)),
+    )

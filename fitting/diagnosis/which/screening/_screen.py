@@ -23,6 +23,7 @@ class Screened:
     - `score`: the score statistic, by how much chi-square would fall at the guess's best size, with
       the base's Jacobian projected out; `flexible_score`: the same of what the flexible base
       leaves, less what that takes up.
+    - `nonsynchronous_score`: `flexible_score` of what does not repeat alone.
     - `expected_score`: `flexible_score` as it would be, were all of `score` this effect's doing.
     - `unabsorbed_fraction`: length of what the flexible base cannot absorb, over the whole
       signature's.
@@ -39,6 +40,7 @@ class Screened:
     cost: float
     direction: np.ndarray
     refined: bool = False
+    nonsynchronous_score: float = 0.0
 
     def is_parallel(self, other: "Screened") -> bool:
         """Whether the two signatures are parallel, so that refits from both end alike."""
@@ -171,11 +173,21 @@ def _screen(
     score, square = _score(beyond, t, left, whole)
     left = flexible.synchronous, flexible.nonsynchronous
     flexible_score, unabsorbed = _score(flexible.reduce(s), t, left, whole)
+    loose, _ = _score(s[:0], t, (s[:0], flexible.nonsynchronous), float(t @ t))
     expected = score * unabsorbed / square if square > 0 else 0.0
     direction = np.concatenate([beyond, t]).astype(np.float32)
     direction /= max(float(np.linalg.norm(direction)), 1e-30)
     fraction = float(np.sqrt(unabsorbed / whole))
-    return Screened(guess, score, flexible_score, expected, fraction, cost, direction)
+    return Screened(
+        guess,
+        score,
+        flexible_score,
+        expected,
+        fraction,
+        cost,
+        direction,
+        nonsynchronous_score=loose,
+    )
 
 
 def _score(

@@ -4,15 +4,19 @@ import dataclasses
 from collections.abc import Callable
 from functools import cached_property
 
+import numpy as np
+
 from fitting.diagnosis.which._thresholds import THRESHOLDS
 
 from ._screen import Screened
 
 
-def may_explain(guesses: list[Screened], fall: float) -> bool:
-    """Whether an effect may explain as much as `fall` beyond the flexible base.
+def may_explain(guesses: list[Screened], whole: float, nonsynchronous: float = np.inf) -> bool:
+    """Whether an effect may explain as much beyond the flexible base.
 
-    Foreseen from the largest score of its guesses, and whether one of them was refitted there.
+    `whole`: of all chi-square. `nonsynchronous`: of that of what does not repeat, if that is less
+    to ask. Foreseen from the largest score of its guesses, and whether one of them was refitted
+    there.
     """
     best = max(guesses, key=lambda one: one.flexible_score)
     if not any(one.refined for one in guesses):
@@ -21,7 +25,8 @@ def may_explain(guesses: list[Screened], fall: float) -> bool:
         most = THRESHOLDS.foreseen_of_refit
     else:
         most = THRESHOLDS.foreseen_of_jumps
-    return most * best.flexible_score >= fall
+    loose = max(one.nonsynchronous_score for one in guesses)
+    return most * best.flexible_score >= whole or most * loose >= nonsynchronous
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -33,6 +38,8 @@ class ScreenedEffects:
     of those it cannot tell. `telling`: whether the flexible base tells anything; where noise is not
     known every effect is promising, and none leads. `least`: the least score beyond it that counts.
     `in_any_case`: effects that are promising whatever their scores. `most`: how many may lead.
+    `nothing_left`: whether the flexible base leaves no more than noise. Then it need not be asked
+    what it takes up: the evidence would name no effect that explains no more beyond it.
     """
 
     guesses: dict[str, list[Screened]]
@@ -40,6 +47,7 @@ class ScreenedEffects:
     least: float = 0.0
     in_any_case: frozenset[str] = frozenset()
     most: int | None = None
+    nothing_left: bool = False
 
     @cached_property
     def promising(self) -> dict[str, list[Screened]]:
@@ -52,7 +60,9 @@ class ScreenedEffects:
         share = THRESHOLDS.screened_fall
         kept = self._near_best(lambda one: one.flexible_score, share, self.least)
         near = self._near_best(lambda one: one.score, share, self.least)
-        kept |= {name for name in near if self._is_taken_up(name)} | self.in_any_case
+        if not self.nothing_left:
+            kept |= {name for name in near if self._is_taken_up(name)}
+        kept |= self.in_any_case
         return {name: each for name, each in self.guesses.items() if name in kept}
 
     @cached_property

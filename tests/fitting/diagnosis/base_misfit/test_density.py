@@ -127,13 +127,10 @@ def test_values_of_the_base_are_integrated_out():
 
 
 def test_what_is_beyond_any_hysteresis_is_told():
-    """An etalon is, other plays are not; where noise is not known nothing is said."""
+    """An etalon is, other plays are not; of what is not finite nothing is said."""
     for effects, operator, beyond in (((ETALON,), None, True), ((), other_plays(), False)):
         recording = record(SESSION, *effects, operator=operator)
         state, flexible = base_of(recording, paper_device().operator)
-        assert is_beyond_hysteresis(flexible.refit, state) is beyond
-        unknown = Spectrum.of_white(NOISE**2, measured=False)
-        whitener = flexible.refit.whitened.make_whitener(unknown)
-        assert not is_beyond_hysteresis(
-            dataclasses.replace(flexible.refit, whitener=whitener), state
-        )
+        left = flexible.marginal.evaluate(state.values, ())
+        assert is_beyond_hysteresis(left) is beyond
+        assert not is_beyond_hysteresis(dataclasses.replace(left, prior_cost=np.inf))

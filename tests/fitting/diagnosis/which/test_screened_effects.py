@@ -106,6 +106,17 @@ def test_what_an_effect_may_explain_is_foreseen_from_its_best_guess(effect, refi
     assert not may_explain(guesses, 1.01 * times * 100.0)
 
 
+def test_what_does_not_repeat_is_explained_by_what_does_not_repeat():
+    """Beside a small part that does not repeat, an effect of the other part may explain little."""
+    (repeats,) = screened((0.0, 1000.0))
+    enough = 1e6, 100.0
+    assert may_explain([repeats], *enough[:1]) is False
+    assert not may_explain([repeats], *enough)
+    loose = dataclasses.replace(repeats, nonsynchronous_score=100.0)
+    assert may_explain([loose], *enough)
+    assert not may_explain([loose], 1e6, np.inf)
+
+
 def test_chance_leads_nowhere():
     chance = THRESHOLDS.chance_fall
     found = ScreenedEffects({"a": screened((5.0, chance)), "b": screened((4.0, 0.9 * chance))})

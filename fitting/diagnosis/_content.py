@@ -31,23 +31,25 @@ from .which.signature._signature import describe_signatures
 def describe_gap(whitened: WhitenedModel, fitted: FittedBase, none: Candidate) -> dict[str, Any]:
     """The gap of the base before any effect is added, and where it lies: `gap`, `where`, `maps`.
 
-    Of a model that was brought, its own errors are localised.
+    Of a model that was brought, its own errors are localised, and divided into what repeats and
+    what does not.
     """
     blocks, spectrum, own = whitened.blocks, fitted.spectrum, whitened.own_origin
     errors = none.on_base.errors.raw
-    whole = _measure_base_gap(whitened, fitted, none)
-    total = None
+    whole, told, total = _measure_base_gap(whitened, fitted, none), None, None
     if fitted.given is not None:
-        total = measure_gap(fitted.given, blocks, spectrum, own_origin=own).total
+        told = measure_gap(fitted.given, blocks, spectrum, own_origin=own)
+        total = told.total
     parts = split_gap(total, whole.total, whole.noise_floor)
+    told = told or whole
     shown = fitted.given if fitted.given is not None else errors
     entries = localise(shown, blocks, spectrum, whitened.recording, own_origin=own)
     profiles = residual_profiles(shown, blocks, spectrum, whitened.recording, own_origin=own)
     return {
         "gap": parts
         | {
-            "locked": _root(whole.synchronous),
-            "not_locked": _root(whole.nonsynchronous),
+            "locked": _root(told.synchronous),
+            "not_locked": _root(told.nonsynchronous),
             "significant": whole.significant and parts["structural"] != 0,
             "sentence": describe_localisation(
                 entries,
@@ -68,15 +70,16 @@ def describe_shrinkage(
     top: Candidate,
     held_out: CrossValidation | None,
     *,
+    total: float,
     floor: float | None,
 ) -> dict[str, Any]:
     """How far the gap closes with `top`: on held-out data, and as predicted of other scans.
 
-    `floor`: of noise, as `describe_gap` has it.
+    `total`, `floor`: of the gap and of noise, as `describe_gap` has them. Where nothing was held
+    out nothing is known to close.
     """
     blocks, spectrum, own = whitened.blocks, fitted.spectrum, whitened.own_origin
-    whole = _measure_base_gap(whitened, fitted, none)
-    before, after = held_out.rms(own) if held_out else (whole.total, whole.total)
+    before, after = held_out.rms(own) if held_out else (total, total)
     flexible = needs_flexible_base(top)
     refitted = choose_refit(top, fitted.refit, flexible=flexible)
     left = refitted[1].errors.raw

@@ -173,9 +173,9 @@ def diagnose(
     name, probability = probabilities[0]
 
     gap = describe_gap(whitened, fitted, attribution.none)
-    floor = gap["gap"]["noise_floor"]
+    total, floor = gap["gap"]["total"], gap["gap"]["noise_floor"]
     shrinkage = describe_shrinkage(
-        whitened, fitted, attribution.none, top, held_out.get(name), floor=floor
+        whitened, fitted, attribution.none, top, held_out.get(name), total=total, floor=floor
     )
 
     report("smallest effects that would show")

@@ -21,8 +21,8 @@ def tabulate_shrinkage(
     steps = _STEPS | ({} if name == "none" else {"after": "with the effect"})
     if name == "unlisted":
         steps["after"] = "with the best known effect"
-        if found.get("closed_fraction") is None:  # no effect was added
-            del steps["after"]
+    if not found.get("held_out") or (name == "unlisted" and found.get("closed_fraction") is None):
+        del steps["after"]  # no effect was added, or nothing tells what it would leave
     values = {key: finite_or_none(found.get(key)) for key in steps}
     if values["before"] is None:
         return None
@@ -54,7 +54,14 @@ def tabulate_shrinkage(
 def _summarise_refit(
     found: dict, values: dict[str, float | None], scale: Scale, name: str, judged: bool
 ) -> str:
-    alone = f"The model alone leaves a residual of {scale(values['before'])} rms on held-out data"
+    alone = f"The model alone leaves a residual of {scale(values['before'])} rms"
+    if not found.get("held_out"):
+        if name == "none" and values["floor"] is not None:
+            return f"{alone}. {_NOTHING_EXCEEDS}."
+        return f"{alone}." + (
+            " No known effect reduces it." if name == "unlisted" and judged else ""
+        )
+    alone += " on held-out data"
     closed = found.get("closed_fraction")
     if name == "unlisted" and not isinstance(closed, dict):
         return f"{alone}." + (" No known effect reduces it." if judged else "")

@@ -24,6 +24,8 @@ def list_facts(diagnosis: dict, scale: Scale, labels: words.Labels) -> list[tupl
     if len(among) > 1:
         lines.append(("95 % set", words.capitalise(words.list_alternatives(among, labels))))
     before, after = finite_or_none(shrinkage.get("before")), finite_or_none(shrinkage.get("after"))
+    if not shrinkage.get("held_out"):
+        before = after = None  # no more is known than the gap as recorded
     if before is not None and among[0] == "unlisted":
         lines.append(("Residual", f"{scale(before)} rms, on held-out data"))
     elif before is not None and after is not None:

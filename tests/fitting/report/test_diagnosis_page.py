@@ -11,6 +11,7 @@ import hypothesis.strategies as st
 import pytest
 from parsed_page import Page, spaced
 
+from fitting.report.diagnosis._how_far import tabulate_shrinkage
 from fitting.report.diagnosis._numbers import (
     Scale,
     format_number,
@@ -18,6 +19,7 @@ from fitting.report.diagnosis._numbers import (
     format_with_error,
 )
 from fitting.report.diagnosis._page import render_page
+from fitting.report.diagnosis._summary import list_facts
 
 SECTIONS = ["verdict", "where", "which", "how-far", "next", "sure"]
 
@@ -166,6 +168,21 @@ def test_what_the_verdicts_say():
     assert "24.7 → 10.8 nm" in text["displacement"] and "2, 3 μm" in text["displacement"]
     assert "Over optical frequency" in text["creep"]
     assert "Over optical frequency" not in text["displacement"]
+
+
+@pytest.mark.parametrize("name", ["creep", "none", "unlisted"])
+def test_nothing_is_said_of_held_out_data_where_nothing_was_held_out(name):
+    """The gap is then told once, as it was recorded."""
+    diagnosis = diagnoses.ALL[name]()
+    total = diagnosis["gap"]["total"]
+    diagnosis["shrinkage"] |= {
+        "before": total, "after": total, "closed_fraction": None, "held_out": [], "by_part": [],
+    }  # fmt: skip
+    found = tabulate_shrinkage(diagnosis["shrinkage"], Scale.of("GHz", [total]), name)
+    assert found is not None and "held-out" not in found["shows"]
+    assert [bar["key"] for bar in found["bars"]] == ["before", "floor"]
+    facts = dict(list_facts(diagnosis, Scale.of("GHz", [total]), {}))
+    assert "held-out" not in facts["Residual"] and "→" not in facts["Residual"]
 
 
 def test_what_lies_below_noise_is_called_nothing():

@@ -43,13 +43,13 @@ def render_page(report: dict[str, Any], picture: bytes) -> str:
             Section(
                 "Each drive",
                 "The smallest slope of the response over every history of drives within the range "
-                "is positive, so the model can be inverted there. The last column is what the "
+                "is positive, so the model can be inverted there. The nonlinearity is what the "
                 "model itself leaves of a straight line.",
                 heads=(
                     "rate", f"drive ({volts})", f"steepest ({volts}/s)",
                     f"smallest slope ({unit}/{volts})", "nonlinearity up, down", "file",
                 ),
-                rows=[_row(one, unit) for one in drives],
+                rows=[_row(one, unit, volts) for one in drives],
             ),
             Section(
                 "Limits that were kept",
@@ -73,15 +73,15 @@ def _expected(expected: dict[str, Any]) -> str:
     return f"at most {quantity(expected['high'], expected['unit'])} rms off a line (97.5 %)"
 
 
-def _row(one: dict[str, Any], unit: str) -> tuple[str, ...]:
+def _row(one: dict[str, Any], unit: str, volts: str) -> tuple[str, ...]:
     slope = one["certificate"]
     bent = [one["nonlinearity"][side] for side in ("up", "down")]
     up, down = ("rounding" if x < _ROUNDING * one["span"] else quantity(x, unit) for x in bent)
     return (
         f"{one['excitation_hz']:g} Hz",
         f"{one['drive_min']:.4g} to {one['drive_max']:.4g}",
-        f"{one['slew_max']:.4g}",
-        f"{slope['slope_min']:.4g} at {slope['slope_at']:.4g}",
+        f"{float(format(one['slew_max'], '.4g')):.10g}",  # not as a power of ten
+        f"{slope['slope_min']:.4g} at {slope['slope_at']:.4g} {volts}",
         f"{up}, {down}",
         one["file"],
     )

@@ -85,7 +85,7 @@ class DriveLimits:
                 raise LimitError(
                     f"the step {where.format(i=i)} is {step[i] / per:.6g} {unit}, but `{name}` is "
                     f"{getattr(self, name):g} {unit} ({over.sum()} such step(s)). Scan more slowly "
-                    "or less, or smooth the corners more."
+                    "or less, smooth the corners more, or widen the limit if the device allows it."
                 )
 
 

@@ -170,7 +170,7 @@ def compensate_into(
         write_drives,
     )
     from fitting.diagnosis._data_checks import check_units
-    from rapi_jax import Identified, ModelError, linear_scan
+    from rapi_jax import Identified, LimitError, ModelError, linear_scan
     from rapi_jax import compensate as compensated
     from rapi_jax.io import read_limits, read_recording
 
@@ -210,8 +210,8 @@ def compensate_into(
     made = []
     for target in targets:
         report_step(f"{target.excitation_hz:g} Hz")
-        made.append(
-            compensated(
+        try:
+            one = compensated(
                 used,
                 target,
                 identified=identified,
@@ -219,7 +219,9 @@ def compensate_into(
                 bias=bias,
                 extrapolate=extrapolate,
             )
-        )
+        except LimitError as error:
+            raise LimitError(_say_which(target.excitation_hz, allowed is None, error)) from error
+        made.append(one)
     report_step("band on the nonlinearity")
     bands, note = scan_bands(model, ecdl, made)
     report = certificate_report(made, about, seen, allowed, fitted, ecdl)
@@ -240,6 +242,17 @@ def compensate_into(
 def _check_positive(value: float) -> None:
     if not 0 < value < float("inf"):
         raise ValueError("must be a positive number.")
+
+
+def _say_which(hertz: float, of_recording: bool, error: Exception) -> str:
+    """Which scan a limit refuses, and whose limit it is."""
+    text = f"the scan at {hertz:g} Hz: {error}"
+    if of_recording:
+        text += (
+            " These limits are the recording's own range, with three times its steepest slope: "
+            "give the device's with `--limits`."
+        )
+    return text
 
 
 def _identify_inverse(

@@ -119,11 +119,11 @@ def import_files(
     cut
         Make a run of each stretch of one rate and swing.
     decimate
-        Make one sample of so many, by their average.
+        Average so many samples into one.
     max_samples
-        Above so many in all, samples are averaged without being asked.
+        A file with more samples than this is averaged, which is said.
     nan
-        What to do with readings that are missing: refuse, or keep them as gaps.
+        Readings that are missing: refuse the file (raise), or keep them as gaps (mask).
     response_origin
         Whether all runs share one zero of the response (session), or have one each (run).
     response_lag

@@ -33,6 +33,7 @@ from ._verdict import (
     blame_data,
     collect_notes,
     describe_family,
+    doubt_data,
     doubt_noise,
     explain_random_jumps,
     give_verdict,
@@ -189,6 +190,8 @@ def diagnose(
     verdict = give_verdict(
         name, probability, credible, top, attribution.none, gap, shrinkage, next_scan, recording
     )
+    if name == "unlisted" and faults and faults[0].kind != DIFFERS_WITH_RATE:
+        verdict = doubt_data(verdict, faults)
     if jumps is not None:
         verdict = explain_random_jumps(verdict, jumps, recording.response_unit)
     if left is not None:

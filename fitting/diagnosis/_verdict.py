@@ -71,6 +71,15 @@ def blame_data(verdict: Verdict, faults: list[Fault]) -> Verdict:
     return dataclasses.replace(verdict, sentence=sentence, advice=advice, judged=False)
 
 
+def doubt_data(verdict: Verdict, faults: list[Fault]) -> Verdict:
+    """The verdict where no effect explains data that have a fault: that comes first."""
+    advice = (
+        f"Correct the recording first, since its fault may be the cause: {faults[0].message} Then "
+        "diagnose it again."
+    )
+    return dataclasses.replace(verdict, advice=advice)
+
+
 def explain_random_jumps(verdict: Verdict, jumps: RandomJumps, unit: str) -> Verdict:
     """The verdict where what does not repeat with the scan moves by jumps."""
     size = f" of about {jumps.size:.2g} {unit}" if jumps.size > 0 else ""

@@ -41,7 +41,8 @@ class Delay(AbstractOpticalEffect, AbstractLinearEffect, AbstractInvertible):
     label: ClassVar[str] = "a delay between drive and reading"
     signature_axis: ClassVar = "since_turn"
     remedy: ClassVar[str] = (
-        "Set the latency of the reading (`response_lag_s`), or compensate with the model."
+        "Set the latency of the reading (`rapi import --response-lag`, in a manifest "
+        "`response_lag_s`), or compensate with the model."
     )
 
     def derived(self, scan: ScanRange) -> tuple[Derived, ...]:

@@ -148,7 +148,7 @@ def compensate(
     if beyond and not extrapolate:
         raise ModelError(
             f"{'; '.join(beyond)}. Identify the model where it is to be used, or ask for "
-            "extrapolation."
+            "extrapolation (`--extrapolate`, in Python `extrapolate=True`)."
         )
     predicted = None
     if not isinstance(ecdl.operator, InverseRAPI):

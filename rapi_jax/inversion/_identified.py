@@ -115,33 +115,36 @@ class Identified:
 
     def outside(self, drive: Drive) -> list[str]:
         """In which ways `drive` leaves the range, in words; empty where it does not."""
-        limits = self.limits()
+        limits, unit = self.limits(), self.drive_unit
         found = []
         low, high = float(drive.value.min()), float(drive.value.max())
         if low < limits.low_v or high > limits.high_v:
             found.append(
-                f"the drive goes from {low:.4g} to {high:.4g}, the model was identified from "
-                f"{self.drive_min:.4g} to {self.drive_max:.4g}"
+                f"the drive goes from {low:.4g} to {high:.4g} {unit}, the model was identified "
+                f"from {self.drive_min:.4g} to {self.drive_max:.4g} {unit}"
             )
         swings = self.amplitudes
         if swings and drive.u_pp < THRESHOLDS.least_swing * min(swings):
             found.append(
-                f"the drive swings by {drive.u_pp:.3g}, the model was identified at "
-                f"{' and '.join(f'{swing:.3g}' for swing in swings)}: how thresholds follow the "
-                "swing is assumed below that (Eq. 11), and one more run near "
-                f"{drive.u_pp:.2g} would measure it"
+                f"the drive swings by {drive.u_pp:.3g} {unit}, the model was identified at "
+                f"{' and '.join(f'{swing:.3g}' for swing in swings)} {unit}: how thresholds "
+                "follow the swing is assumed below that (Eq. 11), and one more run near "
+                f"{drive.u_pp:.2g} {unit} would measure it"
             )
         elif not self.swings_joined and not any(self._is_near(drive.u_pp, s) for s in swings):
             seen = " and ".join(f"{swing:.3g}" for swing in swings)
             found.append(
-                f"the drive swings by {drive.u_pp:.3g}, the model was identified at {seen}, and "
+                f"the drive swings by {drive.u_pp:.3g} {unit}, the model was identified at {seen} "
+                f"{unit}, and "
                 "what it saw at one of these did not predict the other: one more run near "
-                f"{drive.u_pp:.2g} would show what lies between"
+                f"{drive.u_pp:.2g} {unit} would show what lies between"
             )
         slow, fast = min(self.rates_hz, default=0.0), max(self.rates_hz, default=np.inf)
         if drive.rate > 0 and not self.rates_hz:
             found.append(f"the scan rate is {drive.rate:g} Hz, the model was identified at none")
         elif not 0.95 * slow <= drive.rate <= 1.05 * fast:
             seen = f"{slow:g} to {fast:g}" if slow < fast else f"{slow:g}"
-            found.append(f"the scan rate is {drive.rate:g} Hz, the model was identified at {seen}")
+            found.append(
+                f"the scan rate is {drive.rate:g} Hz, the model was identified at {seen} Hz"
+            )
         return found

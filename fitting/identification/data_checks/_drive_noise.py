@@ -35,7 +35,8 @@ def find_drive_noise(recording: Recording, errors: list[np.ndarray]) -> list[Fau
                 f"run {run.name!r}: the drive as written carries noise of {noise:.2g} "
                 f"{recording.drive_unit} that the response does not follow (correlation "
                 f"{together:.2f} with what the model leaves). Write the drive that was sent "
-                "instead of its reading, or average its periods."
+                "instead of its reading (`rapi import --drive-amplitude` makes it), or average its "
+                "samples (`--decimate`)."
             )
             if _is_commanded(run.response[use], THRESHOLDS.reading_noise):
                 text += (

@@ -48,7 +48,8 @@ def describe_closed(diagnosis: dict, floor: float | None) -> str:
     if not diagnosis["verdict"].get("judged", True):
         return "not judged"
     if named == "unlisted":
-        best = f"; {format_interval(closed)} by the best of them" if known else ""
+        some = known and (finite_or_none(closed.get("value")) or 0.0) > 0.0
+        best = f"; {format_interval(closed)} by the best of them" if some else ""
         return f"not by any known effect{best}"
     if known:
         return format_interval(closed)

@@ -96,6 +96,8 @@ def test_bias_shape_and_limits_are_followed(model, tmp_path):
         (("--span", 75, "--frequency", 0), 3, "positive rates"),
         (("--span", 75, "--frequency", 10, "nan"), 3, "positive rates"),
         (("--span", 75, "--frequency", 100), 3, "V/s"),
+        (("--span", 75, "--frequency", 10, 100), 3, "the scan at 100 Hz: "),
+        (("--span", 75, "--frequency", 100), 3, "give the device's with `--limits`"),
         (("--span", 60, "--frequency", 50), 3, "identified at 10 to 40"),
         (("--span", 120, "--frequency", 10), 3, "a scan of 120 GHz about"),
         (("--span", 75, "--frequency", 10, "--bias", 5.2), 3, "needs more than"),

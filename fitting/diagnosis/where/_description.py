@@ -114,5 +114,5 @@ def _describe_part(
     branch = {None: "", "up": "on rising branches", "down": "on falling branches"}
     parts = [near[region], branch[direction]]
     parts.append("" if rate is None else f"at {rate:.4g} Hz")
-    parts.append("" if size is None else f"with an amplitude of {size:.3g} {drive_unit}".rstrip())
+    parts.append("" if size is None else f"with a swing of {size:.3g} {drive_unit}".rstrip())
     return " ".join(part for part in parts if part)

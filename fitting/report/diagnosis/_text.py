@@ -97,13 +97,13 @@ def write_headline(diagnosis: dict, labels: Labels) -> str:
 
 
 def describe_scan(entry: dict, drive_unit: str) -> str:
-    """A scan to record: "triangle, 100 Hz, amplitude 1.0 V, bias 3.0 V"."""
+    """A scan to record: "triangle, 100 Hz, 1 V peak to peak, bias 3 V"."""
     parts = [str(entry.get("waveform") or "scan")]
     if finite_or_none(entry.get("excitation_hz")) is not None:
         parts.append(format_setting(entry["excitation_hz"], "Hz"))
-    for key in ("amplitude", "bias"):
+    for key, words in (("amplitude", "{} peak to peak"), ("bias", "bias {}")):
         if finite_or_none(entry.get(key)) is not None:
-            parts.append(f"{key} {format_setting(entry[key], drive_unit)}")
+            parts.append(words.format(format_setting(entry[key], drive_unit)))
     return ", ".join(parts)
 
 

@@ -158,7 +158,9 @@ def test_what_the_verdicts_say():
     # The best of them is no answer, and a gap that is not explained is still one.
     assert "no gap" not in text["unlisted"] and "too little to name that effect" in text["unlisted"]
     assert "cannot tell a delay between drive and reading from a low-pass" in text["look_alikes"]
-    assert "Record one more scan (triangle, 100 Hz, amplitude 1 V, bias 3 V)" in text["look_alikes"]
+    assert (
+        "Record one more scan (triangle, 100 Hz, 1 V peak to peak, bias 3 V)" in text["look_alikes"]
+    )
     assert "97 % together" in text["look_alikes"]
     assert "not to be trusted" in text["one_period"]
     assert "The noise floor is not known" in text["one_period"]

@@ -19,7 +19,7 @@ RESPONSE_UNITS = {
 
 _DRIVE_SPAN = (1e-4, 300.0)  # V
 _RESPONSE_SPAN = (1e-4, 2e4)  # GHz
-_SLOPE = (1e-3, 2000.0)  # GHz/V; piezos of crystal and fibre lasers: 1 to 30 MHz/V
+_SLOPE = (0.01, 2000.0)  # GHz/V
 _LOOSE = (1e-9, 1e9)
 _LONGEST = 1e9  # s
 # s from the session's zero: Unix time is 2e9, and there a float64 still tells microseconds apart.

@@ -269,7 +269,6 @@ def scaled(drive: float, response: float) -> Recording:
     ("drive", "response", "said"),
     [
         (3.0, 75.0, None),
-        (3.0, 0.0085, None),  # the piezo of a crystal laser: 2.8 MHz/V
         (0.0, 75.0, None),
         (3.0, 0.0, None),
         (3000.0, 75.0, 'likely in mV: say drive_unit = "mV"'),

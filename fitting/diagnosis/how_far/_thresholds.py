@@ -29,7 +29,7 @@ class HowFarThresholds:
         unit="of the excess",
         origin="a smaller fall ends a refit: so much of what the gap leaves on data held out. Of "
         "three simulated devices 1.0001, 0.9992 and 0.9776 are closed; with 1e-4, and no "
-        "`refit_least_gain`, in 2 to 8 times the time, 1.0000, 1.0024 and 0.9751",
+        "`refit_least_gain`, in 2 to 3 times the time, 1.0000, 1.0024 and 0.9751",
     )
     refit_least_gain: float = threshold(
         1e-3, unit="of the lines' number", origin="as above, of the noise that is there anyway"

@@ -28,14 +28,6 @@ class EffectThresholds:
     least_time_constant: float = threshold(
         1e-15, unit="s", origin="a lag as short as this counts as none"
     )
-    longest_decay: float = threshold(
-        700.0, unit="time constants", origin="exp of more underflows in double precision"
-    )
-    series_step: float = threshold(
-        0.02,
-        unit="time constants",
-        origin="below, a series of eight terms keeps the digits that the closed form loses",
-    )
 
     # Amplitude law
     pivot_reach: float = threshold(

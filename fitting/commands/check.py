@@ -12,21 +12,23 @@ def check(
     nan: Literal["raise", "mask"] = "raise",
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Say what is in RECORDING, what is wrong with it, and what may be asked of it.
+    """Say what is in RECORDING, what is wrong with it, and what it allows.
 
-    Nothing is fitted and nothing is written. Exit code 0: nothing speaks against a fit; 4: a fit
-    would not be trusted, and the reasons are listed; 3: a recording cannot be read.
+    Nothing is fitted and nothing is written. Exit code 0: nothing was found that speaks against a
+    fit. 4: a fit would be refused; the reasons are listed, and what to do. 3: a recording cannot be
+    read.
 
     Parameters
     ----------
     recording
         A folder with a `manifest.toml`, or a netCDF-4 file.
     recordings
-        More of them; one that cannot be read is said, and the others are checked.
+        More recordings. If one cannot be read, that is said, and the others are still checked.
     nan
-        What to do with readings that are not finite: refuse, or leave those samples out.
+        What to do about readings that are not numbers. `raise`: refuse the recording. `mask`: leave
+        those samples out.
     json
-        Print one object on standard output (a list with several recordings).
+        Print one JSON object on standard output; a list of them for several recordings.
     """
     from fitting._json import replace_nonfinite
     from fitting.commands.shared._out import console, print_json

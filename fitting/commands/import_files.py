@@ -36,9 +36,12 @@ def import_files(
     drive_rate: Positive = None,
     drive_phase: float = 0.0,
     drive_waveform: Literal["triangle", "sine"] = "triangle",
+    drive_as: Literal["measured", "averaged", "fitted"] = "measured",
     rate: Annotated[tuple[float, ...], Parameter(negative="", show_default=False)] = (),
     waveform: Literal["triangle", "sine", "multisine", "step", "other"] | None = None,
     cut: bool = True,
+    skip_periods: Annotated[int, Parameter(validator=validators.Number(gte=0))] = 0,
+    skip_seconds: Annotated[float, Parameter(validator=validators.Number(gte=0))] = 0.0,
     decimate: Count = None,
     max_samples: Annotated[int, Parameter(validator=validators.Number(gte=1000))] = 400_000,
     nan: Literal["raise", "mask"] = "raise",
@@ -50,111 +53,137 @@ def import_files(
     dry_run: Annotated[bool, Parameter(negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Make a recording from FILE: a table of an oscilloscope or another program.
+    """Make a recording from FILE, a table that an oscilloscope or another program wrote.
 
-    Read are text (commas, semicolons with decimal commas, tabs, spaces; headers of Tektronix,
-    Keysight, Rigol, Siglent, Rohde & Schwarz, LeCroy, PicoScope, aixACCT), .mat, .npy, .npz, HDF5,
-    netCDF-4, TDMS, and force curves of JPK and Igor. A record of several scan rates or swings is
-    cut into runs. What was found, done and assumed is listed, and kept in the manifest; then
-    follows what `rapi check` says.
+    FILE may be text (separated by commas, semicolons, tabs or spaces, also with decimal commas;
+    with the headers of Tektronix, Keysight, Rigol, Siglent, Rohde & Schwarz, LeCroy, PicoScope and
+    aixACCT), .mat, .npy, .npz, HDF5, netCDF-4, TDMS, or a force curve of JPK or Igor.
+
+    A record of several scan rates or swings is cut into one run for each. Everything that was
+    found, done and assumed is printed and written into the manifest. After it stands what
+    `rapi check` says of the recording.
 
     Parameters
     ----------
     file
-        A table with columns of time, drive and response; or an earlier import, to be joined with
-        others, where columns or sampling rates differed between them.
+        A table with columns of time, drive and response. Or an earlier import, to be joined with
+        others whose columns or sampling rates are different.
     files
-        More of them, of the same session and device, each as runs that follow.
+        More files of the same session and device; their runs follow in the order given.
     output
-        Folder for the recording, or a file that ends in .nc. An earlier import there is replaced,
-        anything else is left and refused. Without it nothing is written, as with `--dry-run`.
+        Folder for the recording, or a file whose name ends in .nc. An earlier import there is
+        replaced; anything else there is refused. Without this option nothing is written.
     time
-        Column of the time: its name, or its number from 0; by default one that is called so.
+        Column of the time: its name, or its number, counted from 0. Default: the column whose name
+        is that of a time.
     drive
-        Column of the drive.
+        Column of the drive, by name or number.
     response
-        Column of the response.
+        Column of the response, by name or number.
     fringes
-        Column of an interferometer's fringes, in place of a response: the optical frequency is read
-        from them. Their sampling must be even, with four samples or more a fringe.
+        Column of an interferometer's signal, by name or number. The optical frequency is read from
+        its fringes, so no response is needed. Sampling must be even, four samples or more a fringe.
     interferometer
-        Of the fringes, with its unit: free spectral range ("40.8 MHz"), delay ("24.5 ns") or
-        optical path difference ("7.34 m": of a fibre, its length times its group index; in a
-        Michelson, there and back).
+        What one fringe is, with its unit: the free spectral range ("40.8 MHz"), the delay
+        ("24.5 ns") or the optical path difference ("7.34 m"). In a fibre that is its length times
+        its group index; in a Michelson interferometer it counts there and back.
     cavity
-        Column of a Fabry-Perot cavity's transmission, which calibrates the fringes and shows where
-        the laser turns; may be missing.
+        Column of the transmission of a Fabry-Perot cavity, if there is one. It calibrates the
+        fringes and shows where the laser turns.
     cavity_spacing
-        Its free spectral range, with the unit ("1.5 GHz").
+        Free spectral range of the cavity, with its unit ("1.5 GHz").
     drive_file
         File that holds the drive, where each channel has a file of its own.
     time_unit
-        s, ms, us, ns, min or h; by default the file's, else s.
+        s, ms, us, ns, min or h. Default: the file's unit; s if it names none.
     drive_unit
-        V, mV, uV, kV, m, mm, um, nm or pm; by default the file's.
+        V, mV, uV, kV, m, mm, um, nm or pm. Default: the file's unit.
     response_unit
-        GHz, MHz, kHz, Hz, THz, V, mV, uV, kV, m, mm, um, nm, pm, C, mC, uC, nC or pC; by default
-        the file's.
+        GHz, MHz, kHz, Hz, THz, V, mV, uV, kV, m, mm, um, nm, pm, C, mC, uC, nC or pC. Default: the
+        file's unit.
     drive_scale
-        Factor on the drive, such as an amplifier's gain; its unit is then to be given.
+        Factor by which the drive is multiplied, such as the gain of an amplifier. Give
+        `--drive-unit` with it: the unit after the multiplication.
     response_scale
-        Factor on the response, such as a sensor's um per V; its unit is then to be given. Of
-        fringes, -1 where the optical frequency falls with the drive.
+        Factor by which the response is multiplied, such as a sensor's um per V. Give
+        `--response-unit` with it: the unit after the multiplication. With fringes: -1 where the
+        optical frequency falls as the drive rises.
     sample_rate
-        Samples a second (Hz), where the file has no times.
+        Sampling rate in Hz, where the file has no times.
     drive_amplitude
-        Of a drive that was not recorded: peak to peak, in `--drive-unit`.
+        Amplitude, peak to peak and in `--drive-unit`, of a drive that was sent but not recorded.
     drive_offset
-        Its centre.
+        Middle of that drive, in `--drive-unit`.
     drive_rate
-        Its rate, Hz.
+        Rate of that drive, Hz.
     drive_phase
-        Where it is at the first sample, in periods after its minimum.
+        How long before the first sample that drive was at its minimum, in periods.
     drive_waveform
-        What it is.
+        Waveform of that drive.
+    drive_as
+        What to write as the drive where it repeats. `measured`: its readings. `averaged`: the mean
+        of its periods at equal phases. `fitted`: the triangle or sine nearest to the readings. The
+        response always stays as it was read. An oscilloscope adds noise to the drive that the laser
+        never saw; a fit refuses such a drive, and the last two choices remove the noise.
     rate
-        Scan rate in Hz; by default found in the drive. May be given several times.
+        Scan rate in Hz; may be given several times. Default: found in the drive.
     waveform
-        Of the drive; by default found.
+        Waveform of the drive. Default: found in the drive.
     cut
-        Make a run of each stretch of one rate and swing.
+        Cut the record into one run for each rate and swing.
+    skip_periods
+        Leave out this many periods at the beginning of each run, in which the device had not yet
+        settled.
+    skip_seconds
+        Leave out this many seconds at the beginning of each run.
     decimate
-        Average so many samples into one.
+        Replace this many samples by their average.
     max_samples
-        A file with more samples than this is averaged, which is said.
+        Recordings with more samples than this are averaged down to it, and a line says so.
     nan
-        Readings that are missing: refuse the file (raise), or keep them as gaps (mask).
+        What to do about missing readings. `raise`: refuse the file. `mask`: keep them as gaps.
     response_origin
-        Whether all runs share one zero of the response (session), or have one each (run).
+        `session`: all runs share one zero of the response. `run`: each run has a zero of its own.
     response_lag
-        Known latency of the reading, s.
+        Known delay of the response's reading, s.
     recorded_at
-        When it was recorded, such as 2026-11-24T10:00:00Z.
+        Date and time of the recording, such as 2026-11-24T10:00:00Z.
     temperature
-        Of the device, deg C: a number, or a column.
+        Temperature of the device in deg C: a number, or a column.
     picture
         Write a picture of all runs beside the recording.
     dry_run
-        Write nothing: show what would be written.
+        Write nothing; show what would be written.
     json
         Print one JSON object on standard output.
     """
+    if drive_as != "measured" and drive_amplitude is not None:
+        _refuse(
+            "--drive-as is for a drive that was recorded, and --drive-amplitude makes one that was "
+            "not. Give one of the two."
+        )
+    if skip_periods and skip_seconds:
+        _refuse("--skip-periods and --skip-seconds say the same in two units. Give one of them.")
     made = _made_drive(
         drive_amplitude, drive_offset, drive_rate, drive_phase, drive_waveform,
         column=drive is not None or drive_file is not None,
     )  # fmt: skip
     paths = _expand([file, *files])
     if drive_file is not None and len(paths) > 1:
-        _refuse("--drive-file goes with one FILE alone.")
+        _refuse("--drive-file can be given with one FILE only. Import the others apart.")
     if fringes is not None or interferometer is not None:
         of_response = response is not None or response_unit not in (None, "GHz")
         if of_response or abs(response_scale) != 1.0:
             _refuse(
-                "a response is read from --fringes: give no --response, no other --response-unit "
-                "than GHz, and as --response-scale 1 or -1 alone."
+                "with --fringes the response is the optical frequency in GHz that is read from "
+                "them. Leave out --response; --response-unit can only be GHz, and --response-scale "
+                "only 1 or -1."
             )
     elif cavity is not None or cavity_spacing is not None:
-        _refuse("--cavity and --cavity-spacing go with --fringes and --interferometer.")
+        _refuse(
+            "--cavity and --cavity-spacing are used only with fringes. Give --fringes and "
+            "--interferometer, too, or leave them out."
+        )
     from fitting._json import replace_nonfinite
     from fitting.commands.shared._out import console, print_json
     from fitting.recording_check._check import check_recording
@@ -172,7 +201,8 @@ def import_files(
         drive_file=None if drive_file is None else str(drive_file),
         time_unit=time_unit, drive_unit=drive_unit, response_unit=response_unit,
         drive_scale=drive_scale, response_scale=response_scale,
-        sample_rate=sample_rate, made=made, rates=rate, waveform=waveform, cut=cut,
+        sample_rate=sample_rate, made=made, drive_as=drive_as, rates=rate, waveform=waveform,
+        cut=cut, skip_periods=skip_periods, skip_seconds=skip_seconds,
         decimate=decimate, max_samples=max_samples, nan=nan, response_origin=response_origin,
         response_lag_s=response_lag, recorded_at=recorded_at, temperature_c=temperature,
         fringes=fringes, interferometer=interferometer,
@@ -237,13 +267,22 @@ def _made_drive(
 ) -> "MadeDrive | None":
     if amplitude is None and rate is None:
         if offset or phase:
-            _refuse("--drive-offset and --drive-phase go with --drive-amplitude and --drive-rate.")
+            _refuse(
+                "--drive-offset and --drive-phase describe a drive that was not recorded. Give its "
+                "--drive-amplitude and --drive-rate, too."
+            )
         return None
     if amplitude is None or rate is None:
-        _refuse("--drive-amplitude and --drive-rate go together: a drive is made from both.")
+        _refuse(
+            "a drive that was not recorded is made from its amplitude and its rate. Give both "
+            "--drive-amplitude and --drive-rate."
+        )
         return None
     if column:
-        _refuse("give a column of the drive, or --drive-amplitude and --drive-rate, not both.")
+        _refuse(
+            "give either a column of the drive, or --drive-amplitude and --drive-rate of one that "
+            "was not recorded."
+        )
     from rapi_jax.io import MadeDrive
 
     return MadeDrive(amplitude, rate, offset, phase, waveform)

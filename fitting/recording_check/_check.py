@@ -6,7 +6,10 @@ from typing import Any
 import numpy as np
 
 from fitting.identification.data_checks._data_checks import Fault, check_usable, find_faults
-from fitting.identification.data_checks._drive_noise import find_swapped_columns
+from fitting.identification.data_checks._drive_noise import (
+    find_swapped_columns,
+    foresee_drive_noise,
+)
 from fitting.identification.data_checks._thresholds import THRESHOLDS
 from fitting.identification.data_checks.holds._sweeps import describe_creep, single_sweep
 from rapi_jax import DataError, Identified, Recording
@@ -71,8 +74,9 @@ class RecordingCheck:
 def check_recording(recording: Any) -> RecordingCheck:
     """What is in `recording`, what is wrong with it, and what it allows; without a fit.
 
-    The checks are those that `identify` makes before its fit. What shows only beside a model (mode
-    hops, runs that do not belong) is not looked for.
+    The checks are those that `identify` makes before its fit, and of those after it the one for
+    noise of the drive. What shows only beside a model (mode hops, runs that do not belong) is not
+    looked for.
 
     Raises `ValueError` where `recording` is not a `Recording`, `DataError` where a run has no
     reading that is a number.
@@ -93,6 +97,8 @@ def check_recording(recording: Any) -> RecordingCheck:
     if any(not run.valid.any() for run in recording.runs):
         raise DataError(unusable[0].message)
     faults = [*unusable, *find_faults(recording), *find_swapped_columns(recording)]
+    if not faults:
+        faults = foresee_drive_noise(recording)
     runs = tuple(RunSummary.of(run, recording.response_lag_s) for run in recording.runs)
     questions = ask(recording, runs, faults)
     notes = [] if single_sweep(recording) else describe_creep(recording)

@@ -268,7 +268,8 @@ def _check_start(run: Run) -> Fault | None:
         f"run {run.name!r}: the response ends its first period {abs(miss):.3g} "
         f"({100 * abs(miss) / run.span:.2g} % of its span) from where it began: the device came "
         "from rest or another drive, and the model takes each period for the settled one. Let the "
-        f"drive run for two periods before recording, or cut the first one off.{only}"
+        "drive run for two periods before recording, or cut the first one off (`rapi import "
+        f"--skip-periods 1`).{only}"
     )
     last = int(np.flatnonzero(run.drive.period == 0)[-1])
     return Fault("unsettled start", run.name, text, ((0, last),))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rapi_jax import Recording
+from rapi_jax import Recording, Run
 from rapi_jax.internal import usable
 
 from ._data_checks import Fault
@@ -15,6 +15,21 @@ def find_drive_noise(recording: Recording, errors: list[np.ndarray]) -> list[Fau
     `errors` are model less data, one array a run. A model answers to noise in the reading of the
     drive, a device does not; thresholds and slopes then come out too small.
     """
+    return _find_noise(recording, errors, "what the model leaves")
+
+
+def foresee_drive_noise(recording: Recording) -> list[Fault]:
+    """Runs that a fit would refuse for noise of their drive, before any fit.
+
+    A smooth curve through the loop answers to noise of the drive as a model does.
+    """
+    errors = [
+        _smooth_response(run, recording.response_lag_s) - run.response for run in recording.runs
+    ]
+    return _find_noise(recording, errors, "what a smooth curve leaves, and so with what a fit would leave")
+
+
+def _find_noise(recording: Recording, errors: list[np.ndarray], beside: str) -> list[Fault]:
     found = []
     for run, error in zip(recording.runs, errors, strict=True):
         use = np.flatnonzero(usable(run, recording.response_lag_s))
@@ -34,9 +49,8 @@ def find_drive_noise(recording: Recording, errors: list[np.ndarray]) -> list[Fau
             text = (
                 f"run {run.name!r}: the drive as written carries noise of {noise:.2g} "
                 f"{recording.drive_unit} that the response does not follow (correlation "
-                f"{together:.2f} with what the model leaves). Write the drive that was sent "
-                "instead of its reading (`rapi import --drive-amplitude` makes it), or average its "
-                "samples (`--decimate`)."
+                f"{together:.2f} with {beside}): noise of its reading, not of the device. "
+                f"{_cure(run)}"
             )
             if _is_commanded(run.response[use], THRESHOLDS.reading_noise):
                 text += (
@@ -44,6 +58,34 @@ def find_drive_noise(recording: Recording, errors: list[np.ndarray]) -> list[Fau
                 )
             found.append(Fault("noisy drive", run.name, text, ((0, run.drive.size - 1),)))
     return found
+
+
+def _cure(run: Run) -> str:
+    """What to do about noise of a drive: what an import can put in place of its readings."""
+    if run.drive.repeats and run.drive.waveform in ("triangle", "sine"):
+        return (
+            f"Import it again with `--drive-as fitted`: the {run.drive.waveform} nearest to the "
+            "readings takes their place."
+        )
+    if run.drive.repeats:
+        return (
+            "Import it again with `--drive-as averaged`: the mean of its periods takes the place of "
+            "the readings."
+        )
+    return (
+        "Write the drive that was sent in place of its readings, or import it again with averages "
+        "of its samples (`--decimate 10`)."
+    )
+
+
+def _smooth_response(run: Run, lag_s: float) -> np.ndarray:
+    """A cubic in the drive, nearest to the response: its value at every sample."""
+    drive = run.drive.delayed(lag_s).value
+    if run.drive.u_pp == 0 or run.valid.sum() < THRESHOLDS.outlier_samples:
+        return np.zeros(drive.size)
+    scaled = (drive - drive.mean()) / run.drive.u_pp
+    columns = np.stack([scaled**power for power in range(4)], axis=1)
+    return columns @ np.linalg.lstsq(columns[run.valid], run.response[run.valid], rcond=None)[0]
 
 
 def find_swapped_columns(recording: Recording) -> list[Fault]:

@@ -18,6 +18,8 @@ from ._decimate import decimate
 from ._join import all_recordings, join_recordings
 from ._options import ImportOptions
 from ._runs import cut_record, describe_run, without_overlap
+from ._skip import skip_start
+from .cleaning._clean import clean_drives
 from .fringes._read import FringeOptics, read_fringe_run
 
 WRITER = "rapi import"
@@ -125,9 +127,10 @@ def import_recording(
             "fringes tell changes of the optical frequency alone: each run has a zero of its own "
             f'(response_origin "run"); assumed: the frequency {way} with the drive'
         )
-    runs, fewer = decimate(runs, options.decimate, options.max_samples)
-    notes += fewer
     (drive_unit, response_unit) = next(iter(units))
+    runs, cleaned = clean_drives(runs, options.drive_as, drive_unit)
+    runs, fewer = decimate(runs, options.decimate, options.max_samples)
+    notes += cleaned + fewer
     provenance |= {"recorded_at": stamp} if stamp else {}
     provenance |= {"temperature_c": warm} if warm else {}
     provenance |= {f"import{k:02d}": printable(note, 1000) for k, note in enumerate(notes)}
@@ -196,7 +199,12 @@ def _runs_of(
                 start_s + begin - float(time[0]),
             )
             name = f"run{number + len(runs):02d}"
-            notes.append(describe_run(one, name, a + piece.first))
+            try:
+                one, skipped, left_out = skip_start(one, name, options)
+            except DataError as error:
+                raise DataError(f"{label}: {error}") from error
+            rows = slice(rows.start + skipped, rows.stop)
+            notes += [describe_run(one, name, rows.start), *left_out]
             if optics is None:
                 runs.append(Run(one, response[rows], name))
                 continue

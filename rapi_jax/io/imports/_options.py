@@ -6,6 +6,8 @@ from typing import Literal, get_args
 from rapi_jax._recording import WAVEFORMS, Origin, Waveform
 from rapi_jax.io.recordings._build import NanPolicy, check_nan_policy
 
+from .cleaning._clean import DriveAs
+
 MOST_SAMPLES = 400_000  # what a fit looks at; more only slows reading
 
 
@@ -44,8 +46,11 @@ class ImportOptions:
     - `time_unit`, `drive_unit`, `response_unit`: by default what the file says; a time without a
       unit is in s. `drive_scale`, `response_scale`: factors, after which the unit holds.
     - `sample_rate`: Hz, where no column is a time. `made`: a drive that was not recorded.
+    - `drive_as`: "measured" keeps the readings of a drive; "averaged" puts the mean of its periods in
+      their place, and "fitted" the nearest triangle or sine, where the drive repeats.
     - `rates`: scan rates, Hz; by default found in the drive. `waveform`: by default found.
-    - `cut`: whether to make a run of each stretch of one rate and swing.
+    - `cut`: whether to make a run of each stretch of one rate and swing. `skip_periods`,
+      `skip_seconds`: what is left out at the beginning of each run.
     - `decimate`: of how many samples one is made, by their average; by default one, or as many as
       bring all runs below `max_samples`.
     - `nan`: "raise" refuses readings that are not finite, "mask" keeps them as NaN.
@@ -75,9 +80,12 @@ class ImportOptions:
     response_scale: float = 1.0
     sample_rate: float | None = None
     made: MadeDrive | None = None
+    drive_as: DriveAs = "measured"
     rates: tuple[float, ...] = ()
     waveform: Waveform | None = None
     cut: bool = True
+    skip_periods: int = 0
+    skip_seconds: float = 0.0
     decimate: int | None = None
     max_samples: int = MOST_SAMPLES
     nan: NanPolicy = "raise"
@@ -105,10 +113,21 @@ class ImportOptions:
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise ValueError(f"Argument `{name}` must be positive, but is {value}.")
+        if self.drive_as not in get_args(DriveAs):
+            raise ValueError(
+                f"Argument `drive_as` must be one of {', '.join(get_args(DriveAs))}, but is "
+                f"{self.drive_as!r}."
+            )
+        if self.skip_periods < 0 or not 0.0 <= self.skip_seconds < float("inf"):
+            raise ValueError("Arguments `skip_periods` and `skip_seconds` must be 0 or more.")
+        if self.skip_periods and self.skip_seconds:
+            raise ValueError("Give `skip_periods` or `skip_seconds`, not both.")
         if any(not rate > 0 for rate in self.rates):
             raise ValueError("Argument `rates` must be positive.")
         if self.made is not None and (self.drive or self.drive_file):
             raise ValueError("Give a column of the drive, or a drive that is made, not both.")
+        if self.made is not None and self.drive_as != "measured":
+            raise ValueError("A drive that is made has no noise: leave `drive_as` out.")
         if self.measured == "response" and (self.cavity or self.cavity_spacing):
             raise ValueError("`cavity` and `cavity_spacing` go with `fringes`.")
         if self.measured == "fringes":

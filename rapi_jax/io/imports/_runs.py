@@ -177,10 +177,15 @@ def _apart(
 
 
 def _turn(group: list[Cycle], period: float) -> int:
-    """Where the first cycle begins, by all of them: noise displaces each turn; rather early."""
-    first = np.median([cycle.first - k * period for k, cycle in enumerate(group)])
+    """Where the first cycle begins, by all of them: noise displaces each turn; rather early.
+
+    By as much as turns are displaced, and no more: what is before is of the run before.
+    """
+    begins = np.array([cycle.first - k * period for k, cycle in enumerate(group)])
+    first = float(np.median(begins))
     near = abs(first - group[0].first) < 2.0 * THRESHOLDS.shared_samples * period
-    return max(int((first if near else group[0].first) - THRESHOLDS.early_start * period), 0)
+    early = min(float(np.abs(begins - first).max()), THRESHOLDS.early_start * period)
+    return max(int(np.ceil((first if near else group[0].first) - early - 1e-6)), 0)
 
 
 def without_overlap(pieces: list[Piece], drive: Samples, step_s: float) -> list[Piece]:
@@ -272,6 +277,6 @@ def _not_periodic(
         + (f'waveform "{waveform}", at {rate:.4g} Hz' if rate else "without a rate")
     )
     if len(cycles) > 2 and waveform == "other":
-        note += ". Where the drive does repeat, give --rate and --waveform, or the drive that was "
-        note += "sent (--drive-amplitude, --drive-offset, --drive-rate)"
+        note += ". If the drive does repeat, give --rate and --waveform, or the drive that was sent "
+        note += "(--drive-amplitude, --drive-offset, --drive-rate)"
     return [Piece(*whole, rate, waveform)], [note]

@@ -102,6 +102,35 @@ class ImportThresholds:
         origin="white noise alone leaves 2, fringes of half the sampling rate 0.5, noise of a "
         "third of the fringes 0.3; set by trial",
     )
+    waveform_samples: int = threshold(
+        50_000, unit="samples", origin="time; halved: phase and levels 1.4 times less certain, doubled: a "
+        "second more"
+    )
+    waveform_sigmas: float = threshold(
+        4.0,
+        unit="standard errors",
+        origin="convention; 2: noise makes one drive in 20 asymmetric by chance, 8: a rate or a rise "
+        "that is off by less than 8 errors is not followed",
+    )
+    waveform_miss: float = threshold(
+        4e-3,
+        unit="of the swing",
+        origin="twice half a step of eight bits, the usual nonlinearity of a scope's converter; 2e-3 "
+        "refuses true triangles read by eight bits, 8e-3 puts a sharp turn where an amplifier of 40 "
+        "times the scan rate rounds it",
+    )
+    harmonic_price: float = threshold(
+        9.0,
+        unit="times the noise power of a harmonic",
+        origin="derivation: of exponentially distributed powers one in 8000 is as large; 4: a few "
+        "harmonics of noise are kept, 18: some of 3 to 4 standard errors are lost",
+    )
+    converter_levels: float = threshold(
+        0.7,
+        unit="of the samples",
+        origin="as `distinct_values` of the data checks; 0.35: 12 bits of few samples are not seen "
+        "as steps, 1.4: any record is",
+    )
     quiet_samples: int = threshold(
         2000, unit="samples a period", origin="of a mean period in which a drive's turns are sought"
     )

@@ -254,3 +254,14 @@ def test_times_of_few_digits_are_no_gaps(tmp_path, begin):
         assert "jitters" in str(refused) or "missing" in str(refused)
     else:
         assert "gap after sample 39998" in said(cut)
+
+
+def test_a_run_holds_no_sample_of_the_run_before_it(tmp_path):
+    """Turns of an exact drive are known to the sample: whole periods begin there."""
+    t, u, y = scanned((10.0, 3, 4.5), (20.0, 3, 4.5), (40.0, 3, 4.5), sample_hz=8000.0, noise=0.0)
+    np.savez(tmp_path / "a.npz", time=t, drive=u, response=y)
+    made = import_recording(tmp_path / "a.npz", ImportOptions(drive_unit="V", response_unit="GHz"))
+    for run, first in zip(made.recording.runs, (0, 2400, 3600), strict=True):
+        inside = np.flatnonzero(run.drive.period >= 0)
+        whole = slice(first, first + round(3 * 8000.0 / run.drive.rate))
+        np.testing.assert_array_equal(run.response[inside], y[whole])

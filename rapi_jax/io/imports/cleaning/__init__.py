@@ -1,0 +1,1 @@
+"""Drives without the noise of their reading: an average over periods, or the waveform fitted."""

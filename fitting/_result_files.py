@@ -20,6 +20,7 @@ LISTS = (
     "diagnosis.json",
     "comparison.json",
     "certificate.json",
+    "drives.json",
     "range.json",
     "population.json",
     "prediction.json",

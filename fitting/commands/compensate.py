@@ -230,7 +230,7 @@ def compensate_into(
     report["notes"] += [] if note is None else [note]
     report |= dict(more or {})
     bounds = identified.limits() if allowed is None else allowed
-    waves = generator_waveforms(made, about["drive_unit"], bounds)
+    waves = generator_waveforms([one.drive for one in made], about["drive_unit"], bounds)
     if not waves:
         report["notes"].append(f"no generator file: the drive is in {about['drive_unit']}, not V.")
     written = write_drives(

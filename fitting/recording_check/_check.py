@@ -43,7 +43,7 @@ class RecordingCheck:
     @property
     def sound(self) -> bool:
         """Whether nothing was found for which a fit would not be trusted."""
-        return self.questions[0].answer == "yes"
+        return self.questions[0].answer != "no"
 
     @property
     def noise(self) -> float:
@@ -128,18 +128,19 @@ def _sampling_notes(runs: tuple[RunSummary, ...]) -> list[str]:
     if held:
         named = ", ".join(f"{run.holds} in run {run.name!r}" for run in held[:3])
         notes.append(
-            f"holds: the drive rests ({named}). Creep shows there, and nothing of hysteresis does."
+            f"holds: the drive rests ({named}). There creep can be seen, but hysteresis cannot."
         )
     started = [run for run in runs if run.noise_from == "samples" and not run.periods]
     if started:
         named = ", ".join(repr(run.name) for run in started[:3])
         notes.append(
-            f"uncycled start: run {named} does not repeat, so what the device did before is not "
-            "known and is fitted, too. Let the drive run for two periods before recording."
+            f"uncycled start: run {named} does not repeat, so what the device did before the "
+            "record is not known. It is fitted, too. Let the drive run for two periods before "
+            "recording."
         )
     whole = sum(run.samples for run in runs)
     if whole > THRESHOLDS.fitted_samples:
         notes.append(
-            f"long recording: a fit looks at {THRESHOLDS.fitted_samples} of {whole} samples."
+            f"long recording: a fit uses {THRESHOLDS.fitted_samples} of its {whole} samples."
         )
     return notes

@@ -39,7 +39,7 @@ def ask(
 ) -> list[Question]:
     """Every question, in the order in which a laboratory meets them."""
     return [
-        _ask_model(recording, faults),
+        _ask_model(recording, runs, faults),
         _ask_noise(recording, runs),
         _ask_rates(recording),
         _ask_amplitudes(recording),
@@ -48,15 +48,41 @@ def ask(
     ]
 
 
-def _ask_model(recording: Recording, faults: Sequence[Fault]) -> Question:
+def _ask_model(
+    recording: Recording, runs: Sequence[RunSummary], faults: Sequence[Fault]
+) -> Question:
     name = "a model (`rapi fit`)"
     if faults:
         kinds = ", ".join(dict.fromkeys(fault.kind for fault in faults))
-        return Question(name, "no", f"a fit would not be trusted: {kinds}.", "See the faults.")
+        return Question(
+            name, "no", f"a fit would not be trusted, because of: {kinds}.",
+            "What to do stands with each fault above.",
+        )  # fmt: skip
     sweep = single_sweep(recording)
     if sweep is not None:
         return Question(name, "no", sweep)
+    single = _of_one_period(runs)
+    if single:
+        return Question(
+            name, "partly",
+            f"nothing speaks against a fit, but {_name_runs(single, runs)} one period only. That "
+            "does not show whether the device had settled, whether its response repeats, or "
+            "whether the rate is right: no period is compared with another.", _more_periods(),
+        )  # fmt: skip
     return Question(name, "yes", "nothing speaks against a fit.")
+
+
+def _of_one_period(runs: Sequence[RunSummary]) -> list[RunSummary]:
+    return [run for run in runs if run.periods == 1]
+
+
+def _name_runs(some: Sequence[RunSummary], runs: Sequence[RunSummary]) -> str:
+    """Which runs they are, with the verb "have"."""
+    if len(some) == len(runs):
+        return "each run has" if len(runs) > 1 else "the run has"
+    named = ", ".join(repr(run.name) for run in some[:3])
+    more = f" and {len(some) - 3} more" if len(some) > 3 else ""
+    return f"run {named} has" if len(some) == 1 else f"runs {named}{more} have"
 
 
 def _ask_noise(recording: Recording, runs: Sequence[RunSummary]) -> Question:
@@ -64,22 +90,26 @@ def _ask_noise(recording: Recording, runs: Sequence[RunSummary]) -> Question:
     repeated = [run for run in runs if run.noise_from == "periods" and run.periods > 1]
     if not repeated:
         cure = describe_repetition(recording)
-        one = any(run.periods == 1 for run in runs)
+        one = bool(_of_one_period(runs)) and cure is None
         because = (
-            "one period only: " if one and cure is None else "nothing is said to repeat: "
-        ) + "it is read off what changes from sample to sample, or off what a fit leaves."
+            "one period only, so there is no difference between periods to measure it from: "
+            if one
+            else "no drive is said to repeat: "
+        ) + (
+            "it is taken from what changes from sample to sample, which misses slow noise, or from "
+            "what a fit leaves, which counts errors of the model, too."
+        )
         return Question(name, "partly", because, cure or _more_periods())
     fewest = min(run.periods for run in repeated)
     if len(repeated) < len(runs):
         return Question(
             name, "partly",
-            f"{len(repeated)} of {len(runs)} runs repeat; of the others it is read off what a fit "
-            "leaves.", _more_periods(),
+            f"measured from differences between periods in {len(repeated)} of {len(runs)} runs; in "
+            "the others, which have one period or none, it is taken from what a fit leaves.",
+            _more_periods(),
         )  # fmt: skip
     if fewest < THRESHOLDS.enough_periods:
-        return Question(
-            name, "yes", f"measured from {fewest} periods, which is few.", _more_periods()
-        )
+        return Question(name, "yes", f"measured from {fewest} periods only.", _more_periods())
     return Question(name, "yes", f"measured from {fewest} periods or more of each run.")
 
 
@@ -100,7 +130,7 @@ def _ask_rates(recording: Recording) -> Question:
     some = (
         "some runs have no scan rate." if min(rates) == 0 else f"one scan rate, {rates[0]:.6g} Hz."
     )
-    because = f"{some} A lag cannot be told from hysteresis, and no other rate be predicted."
+    because = f"{some} A lag cannot be told from hysteresis, and other rates cannot be predicted."
     return Question(name, "no", because, cure)
 
 
@@ -112,19 +142,26 @@ def _ask_amplitudes(recording: Recording) -> Question:
     one = f"one swing, {swings[0]:.4g} {unit} peak to peak"
     if len(swings) > 1:
         one = f"swings of {swings[0]:.4g} to {swings[-1]:.4g} {unit} peak to peak, nearly one"
-    because = f"{one}: how thresholds grow is assumed."
+    because = f"{one}: how the hysteresis grows with the swing is assumed, not measured."
     return Question(name, "partly", because, "Record a second swing, half as large.")
 
 
 def _ask_held_out(runs: Sequence[RunSummary]) -> Question:
     name = "whether other runs are predicted"
-    if len(runs) < 3:
-        return Question(
-            name, "partly",
-            f"{len(runs)} run(s): none lies between others, so only later periods are held out.",
-            "Record three rates or more: the middle one is predicted from its neighbours.",
-        )  # fmt: skip
-    return Question(name, "yes", f"each of {len(runs)} runs is left out in turn.")
+    if len(runs) >= 3:
+        return Question(name, "yes", f"each of {len(runs)} runs is left out in turn.")
+    short = [run for run in runs if run.periods < 2]
+    left = "the last third of its periods" if not short else (
+        "the last third of its samples, which belongs to the same period as the rest"
+        if _of_one_period(runs)
+        else "the last third of its samples"
+    )  # fmt: skip
+    return Question(
+        name, "partly",
+        f"{len(runs)} run(s) only, and none lies between others. A fit is tested on what it has "
+        f"not seen of each run alone: {left}.",
+        "Record three rates or more: the middle one is then predicted from its neighbours.",
+    )  # fmt: skip
 
 
 def _ask_effects(
@@ -132,7 +169,10 @@ def _ask_effects(
 ) -> Question:
     name = "which effect is missing (`rapi diagnose`)"
     if faults:
-        return Question(name, "no", "on faulty data no effect is named.", "See the faults.")
+        return Question(
+            name, "no", "no effect is named while the data have faults.",
+            "What to do stands with each fault above.",
+        )  # fmt: skip
     missing = []
     if min(run.periods for run in runs) < THRESHOLDS.enough_periods:
         missing.append("three periods")
@@ -142,6 +182,6 @@ def _ask_effects(
     if len(recording.amplitudes) < 2:
         missing.append("two swings")
     if not missing:
-        return Question(name, "yes", "periods, rates and swings suffice.")
-    because = f"answered with wider probabilities without {', '.join(missing)}."
+        return Question(name, "yes", "there are enough periods, rates and swings.")
+    because = f"the answer is less certain without {', '.join(missing)}."
     return Question(name, "partly", because, f"Record {', '.join(missing)} or more.")

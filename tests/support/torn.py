@@ -156,7 +156,7 @@ def _drives(result: FitResult, rates: tuple[float, ...], span: float) -> Writer:
         dict(report),
         None,
         False,
-        generator_waveforms(made, "V", seen.limits()),
+        generator_waveforms([one.drive for one in made], "V", seen.limits()),
     )
 
 

@@ -23,6 +23,14 @@ COMMANDS = {
         "Show everything on a simulated laser, without data of your own (one to two minutes).",
         ("rapi demo", "rapi demo -o my-demo --seed 1"),
     ),
+    "drive": Command(
+        "fitting.commands.drive:drive",
+        "Make triangles or sines to record a laser with that has no model yet.",
+        (
+            "rapi drive --rate 10 20 40 --low 0.75 --high 5.25 -o triangles",
+            "rapi drive --rate 20 --low 10 --high 60 --limits limits.toml -o triangle",
+        ),
+    ),
     "import": Command(
         "fitting.commands.import_files:import_files",
         "Make a recording from files of an oscilloscope or another program.",
@@ -32,6 +40,8 @@ COMMANDS = {
             "--response-unit GHz -o my-recording",
             'rapi import scope.csv --drive CH1 --fringes CH2 --interferometer "40.8 MHz" '
             '--cavity CH3 --cavity-spacing "1.5 GHz" -o my-recording',
+            "rapi import scope.csv --drive CH1 --response CH2 --drive-as fitted --skip-periods 1 "
+            "-o my-recording",
             "rapi import data.mat --drive u --response y --sample-rate 100000 -o my-recording",
         ),
     ),
@@ -124,6 +134,8 @@ FIRST_STEPS = """\
 rapi makes the frequency scan of a piezo-tuned laser linear. Where to begin:
 
   rapi demo                          everything on a simulated laser, one to two minutes
+  rapi drive --rate 10 20 40 --low 0.75 --high 5.25 -o triangles
+                                     triangles to send to the laser, to record its response
   rapi import scope.csv              your own file: lists its columns, says what to add
   rapi check my-recording            what the recording allows, in seconds
   rapi fit my-recording -o result    identify a model and say whether it can be trusted

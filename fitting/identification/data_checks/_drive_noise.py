@@ -26,7 +26,9 @@ def foresee_drive_noise(recording: Recording) -> list[Fault]:
     errors = [
         _smooth_response(run, recording.response_lag_s) - run.response for run in recording.runs
     ]
-    return _find_noise(recording, errors, "what a smooth curve leaves, and so with what a fit would leave")
+    return _find_noise(
+        recording, errors, "what a smooth curve leaves, and so with what a fit would leave"
+    )
 
 
 def _find_noise(recording: Recording, errors: list[np.ndarray], beside: str) -> list[Fault]:
@@ -50,12 +52,13 @@ def _find_noise(recording: Recording, errors: list[np.ndarray], beside: str) -> 
                 f"run {run.name!r}: the drive as written carries noise of {noise:.2g} "
                 f"{recording.drive_unit} that the response does not follow (correlation "
                 f"{together:.2f} with {beside}): noise of its reading, not of the device. "
-                f"{_cure(run)}"
             )
             if _is_commanded(run.response[use], THRESHOLDS.reading_noise):
                 text += (
-                    " The response carries no noise: its column may be swapped with the drive's."
+                    "The response carries no noise at all, so most likely the columns `drive` and "
+                    "`response` are swapped: exchange them. If they are not: "
                 )
+            text += _cure(run)
             found.append(Fault("noisy drive", run.name, text, ((0, run.drive.size - 1),)))
     return found
 
@@ -69,8 +72,8 @@ def _cure(run: Run) -> str:
         )
     if run.drive.repeats:
         return (
-            "Import it again with `--drive-as averaged`: the mean of its periods takes the place of "
-            "the readings."
+            "Import it again with `--drive-as averaged`: the mean of its periods takes the place "
+            "of the readings."
         )
     return (
         "Write the drive that was sent in place of its readings, or import it again with averages "

@@ -99,6 +99,13 @@ class DataCheckThresholds:
     commanded: float = threshold(
         1e-9, unit="of the span, from sample to sample", origin="rounding of a command"
     )
+    commanded_ratio: float = threshold(
+        3.0,
+        unit="times nearer to a triangle or a sine",
+        origin="a triangle read by eight bits is off by 0.25 % of its span, a response of the "
+        "paper's device by 4 %; 1.5: chance tells two measured columns apart, 6: columns with "
+        "noise of 0.7 % of the span are not told",
+    )
     drive_noise_calm: float = threshold(
         6.0, unit="usual third differences of the drive", origin="four deviations of noise"
     )

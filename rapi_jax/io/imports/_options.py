@@ -46,8 +46,8 @@ class ImportOptions:
     - `time_unit`, `drive_unit`, `response_unit`: by default what the file says; a time without a
       unit is in s. `drive_scale`, `response_scale`: factors, after which the unit holds.
     - `sample_rate`: Hz, where no column is a time. `made`: a drive that was not recorded.
-    - `drive_as`: "measured" keeps the readings of a drive; "averaged" puts the mean of its periods in
-      their place, and "fitted" the nearest triangle or sine, where the drive repeats.
+    - `drive_as`: "measured" keeps the readings of a drive; "averaged" puts the mean of its periods
+      in their place, and "fitted" the nearest triangle or sine, where the drive repeats.
     - `rates`: scan rates, Hz; by default found in the drive. `waveform`: by default found.
     - `cut`: whether to make a run of each stretch of one rate and swing. `skip_periods`,
       `skip_seconds`: what is left out at the beginning of each run.

@@ -277,6 +277,8 @@ def _not_periodic(
         + (f'waveform "{waveform}", at {rate:.4g} Hz' if rate else "without a rate")
     )
     if len(cycles) > 2 and waveform == "other":
-        note += ". If the drive does repeat, give --rate and --waveform, or the drive that was sent "
+        note += (
+            ". If the drive does repeat, give --rate and --waveform, or the drive that was sent "
+        )
         note += "(--drive-amplitude, --drive-offset, --drive-rate)"
     return [Piece(*whole, rate, waveform)], [note]

@@ -45,8 +45,8 @@ def skip_start(drive: Drive, name: str, options: ImportOptions) -> tuple[Drive, 
     )
     if drive.periods and not later.periods:
         raise DataError(
-            f"{name}: {asked} are to be left out at its beginning, but of its {drive.periods} whole "
-            "period(s) none would be left. Leave out less, or record longer."
+            f"{name}: {asked} are to be left out at its beginning, but of its {drive.periods} "
+            "whole period(s) none would be left. Leave out less, or record longer."
         )
     note = f"{name}: the first {asked} are left out, as asked: {first} samples"
     return later, first, [note]

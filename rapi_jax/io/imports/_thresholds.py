@@ -103,21 +103,22 @@ class ImportThresholds:
         "third of the fringes 0.3; set by trial",
     )
     waveform_samples: int = threshold(
-        50_000, unit="samples", origin="time; halved: phase and levels 1.4 times less certain, doubled: a "
-        "second more"
+        50_000,
+        unit="samples",
+        origin="time; halved: phase and levels 1.4 times less certain, doubled: a second more",
     )
     waveform_sigmas: float = threshold(
         4.0,
         unit="standard errors",
-        origin="convention; 2: noise makes one drive in 20 asymmetric by chance, 8: a rate or a rise "
-        "that is off by less than 8 errors is not followed",
+        origin="convention; 2: noise makes one drive in 20 asymmetric by chance, 8: a rate or a "
+        "rise that is off by less than 8 errors is not followed",
     )
     waveform_miss: float = threshold(
         4e-3,
         unit="of the swing",
-        origin="twice half a step of eight bits, the usual nonlinearity of a scope's converter; 2e-3 "
-        "refuses true triangles read by eight bits, 8e-3 puts a sharp turn where an amplifier of 40 "
-        "times the scan rate rounds it",
+        origin="twice half a step of eight bits, the usual nonlinearity of a scope's converter; "
+        "2e-3: true triangles read by eight bits are refused, 8e-3: turns that an amplifier of 40 "
+        "times the scan rate rounds (by 1 / (40 pi)) are taken for sharp ones",
     )
     harmonic_price: float = threshold(
         9.0,

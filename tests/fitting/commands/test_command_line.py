@@ -27,7 +27,7 @@ def test_without_arguments_it_says_where_to_begin(capsys):
     out = capsys.readouterr().out
     lines = [line.split() for line in out.splitlines() if line.startswith("  rapi ")]
     assert [words[1] for words in lines] == [
-        "demo", "import", "check", "fit", "compensate", "diagnose",
+        "demo", "drive", "import", "check", "fit", "compensate", "diagnose",
     ]  # fmt: skip
 
 

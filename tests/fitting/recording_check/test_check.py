@@ -55,14 +55,31 @@ def test_everything_may_be_asked_of_three_rates_and_two_swings():
     [
         (wide(10), "yes yes no partly partly partly", "Record a second rate"),
         (wide(10, 20), "yes yes yes partly partly partly", "Record a second swing"),
-        (wide(10, periods=1), "yes partly no partly partly partly", "one period only"),
-        (wide(10, 20, 40, periods=2), "yes yes yes partly yes partly", "which is few"),
+        (wide(10, periods=1), "partly partly no partly partly partly", "one period only"),
+        (wide(10, 20, 40, periods=2), "yes yes yes partly yes partly", "from 2 periods only"),
     ],
 )
 def test_what_is_missing_is_said_with_what_to_record(drives, expected, words):
     recording = recorded(*drives)
     assert answers(recording) == expected.split()
     assert words in json.dumps(check_recording(recording).to_dict())
+
+
+def test_what_one_period_does_not_show_is_said_and_a_fit_is_not_refused():
+    found = check_recording(recorded(*wide(10, periods=1)))
+    model, noise, *_, held_out, _ = found.questions
+    assert found.sound and "the run has one period only" in model.because
+    for words in ("whether the device had settled", "its response repeats", "the rate is right"):
+        assert words in model.because
+    assert model.record == noise.record == "Record three periods or more of each drive."
+    assert "no difference between periods" in noise.because
+    assert "belongs to the same period as the rest" in held_out.because
+
+
+def test_the_one_run_of_one_period_is_named():
+    found = check_recording(recorded(*wide(10, 20), *wide(40, periods=1)))
+    assert "but run 'run02' has one period only" in found.questions[0].because
+    assert "in 2 of 3 runs" in found.questions[1].because
 
 
 def test_numbers_of_a_run_are_those_it_was_made_with():

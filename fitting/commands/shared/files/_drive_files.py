@@ -28,20 +28,21 @@ def _kinds(drive_unit: str) -> tuple[str, ...]:
     return ("csv", "afg", "nc") if drive_unit == "V" else ("csv", "nc")
 
 
-def check_no_other_drives(folder: Path) -> None:
-    """Refuse a folder with a drive that its certificate does not list: `OutputError`.
+def check_no_other_drives(folder: Path, name: str = CERTIFICATE) -> None:
+    """Refuse a folder with a drive that the list `name` in it does not hold: `OutputError`.
 
     Beside a new certificate it would be taken for one of its drives.
     """
     from fitting._result_files import listed_files
     from rapi_jax.io import OutputError, printable
 
-    known = listed_files(folder / CERTIFICATE)
+    what = "certificate" if name == CERTIFICATE else "list"
+    known = listed_files(folder / name)
     for path in sorted(folder.glob("drive_*Hz.*")):
         if path.name not in known:
             raise OutputError(
                 f"the output {printable(folder)} holds {printable(path.name, 80)}, which no "
-                f"{CERTIFICATE} there lists: it would lie beside the certificate of other drives. "
+                f"{name} there lists: it would lie beside the {what} of other drives. "
                 "Choose another folder with `-o`, or move it away."
             )
 
@@ -54,13 +55,13 @@ def drive_files(rates: list[float], drive_unit: str, paper: bool, plots: bool) -
     return names + ["inverse.rapi"] * paper + ["compensation.png", PAGE] * plots
 
 
-def generator_waveforms(made: list[Any], drive_unit: str, limits: Any) -> list[Any]:
+def generator_waveforms(drives: list[Any], drive_unit: str, limits: Any) -> list[Any]:
     """Codes of each drive in V, with no level beyond the limits; `LimitError` where that fails."""
     from rapi_jax import AfgWaveform
 
     if drive_unit != "V":
         return []
-    return [AfgWaveform.of(one.drive, limits=limits) for one in made]
+    return [AfgWaveform.of(one, limits=limits) for one in drives]
 
 
 def write_drives(

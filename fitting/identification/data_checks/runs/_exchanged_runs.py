@@ -14,6 +14,7 @@ from fitting.identification.data_checks._thresholds import THRESHOLDS
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Recording, Run
 
+from ._backward_cause import describe_backward, waveform_miss
 from ._run_changes import squared_gap, squared_gap_and_noise
 
 
@@ -21,8 +22,8 @@ def find_copied_readings(recording: Recording) -> list[Fault]:
     """Runs with equal readings, noise included, under different drives."""
     found = []
     for one, other in combinations(recording.runs, 2):
-        if not _has_noise(one.response):
-            continue
+        if not _has_noise(one.response) or waveform_miss(one, one.response) < FITTING.exact_fit:
+            continue  # a command may be the same in several runs
         if _same_readings(one, other) and not _same_drive(one, other):
             text = (
                 f"runs {one.name!r} and {other.name!r} hold the same readings, noise included, "
@@ -125,7 +126,10 @@ def _reordered(recording: Recording, order: tuple[int, ...]) -> Recording:
 def find_reversed_time(
     problem: Problem, weight: np.ndarray, solution: Solution, options: SolverOptions
 ) -> list[Fault]:
-    """A recording of which nearly all that is left goes where its samples are read backwards."""
+    """A recording of which nearly all that is left goes where its samples are read backwards.
+
+    Exchanged columns and a wrong sign of the response look so, too: `describe_backward` tells them.
+    """
     start, noise = squared_gap_and_noise(problem, weight, solution)
     if not start > THRESHOLDS.changed_runs_gap**2 * noise:
         return []
@@ -137,12 +141,8 @@ def find_reversed_time(
     if explained < THRESHOLDS.changed_runs_explained:
         return []
     run = problem.recording.runs[0]
-    text = (
-        f"run {run.name!r}, as all runs: the response comes before the drive that causes it. Read "
-        f"backwards the samples fit a model, which explains {100 * explained:.0f} % of what is "
-        "left: their order is reversed. Turn it round."
-    )
-    return [Fault("reversed time", run.name, text, ((0, run.drive.size - 1),))]
+    kind, text = describe_backward(problem.recording, explained)
+    return [Fault(kind, run.name, text, ((0, run.drive.size - 1),))]
 
 
 def backwards(recording: Recording) -> Recording:

@@ -107,8 +107,8 @@ def _check_shape(
     if most > max(THRESHOLDS.waveform_miss * drive.u_pp, step):
         raise DataError(
             f"{name}: its drive is no {drive.waveform}: the mean of its periods departs from the "
-            f"nearest one by up to {most:.2g} {unit}, {100 * most / drive.u_pp:.2g} % of the swing. "
-            f"{cure}"
+            f"nearest one by up to {most:.2g} {unit}, {100 * most / drive.u_pp:.2g} % of the "
+            f"swing. {cure}"
         )
 
 

@@ -22,9 +22,7 @@ def average_periods(
     phases = max(round(1.0 / (rate * drive.step_s)), 8)
     grid = np.arange(phases) / phases
     begin = cycles[np.flatnonzero(drive.period == 0)[0]]  # a broken end may be that of another run
-    table = np.stack(
-        [np.interp(begin + grid + k, cycles, value) for k in range(drive.periods)]
-    )
+    table = np.stack([np.interp(begin + grid + k, cycles, value) for k in range(drive.periods)])
     mean = table.mean(axis=0)
     series = np.fft.rfft(mean) / phases
     power = np.abs(series[1:]) ** 2

@@ -2,8 +2,6 @@
 
 import dataclasses
 
-import numpy as np
-
 from rapi_jax._recording import Run
 from rapi_jax.io.imports._thresholds import THRESHOLDS
 

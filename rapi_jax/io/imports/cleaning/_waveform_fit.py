@@ -37,8 +37,9 @@ class FittedWaveform:
         rise = f", {100 * self.rise:.4g} % of it rising" if self.rise != 0.5 else ""
         return (
             f"a {self.waveform} of {self.amplitude:.6g} {unit} peak to peak about "
-            f"{self.offset:.6g} {unit} at {self.rate:.8g} Hz, {round(self.phase, 5) % 1.0:.5f} of a period after "
-            f"its minimum at the first sample{rise}"
+            f"{self.offset:.6g} {unit} at {self.rate:.8g} Hz, "
+            f"{round(self.phase, 5) % 1.0:.5f} of a period after its minimum at the first sample"
+            f"{rise}"
         )
 
 
@@ -132,4 +133,6 @@ def _solve(
     rate, start, up = waveform(end)
     square, amplitude, offset = _project(_shape(drive.waveform, rate * time + start, up), value)
     kind: Literal["triangle", "sine"] = "sine" if drive.waveform == "sine" else "triangle"
-    return square, FittedWaveform(kind, amplitude, offset, float(rate), float(start % 1.0), float(up))
+    return square, FittedWaveform(
+        kind, amplitude, offset, float(rate), float(start % 1.0), float(up)
+    )

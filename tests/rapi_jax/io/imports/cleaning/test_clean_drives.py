@@ -31,7 +31,9 @@ def run_of(value: np.ndarray, waveform="triangle", rate: float = RATE, name: str
 
 
 @pytest.mark.parametrize("bits", [8, 10, 12])
-@pytest.mark.parametrize(("waveform", "rise"), [("triangle", 0.5), ("triangle", 0.8), ("sine", 0.5)])
+@pytest.mark.parametrize(
+    ("waveform", "rise"), [("triangle", 0.5), ("triangle", 0.8), ("sine", 0.5)]
+)
 @pytest.mark.parametrize("begin", [0.0, 0.137])
 def test_a_fitted_waveform_is_the_one_that_was_sent(bits, waveform, rise, begin):
     sent = wave(waveform, RATE * np.arange(3000) / SAMPLE_HZ + begin, rise)
@@ -87,7 +89,9 @@ def test_an_average_keeps_what_repeats_and_loses_noise():
     assert np.sqrt(np.mean(off**2)) < 0.7 * 2e-3 / np.sqrt(5.0)  # a plain mean leaves all of it
     assert "the average over its 5 period(s)" in note
     assert int(note.split("harmonics up to number ")[1].split()[0]) >= 3
-    with pytest.raises(DataError, match=r"is no triangle: .* up to 0\.05\d? V.*--drive-as averaged"):
+    with pytest.raises(
+        DataError, match=r"is no triangle: .* up to 0\.05\d? V.*--drive-as averaged"
+    ):
         clean_drives([run], "fitted", "V")
 
 

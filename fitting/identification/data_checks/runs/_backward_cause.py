@@ -65,10 +65,10 @@ def waveform_miss(run: Run, value: Float[np.ndarray, " samples"]) -> float:
     if not inside.any() or not np.ptp(y) > 0:
         return 0.0
     cycles = run.drive.time[inside] * run.drive.rate
-    tone = np.exp(2j * np.pi * cycles)
-    columns = np.stack([np.ones(y.size), tone.real, tone.imag], axis=1)
-    _, real, imaginary = np.linalg.lstsq(columns, y, rcond=None)[0]
-    angle = np.arctan2(-imaginary, real)
+    phase = 2.0 * np.pi * cycles
+    columns = np.stack([np.ones(y.size), np.cos(phase), np.sin(phase)], axis=1)
+    _, even, odd = np.linalg.lstsq(columns, y, rcond=None)[0]
+    angle = np.arctan2(-odd, even)
     y = y - y.mean()
     turned = cycles + angle / (2.0 * np.pi)  # both shapes have their maximum where this is whole
     shapes = np.cos(2.0 * np.pi * turned), 4.0 * np.abs(np.mod(turned, 1.0) - 0.5) - 1.0

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rapi_jax import DataError, Drive, Run, triangle
+from rapi_jax._recording import Waveform
 from rapi_jax.io.imports.cleaning._clean import clean_drives
 from rapi_jax.io.imports.cleaning._waveform_fit import fit_waveform
 
@@ -25,7 +26,9 @@ def read(sent: np.ndarray, bits: int, seed: int = 0, noise: float = 2e-3) -> np.
     return np.round(volts / step) * step
 
 
-def run_of(value: np.ndarray, waveform="triangle", rate: float = RATE, name: str = "run00") -> Run:
+def run_of(
+    value: np.ndarray, waveform: Waveform = "triangle", rate: float = RATE, name: str = "run00"
+) -> Run:
     drive = Drive(np.arange(value.size) / SAMPLE_HZ, value, rate, waveform)
     return Run(drive, 16.0 * value, name)
 

@@ -242,13 +242,32 @@ def test_a_second_import_replaces_the_first(rapi, tmp_path):
     assert sum(sizes) < 0.52 * T.size and len(list((tmp_path / "r").glob("*.csv"))) == 3
 
 
+def test_a_noisy_drive_is_said_with_the_option_that_cleans_it(rapi, tmp_path):
+    """A drive of ten bits over 10 V; the preview names the option, and with it finds no fault."""
+    step = 10.0 / 2**10
+    noisy = U + 2e-3 * np.random.default_rng(0).standard_normal(U.size)
+    path = scope(tmp_path, u=np.round(noisy / step) * step)
+    code, out, _ = rapi("import", path, "-o", tmp_path / "r", *SCOPE)
+    assert code == 0
+    assert "noisy drive" in out and "`--drive-as fitted`" in " ".join(out.split())
+    assert rapi("check", tmp_path / "r")[0] == 4
+    line = ("-o", tmp_path / "c", *SCOPE, "--drive-as", "fitted", "--skip-periods", 1)
+    code, out, _ = rapi("import", path, *line)
+    assert code == 0 and "noisy drive" not in out and "1 period(s) are left out" in out
+    assert rapi("check", tmp_path / "c")[0] == 0
+
+
 USAGE = {
-    "half a drive": (("--drive-rate", 10), "go together"),
+    "half a drive": (("--drive-rate", 10), "Give both --drive-amplitude and --drive-rate"),
     "column and made drive": (
-        ("--drive", "CH1", "--drive-rate", 10, "--drive-amplitude", 1), "not both",
+        ("--drive", "CH1", "--drive-rate", 10, "--drive-amplitude", 1), "give either a column of the drive",
     ),
-    "an offset alone": (("--drive-offset", 1), "go with --drive-amplitude"),
-    "several files": (("b.csv", "--drive-file", "c.csv"), "one FILE alone"),
+    "an offset alone": (("--drive-offset", 1), "Give its --drive-amplitude and --drive-rate, too"),
+    "several files": (("b.csv", "--drive-file", "c.csv"), "one FILE only"),
+    "a drive made and cleaned": (
+        ("--drive-rate", 10, "--drive-amplitude", 1, "--drive-as", "fitted"), "Give one of the two",
+    ),
+    "two beginnings": (("--skip-periods", 1, "--skip-seconds", 1), "Give one of them"),
     "a rate of no sense": (("--sample-rate", 0), "--sample-rate"),
 }  # fmt: skip
 

@@ -74,13 +74,14 @@ def _clean(
     if found is not None:  # four quantities are fitted: two levels, phase and rate
         known = 2.0 * left / float(np.sqrt(whole.sum()))
         note += (
-            f". It is uncertain by about {known:.1g} {unit}, which the standard errors of a fit do "
-            "not include"
+            f". This drive is uncertain by about {known:.1g} {unit}, which the standard errors of a "
+            "fit do not include"
         )
     white = max(_white_noise(drive.value), step / np.sqrt(12.0))
     if left > THRESHOLDS.averaged_noise * white:
         note += (
-            f". From sample to sample they differ by only {white:.2g} {unit}: the rest is slower. "
+            f". From sample to sample the readings change by only {white:.2g} {unit} rms: the rest "
+            "is slower. "
             "If the laser saw it, too, keep the readings (`--drive-as measured`)"
         )
     made = dataclasses.replace(drive, value=value)

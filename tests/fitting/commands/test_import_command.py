@@ -260,12 +260,14 @@ def test_a_noisy_drive_is_said_with_the_option_that_cleans_it(rapi, tmp_path):
 USAGE = {
     "half a drive": (("--drive-rate", 10), "Give both --drive-amplitude and --drive-rate"),
     "column and made drive": (
-        ("--drive", "CH1", "--drive-rate", 10, "--drive-amplitude", 1), "give either a column of the drive",
+        ("--drive", "CH1", "--drive-rate", 10, "--drive-amplitude", 1),
+        "give either a column of the drive",
     ),
     "an offset alone": (("--drive-offset", 1), "Give its --drive-amplitude and --drive-rate, too"),
     "several files": (("b.csv", "--drive-file", "c.csv"), "one FILE only"),
     "a drive made and cleaned": (
-        ("--drive-rate", 10, "--drive-amplitude", 1, "--drive-as", "fitted"), "Give one of the two",
+        ("--drive-rate", 10, "--drive-amplitude", 1, "--drive-as", "fitted"),
+        "Give one of the two",
     ),
     "two beginnings": (("--skip-periods", 1, "--skip-seconds", 1), "Give one of them"),
     "a rate of no sense": (("--sample-rate", 0), "--sample-rate"),

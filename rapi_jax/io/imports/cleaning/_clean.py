@@ -74,8 +74,8 @@ def _clean(
     if found is not None:  # four quantities are fitted: two levels, phase and rate
         known = 2.0 * left / float(np.sqrt(whole.sum()))
         note += (
-            f". This drive is uncertain by about {known:.1g} {unit}, which the standard errors of a "
-            "fit do not include"
+            f". This drive is uncertain by about {known:.1g} {unit}, which the standard errors of "
+            "a fit do not include"
         )
     white = max(_white_noise(drive.value), step / np.sqrt(12.0))
     if left > THRESHOLDS.averaged_noise * white:

@@ -84,7 +84,9 @@ def fit(
         Of residuals: squares, with outliers left out and listed; or, for data that cannot be
         cleaned, huber or student (heavier tails), which leave nothing out.
     starts
-        At most so many starts; two that agree on the best end are enough.
+        At most so many first guesses; two that end with nearly the same response are enough. Where
+        the model leaves a residual that repeats, or no two agree, up to 28 more fits begin beside
+        the best end.
     history
         Free the plays' initial values in runs that do not repeat.
     drift

@@ -11,10 +11,11 @@ from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, DataError, Recording, parameters
 from rapi_jax.internal import float64, usable
 
+from ._ends import Start
 from ._problem import Problem, Solution
 from ._result import FitResult, UntrustedFit
 from ._solution import Evaluation
-from ._starts import Guesses, Start, search_starts
+from ._starts import Guesses, search_starts
 from ._thresholds import THRESHOLDS
 from ._weights import run_weights
 from .assessment._claim import curvature, make_claim
@@ -95,7 +96,8 @@ def fit(
     - `weights`: `A_j` of Eq. 26: "hysteresis" (its percentage), "uniform", or one number a run.
     - `loss`: of residuals. "squares", with outliers left out and listed; or, for data that cannot
       be cleaned, "huber" or "student" (heavier tails): every reading counts, by a weight.
-    - `starts`: at most so many starts; two that agree on the best end are enough.
+    - `starts`: at most so many first guesses; two that end with nearly the same response are
+      enough. Starts beside an end found before come on top: see `search_starts`.
     - `guess`: let first guesses from the data be among the starts; or models to use as such,
       or guesses made before.
     - `history`: free the plays' initial values in runs that do not repeat.

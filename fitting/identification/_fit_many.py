@@ -14,10 +14,11 @@ from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, Recording
 from rapi_jax.internal import float64
 
+from ._ends import Start, rank_ends, settled
 from ._fit import Posed, solver_options
 from ._problem import Solution
 from ._result import FitResult
-from ._starts import Start, average_groups, perturb, rank_ends, search_starts, settled, tied_groups
+from ._starts import average_groups, perturb, search_starts, tied_groups
 from ._thresholds import THRESHOLDS
 from .intervals._data import IntervalData
 from .intervals._residual import IntervalResidual
@@ -95,7 +96,7 @@ def fit_many(
         if check and not settled(one.problem, one.weight, found):
             ranked = search(one)
         else:
-            ranked = rank_ends(one.problem, one.weight, found)
+            ranked = rank_ends(one.problem, one.weight, found, nearby=len(found) - 1)
         if kind is None:
             one, ranked = one.without_outliers(search, ranked)
         else:

@@ -11,7 +11,7 @@ from fitting._json import replace_nonfinite
 from fitting._versions import package_versions
 from rapi_jax import ECDL, Recording
 
-from ._starts import Start
+from ._ends import Start, describe_starts
 from .assessment._claim import Claim
 from .assessment._cross_validation import HeldOut
 from .assessment._verdict import Verdict
@@ -149,6 +149,10 @@ class FitResult:
         raise KeyError(
             f"no parameter {name!r}; there are {', '.join(p.name for p in self.parameters)}"
         )
+
+    def describe_starts(self) -> str:
+        """How many starts there were, of which kind, and what their ends have in common."""
+        return describe_starts(self.starts)
 
     def summary(self) -> str:
         """The result as text for people."""

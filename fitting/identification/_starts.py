@@ -12,21 +12,10 @@ from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, AbstractOperator, Parameter, Recording, parameters
 from rapi_jax.internal import follow
 
+from ._ends import Start, agree, correlation, rank_ends, settled
 from ._problem import Problem, Solution
 from ._thresholds import THRESHOLDS
 from .assessment._convergence import unidentifiable
-
-
-@dataclasses.dataclass(frozen=True)
-class Start:
-    """One start and its end: `origin` says where it came from."""
-
-    origin: str
-    steps: int
-    cost: float
-    converged: bool
-    agrees: bool  # with the best end
-    trace: tuple[tuple[int, float], ...]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -170,27 +159,6 @@ def average_groups(problem: Problem, vector: np.ndarray, groups: np.ndarray) -> 
     return out
 
 
-def _cost(end: Solution) -> float:
-    return end.cost
-
-
-def _correlation(rows: np.ndarray) -> float:
-    """Correlation of neighbouring residuals, 0 where negative; rows are runs."""
-    power = float(np.sum(rows[:, :-1] ** 2))
-    return max(float(np.sum(rows[:, 1:] * rows[:, :-1])) / power, 0.0) if power > 0 else 0.0
-
-
-def agree(problem: Problem, weight: np.ndarray, one: Solution, other: Solution) -> bool:
-    """Whether two ends are the same model, judged by what they predict where it was fitted."""
-    difference = np.linalg.norm(weight * (one.error - other.error))
-    residual = np.sqrt(2.0 * min(one.cost, other.cost))
-    share = THRESHOLDS.agreement + THRESHOLDS.agreement_misfit * _correlation(
-        weight * min(one, other, key=_cost).error
-    )
-    scale = np.linalg.norm(weight * (problem.data.y - problem.data.y[weight > 0].mean()))
-    return bool(difference <= max(share * residual, THRESHOLDS.agreement_exact * scale))
-
-
 def grade_lam(problem: Problem, vector: np.ndarray, groups: np.ndarray, by: float) -> np.ndarray:
     """`vector` with `lam` growing from the narrowest play to the widest, by `4**by` in all."""
     out = vector.copy()
@@ -198,6 +166,10 @@ def grade_lam(problem: Problem, vector: np.ndarray, groups: np.ndarray, by: floa
     if at and groups[at[-1]] == at[0]:
         out[at] *= 2.0 ** (by * np.linspace(-1.0, 1.0, len(at)))
     return out
+
+
+def _cost(end: Solution) -> float:
+    return end.cost
 
 
 def search_starts(
@@ -208,16 +180,18 @@ def search_starts(
     *,
     guess: bool | Sequence[ECDL] | Guesses = True,
 ) -> tuple[Solution, list[Start]]:
-    """Fit from up to `count` starts, until enough of them have reached the best end.
+    """Fit from up to `count` first guesses, until enough of them have reached the best end.
 
-    Where the residuals repeat and plays have values of their own, jumps from the best end look for
-    a better one among many that are near equal. Where no two ends agree, the best is perturbed a
-    few times, which counts as starts nearby.
+    Starts beside an end found before come on top of `count`, and are marked `nearby`. Where the
+    residuals repeat and plays have values of their own, 24 jumps from the best end look for a
+    better one among many that are near equal; those that agree with the best are kept. Where no
+    two ends agree, the best is perturbed up to four times.
     """
     groups = tied_groups(problem.ecdl.operator, problem)
     ends, tied = _fit_candidates(problem, weight, count, options, guess, groups)
+    first = len(ends)
     best = min((end for _, end in ends), key=_cost)
-    wrong = _correlation(weight * best.error) > THRESHOLDS.misfit_correlation
+    wrong = correlation(weight * best.error) > THRESHOLDS.misfit_correlation
     if count > 1 and groups is not None and wrong:
         ends += _jump(problem, weight, best, tied, groups, options)
     for trial in range(THRESHOLDS.perturbations):
@@ -226,33 +200,7 @@ def search_starts(
         best = min((end for _, end in ends), key=_cost)
         begin = perturb(problem, best.start, trial, THRESHOLDS.perturbation)
         ends.append((f"best, shaken {trial + 1}", problem.solve(begin, weight, options)))
-    return rank_ends(problem, weight, ends)
-
-
-def rank_ends(
-    problem: Problem, weight: np.ndarray, ends: list[tuple[str, Solution]]
-) -> tuple[Solution, list[Start]]:
-    """The best of named ends, and what became of each start."""
-    best = min((end for _, end in ends), key=_cost)
-    starts = [
-        Start(
-            origin,
-            end.solver.steps,
-            end.cost,
-            end.solver.converged,
-            agree(problem, weight, best, end),
-            end.solver.trace,
-        )
-        for origin, end in ends
-    ]
-    return best, starts
-
-
-def settled(problem: Problem, weight: np.ndarray, ends: list[tuple[str, Solution]]) -> bool:
-    """Whether enough ends agree with the best."""
-    best = min((end for _, end in ends), key=_cost)
-    agreeing = sum(agree(problem, weight, best, end) for _, end in ends)
-    return agreeing >= THRESHOLDS.agreeing_starts
+    return rank_ends(problem, weight, ends, nearby=len(ends) - first)
 
 
 def _fit_candidates(

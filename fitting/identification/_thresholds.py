@@ -133,6 +133,13 @@ class IdentificationThresholds:
     agreeing_starts: int = threshold(
         2, unit="starts", origin="convention; so many that end alike are enough"
     )
+    same_cost: float = threshold(
+        2e-3,
+        unit="of the lowest cost",
+        origin="the solver's `remaining_gain`: so much a further step of a converged fit may still "
+        "take away. Words alone follow from it: halved or doubled, the end of a start within that "
+        "is called one of higher, or of the same, cost",
+    )
     same_start: float = threshold(
         1e-3, unit="1", origin="set by trial; a start so near to another one proves nothing"
     )

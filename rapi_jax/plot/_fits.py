@@ -151,7 +151,9 @@ def correlation(
 def convergence(
     traces: Sequence[tuple[str, Sequence[tuple[int, float]], bool]], *, ax: Any = None
 ) -> Any:
-    """Cost against solver steps of each start: (name, (step, cost) pairs, reached the optimum).
+    """Cost against solver steps of each start: (name, (step, cost) pairs, agrees).
+
+    `agrees`: it ended with nearly the response of the lowest cost.
 
     >>> from rapi_jax import plot
     >>> picture = plot.convergence([("guess 1", [(0, 9.0), (1, 1.2), (2, 1.0)], True)])
@@ -161,8 +163,8 @@ def convergence(
     figure, axis = one_axis(ax)
     reached = sum(agrees for _, _, agrees in traces)
     names = {
-        True: f"reached the optimum kept ({reached} of {len(traces)})",
-        False: f"ended elsewhere ({len(traces) - reached})",
+        True: f"ended with nearly the response of the lowest cost ({reached} of {len(traces)})",
+        False: f"ended in another optimum ({len(traces) - reached})",
     }
     for _, trace, agrees in sorted(traces, key=lambda one: one[2]):
         steps, costs = zip(*trace, strict=True)

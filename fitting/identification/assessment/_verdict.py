@@ -8,9 +8,9 @@ import jax
 import numpy as np
 
 from fitting._units import quantity
+from fitting.identification._ends import Start
 from fitting.identification._parameter_vector import as_device
 from fitting.identification._problem import Problem, Solution
-from fitting.identification._starts import Start
 from fitting.identification._thresholds import THRESHOLDS
 from fitting.identification.data_checks._clock_jitter import describe_jitter
 from fitting.identification.data_checks._data_checks import Fault

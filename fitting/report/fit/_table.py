@@ -231,17 +231,12 @@ def _tabulate_held_out(result: "FitResult") -> Table:
 
 def _tabulate_starts(result: "FitResult") -> Table:
     table = Table(title="Starts", title_justify="left")
+    table.caption, table.caption_justify = result.describe_starts(), "left"
     for name in ("start", "steps", "cost", "end"):
         table.add_column(name, justify="right" if name in ("steps", "cost") else "left")
-    lowest = min((start.cost for start in result.starts), default=0.0)
     for start in result.starts:
-        end = "lowest cost" if start.cost == lowest else "the same optimum"
-        table.add_row(
-            start.origin,
-            str(start.steps),
-            _format_number(start.cost, 7),
-            end if start.agrees or start.cost == lowest else "another optimum",
-        )
+        steps, cost = str(start.steps), _format_number(start.cost, 7)
+        table.add_row(start.origin, steps, cost, start.describe())
     return table
 
 

@@ -222,7 +222,7 @@ def turning_points(cycles: np.ndarray, response: np.ndarray) -> tuple[float, flo
     """Phases (0 to 1) of a repeating response's minimum and maximum, finer than a sample.
 
     A sharp corner is where the curves of its two sides meet; a round one is the vertex of a
-    parabola. `Run.along` knows them to 1/400 of a period, which moves an rms nonlinearity by 2 %.
+    parabola. Only what is next to the turn is fitted; `Run.along` fits a tenth of the swing.
     """
     coarse = _phase.turning_phases(cycles, response)
     slope = 2.0 * float(np.ptp(response))  # of a symmetric triangle, a period

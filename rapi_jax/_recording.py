@@ -19,6 +19,7 @@ Waveform = Literal["triangle", "sine", "multisine", "step", "other"]
 Origin = Literal["session", "run"]
 WAVEFORMS: tuple[str, ...] = get_args(Waveform)
 ROI = (0.1, 0.9)  # the middle 80 % of each branch's time
+_ROUNDING = 1e-9  # of a branch: a sample that stands on an end of the region is inside
 ABSOLUTE_ZERO_C = -273.15
 
 
@@ -276,7 +277,8 @@ class Run:
     @property
     def roi(self) -> np.ndarray:
         """Region of interest: the middle 80 % of the time between the response's turning points."""
-        return (self.along >= ROI[0]) & (self.along <= ROI[1])
+        along = self.along
+        return (along >= ROI[0] - _ROUNDING) & (along <= ROI[1] + _ROUNDING)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ._thresholds import THRESHOLDS
+from ._turning_points import refine_minimum
 
 
 def fold(phase: np.ndarray, value: np.ndarray, bins: int) -> np.ndarray:
@@ -21,11 +22,14 @@ def fold(phase: np.ndarray, value: np.ndarray, bins: int) -> np.ndarray:
 
 
 def turning_phases(phase: np.ndarray, value: np.ndarray) -> tuple[float, float]:
-    """Phases (0 to 1) at which a repeating signal has its minimum and its maximum."""
+    """Phases (0 to 1) at which a repeating signal has its minimum and its maximum.
+
+    Without noise and at 200 samples a period or more, those of a triangle and of a sine are right
+    to 1e-4 of a period.
+    """
     per_period = max(1, int(phase.size / max(1.0, np.ptp(phase))))
-    bins = int(np.clip(per_period, 16, 200))
-    mean = fold(phase, value, bins)
-    return (np.argmin(mean) + 0.5) / bins % 1.0, (np.argmax(mean) + 0.5) / bins % 1.0
+    mean = fold(phase, value, int(np.clip(per_period, 16, 200)))
+    return refine_minimum(phase, value, mean), refine_minimum(phase, -value, -mean)
 
 
 def are_whole_samples(periods: float | int, exact: float, samples: float | int) -> bool:
@@ -86,10 +90,14 @@ def turning_samples(value: np.ndarray, tolerance: float = 0.01) -> np.ndarray:
 
 
 def branch_fraction(phase: np.ndarray, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
-    """Whether each sample is on the rising branch, and how far along its branch it is (0 to 1)."""
-    rise = np.mod(high - low, 1.0)
-    since = np.mod(phase - low, 1.0)
-    up = since < rise
+    """Whether each sample is on the rising branch, and how far along its branch it is (0 to 1).
+
+    A sample on a turning point, but for rounding, begins a branch.
+    """
+    rise, near = np.mod(high - low, 1.0), THRESHOLDS.near_sample
+    since = np.maximum(np.mod(phase - low + near, 1.0) - near, 0.0)
+    up = since < rise - near
+    since = np.where(up, since, np.maximum(since, rise))
     along = np.where(up, since / max(rise, 1e-12), (since - rise) / max(1.0 - rise, 1e-12))
     return up, along
 

@@ -23,6 +23,46 @@ class SamplingThresholds:
     same_sample: float = threshold(
         1e-6, unit="steps", origin="rounding: a corner this near a sample is that sample"
     )
+    turn_rises: tuple[float, ...] = threshold(
+        (0.1, 0.2, 0.4, 0.7),
+        unit="of the swing",
+        origin="set by trial: of the samples about a turn those are fitted that rise by less, the "
+        "first with samples enough. Halved, noise moves a sine's turn by 3 times as much; doubled, "
+        "a quartic misses a sine's turn by more",
+    )
+    turn_samples: int = threshold(
+        6,
+        unit="samples",
+        origin="twice what a parabola needs, on either side of a turn. Halved, noise moves turns "
+        "at 50 samples a period by more; doubled, they are known to a bin there",
+    )
+    lowest_bin: tuple[float, ...] = threshold(
+        (2.5, 1.5),
+        unit="bins",
+        origin="how far the lowest bin of a mean over three may be from the turn, of a flyback and "
+        "of a triangle; the first is used where samples are enough. Halved, flybacks of a tenth of "
+        "a period may be misplaced by a bin; doubled, so are turns at 50 samples a period",
+    )
+    turn_slope: float = threshold(
+        1.0,
+        unit="swings a period",
+        origin="a corner changes the slope by more, a triangle's by at least 4, a sine by nothing. "
+        "Halved or doubled, neither is taken for the other",
+    )
+    turn_guard: float = threshold(
+        0.002,
+        unit="periods",
+        origin="that of `Linearity`: left out next to a turn, where a device is still turning. "
+        "Halved or doubled, corners between straight sides stay where they are",
+    )
+    turn_passes: int = threshold(
+        5, unit="passes", origin="each begins where the last one ended; two are enough for a corner"
+    )
+    turn_rounding: float = threshold(
+        1e-7,
+        unit="of the swing",
+        origin="residuals below are rounding and tell no curve from another",
+    )
     period_edge: float = threshold(
         0.015,
         unit="periods",

@@ -4,8 +4,8 @@ import numpy as np
 
 from rapi_jax import Drive
 
-# Turning points are found in bins of a period, 200 of them where there are samples enough: phases
-# are right to a bin, and branches to one bin at either turn.
+# Turning points are first found in bins of a period, 200 of them where there are samples enough,
+# and then between samples; where noise or a plateau forbids that, phases are right to a bin.
 BIN = 1.0 / 200
 
 

@@ -7,8 +7,6 @@ from fitting.diagnosis.noise._periods import PeriodBlock
 from rapi_jax import Drive
 from rapi_jax.internal import branch_fraction
 
-from ._thresholds import THRESHOLDS
-
 
 def branches(
     drive: Drive, block: PeriodBlock
@@ -26,7 +24,9 @@ def scan_phase(drive: Drive, block: PeriodBlock) -> Float[np.ndarray, " phases"]
     if not block.repeats:
         return block.phase
     first = int(np.flatnonzero(drive.period >= 0)[0])
-    begin = float(drive.phase[first])
-    # Turning points are known to a bin; periods that begin that near to the minimum begin with it.
-    near = min(begin, 1.0 - begin) < THRESHOLDS.phase_tolerance
-    return block.phase if near else np.mod(block.phase + begin, 1.0)
+    begin = float(np.mod(drive.phase[first] + 0.5, 1.0)) - 0.5  # below 0 just before the minimum
+    near = 0.5 / block.phase.size
+    # A period that begins within half a sample of the minimum begins on the rising branch.
+    if abs(begin) <= near:
+        return np.maximum(block.phase + begin, 0.0)
+    return np.mod(block.phase + begin, 1.0)

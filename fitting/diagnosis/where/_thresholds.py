@@ -60,9 +60,6 @@ class WhereThresholds:
     edge_fraction: float = threshold(
         0.1, unit="length of a branch", origin="convention; what counts as near a turning point"
     )
-    phase_tolerance: float = threshold(
-        0.015, unit="period", origin="turning points are known to a bin of the phase, 1/200 or so"
-    )
     least_excess_share: float = threshold(
         0.15,
         unit="gap less readings",

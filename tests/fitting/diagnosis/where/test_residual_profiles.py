@@ -9,8 +9,8 @@ from silent import session
 
 from fitting.diagnosis.noise._periods import PeriodBlock, period_blocks
 from fitting.diagnosis.noise._spectrum import Spectrum, measure_spectrum
-from fitting.diagnosis.where._residual_profiles import residual_profiles
-from rapi_jax import Drive, Recording
+from fitting.diagnosis.where._residual_profiles import residual_profiles, time_since_turn
+from rapi_jax import Drive, Recording, Run
 from rapi_jax.sampling._batch import to_batch
 
 
@@ -109,3 +109,20 @@ def test_a_run_that_does_not_repeat_has_maps_too():
     assert found["harmonics"]["rows"] == []
     assert {row["excitation_hz"] for row in found["since_turn"]["rows"]} == {None}
     assert max(found["since_turn"]["seconds"]) == pytest.approx(0.4, rel=0.3)
+
+
+@pytest.mark.parametrize("minimum", [0.0, 0.0013, 0.0049, 0.02, 0.371, 0.998])
+def test_the_time_since_a_turn_that_lies_between_samples(minimum):
+    """At 40 Hz a bin of 1/200 of a period is 125 us."""
+    cycles = np.arange(3200) / 800
+    up = np.mod(cycles - minimum, 1.0)
+    value = np.where(up < 0.4, up / 0.4, (1.0 - up) / 0.6)
+    drive = Drive(cycles / 40.0, value, 40.0, "triangle")
+    recording = Recording((Run(drive, value),))
+    (block,) = period_blocks(recording, to_batch(recording, lead=True))
+    rising, seconds = time_since_turn(drive, block)
+    phase = np.mod(block.time[0] * 40.0 - minimum, 1.0)
+    inside = np.abs(np.mod(np.stack([phase, phase - 0.4]) + 0.5, 1.0) - 0.5).min(axis=0) > 0.5 / 800
+    assert np.array_equal(rising[inside], (phase < 0.4)[inside])
+    truth = np.where(phase < 0.4, phase, phase - 0.4) / 40.0
+    assert np.abs(seconds - truth)[inside].max() < 1e-7

@@ -1,5 +1,6 @@
 """`rapi diagnose`: where a model departs from a device, and which effect it lacks."""
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -39,7 +40,8 @@ def diagnose(
         Folder for the results; made if missing.
     model
         A folder that `rapi fit` or `rapi diagnose` wrote, or the `model.rapi` in it. Without one a
-        model is identified first, so that no part of the gap comes from wrong parameters.
+        model is identified first, so that no part of the gap comes from wrong parameters. One that
+        was not to be trusted is used, and a note says so.
     limits
         A file with the drive's limits, for the next scan; by default the range and slew recorded.
     plugin
@@ -65,7 +67,7 @@ def diagnose(
     from fitting.commands.run import BAD_DATA, DONE, failing_alone
     from fitting.commands.shared._about import THRESHOLDS, describe_recording, estimate_seconds
     from fitting.commands.shared._limits import check_limits_unit
-    from fitting.commands.shared._model import load_model
+    from fitting.commands.shared._model import describe_distrust, load_model
     from fitting.commands.shared._out import console, output_folder, print_json, read_json
     from fitting.commands.shared._plugins import plugin_effects, plugin_operators
     from fitting.commands.shared._progress import progress
@@ -98,11 +100,11 @@ def diagnose(
     out = console(json)
     for name, place, data in zip(names, places, read, strict=True):
         seconds = estimate_seconds(data, "diagnose")
-        about = describe_recording(data, seconds, THRESHOLDS.diagnose_longest * seconds)
+        begun = describe_recording(data, seconds, THRESHOLDS.diagnose_longest * seconds)
         label = f"diagnosing {name}" if recordings else "diagnosing"
         with (
             failing_alone(name, failed, alone=not recordings),
-            progress(label, json, about=about, expected_s=seconds) as say,
+            progress(label, json, about=begun, expected_s=seconds) as say,
         ):
             output_folder(place)
             written = diagnose_into(
@@ -114,6 +116,7 @@ def diagnose(
                 limits=bounds,
                 scan=scan,
                 report_step=say,
+                notes=describe_distrust(about),
                 more=more,
             )
         if failed[-1:] == [name]:
@@ -184,15 +187,17 @@ def diagnose_into(
     limits: Any,
     scan: bool,
     report_step: Callable[[str], None] | None = None,
+    notes: Sequence[str] = (),
     more: Mapping[str, Any] | None = None,
 ) -> list[Path]:
     """Diagnose a recording, called `name`, by the options of the command; its files in `folder`.
 
-    `more`: further keys of `diagnosis.json`.
+    `notes`: further ones, before those of the diagnosis. `more`: further keys of `diagnosis.json`.
     """
     from fitting.diagnosis import diagnose as run
 
     report = run(ecdl, data, candidates=candidates, limits=limits, scan=scan, progress=report_step)
+    report = dataclasses.replace(report, notes=(*notes, *report.notes))
     return report.save(folder, name=name, more=more)
 
 

@@ -15,12 +15,32 @@ def check_trusted(about: dict[str, Any], *, allowed: bool) -> None:
     """Raise `UntrustedModel` for a model that its fit did not trust, unless that is `allowed`."""
     if about.get("trusted", False) or allowed:
         return
-    reasons = about.get("reasons") or ["see its model.json"]
-    more = f" (and {len(reasons) - 1} more)" if len(reasons) > 1 else ""
+    first, more = _reasons(about)
     raise UntrustedModel(
-        f"no drive is made from a model that is not to be trusted: {reasons[0].rstrip('.')}{more}. "
+        f"no drive is made from a model that is not to be trusted: {first}{more}. "
         "Mend the recording and fit again, or ask for it with `--untrusted`."
     )
+
+
+def describe_distrust(about: dict[str, Any] | None) -> tuple[str, ...]:
+    """A note on a model, described by `about`, that its fit did not trust; nothing of others."""
+    if about is None or about.get("trusted", True):
+        return ()
+    known = about.get("reasons")
+    first, more = _reasons(about) if known else ("", "")
+    why, lists = (f": {first}{more}", "Mend that") if known else ("", "Mend its recording")
+    return (
+        f"model: the model given by `--model` was not to be trusted when it was written{why}. Its "
+        "own errors count as a gap of the device here, and an effect may be named for them. "
+        f"{lists} and fit again, or diagnose without `--model`.",
+    )
+
+
+def _reasons(about: dict[str, Any]) -> tuple[str, str]:
+    """The first reason not to trust a model, and how many more there are, in words."""
+    reasons = about.get("reasons") or ["see its model.json"]
+    more = f" (and {len(reasons) - 1} more)" if len(reasons) > 1 else ""
+    return reasons[0].rstrip("."), more
 
 
 def load_model(

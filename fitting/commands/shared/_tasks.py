@@ -147,7 +147,7 @@ def _diagnose(
 ) -> Outcome:
     from fitting.commands.diagnose import check_model_units, diagnose_into
     from fitting.commands.shared._limits import check_limits_unit
-    from fitting.commands.shared._model import load_model
+    from fitting.commands.shared._model import describe_distrust, load_model
     from fitting.commands.shared._out import output_folder
     from fitting.commands.shared._plugins import plugin_effects, plugin_operators
     from rapi_jax import effects
@@ -169,6 +169,7 @@ def _diagnose(
         candidates=(*effects.ALL, *own),
         limits=bounds,
         scan=scan,
+        notes=describe_distrust(about),
         more=_about(
             path,
             "diagnose",

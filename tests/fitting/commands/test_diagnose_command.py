@@ -66,6 +66,29 @@ def assert_introduced(text: str, count: int = 1) -> None:
     assert all(re.search(r" \(\d+ s\)$", x) for x, y in zip(lines, about, strict=True) if not y)
 
 
+@pytest.mark.parametrize("reasons", [(), ("gap: 3 % of the span is left.", "starts disagree.")])
+def test_a_model_that_was_not_trusted_is_said_to_be_one(rapi, folder, tmp_path, reasons):
+    """On the terminal, the page and in the JSON; of a trusted one nothing is said."""
+    common = dict(response_unit="GHz", drive_unit="V", response_origin="session")
+    why = dict(reasons=list(reasons)) if reasons else {}
+    write_model(tmp_path / "bad.rapi", paper_device(), trusted=False, **why, **common)
+    write_model(tmp_path / "good.rapi", paper_device(), trusted=True, **common)
+    said = {}
+    for name in ("bad", "good"):
+        model = tmp_path / f"{name}.rapi"
+        code, out, _ = rapi(folder / "etalon", "--model", model, "--no-scan", "-o", tmp_path / name)
+        assert code == 0
+        notes = json.loads((tmp_path / name / "diagnosis.json").read_text())["notes"]
+        said[name] = [note for note in notes if "not to be trusted" in note]
+        page = (tmp_path / name / "report.html").read_text()
+        assert ("not to be trusted" in " ".join(out.split())) == (name == "bad")
+        assert ("not to be trusted" in page) == (name == "bad")
+    (note,) = said["bad"]
+    assert not said["good"] and "diagnose without `--model`" in note
+    if reasons:
+        assert "gap: 3 % of the span is left (and 1 more)." in note
+
+
 def test_one_recording(rapi, folder, tmp_path):
     """The verdict is shown, the files are written; the exit code does not depend on it."""
     output = tmp_path / "new" / "out"

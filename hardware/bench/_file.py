@@ -16,7 +16,8 @@ from rapi_jax.internal import SPEED_OF_LIGHT, StrPath, located, read_toml
 from rapi_jax.io import printable
 from rapi_jax.ranging import AirState
 
-from ._drivers import FAMILIES, Driver, collect_drivers, validate_table
+from ._drivers import Driver, collect_drivers, validate_table
+from ._mistakes import describe_mistake
 
 
 class Limits(Table):
@@ -104,6 +105,8 @@ class BenchFile(Table):
 def read_bench(path: StrPath, *, drivers: Iterable[Driver] = ()) -> BenchFile:
     """Read `bench.toml`. Raises `DataError`, in one line, that names the key and what is wrong.
 
+    Of a key that is misspelt it also names the one that is likely meant.
+
     No limit has a default: what the device behind the generator stands, this package cannot know.
     `drivers`: classes beside those of this package that the file may name by their `kind`.
 
@@ -129,17 +132,6 @@ def read_bench(path: StrPath, *, drivers: Iterable[Driver] = ()) -> BenchFile:
                 raise DataError("`amplifier.gain` must not be zero.")
             return found
         except pydantic.ValidationError as error:
-            first = error.errors()[0]
-            where = _path(first["loc"], table)
-            message = first["msg"].removeprefix("Value error, ")
-            raise DataError(f"`{printable(where, 60)}`: {printable(message, 120)}.") from error
+            raise DataError(describe_mistake(error, table, BenchFile, known)) from error
         except ValueError as error:
             raise DataError(printable(error, 200)) from error
-
-
-def _path(loc: tuple[int | str, ...], table: dict[str, Any]) -> str:
-    """The key that is wrong, behind the kind of its instrument where the file names one."""
-    parts = [str(part) for part in loc]
-    if len(parts) > 1 and parts[0] in FAMILIES and "kind" in table[parts[0]]:
-        parts.insert(1, str(table[parts[0]]["kind"]))
-    return ".".join(parts) or "the file"

@@ -118,7 +118,19 @@ def test_however_it_ends_the_output_is_parked_and_off(dry, error, monkeypatch):
         ({"slew_v_per_s = 2000.0\n": ""}, "`limits.slew_v_per_s`: Field required"),
         ({"step_v = 0.1": "step_v = inf"}, "`limits.step_v`"),
         ({"low_v = 0.0\nhigh": "low_v = 9.0\nhigh"}, "must lie below"),
-        ({"settling = 2": "settlign = 2"}, "`settlign`: Extra inputs"),
+        ({"settling = 2": "settlign = 2"}, "`settlign`: no such key; is `settling` meant"),
+        (
+            {"slew_v_per_s = 2": "slew_vps = 2"},  # one that must be given is missing then, too
+            "`limits.slew_vps`: no such key; is `slew_v_per_s` meant",
+        ),
+        ({"[optics]": "[optic]"}, "`optic`: no such key; is `optics` meant"),
+        ({"delay_s = 2": "dealy_s = 2"}, "`optics.dealy_s`: no such key; is `delay_s` meant"),
+        ({"rapi.bench/1": 'rapi.bench/1"\nxyzzy = "'}, "`xyzzy`: no such key. .* one of schema, "),
+        ({'resource = "LAS"': 'resuorce = "LAS"'}, "`laser.*resuorce`: .*is `resource` meant"),
+        (
+            {"settling = 2": "settling = 2\namplifier = { gian = 2.0 }"},
+            "`amplifier.gian`: no such key; is `gain` meant",
+        ),
         (
             {'"GEN"': '"GEN"\nbackend = "/tmp/lib.so"'},
             r"`generator.*backend`: Input should be '@py'",

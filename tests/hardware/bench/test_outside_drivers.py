@@ -218,7 +218,10 @@ def test_measured_and_checked_with_drivers_from_outside(tmp_path, plugins, drive
     ("change", "says"),
     [
         ({'"own-laser"': '"other-laser"'}, "no driver 'other-laser', only 'tlb6700', 'own-laser'"),
-        ({"divider = 2.0": "divisor = 2.0"}, "`digitizer.own-digitizer.divisor`: Extra inputs"),
+        (
+            {"divider = 2.0": "divisor = 2.0"},
+            "`digitizer.own-digitizer.divisor`: no such key; is `divider` meant?",
+        ),
         ({'address = "GEN"': ""}, "`generator.own-generator.address`: Field required"),
         ({"step_v = 0.1": ""}, "`limits.step_v`: Field required"),
     ],

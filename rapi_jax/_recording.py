@@ -290,8 +290,9 @@ class Recording:
     - `response_origin`: whether the runs share one zero of the response ("session") or have one
       each ("run").
     - `response_lag_s`: known latency of the reading, s; taken out before fitting.
-    - `provenance`: what else is known of it, as text. Two keys have a meaning and are checked:
-      `recorded_at`, when it was recorded, and `temperature_c`, the device's temperature.
+    - `provenance`: what else is known of it, as text. Three keys have a meaning and are checked:
+      `recorded_at`, when it was recorded; `temperature_c`, the device's temperature; and
+      `units_checked`, "true" where numbers that look like a slip of units are right.
 
     Raises `DataError` where a field is not what it should be.
 

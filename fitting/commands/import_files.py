@@ -49,6 +49,7 @@ def import_files(
     response_lag: Annotated[float, Parameter(validator=validators.Number(gte=0))] = 0.0,
     recorded_at: str | None = None,
     temperature: str | None = None,
+    units_checked: Annotated[bool, Parameter(negative="")] = False,
     picture: bool = True,
     dry_run: Annotated[bool, Parameter(negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
@@ -150,6 +151,9 @@ def import_files(
         Date and time of the recording, such as 2026-11-24T10:00:00Z.
     temperature
         Temperature of the device in deg C: a number, or a column.
+    units_checked
+        The units are right even where the numbers suggest otherwise, such as those of a laser of
+        less than 10 MHz/V. Kept in the manifest.
     picture
         Write a picture of all runs beside the recording.
     dry_run
@@ -206,7 +210,7 @@ def import_files(
         decimate=decimate, max_samples=max_samples, nan=nan, response_origin=response_origin,
         response_lag_s=response_lag, recorded_at=recorded_at, temperature_c=temperature,
         fringes=fringes, interferometer=interferometer,
-        cavity=cavity, cavity_spacing=cavity_spacing,
+        cavity=cavity, cavity_spacing=cavity_spacing, units_checked=units_checked,
     )  # fmt: skip
     if output is not None:
         check_output(output)  # now, before a long file is read

@@ -21,6 +21,11 @@ _DRIVE_SPAN = (1e-4, 300.0)  # V
 _RESPONSE_SPAN = (1e-4, 2e4)  # GHz
 _SLOPE = (0.01, 2000.0)  # GHz/V
 _LOOSE = (1e-9, 1e9)
+UNITS_CHECKED = "units_checked"  # of a provenance: "true" where the units stand as they are
+_OVERRULE = (
+    f"If the units are right all the same, say so: `{UNITS_CHECKED} = true` in the manifest, or "
+    "`rapi import --units-checked`."
+)
 _LONGEST = 1e9  # s
 # s from the session's zero: Unix time is 2e9, and there a float64 still tells microseconds apart.
 _LATEST = 1e10
@@ -51,8 +56,10 @@ def convert(values: np.ndarray, divisor: float) -> np.ndarray:
 def check_plausible(recording: Recording) -> None:
     """Refuse numbers that cannot be in the stated units, such as mV called V.
 
-    A drive or response that is constant passes: that is no matter of units. Raises `DataError`
-    naming the run and the likely slip.
+    A drive or response that is constant passes: that is no matter of units. So does any that is
+    confirmed: a laser of 5 MHz/V is one of 5 GHz/V whose GHz were called MHz, by its numbers. The
+    provenance says so by `units_checked`, "true". Raises `DataError` naming the run and the likely
+    slip.
 
     >>> from rapi_jax import DataError
     >>> from rapi_jax.io import check_plausible
@@ -64,17 +71,18 @@ def check_plausible(recording: Recording) -> None:
     >>> try:
     ...     check_plausible(wrong)
     ... except DataError as error:
-    ...     print(str(error).split("; ")[1])
-    it is likely in MHz: say response_unit = "MHz".
+    ...     print(str(error).split("; ")[1].split(". ")[0])
+    it is likely in MHz: say response_unit = "MHz"
     """
     drive_unit(recording.drive_unit)
     response_unit(recording.response_unit)
+    confirmed = _are_confirmed(recording)
     optical = (recording.drive_unit, recording.response_unit) == ("V", "GHz")
     for run in recording.runs:
         with np.errstate(over="ignore"):  # an infinite span is refused like a large one
             slip = _optical_slip(run) if optical else _loose_slip(recording, run)
-        if slip:
-            raise DataError(f"run '{run.name}': {slip}")
+        if slip and not confirmed:
+            raise DataError(f"run '{run.name}': {slip} {_OVERRULE}")
         if run.drive.time[-1] > _LONGEST:
             raise DataError(
                 f"run '{run.name}': `time_s` ends at {run.drive.time[-1]:.3g} s. Check its unit, "
@@ -86,6 +94,14 @@ def check_plausible(recording: Recording) -> None:
                 "where times cannot be told apart finely enough. Give it in s, not in ms or ns, "
                 "from the start of the session."
             )
+
+
+def _are_confirmed(recording: Recording) -> bool:
+    """Whether the recording says that its units are right, however unlikely they look."""
+    said = recording.provenance.get(UNITS_CHECKED, "false").lower()
+    if said not in ("true", "false"):
+        raise DataError(f"`{UNITS_CHECKED}` must be true or false, but is {ascii(said)[:40]}.")
+    return said == "true"
 
 
 def _spans(run: Run) -> tuple[float, float]:

@@ -132,6 +132,7 @@ def import_recording(
     runs, fewer = decimate(runs, options.decimate, options.max_samples)
     notes += cleaned + fewer
     provenance |= {"recorded_at": stamp} if stamp else {}
+    provenance |= {_units.UNITS_CHECKED: "true"} if options.units_checked else {}
     provenance |= {"temperature_c": warm} if warm else {}
     provenance |= {f"import{k:02d}": printable(note, 1000) for k, note in enumerate(notes)}
     recording = Recording(

@@ -7,6 +7,7 @@ from pathlib import Path
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Recording, Run
 from rapi_jax.io._safe import StrPath, printable
+from rapi_jax.io._units import UNITS_CHECKED
 from rapi_jax.io.recordings._folder import MANIFEST
 from rapi_jax.io.recordings._read_write import read_recording
 
@@ -68,6 +69,8 @@ def join_recordings(
         f"file{number:02d}": f"{name} data sha256 {part.sha256()[:16]}"
         for number, (name, part) in enumerate(zip(names, parts, strict=True))
     }
+    confirmed = [part.provenance.get(UNITS_CHECKED, "").lower() for part in parts]
+    provenance |= {UNITS_CHECKED: "true"} if "true" in confirmed else {}
     joined = dataclasses.replace(
         parts[0],
         runs=tuple(runs),

@@ -61,6 +61,8 @@ class ImportOptions:
       not tell the sign of a tuning: `response_scale=-1` where the frequency falls with the drive.
     - `response_origin`, `response_lag_s`: as in a `Recording`. `recorded_at`, `temperature_c`: as
       in its provenance; the temperature may also be a column (deg C), whose mean is taken.
+    - `units_checked`: that the units are right, also where the numbers look as if they were not,
+      such as those of a laser of less than 10 MHz/V.
 
     >>> from rapi_jax.io import ImportOptions, MadeDrive
     >>> sent = MadeDrive(amplitude=4.5, rate=10.0, offset=3.0)
@@ -97,6 +99,7 @@ class ImportOptions:
     interferometer: str | None = None
     cavity: str | None = None
     cavity_spacing: str | None = None
+    units_checked: bool = False
 
     @property
     def measured(self) -> Literal["response", "fringes"]:

@@ -30,13 +30,18 @@ class RunEntry(ManifestTable):
 
 
 class Manifest(ManifestTable):
-    """The head of a recording; see `read_recording`."""
+    """The head of a recording; see `read_recording`.
+
+    `units_checked`: that the units are right, although the numbers look as if they were not; see
+    `check_plausible`. Kept in the provenance.
+    """
 
     schema_: Literal["rapi.recording/1"] = Field(alias="schema")
     response_unit: str
     drive_unit: str
     response_origin: Origin = "session"
     response_lag_s: float = Field(default=0.0, ge=0, allow_inf_nan=False)
+    units_checked: bool | None = None
     run: list[RunEntry] = Field(min_length=1, max_length=10_000)
     provenance: dict[str, Any] = Field(default_factory=dict)
 
@@ -46,6 +51,8 @@ class Manifest(ManifestTable):
         for name, entry in zip(names, self.run, strict=True):
             extra = _scalars(entry.__pydantic_extra__ or {})
             found |= {f"{name}.{key}": text for key, text in extra.items()}
+        if self.units_checked is not None:
+            found[_units.UNITS_CHECKED] = str(self.units_checked).lower()
         return found | _scalars(self.provenance)
 
 

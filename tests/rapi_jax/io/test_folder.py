@@ -291,6 +291,47 @@ def test_unit_slips(drive, response, said):
     assert said in str(caught.value) and "run 'run00'" in str(caught.value)
 
 
+@pytest.mark.parametrize("form", ["r", "r.nc"])
+def test_units_that_are_confirmed_are_believed(tmp_path, form):
+    """5 MHz/V is a laser's, or 5 GHz/V called MHz: only the person who measured knows."""
+    slow = scaled(3.0, 0.015)
+    with pytest.raises(DataError, match="`units_checked = true` in the manifest, or `rapi import"):
+        check_plausible(slow)
+    confirmed = dataclasses.replace(slow, provenance={"units_checked": "true"})
+    check_plausible(confirmed)
+    write_recording(confirmed, tmp_path / form)
+    read = read_recording(tmp_path / form)
+    assert read.runs[0].span == pytest.approx(0.015)
+    for wrong in ("yes", "1"):
+        with pytest.raises(DataError, match="must be true or false"):
+            check_plausible(dataclasses.replace(slow, provenance={"units_checked": wrong}))
+    late = dataclasses.replace(slow.runs[0].drive, start_s=1e12)
+    with pytest.raises(DataError, match="start_s"):  # which no unit explains
+        run = dataclasses.replace(slow.runs[0], drive=late)
+        check_plausible(dataclasses.replace(confirmed, runs=(run,)))
+
+
+def test_a_manifest_confirms_its_units(tmp_path):
+    path = tmp_path / "r"
+    write_recording(scaled(3.0, 75.0), path)
+    data = path / "run00.csv"
+    head, *rows = data.read_text().splitlines()
+    rows = [f"{row.rpartition(',')[0]},{5e-3 * float(row.split(',')[1])}" for row in rows]
+    data.write_text("\n".join([head, *rows]) + "\n")
+    manifest = path / "manifest.toml"
+    text = manifest.read_text()
+    with pytest.raises(DataError, match="units_checked"):
+        read_recording(path)
+    manifest.write_text(text.replace("[[run]]", "units_checked = true\n\n[[run]]", 1))
+    assert read_recording(path).provenance["units_checked"] == "true"
+    manifest.write_text(text.replace("[[run]]", "unit_checked = true\n\n[[run]]", 1))
+    with pytest.raises(DataError, match="is `units_checked` meant"):
+        read_recording(path)
+    manifest.write_text(text.replace("[[run]]", 'units_checked = "no"\n\n[[run]]', 1))
+    with pytest.raises(DataError, match="units_checked"):
+        read_recording(path)
+
+
 def test_displacements_are_hardly_judged_but_units_must_be_known():
     check_plausible(dataclasses.replace(scaled(300, 1e6), response_unit="nm"))
     with pytest.raises(DataError, match="check the unit"):

@@ -60,3 +60,20 @@ def test_what_cannot_be_joined_says_why(folders, tmp_path):
     manifest.write_text(manifest.read_text().replace('"GHz"', '"um"'))
     with pytest.raises(DataError, match="differ in `response_unit` .GHz in .*, um in "):
         import_recording(folders)
+
+
+def test_a_slow_laser_is_imported_and_joined_where_its_units_are_confirmed(tmp_path):
+    """5 MHz/V; what one import confirms, those that are joined need not be asked again."""
+    made = []
+    for rate in (10.0, 40.0):
+        _, u, y = scanned((rate, 3, 4.5), sample_hz=4000.0)
+        y = 5e-3 * (u - u.min()) + 1e-6 * y
+        path = tmp_path / f"{rate:g}.csv"
+        np.savetxt(path, np.c_[u, y], delimiter=",", header="u,y", comments="")
+        options = dataclasses.replace(OPTIONS, sample_rate=4000.0)
+        with pytest.raises(DataError, match="`rapi import --units-checked`"):
+            import_recording(path, options)
+        sure = dataclasses.replace(options, units_checked=True)
+        write_import(import_recording(path, sure), tmp_path / f"{rate:g}")
+        made.append(tmp_path / f"{rate:g}")
+    assert import_recording(made).recording.provenance["units_checked"] == "true"

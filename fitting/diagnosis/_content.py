@@ -204,17 +204,20 @@ def describe_hypotheses(
         }
         if candidate.effects:
             validated = held_out.get(candidate.name)
-            flexible = needs_flexible_base(candidate)
+            flexible, other = needs_flexible_base(candidate), None
             if flexible and candidate.name not in held_out:  # no operator was searched for it
                 refit, state = candidate.flexible_refit, candidate.on_flexible_base
             else:
                 refit, state = choose_refit(candidate, fitted.refit, flexible=flexible)
+                if flexible and fitted.spectrum.measured and not candidate.has_other_form:
+                    other = candidate.on_flexible_base.effects
             found = estimate_effects(
                 refit,
                 state,
                 recording.response_unit,
                 recording.drive_unit,
                 of_jumps=probability > THRESHOLDS.likely_probability,
+                on_other_base=other,
             )
             entry |= {
                 "survival": candidate.unabsorbed_fraction,

@@ -5,10 +5,16 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from fitting.diagnosis.refit._effect_vector import effect_values, free_parameters, with_values
+from fitting.diagnosis.refit._effect_vector import (
+    Effects,
+    effect_values,
+    free_parameters,
+    with_values,
+)
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._thresholds import THRESHOLDS
 
+from ._misfit_errors import misfit_errors
 from ._profile_cost import ProfileCost, scaled_inverse
 
 
@@ -104,13 +110,24 @@ def _chi_square_half_width(
 
 
 def estimate_effects(
-    refit: Refit, state: State, unit: str, drive_unit: str, *, of_jumps: bool = True
+    refit: Refit,
+    state: State,
+    unit: str,
+    drive_unit: str,
+    *,
+    of_jumps: bool = True,
+    on_other_base: Effects | None = None,
 ) -> dict[str, dict[str, Any]]:
     """`{name: {value, stderr, unit}}`; with several effects names carry the effect's.
 
-    `of_jumps`: see `standard_errors`.
+    `of_jumps`: see `standard_errors`. `on_other_base`: the effects as another base has them, where
+    the base misfits; then what that adds is a part of the errors of effects without jumps.
     """
     errors = standard_errors(refit, state, of_jumps=of_jumps)
+    if on_other_base is not None:
+        smooth = [type(e).smooth for e in state.effects for _ in free_parameters(e)]
+        larger = np.fmax(errors, misfit_errors(refit, state, on_other_base))
+        errors = np.where(smooth, larger, errors)
     values = effect_values(state.effects)
     several = len(state.effects) > 1
     out, at = {}, 0

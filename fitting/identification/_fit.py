@@ -11,7 +11,6 @@ from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, DataError, Recording, parameters
 from rapi_jax.internal import float64, usable
 
-from ._ends import Start
 from ._problem import Problem, Solution
 from ._result import FitResult, UntrustedFit
 from ._solution import Evaluation
@@ -22,6 +21,7 @@ from .assessment._claim import curvature, make_claim
 from .assessment._convergence import refine
 from .assessment._covariance import estimate_uncertainty
 from .assessment._cross_validation import KINDS, cross_validate
+from .assessment._ends import Start
 from .assessment._estimates import cut_to_runs, estimate_parameters, summarise_runs
 from .assessment._noise import measure_noise
 from .assessment._verdict import judge

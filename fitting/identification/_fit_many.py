@@ -14,12 +14,12 @@ from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, Recording
 from rapi_jax.internal import float64
 
-from ._ends import Start, rank_ends, settled
 from ._fit import Posed, solver_options
 from ._problem import Solution
 from ._result import FitResult
 from ._starts import average_groups, perturb, search_starts, tied_groups
 from ._thresholds import THRESHOLDS
+from .assessment._ends import Start, rank_ends, settled
 from .intervals._data import IntervalData
 from .intervals._residual import IntervalResidual
 from .intervals._sums import IntervalSums

@@ -11,9 +11,9 @@ from fitting._json import replace_nonfinite
 from fitting._versions import package_versions
 from rapi_jax import ECDL, Recording
 
-from ._ends import Start, describe_starts
 from .assessment._claim import Claim
 from .assessment._cross_validation import HeldOut
+from .assessment._ends import Start, describe_starts
 from .assessment._verdict import Verdict
 from .data_checks._data_checks import Fault
 

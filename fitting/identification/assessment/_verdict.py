@@ -8,7 +8,6 @@ import jax
 import numpy as np
 
 from fitting._units import quantity
-from fitting.identification._ends import Start
 from fitting.identification._parameter_vector import as_device
 from fitting.identification._problem import Problem, Solution
 from fitting.identification._thresholds import THRESHOLDS
@@ -22,6 +21,7 @@ from rapi_jax.internal import Band
 from ._claim import Claim
 from ._convergence import gain_tolerance, remaining_step, unidentifiable
 from ._cross_validation import HeldOut
+from ._ends import Start
 from ._noise import Noise
 
 

@@ -55,8 +55,8 @@ def _find_noise(recording: Recording, errors: list[np.ndarray], beside: str) -> 
             )
             if _is_commanded(run.response[use], THRESHOLDS.reading_noise):
                 text += (
-                    "The response carries no noise at all, so most likely the columns `drive` and "
-                    "`response` are swapped: exchange them. If they are not: "
+                    "The response carries no noise at all, so most likely its column was swapped "
+                    "with the drive's: exchange the two. If it was not: "
                 )
             text += _cure(run)
             found.append(Fault("noisy drive", run.name, text, ((0, run.drive.size - 1),)))

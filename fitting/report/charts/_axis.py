@@ -79,8 +79,13 @@ def round_values(low: float, high: float, count: int) -> list[float]:
     """About `count` multiples of 1, 2 or 5 times a power of ten, from `low` to `high`."""
     raw = (high - low) / count
     power = 10.0 ** math.floor(math.log10(raw))
-    step = next(m * power for m in (1, 2, 5, 10) if m * power >= raw * (1 - 1e-9))
-    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    steps = [m * power for m in (0.5, 1, 2, 5, 10)]
+    at = next(k for k, step in enumerate(steps) if k and step >= raw * (1 - 1e-9))
+    # Where the whole axis lies between two multiples, those of the next smaller step.
+    for step in (steps[at], steps[at - 1]):
+        first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+        if first <= last:
+            break
     return [k * step for k in range(first, last + 1)]
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fitting import Claim
-from fitting.identification._ends import Start
 from fitting.identification._problem import Problem
 from fitting.identification.assessment._cross_validation import HeldOut
+from fitting.identification.assessment._ends import Start
 from fitting.identification.assessment._noise import Noise
 from fitting.identification.assessment._verdict import (
     _check_convergence,

@@ -102,8 +102,8 @@ def test_swapped_columns_with_noise_are_named_before_noise_of_the_drive():
     result = fit(model, recording, starts=1, hold_out=False, throw=False)
     assert {fault.kind for fault in result.faults} == {"noisy drive"}
     for fault in result.faults:
-        text = fault.message
-        assert text.index("are swapped: exchange them. If they are not: Import it again") > 0
+        both = "swapped with the drive's: exchange the two. If it was not: Import it again"
+        assert both in fault.message
 
 
 def test_a_waveform_is_as_far_from_its_like_as_is_known():

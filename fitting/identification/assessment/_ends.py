@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from ._problem import Problem, Solution
-from ._thresholds import THRESHOLDS
+from fitting.identification._problem import Problem, Solution
+from fitting.identification._thresholds import THRESHOLDS
 
 End = Literal["lowest cost", "same cost", "nearly the same response", "another optimum"]
 
@@ -40,7 +40,7 @@ class Start:
     def describe(self) -> str:
         """Where it ended, in words, with what its cost is above the lowest.
 
-        >>> from fitting.identification._ends import Start
+        >>> from fitting.identification.assessment._ends import Start
         >>> Start("guess 2", 9, 1.14, True, True, (), "nearly the same response", 0.14).describe()
         'nearly the same response, cost 14 % higher'
         """

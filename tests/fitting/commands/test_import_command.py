@@ -306,6 +306,6 @@ def test_fringes_become_optical_frequency(rapi, tmp_path):
     assert code == 3 and '"40.8 MHz" (free spectral range)' in err
     for extra in (("--response", "CH2"), ("--response-scale", "4.5"), ("--response-unit", "um")):
         code, _, err = rapi("import", path, *read, "--interferometer", "1 m", *extra)
-        assert code == 2 and "a response is read from --fringes" in err
+        assert code == 2 and "the response is the optical frequency" in err
     code, _, err = rapi("import", path, "--drive", "CH1", "--response", "CH2", "--cavity", "CH3")
-    assert code == 2 and "go with --fringes" in err
+    assert code == 2 and "used only with fringes" in err

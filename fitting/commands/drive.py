@@ -89,8 +89,8 @@ def drive(
         )
     if allowed is None:
         out.print(
-            "No limits were given, so none were checked: what may the device be driven with? "
-            "`--limits limits.toml` says it.",
+            "No limits were given, so none were checked. State in a file what the device allows, "
+            "and give it: `--limits limits.toml`.",
             markup=False, soft_wrap=True,
         )  # fmt: skip
     else:

@@ -161,10 +161,10 @@ def linearity(run: Run, *, turning: tuple[float, float] | None = None) -> Linear
     >>> import numpy as np
     >>> from rapi_jax import Run, linearity, predict, triangle
     >>> from rapi_jax.examples import paper_device
-    >>> (drive,) = triangle(10.0, amplitude=4.5, bias=3.0, samples=200)
+    >>> (drive,) = triangle(10.0, amplitude=4.5, bias=3.0, samples=2000)
     >>> scan = linearity(Run(drive, np.asarray(predict(paper_device(), drive))))
     >>> [round(float(rms), 2) for rms in scan.rms_ghz]  # GHz, up and down
-    [0.44, 3.3]
+    [0.44, 3.29]
     """
     drive = run.drive
     if not drive.repeats:

@@ -29,6 +29,8 @@ from rapi_jax.inversion._certificate import certify
 from rapi_jax.io import read_model, write_model
 
 EXACT = dict(rtol=1e-12, atol=1e-11)
+# Two programs of one function: a compiler fuses their products and sums in its own ways.
+ROUNDING: dict[str, float] = {"rtol": 1e-15, "atol": 0.0}
 SHAPE = dict(zeta=4e-3, lam=1.4, eta=0.8, a=0.7, b=0.3, d=(16.0, -0.4, 0.02), d_0=3.0)
 FIXED = FixedRAPI(rho=0.9, **SHAPE, plays=5)
 MIXED = MixedRAPI(alpha=0.25, rho=0.4, **SHAPE, plays=5)
@@ -87,10 +89,10 @@ def test_without_rho_it_is_rapi_and_without_alpha_fixed():
     for drive in DRIVES:
         plain = predict(ECDL(RAPI(alpha=0.25, **SHAPE, plays=5)), drive)
         mixed = predict(ECDL(MixedRAPI(alpha=0.25, rho=0.0, **SHAPE, plays=5)), drive)
-        assert np.array_equal(plain, mixed)
+        np.testing.assert_allclose(plain, mixed, **ROUNDING)
         fixed = predict(ECDL(FIXED), drive)
         mixed = predict(ECDL(MixedRAPI(alpha=0.0, rho=0.9, **SHAPE, plays=5)), drive)
-        assert np.array_equal(fixed, mixed)
+        np.testing.assert_allclose(fixed, mixed, **ROUNDING)
         apart.append(np.ptp(fixed - plain))
     assert max(apart) > 0.1
 
@@ -204,7 +206,7 @@ def test_general_rapi_holds_the_same_function(name):
     general = GeneralRAPI.of(OWN[name], u_0=2.5)
     for drive in DRIVES:
         ours, theirs = (predict(ECDL(o), drive) for o in (OWN[name], general))
-        assert np.array_equal(ours, theirs)
+        np.testing.assert_allclose(ours, theirs, **ROUNDING)
 
 
 # --- files and inverses

@@ -216,10 +216,27 @@ def test_a_drive_file_without_times_is_named(tmp_path):
         import_recording(tmp_path / "a.npz", options)
 
 
+def element(kind: int, data: bytes) -> bytes:
+    """One data element of a MATLAB 5 file: its type, its size, and its bytes, padded to 8."""
+    return struct.pack("<II", kind, len(data)) + data + bytes(-len(data) % 8)
+
+
 def matlab_object() -> bytes:
-    """A file of MATLAB 5 whose one variable is an object: an array of class 17, without a shape."""
-    flags = struct.pack("<IIII", 6, 8, 17, 0)
-    return b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + struct.pack("<II", 14, 16) + flags
+    """A file of MATLAB 5 whose one variable is a timeseries: an array of class 17, without a shape.
+
+    As MATLAB writes it: name, type system and class, then numbers that only MATLAB understands.
+    """
+
+    def flags(kind: int) -> bytes:
+        return element(6, struct.pack("<II", kind, 0))
+
+    numbers = element(6, struct.pack("<6I", 0xDD000000, 2, 1, 1, 1, 1))
+    inner = element(
+        14, flags(13) + element(5, struct.pack("<ii", 6, 1)) + element(1, b"") + numbers
+    )
+    words = b"".join(element(1, word) for word in (b"x", b"MCOS", b"timeseries"))
+    head = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
+    return head + element(14, flags(17) + words + inner)
 
 
 def test_an_object_of_matlab_says_how_to_save_its_numbers(tmp_path):

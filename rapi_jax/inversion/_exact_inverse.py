@@ -7,7 +7,6 @@ follow from the extremes of the target alone, since whatever came between, at it
 drive each play rests on its rising bound or where the minimum left it.
 """
 
-import functools
 from typing import Any
 
 import equinox as eqx
@@ -49,51 +48,56 @@ def at_maximum(operator: AbstractOperator, u: Scalar, u_min: Scalar, plays: Play
 
 
 def _minimum_residual(u: Scalar, args: Any) -> Scalar:
-    operator, plays, y_min = args
-    return at_minimum(operator, u, plays) - y_min
+    operator, plays, y_min, sign = args
+    return sign * (at_minimum(operator, u, plays) - y_min)
 
 
-def _drive_minimum(u_pp: Scalar, args: Any, *, falling: bool) -> Scalar:
-    operator, y_min, _, freq, low, high, ratio = args
-    given = operator, operator.plays(ratio * u_pp, freq), y_min
-    if not falling:
-        return root(_minimum_residual, given, low, high, (low + high) / 2)
+def _drive_minimum(u_pp: Scalar, args: Any) -> Scalar:
+    """The drive's minimum in a run of peak-to-peak `u_pp`, or an end of the range.
+
+    Where `sign` is -1: with weights of both signs the response at the minimum may fall as the
+    minimum rises, although every scan rises from there, since Eq. 13 moves all plays with it.
+    """
+    operator, y_min, _, freq, low, high, ratio, sign = args
+    given = operator, operator.plays(ratio * u_pp, freq), y_min, sign
     fixed = jax.lax.stop_gradient(given)
     grid = jnp.linspace(low, high, THRESHOLDS.minimum_grid)
-    above = jax.vmap(lambda u: _minimum_residual(u, fixed))(grid) > 0
-    place = jnp.argmax(above[:-1] & ~above[1:])
-    low, high = grid[place], grid[place + 1]
-    return root(lambda u, args: -_minimum_residual(u, args), given, low, high, (low + high) / 2)
+    below = jax.vmap(lambda u: _minimum_residual(u, fixed))(grid) < 0
+    place = jnp.argmax(below[:-1] & ~below[1:])
+    falling = sign < 0
+    low, high = (jnp.where(falling, grid[k], x) for k, x in ((place, low), (place + 1, high)))
+    return root(_minimum_residual, given, low, high, (low + high) / 2)
 
 
-def _maximum_residual(u_pp: Scalar, args: Any, *, falling: bool) -> Scalar:
-    operator, y_min, y_max, freq, low, high, ratio = args
-    u_min, plays = _drive_minimum(u_pp, args, falling=falling), operator.plays(ratio * u_pp, freq)
+def _maximum_residual(u_pp: Scalar, args: Any) -> Scalar:
+    operator, y_min, y_max, freq, low, high, ratio, _ = args
+    u_min, plays = _drive_minimum(u_pp, args), operator.plays(ratio * u_pp, freq)
     # Outside the range, where the operator may turn over, it is continued more steeply than it is.
     ends = (plays.falling(operator.centred(u)) for u in (low, high))
     steepest = jnp.sum(jnp.abs(plays.p) * (1.0 + jnp.maximum(*ends)))
     rise = (y_max - y_min) / (high - low) + 2.0 * steepest
     u_max = jnp.minimum(u_min + u_pp, high)
-    beyond = (u_min + u_pp - u_max) * rise - _minimum_residual(u_min, (operator, plays, y_min))
+    beyond = (u_min + u_pp - u_max) * rise - (at_minimum(operator, u_min, plays) - y_min)
     return at_maximum(operator, u_max, u_min, plays) + beyond - y_max
 
 
-def _is_feasible(u_pp: Scalar, args: Any, *, falling: bool) -> Bool[Array, ""]:
+def _is_feasible(u_pp: Scalar, args: Any) -> Bool[Array, ""]:
     """Whether the drive stays in its range, and the minimum has a drive at all."""
-    operator, y_min, y_max, freq, _, high, ratio = args
-    u_min = _drive_minimum(u_pp, args, falling=falling)
-    off = jnp.abs(_minimum_residual(u_min, (operator, operator.plays(ratio * u_pp, freq), y_min)))
+    operator, y_min, y_max, freq, _, high, ratio, _ = args
+    u_min = _drive_minimum(u_pp, args)
+    off = jnp.abs(at_minimum(operator, u_min, operator.plays(ratio * u_pp, freq)) - y_min)
     return (u_min + u_pp <= high) & (off <= 1e-9 * (y_max - y_min))
 
 
-def _fixed_point(f: Any, holds: Any, args: Any, widest: Scalar) -> tuple[Scalar, Bool[Array, ""]]:
+def _smallest_zero(f: Any, holds: Any, args: Any, widest: Scalar) -> tuple[Scalar, Bool[Array, ""]]:
     """The smallest `u_pp` up to `widest` where `f` is zero and `holds`, and whether there is one.
 
-    Thresholds that grow with `u_pp` can make `f` rise and fall, so it need not be increasing.
+    Thresholds that grow with `u_pp` can make `f` rise and fall, so it need not be increasing. No
+    derivative.
     """
-    fixed = jax.lax.stop_gradient(args)
-    grid = jax.lax.stop_gradient(widest) * jnp.linspace(1e-9, 1.0, THRESHOLDS.swing_grid)
-    values = jax.vmap(lambda u_pp: f(u_pp, fixed))(grid)
+    args, widest = jax.lax.stop_gradient((args, widest))
+    grid = widest * jnp.linspace(1e-9, 1.0, THRESHOLDS.swing_grid)
+    values = jax.vmap(lambda u_pp: f(u_pp, args))(grid)
     crossing = (values[:-1] <= 0) != (values[1:] <= 0)
     (places,) = jnp.nonzero(
         crossing, size=THRESHOLDS.swing_crossings, fill_value=THRESHOLDS.swing_grid - 2
@@ -105,11 +109,11 @@ def _fixed_point(f: Any, holds: Any, args: Any, widest: Scalar) -> tuple[Scalar,
     def at(place: Any) -> tuple[Scalar, Any]:
         sign = jnp.where(values[place + 1] >= values[place], 1.0, -1.0)
         low, high = grid[place], grid[place + 1]
-        u_pp = search(signed, (sign, fixed), low, high, (low + high) / 2)
-        return u_pp, holds(u_pp, fixed)
+        u_pp = search(signed, (sign, args), low, high, (low + high) / 2)
+        return u_pp, holds(u_pp, args)
 
-    found, good = jax.vmap(at)(places)
-    return attach(f, args, jax.lax.stop_gradient(found[jnp.argmax(good)])), jnp.any(good)
+    found, good = jax.lax.map(at, places)
+    return found[jnp.argmax(good)], jnp.any(good)
 
 
 @eqx.filter_jit
@@ -127,20 +131,25 @@ def extremes(
     The fixed point on `u_pp` of Eq. 11, as one scalar root. Looked for in `[low, high]`; where
     there is none, somewhere in it. `ratio`: see `drive_range_for_span`.
     """
+    given = (operator, y_min, y_max, freq, low, high, ratio)
+    fixed = jax.lax.stop_gradient(given)
 
-    def find(falling: bool) -> tuple[Scalar, Scalar, Bool[Array, ""]]:
-        args = (operator, y_min, y_max, freq, low, high, ratio)
-        residual = functools.partial(_maximum_residual, falling=falling)
-        feasible = functools.partial(_is_feasible, falling=falling)
-        u_pp, found = _fixed_point(residual, feasible, args, high - low)
-        return _drive_minimum(u_pp, args, falling=falling), u_pp, found
+    def go_on(state):
+        attempts, _, _, found = state
+        return ~found & (attempts < 2)
 
-    u_min, u_pp, found = find(False)
-    # With weights of both signs the response at the minimum may fall as the minimum rises, although
-    # every scan rises from there: Eq. 13 moves all plays with it.
-    other = jax.lax.cond(found, lambda: (u_min, u_pp, found), lambda: find(True))
-    use = ~found & other[2]
-    u_min, u_pp = jnp.where(use, other[0], u_min), jnp.where(use, other[1], u_pp)
+    def attempt(state):  # a loop, so that both signs are one program: half as long to compile
+        attempts, _, _, _ = state
+        sign = jnp.where(attempts == 0, 1.0, -1.0)
+        args = (*fixed, sign)
+        u_pp, found = _smallest_zero(_maximum_residual, _is_feasible, args, fixed[5] - fixed[4])
+        return attempts + 1, sign, u_pp, found
+
+    begin = (0, jnp.ones_like(ratio), fixed[5] - fixed[4], jnp.asarray(False))
+    _, sign, u_pp, _ = jax.lax.while_loop(go_on, attempt, begin)
+    args = (*given, sign)
+    u_pp = attach(_maximum_residual, args, jax.lax.stop_gradient(u_pp))
+    u_min = _drive_minimum(u_pp, args)
     return u_min, u_min + u_pp
 
 
@@ -167,7 +176,8 @@ def drive_range_for_span(
     `ratio`: the peak-to-peak drive sent, for Eq. 11, over the one that reaches the operator.
     """
     args = (operator, centre, span, freq, ratio)
-    u_pp, _ = _fixed_point(_span, lambda u_pp, _: jnp.asarray(True), args, widest)
+    found, _ = _smallest_zero(_span, lambda u_pp, _: jnp.asarray(True), args, widest)
+    u_pp = attach(_span, args, found)
     return centre - u_pp / 2, centre + u_pp / 2
 
 

@@ -68,7 +68,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if isinstance(item, pytest.Function):
             file = item.path.relative_to(ROOT).as_posix()
-            if f"{file}::{item.originalname}" in slow:
+            long = item.get_closest_marker("calibration") is None  # else by hand, whatever it takes
+            if long and f"{file}::{item.originalname}" in slow:
                 item.add_marker(pytest.mark.slow(listed=True))
 
 

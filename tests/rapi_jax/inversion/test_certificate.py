@@ -13,7 +13,7 @@ from rapi_jax.operators import Fields, Plays
 from rapi_jax.operators._base import AbstractOperator
 
 FREQ = 10.0
-MANY = [50, pytest.param(1000, marks=pytest.mark.slow)]
+MANY = [100, pytest.param(1000, marks=pytest.mark.calibration)]
 
 
 class Loose(AbstractOperator):

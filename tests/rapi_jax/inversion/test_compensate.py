@@ -206,14 +206,11 @@ def test_effects_without_a_memory_are_undone_to_rounding(effects):
 @pytest.mark.parametrize(
     ("effects", "plain_misses"),
     [
-        ((LAG,), True),
-        ((LATE,), True),
         ((RINGS,), True),
         ((LAG, LATE, RIPPLE), True),
         ((*LAWS, LAG, LATE), True),
-        pytest.param((CurrentCoupling(coupling=3e-3),), True, marks=pytest.mark.slow),
-        pytest.param((CurrentCoupling(coupling=-3e-3),), True, marks=pytest.mark.slow),
-        pytest.param((LAG, LATE, CurrentCoupling(coupling=1e-3)), True, marks=pytest.mark.slow),
+        ((CurrentCoupling(coupling=-3e-3),), True),
+        ((LAG, LATE, CurrentCoupling(coupling=1e-3)), True),
         ((), False),
     ],
     ids=["lag", "delay", "ring", "lag-delay-etalon", "laws", "coupled", "uncoupled", "all", "none"],

@@ -49,3 +49,4 @@ from .sampling._batch import usable as usable
 from .sampling._phase import are_whole_samples as are_whole_samples
 from .sampling._phase import branch_fraction as branch_fraction
 from .sampling._phase import turning_samples as turning_samples
+from .sampling._white_noise import white_noise_rms as white_noise_rms

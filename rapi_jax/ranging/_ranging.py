@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from rapi_jax.display._results import ranging_dataframe, summarise_ranging
+from rapi_jax.sampling._white_noise import white_noise_rms
 
 from ._records import FringeRecords
 from ._scan_table import ScanShape, ScanTable
@@ -146,18 +147,16 @@ def _at_rest(
 def with_scatter(apparent: np.ndarray, own: np.ndarray, rising: np.ndarray) -> np.ndarray:
     """Standard errors that hold the scatter from scan to scan too, m: vibration, comb, scale.
 
-    The scatter of scans of one direction about a parabola through their neighbours, by the median
-    of their third differences (whose variance is 20 times that of a value): steady motion and
-    outliers do not count. Where it is beyond what the scans' own noise says, the rest is added.
+    The scatter of scans of one direction about a parabola through their neighbours: steady motion
+    and outliers do not count. Where it is beyond what the scans' own noise says, the rest is added.
     """
     out = own.copy()
     for side in (rising, ~rising):
         place = np.flatnonzero(side)
         if place.size < THRESHOLDS.fewest_for_scatter:
             continue
-        third = np.diff(apparent[place], 3)
-        seen = (1.4826 * float(np.median(np.abs(third)))) ** 2 / 20.0
-        beyond = max(seen - float(np.median(own[place])) ** 2, 0.0)
+        seen = white_noise_rms(apparent[place])
+        beyond = max(seen**2 - float(np.median(own[place])) ** 2, 0.0)
         out[place] = np.sqrt(own[place] ** 2 + beyond)
     return out
 

@@ -10,6 +10,8 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
+from rapi_jax.internal import white_noise_rms
+
 from ._periods import PeriodBlock
 from ._thresholds import THRESHOLDS
 
@@ -77,10 +79,7 @@ def measure_whiteness(
 
 
 def _white_variance(error: Float[np.ndarray, " samples"]) -> float:
-    """From third differences, whose variance is 20 times that of white noise."""
-    if error.size < 4:
-        return float(np.mean(error**2))
-    return (1.4826 * float(np.median(np.abs(np.diff(error, 3))))) ** 2 / 20.0
+    return white_noise_rms(error) ** 2 if error.size >= 4 else float(np.mean(error**2))
 
 
 def _explained_by_drive(

@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float, Int
 
 from fitting.identification._problem import Problem
 from rapi_jax import Run
+from rapi_jax.internal import white_noise_rms
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -55,7 +56,7 @@ def measure_run_noise(
     if run.drive.repeats and sample.size:
         cycles = run.drive.time[sample] * run.drive.rate
         found = _between_periods(error, cycles, run.drive.rate * run.drive.step_s)
-    return (_between_samples(error), False) if found is None else (found, True)
+    return (white_noise_rms(error), False) if found is None else (found, True)
 
 
 def _between_periods(
@@ -82,10 +83,3 @@ def _between_periods(
         return None
     square = (error - mean[place])[twice[place]] ** 2
     return float(np.sqrt(square.sum() / left))
-
-
-def _between_samples(error: Float[np.ndarray, " samples"]) -> float:
-    """The rms of white noise, from third differences, which smooth errors hardly have."""
-    if error.size < 4:
-        return 0.0
-    return 1.4826 * float(np.median(np.abs(np.diff(error, 3)))) / np.sqrt(20.0)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from rapi_jax import DataError, Recording, Run
-from rapi_jax.internal import usable
+from rapi_jax.internal import usable, white_noise_rms
 
 from ._drive_character import describe_drive, describe_rate, period_mismatch, rate_error
 from ._first_period import first_period_miss
@@ -227,8 +227,7 @@ def _check_period(run: Run) -> Fault | None:
     period, step = 1.0 / drive.rate, drive.step_s
     if period < limits.period_samples * step:
         return _wrong_period(run)
-    noise = 1.4826 * float(np.median(np.abs(np.diff(drive.value, 3)))) / np.sqrt(20.0)
-    noise /= drive.u_pp
+    noise = white_noise_rms(drive.value) / drive.u_pp
     count = (drive.time[-1] + step) / period
     if count >= limits.several_periods:  # third differences of a fast drive are the drive itself
         noise = min(noise, period_mismatch(drive, period))

@@ -3,6 +3,7 @@
 import numpy as np
 
 from rapi_jax import Run
+from rapi_jax.internal import white_noise_rms
 
 from ._thresholds import THRESHOLDS
 
@@ -27,7 +28,7 @@ def first_period_miss(run: Run) -> float:
     at = np.arange(drive.size)
     response = np.interp(places, at, run.response)
     value = np.interp(places, at, drive.value)
-    noise = 1.4826 * float(np.median(np.abs(np.diff(run.response, 3)))) / np.sqrt(20.0)
+    noise = white_noise_rms(run.response)
     misses = np.diff(response)
     # What the drive's own difference moves, at twice the usual slope.
     moved = 2.0 * abs(float(value[1] - value[0])) / max(drive.u_pp, 1e-300) * run.span

@@ -8,6 +8,8 @@ sample to the next.
 
 import numpy as np
 
+from rapi_jax.internal import white_noise_rms
+
 from ._thresholds import THRESHOLDS
 
 
@@ -26,7 +28,7 @@ def detect_steps(
     if error.size < THRESHOLDS.step_samples:
         return []
     step = np.diff(error)
-    noise = 1.4826 * float(np.median(np.abs(np.diff(error, 3)))) / np.sqrt(20.0)
+    noise = white_noise_rms(error)
     guard = np.where(
         _turns(drive), THRESHOLDS.step_motion_at_turn, THRESHOLDS.step_motion
     ) * nearby(np.abs(np.diff(predicted)), 2)

@@ -9,6 +9,7 @@ import numpy as np
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Drive, Run
 from rapi_jax.io.imports._thresholds import THRESHOLDS
+from rapi_jax.sampling._white_noise import white_noise_rms
 
 from ._mean_period import average_periods
 from ._run_start import start_at_turn
@@ -77,7 +78,7 @@ def _clean(
             f". This drive is uncertain by about {known:.1g} {unit}, which the standard errors of "
             "a fit do not include"
         )
-    white = max(_white_noise(drive.value), step / np.sqrt(12.0))
+    white = max(white_noise_rms(drive.value), step / np.sqrt(12.0))
     if left > THRESHOLDS.averaged_noise * white:
         note += (
             f". From sample to sample the readings change by only {white:.2g} {unit} rms: the rest "
@@ -128,11 +129,6 @@ def _describe(
     if found is None:
         return f"{text}, by {harmonics}"
     return f"{text}, {found.describe(unit)}" + (f", with {harmonics} beside it" if kept else "")
-
-
-def _white_noise(value: np.ndarray) -> float:
-    """Rms of white noise, from third differences: their weights are 1, 3, 3, 1."""
-    return 1.4826 * float(np.median(np.abs(np.diff(value, 3)))) / np.sqrt(20.0)
 
 
 def _resolution(value: np.ndarray) -> float:

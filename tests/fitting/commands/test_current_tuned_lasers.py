@@ -86,9 +86,13 @@ PLANS = {
 }
 
 
-@pytest.mark.slow  # 3 to 5 min each
-@pytest.mark.process
-@pytest.mark.parametrize("laser", PLANS)
+@pytest.mark.parametrize(  # 3 to 5 min each
+    "laser",
+    [
+        pytest.param("dfb", marks=(pytest.mark.slow, pytest.mark.process)),
+        pytest.param("vcsel", marks=pytest.mark.calibration),
+    ],
+)
 def test_measured_fitted_diagnosed_compensated_measured(tmp_path, served, laser):
     """Trusted with a gap that the claim includes and the diagnosis sees; straighter by the drives.
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from rapi_jax._errors import DataError
 from rapi_jax._recording import Drive, Run
+from rapi_jax.display._readable_unit import quantity
 from rapi_jax.io.imports._thresholds import THRESHOLDS
 from rapi_jax.sampling._white_noise import white_noise_rms
 
@@ -20,7 +21,7 @@ DriveAs = Literal["measured", "averaged", "fitted"]
 
 
 def clean_drives(runs: Sequence[Run], way: DriveAs, unit: str) -> tuple[list[Run], list[str]]:
-    """The runs with their drives as `way` says, and what was done, a sentence each.
+    """The runs with their drives as `way` says, and what was done: of each run, then of several.
 
     - "averaged": the mean over a run's periods at equal phases; of a triangle or sine that
       waveform, and beside it as many harmonics as stand above the noise.
@@ -43,12 +44,24 @@ def clean_drives(runs: Sequence[Run], way: DriveAs, unit: str) -> tuple[list[Run
         return list(runs), []
     drives = [run.drive for run in runs]
     found = share_levels(drives, [fit_waveform(drive) for drive in drives])
-    made, notes = [], []
+    made, notes, slower = [], [], []
     for run, one in zip(runs, found, strict=True):
         drive, note = _clean(run.drive, one, way, run.name, unit)
         whole = dataclasses.replace(run, drive=drive)
         made.append(whole if one is None else start_at_turn(whole, one))
         notes.append(f"{run.name}: {note}")
+        slower += [run.name] if drive is not run.drive and _is_slow(run.drive, drive) else []
+    if any(one is not None for one in found):
+        notes.append(
+            "The standard errors of a fit do not include how uncertain the drives are that stand "
+            "in place of their readings"
+        )
+    if slower:
+        notes.append(
+            f"{', '.join(slower)}: from sample to sample the drive's readings change by less than "
+            "they differ from what stands in their place, so the difference is slower than noise. "
+            "If the laser saw it, too, keep the readings (`--drive-as measured`)"
+        )
     return made, notes
 
 
@@ -70,24 +83,22 @@ def _clean(
     left = float(np.std((drive.value - value)[whole]))
     note = (
         f"in place of the drive's readings is {_describe(drive, way, found, kept, unit)}; the "
-        f"readings differ from it by {left:.2g} {unit} rms"
+        f"readings differ from it by {quantity(left, unit)} rms"
     )
     if found is not None:  # four quantities are fitted: two levels, phase and rate
         known = 2.0 * left / float(np.sqrt(whole.sum()))
-        note += (
-            f". This drive is uncertain by about {known:.1g} {unit}, which the standard errors of "
-            "a fit do not include"
-        )
-    white = max(white_noise_rms(drive.value), step / np.sqrt(12.0))
-    if left > THRESHOLDS.averaged_noise * white:
-        note += (
-            f". From sample to sample the readings change by only {white:.2g} {unit} rms: the rest "
-            "is slower. "
-            "If the laser saw it, too, keep the readings (`--drive-as measured`)"
-        )
+        note += f", and it is uncertain by about {quantity(known, unit)}"
     made = dataclasses.replace(drive, value=value)
     own = dataclasses.replace(made, excitation_hz=rate)
     return (own if own.periods >= drive.periods else made), note
+
+
+def _is_slow(measured: Drive, made: Drive) -> bool:
+    """Whether readings differ from what was made of them by more than their white noise."""
+    whole = measured.period >= 0
+    left = float(np.std((measured.value - made.value)[whole]))
+    white = max(white_noise_rms(measured.value), _resolution(measured.value) / np.sqrt(12.0))
+    return bool(left > THRESHOLDS.averaged_noise * white)
 
 
 def _check_shape(

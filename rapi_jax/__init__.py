@@ -12,9 +12,6 @@ from ._metrics import linearity as linearity
 from ._parameter import Parameter as Parameter
 from ._parameter import parameter as parameter
 from ._parameter import parameters as parameters
-from ._recording import Drive as Drive
-from ._recording import Recording as Recording
-from ._recording import Run as Run
 from ._waveform import multisine as multisine
 from ._waveform import repeated as repeated
 from ._waveform import sine as sine
@@ -44,3 +41,6 @@ from .operators import InverseRAPI as InverseRAPI
 from .operators import MixedRAPI as MixedRAPI
 from .plays._play import memory as memory
 from .plays._play import play as play
+from .recording._drive import Drive as Drive
+from .recording._recording import Recording as Recording
+from .recording._run import Run as Run

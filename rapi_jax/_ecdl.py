@@ -10,7 +10,6 @@ from jaxtyping import Array, Float
 
 from ._parameter import parameters
 from ._precision import float64
-from ._recording import Drive
 from .display._results import summarise_model
 from .effects import (
     AbstractCouplingEffect,
@@ -25,6 +24,7 @@ from .effects.base._by_place import AbstractFollower
 from .effects.base._first_order_lags import respond_linear
 from .operators import AbstractOperator
 from .plays._monotone_stretches import Stretches, stretches_on_device
+from .recording._drive import Drive
 from .sampling._batch import DriveBatch, batch, on_device
 from .sampling._history import History
 from .sampling._operator_nodes import OperatorNodes

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 
 from ._errors import LimitError
-from ._recording import Drive
 from ._thresholds import THRESHOLDS
+from .recording._drive import Drive
 
 
 @dataclasses.dataclass(frozen=True)

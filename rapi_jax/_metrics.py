@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from ._errors import DataError
-from ._recording import ROI, Run
 from ._thresholds import THRESHOLDS
+from .recording._run import ROI, Run
 from .sampling import _phase
 
 SPEED_OF_LIGHT = 299_792_458.0  # m/s

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ._errors import DataError
-from ._recording import Drive, Waveform
+from .recording._drive import Drive, Waveform
 
 Shape = Callable[[np.ndarray], np.ndarray]  # cycles since the minimum -> -1 to 1
 

@@ -3,9 +3,10 @@
 import numpy as np
 
 from ._ecdl import ECDL, predict
-from ._recording import Drive, Recording
 from ._waveform import triangle
 from .operators import RAPI
+from .recording._drive import Drive
+from .recording._recording import Recording
 
 FREQUENCIES = (10.0, 20.0, 30.0, 40.0)  # Hz
 AMPLITUDE = 4.5  # V peak to peak

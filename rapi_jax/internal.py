@@ -14,9 +14,6 @@ from ._metrics import SPEED_OF_LIGHT as SPEED_OF_LIGHT
 from ._metrics import Branch as Branch
 from ._parameter import follow as follow
 from ._precision import float64 as float64
-from ._recording import Waveform as Waveform
-from ._recording import parse_recorded_at as parse_recorded_at
-from ._recording import parse_temperature as parse_temperature
 from ._threshold import threshold as threshold
 from .display._readable_unit import quantity as quantity
 from .display._readable_unit import readable_unit as readable_unit
@@ -41,6 +38,9 @@ from .plays._monotone_stretches import Stretches as Stretches
 from .plays._monotone_stretches import stretches_on_device as stretches_on_device
 from .plays._monotone_stretches import turning_places as turning_places
 from .plays._plays import Plays as Plays
+from .recording._conditions import parse_recorded_at as parse_recorded_at
+from .recording._conditions import parse_temperature as parse_temperature
+from .recording._drive import Waveform as Waveform
 from .sampling._batch import Batch as Batch
 from .sampling._batch import DriveBatch as DriveBatch
 from .sampling._batch import on_device as on_device

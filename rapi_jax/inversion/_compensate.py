@@ -10,10 +10,10 @@ from rapi_jax._ecdl import ECDL, predict
 from rapi_jax._errors import LimitError, ModelError, NotInvertible
 from rapi_jax._limits import DriveLimits
 from rapi_jax._precision import as_float64, float64
-from rapi_jax._recording import Drive
 from rapi_jax.display._results import summarise_compensation
 from rapi_jax.effects import AbstractCouplingEffect
 from rapi_jax.operators._inverse_rapi import InverseRAPI
+from rapi_jax.recording._drive import Drive
 
 from ._anderson import AndersonMixing
 from ._certificate import Certificate, certify

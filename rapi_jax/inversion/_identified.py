@@ -7,7 +7,8 @@ import numpy as np
 
 from rapi_jax._errors import ModelError
 from rapi_jax._limits import DriveLimits
-from rapi_jax._recording import Drive, Recording
+from rapi_jax.recording._drive import Drive
+from rapi_jax.recording._recording import Recording
 
 from ._thresholds import THRESHOLDS
 

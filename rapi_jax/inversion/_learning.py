@@ -9,7 +9,8 @@ import numpy as np
 from rapi_jax._errors import DataError, LimitError
 from rapi_jax._limits import DriveLimits
 from rapi_jax._metrics import Linearity, linearity, turning_points
-from rapi_jax._recording import Drive, Run
+from rapi_jax.recording._drive import Drive
+from rapi_jax.recording._run import Run
 
 from ._target import Target
 from ._thresholds import THRESHOLDS

@@ -3,7 +3,8 @@
 import numpy as np
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Recording, Run
+from rapi_jax.recording._recording import Recording
+from rapi_jax.recording._run import Run
 
 # unit in the file -> unit in the program, divisor
 DRIVE_UNITS = {"V": ("V", 1.0), "mV": ("V", 1e3), "um": ("um", 1.0)}

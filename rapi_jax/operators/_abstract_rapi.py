@@ -7,8 +7,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from rapi_jax._recording import Recording
 from rapi_jax.plays._plays import Plays
+from rapi_jax.recording._recording import Recording
 
 from ._base import AbstractOperator, Fields, check_shapes, per_play
 from ._thresholds import THRESHOLDS

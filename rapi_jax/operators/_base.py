@@ -14,10 +14,10 @@ from jaxtyping import Array, Float
 from rapi_jax._errors import ModelError
 from rapi_jax._parameter import parameters
 from rapi_jax._precision import float64
-from rapi_jax._recording import Recording
 from rapi_jax.plays._monotone_stretches import Stretches
 from rapi_jax.plays._play import memory
 from rapi_jax.plays._plays import Plays
+from rapi_jax.recording._recording import Recording
 
 Operator = TypeVar("Operator", bound="AbstractOperator")
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from rapi_jax._parameter import parameters
-from rapi_jax._recording import Recording
+from rapi_jax.recording._recording import Recording
 
 from ._base import AbstractOperator, FlexibleForm
 from ._general_rapi import GeneralRAPI

@@ -9,8 +9,8 @@ from jaxtyping import Array, Float
 
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import as_float64, float64
-from rapi_jax._recording import Recording
 from rapi_jax.plays._plays import Plays
+from rapi_jax.recording._recording import Recording
 
 from ._abstract_rapi import held_thresholds, one_kind_of_scan
 from ._base import AbstractOperator, Fields, check_shapes, per_play

@@ -13,7 +13,7 @@ from jaxtyping import Array
 
 from rapi_jax._errors import DataError
 from rapi_jax._precision import as_float64
-from rapi_jax._recording import Recording
+from rapi_jax.recording._recording import Recording
 from rapi_jax.sampling._batch import Batch, to_batch
 from rapi_jax.sampling._phase import turning_samples
 

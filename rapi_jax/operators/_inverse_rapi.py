@@ -11,8 +11,8 @@ from jaxtyping import Array, Float
 
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
-from rapi_jax._recording import Recording
 from rapi_jax.plays._plays import Plays
+from rapi_jax.recording._recording import Recording
 
 from ._base import AbstractOperator, Fields, check_shapes, per_play
 from ._guess import evaluate_guesses, one_response

@@ -1,6 +1,6 @@
 """The drive from which plays and polynomial count."""
 
-from rapi_jax._recording import Recording
+from rapi_jax.recording._recording import Recording
 
 from ._thresholds import THRESHOLDS
 

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import as_float64, float64
-from rapi_jax._recording import Recording
+from rapi_jax.recording._recording import Recording
 
 from ._abstract_rapi import AbstractRAPI, held_thresholds, one_kind_of_scan
 from ._base import FlexibleForm, per_play

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from .._recording import Recording
+from ..recording._recording import Recording
 from ._style import (
     DOWN,
     MEASURED,

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from .._recording import Recording
+from ..recording._recording import Recording
 from ._style import (
     GROUPS,
     MEASURED,

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from .._metrics import linearity
-from .._recording import Recording, Run
+from ..recording._recording import Recording
+from ..recording._run import Run
 from ._style import (
     DOWN,
     MEASURED,

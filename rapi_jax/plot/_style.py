@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.figure import Figure
 
-from .._recording import Recording
 from ..display._readable_unit import quantity as quantity
 from ..display._readable_unit import readable_unit
+from ..recording._recording import Recording
 
 MEASURED, MODEL = "#9aa5b1", "#d1495b"
 UP, DOWN = "#00798c", "#edae49"

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from rapi_jax._recording import Drive
+from rapi_jax.recording._drive import Drive
 
 from ._decimate import Decimated, decimate
 from ._envelope import envelope_from_extremes, fit_envelope

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Drive, Run
 from rapi_jax.display._results import readout_dataset, summarise_readout
+from rapi_jax.recording._drive import Drive
+from rapi_jax.recording._run import Run
 
 from ._sample import resample_drive, sample_reading
 from .turns._drive_turns import drive_turns

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rapi_jax._recording import Drive
+from rapi_jax.recording._drive import Drive
 
 
 def resample_drive(drive: Drive, samples: int) -> Drive:

@@ -7,8 +7,10 @@ import jax
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from rapi_jax._recording import Drive, Recording, Run
 from rapi_jax.plays._monotone_stretches import Stretches, stretches_on_device
+from rapi_jax.recording._drive import Drive
+from rapi_jax.recording._recording import Recording
+from rapi_jax.recording._run import Run
 
 from ._history import History
 from ._sampling_grid import Row, row_of

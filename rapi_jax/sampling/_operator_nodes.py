@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from rapi_jax._recording import Drive
+from rapi_jax.recording._drive import Drive
 
 from ._corners import corners, periodic_corners
 from ._thresholds import THRESHOLDS

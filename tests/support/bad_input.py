@@ -10,9 +10,9 @@ from typing import Any
 import h5py
 import numpy as np
 
-from rapi_jax._recording import Recording
 from rapi_jax.examples import paper_recording
 from rapi_jax.io import write_recording
+from rapi_jax.recording._recording import Recording
 
 SAMPLES, PERIODS, SEED = 200, 2, 7
 FAST = ("--each", "none", "--starts", "2", "--no-plots")

@@ -6,8 +6,8 @@ import numpy as np
 
 from rapi_jax._errors import DataError, LimitError
 from rapi_jax._limits import DriveLimits
-from rapi_jax._recording import Drive
 from rapi_jax._thresholds import THRESHOLDS
+from rapi_jax.recording._drive import Drive
 
 FULL = 16382  # the highest code of the AFG31000 series; 0 is the low level
 POINTS = 131072  # its longest waveform in basic mode

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Drive, Waveform
 from rapi_jax.io._atomic import write_atomic
 from rapi_jax.io._last_row import ROWS, check_last_row
 from rapi_jax.io._safe import StrPath, located, printable, read_text
+from rapi_jax.recording._drive import Drive, Waveform
 
 from ._afg_waveform import FULL, POINTS, AfgWaveform
 

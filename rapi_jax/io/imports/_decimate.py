@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from rapi_jax._recording import Run
+from rapi_jax.recording._run import Run
 
 from ._thresholds import THRESHOLDS
 

@@ -7,10 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Drive, Recording, Run
 from rapi_jax.io import _units
 from rapi_jax.io._safe import StrPath, open_regular, printable
 from rapi_jax.io.tables._read import read_tables
+from rapi_jax.recording._drive import Drive
+from rapi_jax.recording._recording import Recording
+from rapi_jax.recording._run import Run
 
 from ._channels import Channels, read_channels
 from ._clock import even_clock, is_even, resample

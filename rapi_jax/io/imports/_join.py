@@ -5,11 +5,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Recording, Run
 from rapi_jax.io._safe import StrPath, printable
 from rapi_jax.io._units import UNITS_CHECKED
 from rapi_jax.io.recordings._folder import MANIFEST
 from rapi_jax.io.recordings._read_write import read_recording
+from rapi_jax.recording._recording import Recording
+from rapi_jax.recording._run import Run
 
 from ._options import ImportOptions
 

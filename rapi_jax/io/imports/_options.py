@@ -3,8 +3,9 @@
 import dataclasses
 from typing import Literal, get_args
 
-from rapi_jax._recording import WAVEFORMS, Origin, Waveform
 from rapi_jax.io.recordings._build import NanPolicy, check_nan_policy
+from rapi_jax.recording._drive import WAVEFORMS, Waveform
+from rapi_jax.recording._recording import Origin
 
 from .cleaning._clean import DriveAs
 

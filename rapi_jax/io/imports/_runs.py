@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Drive, Waveform
+from rapi_jax.recording._drive import Drive, Waveform
 
 from ._options import ImportOptions
 from ._thresholds import THRESHOLDS

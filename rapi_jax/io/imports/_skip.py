@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Drive
+from rapi_jax.recording._drive import Drive
 
 from ._options import ImportOptions
 

@@ -5,9 +5,10 @@ from typing import Literal, get_args
 import numpy as np
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Drive, Run, Waveform
 from rapi_jax.io import _units
 from rapi_jax.io._safe import check_name, located
+from rapi_jax.recording._drive import Drive, Waveform
+from rapi_jax.recording._run import Run
 
 NanPolicy = Literal["raise", "mask"]
 

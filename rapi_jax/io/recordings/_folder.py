@@ -8,7 +8,6 @@ from collections import Counter
 from pathlib import Path
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Recording
 from rapi_jax.io import _units
 from rapi_jax.io._atomic import output_error, sync, sync_folder, write_atomic
 from rapi_jax.io._leftovers import remove_leftovers, temporary_name
@@ -16,6 +15,7 @@ from rapi_jax.io._replacement import replacing
 from rapi_jax.io._safe import MAX_BYTES, MAX_MANIFEST, StrPath, inside, located, printable
 from rapi_jax.io._toml import MANIFEST, load_manifest, toml_value
 from rapi_jax.io._unfinished import fresh_names
+from rapi_jax.recording._recording import Recording
 
 from . import _csv
 from ._build import NanPolicy, build_run

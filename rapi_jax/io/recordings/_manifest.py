@@ -7,10 +7,11 @@ import pydantic
 from pydantic import Field
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Origin, Recording, Waveform
 from rapi_jax.io import _units
 from rapi_jax.io._manifest_table import ManifestTable
 from rapi_jax.io._safe import MAX_BYTES, check_name, printable
+from rapi_jax.recording._drive import Waveform
+from rapi_jax.recording._recording import Origin, Recording
 
 SCHEMA = "rapi.recording/1"
 

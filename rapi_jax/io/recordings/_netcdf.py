@@ -12,10 +12,10 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Recording
 from rapi_jax.io import _units
 from rapi_jax.io._atomic import write_atomic
 from rapi_jax.io._safe import StrPath, bytes_on_disk, cause, located, open_regular, printable
+from rapi_jax.recording._recording import Recording
 
 from ._build import NanPolicy, build_run
 from ._csv import HEADER, Columns

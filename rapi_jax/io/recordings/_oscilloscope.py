@@ -4,9 +4,11 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Origin, Recording, Run, Waveform
 from rapi_jax.io import _units
 from rapi_jax.io._safe import StrPath, located, printable, read_text
+from rapi_jax.recording._drive import Waveform
+from rapi_jax.recording._recording import Origin, Recording
+from rapi_jax.recording._run import Run
 
 from . import _csv
 from ._build import NanPolicy, build_run, check_nan_policy

@@ -4,9 +4,9 @@ import os
 from pathlib import Path
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Recording
 from rapi_jax.io._safe import StrPath, located, open_regular, printable
 from rapi_jax.io._units import check_plausible
+from rapi_jax.recording._recording import Recording
 
 from ._build import NanPolicy, check_nan_policy
 from ._folder import MANIFEST, read_folder, write_folder

@@ -5,8 +5,8 @@ import dataclasses
 
 import numpy as np
 
-from rapi_jax._recording import ROI
 from rapi_jax.ranging.reading._scans import Scans
+from rapi_jax.recording._run import ROI
 
 from ._scale import CombReading, Scale
 

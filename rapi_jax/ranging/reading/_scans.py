@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float, Float32
 
 from rapi_jax._metrics import SPEED_OF_LIGHT as C
-from rapi_jax._recording import ROI
 from rapi_jax.ranging._records import FringeRecord, FringeRecords
+from rapi_jax.recording._run import ROI
 
 from ._analytic import analytic_signal, band_pass, taper, unwrapped_phase
 from ._cavity import CavityPeaks, find_peaks

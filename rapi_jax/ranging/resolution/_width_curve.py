@@ -131,8 +131,8 @@ def _device_branch(direction: str, place: np.ndarray, excitation_hz: float) -> n
     """The nonlinearity of a branch of the paper's device, GHz."""
     from rapi_jax import examples
     from rapi_jax._ecdl import predict
-    from rapi_jax._recording import Run
     from rapi_jax._waveform import triangle
+    from rapi_jax.recording._run import Run
 
     drives = triangle(
         (excitation_hz,), amplitude=examples.AMPLITUDE, bias=examples.BIAS, samples=_SAMPLES - 1

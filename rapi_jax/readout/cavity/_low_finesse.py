@@ -6,9 +6,9 @@ import numpy as np
 from scipy import fft, interpolate
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Drive
 from rapi_jax.readout._readout import Peaks, Readout, Turn
 from rapi_jax.readout.turns._drive_turns import drive_turns, rising_at
+from rapi_jax.recording._drive import Drive
 
 from ._thresholds import THRESHOLDS
 

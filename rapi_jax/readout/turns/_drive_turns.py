@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rapi_jax._recording import Drive
+from rapi_jax.recording._drive import Drive
 from rapi_jax.sampling import _phase
 
 

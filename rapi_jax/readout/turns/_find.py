@@ -4,10 +4,10 @@ import dataclasses
 
 import numpy as np
 
-from rapi_jax._recording import Drive
 from rapi_jax.readout._fringes import Fringes
 from rapi_jax.readout._track_phase import FringeSignal, LaserTurn, find_turn, refine_turn
 from rapi_jax.readout.cavity._peaks import Regions, turn_bracket
+from rapi_jax.recording._drive import Drive
 
 from ._drive_turns import drive_turns
 from ._hidden import is_visible, place_hidden_turns, usual_lag

@@ -9,8 +9,8 @@ import dataclasses
 
 import numpy as np
 
-from rapi_jax._recording import Drive
 from rapi_jax.readout._track_phase import FringeSignal, LaserTurn, turn_on_fringe
+from rapi_jax.recording._drive import Drive
 
 from ._thresholds import THRESHOLDS
 

@@ -39,7 +39,7 @@ def test_only_the_standard_library_and_numpy_and_scipy():
 def test_a_foreign_import_would_be_found():
     path = HOME / "effects" / "_kinds.py"
     assert any(name.startswith(OWN + ".effects") for name in imported(path))
-    assert foreign("rapi_jax._recording") and foreign("fitting.blind.protocol._folder")
+    assert foreign("rapi_jax.recording._recording") and foreign("fitting.blind.protocol._folder")
     assert foreign("fitting.blind.simulator_of_ours") and not foreign(OWN + "._scan")
 
 

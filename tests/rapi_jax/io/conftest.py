@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rapi_jax._recording import Drive, Recording, Run
+from rapi_jax.recording._drive import Drive
+from rapi_jax.recording._recording import Recording
+from rapi_jax.recording._run import Run
 
 DATA = Path(__file__).resolve().parents[3].parent / "shared" / "data"
 

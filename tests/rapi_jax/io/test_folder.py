@@ -12,11 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import WAVEFORMS, Drive, Recording, Run
 from rapi_jax.io import check_plausible, read_recording, write_recording
 from rapi_jax.io._units import DRIVE_UNITS, RESPONSE_UNITS
 from rapi_jax.io.recordings._build import check_nan_policy
 from rapi_jax.io.recordings._folder import read_folder, write_folder
+from rapi_jax.recording._drive import WAVEFORMS, Drive
+from rapi_jax.recording._recording import Recording
+from rapi_jax.recording._run import Run
 
 HEAD = 'schema = "rapi.recording/1"\nresponse_unit = "GHz"\ndrive_unit = "V"\n'
 RUN = '[[run]]\nfile = "a.csv"\n'

@@ -12,9 +12,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import WAVEFORMS, Drive, Recording, Run
 from rapi_jax.io import read_recording, write_recording
 from rapi_jax.io.recordings._netcdf import read_netcdf, write_netcdf
+from rapi_jax.recording._drive import WAVEFORMS, Drive
+from rapi_jax.recording._recording import Recording
+from rapi_jax.recording._run import Run
 
 
 def refused(path: Path, **options: str) -> str:

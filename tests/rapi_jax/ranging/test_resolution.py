@@ -5,12 +5,12 @@ import pytest
 
 from rapi_jax import DataError, examples, predict
 from rapi_jax._metrics import linearity
-from rapi_jax._recording import Run
 from rapi_jax.ranging.resolution import (
     crooked_branch,
     find_reflectors,
     width_curve,
 )
+from rapi_jax.recording._run import Run
 
 SIZES = np.array([0.01, 0.1, 0.5, 1.0, 5.0])  # GHz
 SHAPES = ("quadratic", "cubic", "sine", "random", "up", "down")

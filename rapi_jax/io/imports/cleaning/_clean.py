@@ -7,9 +7,10 @@ from typing import Literal
 import numpy as np
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Drive, Run
 from rapi_jax.display._readable_unit import quantity
 from rapi_jax.io.imports._thresholds import THRESHOLDS
+from rapi_jax.recording._drive import Drive
+from rapi_jax.recording._run import Run
 from rapi_jax.sampling._white_noise import white_noise_rms
 
 from ._mean_period import average_periods

@@ -2,8 +2,8 @@
 
 import dataclasses
 
-from rapi_jax._recording import Run
 from rapi_jax.io.imports._thresholds import THRESHOLDS
+from rapi_jax.recording._run import Run
 
 from ._waveform_fit import FittedWaveform
 

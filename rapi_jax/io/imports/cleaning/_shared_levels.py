@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rapi_jax._recording import Drive
 from rapi_jax.io.imports._thresholds import THRESHOLDS
+from rapi_jax.recording._drive import Drive
 
 from ._waveform_fit import FittedWaveform
 

@@ -6,8 +6,8 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from rapi_jax._recording import Drive
 from rapi_jax.io.imports._thresholds import THRESHOLDS
+from rapi_jax.recording._drive import Drive
 
 Samples = Float[np.ndarray, " samples"]
 

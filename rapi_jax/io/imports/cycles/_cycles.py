@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
-from rapi_jax._recording import Waveform
 from rapi_jax.io.imports._thresholds import THRESHOLDS
+from rapi_jax.recording._drive import Waveform
 from rapi_jax.sampling._phase import turning_samples
 
 Samples = Float[np.ndarray, " samples"]

@@ -7,8 +7,9 @@ import numpy as np
 from jaxtyping import Float
 
 from rapi_jax._errors import DataError
-from rapi_jax._recording import Drive, Run
 from rapi_jax.io.imports._thresholds import THRESHOLDS
+from rapi_jax.recording._drive import Drive
+from rapi_jax.recording._run import Run
 
 from ._optics import cavity_spacing_ghz, interferometer_delay_s
 

@@ -9,7 +9,8 @@ from command_output import assert_model
 
 from fitting import UntrustedFit, fit
 from rapi_jax import ECDL, RAPI
-from rapi_jax._recording import Drive, Recording
+from rapi_jax.recording._drive import Drive
+from rapi_jax.recording._recording import Recording
 
 
 def test_redundant_parameters_are_named(tmp_path):

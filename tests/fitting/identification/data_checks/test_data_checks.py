@@ -18,10 +18,12 @@ from fitting.identification.data_checks._data_checks import (
     find_mode_hops,
 )
 from rapi_jax import DataError, predict
-from rapi_jax._recording import Drive, Recording, Run
 from rapi_jax._waveform import multisine, sine, triangle
 from rapi_jax.examples import AMPLITUDE, BIAS, paper_device
 from rapi_jax.io import read_recording, write_recording
+from rapi_jax.recording._drive import Drive
+from rapi_jax.recording._recording import Recording
+from rapi_jax.recording._run import Run
 
 WAVES = {"triangle": triangle, "sine": sine, "multisine": multisine}
 SPAN = 76.0  # GHz, about

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from rapi_jax import DataError, Drive, Run, triangle
-from rapi_jax._recording import Waveform
 from rapi_jax.io.imports.cleaning._clean import clean_drives
 from rapi_jax.io.imports.cleaning._waveform_fit import fit_waveform
+from rapi_jax.recording._drive import Waveform
 
 RATE, SAMPLE_HZ, SWING, BIAS = 20.0, 20e3, 4.5, 3.0
 

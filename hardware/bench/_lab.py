@@ -1,28 +1,25 @@
 """A bench of instruments: drives are played within limits, and their fringes read."""
 
 import contextlib
-import dataclasses
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
 from hardware._closes import ClosesOnExit
-from hardware.digitizer._base import AbstractDigitizer, Acquisition, Samples
+from hardware.digitizer._base import AbstractDigitizer, Acquisition
 from hardware.digitizer._raw import check_raw_folder, write_samples
 from hardware.generator._base import AbstractGenerator, AbstractOutput
 from hardware.laser._base import AbstractLaser
 from rapi_jax import DataError, Drive, Recording, Run, repeated
 from rapi_jax.internal import StrPath
 from rapi_jax.ranging import FringeRecords
-from rapi_jax.readout import Fringes, read_fringes
+from rapi_jax.readout import read_fringes
 
 from ._base import AbstractBench
 from ._drive_limits import check_against_bench, limits_before_amplifier, refuse_wider
 from ._file import BenchFile
-from ._ranging import to_fringe_records
-from ._settings import RecordSettings
-from ._thresholds import THRESHOLDS
-from ._watchdog import allowed_s, count_cycles, watchdog_of
+from ._fringes import to_fringe_records, to_fringes
+from .playback._player import DrivePlayer
 
 Progress = Callable[[int, int, str], None]
 
@@ -64,12 +61,10 @@ class LabBench(AbstractBench, ClosesOnExit):
         """
         self.limits = file.limits.of()
         self.so_far: tuple[Run, ...] = ()
-        self.history: list[str] = []
-        self.settings = "{}"
         self._file = file
         self._generator, self._digitizer, self._laser = generator, digitizer, laser
-        self._now, self._sleep, self._release = now, sleep, release
-        self._began = now()
+        self._release = release
+        began_s = now()
         generator.set_trigger()
         asked = limits_before_amplifier(self.limits, file)
         self._channel = generator.channel(
@@ -79,7 +74,9 @@ class LabBench(AbstractBench, ClosesOnExit):
             park_v=file.generator.park_v,
         )
         refuse_wider(self._channel, asked, file.generator.load_ohm)
-        self._watchdog = watchdog_of(self._channel, file)
+        self._player = DrivePlayer(
+            file, self._channel, digitizer, laser, began_s=began_s, now=now, sleep=sleep
+        )
 
     @property
     def channel(self) -> AbstractOutput:
@@ -95,6 +92,16 @@ class LabBench(AbstractBench, ClosesOnExit):
     def laser(self) -> AbstractLaser | None:
         """The laser controller, if there is one."""
         return self._laser
+
+    @property
+    def history(self) -> list[str]:
+        """What was played in this session, a line each."""
+        return self._player.history
+
+    @property
+    def settings(self) -> str:
+        """What the instruments were set to in the last scan, as JSON."""
+        return self._player.settings
 
     def measure(
         self,
@@ -114,18 +121,18 @@ class LabBench(AbstractBench, ClosesOnExit):
         if raw is not None:
             check_raw_folder(raw)
         for drive in several:
-            self._count(drive, self._asked(drive))
+            self._player.count(drive, self._player.acquisition(drive))
         self.so_far, notes = (), {}
         for number, drive in enumerate(several):
             if progress is not None:
                 progress(number, len(several), f"{drive.rate:g} Hz")
             name = f"run{number:02d}"
-            samples, played, settings = self._record(drive)
+            samples, played, settings = self._player.record(drive)
             notes[f"{name}_settings"] = settings
             if raw is not None:
                 about = {"history": self.history[-1], "settings": settings}
                 write_samples(samples, raw, name, notes=about)
-            readout = read_fringes(self._fringes(samples), played)
+            readout = read_fringes(to_fringes(samples, self._file), played)
             self.so_far = (*self.so_far, readout.run(played, name=name))
             if readout.faults:
                 notes[f"{name}_faults"] = "; ".join(readout.faults)
@@ -161,14 +168,14 @@ class LabBench(AbstractBench, ClosesOnExit):
         self.so_far = ()
         length_s = periods / drive.rate + at.latency_s
         asked = Acquisition(at.range_inputs(), 0.0, length_s, at.sample_hz)
-        with self._playing(drive, asked, records) as settings:
-            first_s = self._now() - self._began
+        with self._player.playing(drive, asked, records) as settings:
+            first_s = self._player.session_s()
             for number in range(records):
                 if progress is not None:
                     progress(number, records, f"{drive.rate:g} Hz")
-                since_s = self._now() - self._began - first_s
+                since_s = self._player.session_s() - first_s
                 start_s = first_s + math.ceil(since_s * drive.rate) / drive.rate
-                samples = self._fetch(drive, asked)
+                samples = self._player.fetch(drive, asked)
                 settings.check()
                 one = to_fringe_records(
                     samples, self._file, drive, periods=periods, start_s=start_s, number=number
@@ -221,78 +228,3 @@ class LabBench(AbstractBench, ClosesOnExit):
                 stack.callback(self._laser.close)
             stack.callback(self._digitizer.close)
             stack.callback(self._generator.close)
-
-    def _record(self, drive: Drive) -> tuple[Samples, Drive, str]:
-        """One drive: loaded, played, settled, recorded, parked and off; with all settings."""
-        asked = self._asked(drive)
-        with self._playing(drive, asked) as settings:
-            start_s = self._now() - self._began
-            samples = self._fetch(drive, asked)
-            settings.check()
-        return samples, dataclasses.replace(drive, start_s=start_s), settings.text()
-
-    def _asked(self, drive: Drive) -> Acquisition:
-        """The record of one drive."""
-        at = self._file.digitizer
-        margin_s = min(at.margin_s, THRESHOLDS.margin_fraction / drive.rate)
-        length_s = drive.periods / drive.rate + at.latency_s
-        return Acquisition(at.inputs(), margin_s, length_s + margin_s, at.sample_hz)
-
-    def _count(self, drive: Drive, asked: Acquisition, records: int = 1) -> int | None:
-        """After how many periods the output ends the drive by itself; `None`: it does not."""
-        if self._watchdog is None:
-            return None
-        most = self._watchdog.most_cycles
-        return count_cycles(drive, asked, self._file, most=most, records=records)
-
-    @contextlib.contextmanager
-    def _playing(
-        self, drive: Drive, asked: Acquisition, records: int = 1
-    ) -> Iterator[RecordSettings]:
-        """The drive is loaded, played and settled; in the end parked and off.
-
-        Gives the settings, which were the same before and after the settling.
-        """
-        file, channel = self._file, self._channel
-        cycles = self._count(drive, asked, records)
-        instruments = {"generator": channel, "digitizer": self._digitizer, "laser": self._laser}
-        settings = RecordSettings(instruments)
-        if self._laser is not None:
-            self._laser.check()
-            self._laser.check_emission()
-        self._digitizer.configure(asked)
-        if self._watchdog is not None:
-            self._watchdog.set_watchdog(cycles)
-        wave = channel.load_drive(drive, points=file.generator.points)
-        try:
-            channel.start()
-            settings.begin()
-            self.settings = settings.text()
-            self.history.append(
-                f"{self._now() - self._began:.3f} s: {wave.low_v:g} to {wave.high_v:g} V at "
-                f"{wave.frequency_hz:g} Hz, {drive.waveform}"
-            )
-            self._sleep(file.settling / drive.rate)
-            settings.check()
-            yield settings
-        finally:
-            channel.off()
-
-    def _fetch(self, drive: Drive, asked: Acquisition) -> Samples:
-        """The record of the next trigger."""
-        self._digitizer.arm()
-        resource = getattr(self._channel, "resource", "")
-        seconds = allowed_s(self._watchdog, drive, asked, resource=resource)
-        return self._digitizer.fetch(seconds).check(asked)
-
-    def _fringes(self, samples: Samples) -> Fringes:
-        optics = self._file.optics
-        return Fringes(
-            interferometer=samples.codes["interferometer"],
-            cavity=samples.codes.get("cavity"),
-            sample_hz=samples.sample_hz,
-            start_s=samples.start_s - self._file.digitizer.latency_s,
-            delay_s=optics.delay_s,
-            fsr_ghz=optics.fsr_ghz,
-            full_scale=samples.full_scale,
-        )

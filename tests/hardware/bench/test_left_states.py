@@ -184,7 +184,7 @@ def test_what_another_user_has_left_is_undone(state, tmp_path, monkeypatch):
         laser = dry.laboratory.laser
         assert not laser.tracking and not any(laser.flags.values()) and bench.laser.settings()
         at_nm = laser.wavelength()
-        bench._sleep(1.0)
+        bench._player._sleep(1.0)
         assert laser.wavelength() == at_nm
     seen = dry.laboratory.generator.seen[1]
     if "output on" not in state:  # else it was on before, with 1 MHz

@@ -91,7 +91,7 @@ def test_every_start_begins_anew_and_a_burst_can_be_left(tmp_path):
         for _ in range(2):
             channel.start()
             assert channel.playing_s() == pytest.approx(2.5)
-            bench._sleep(0.5)
+            bench._player._sleep(0.5)
             assert channel.playing_s() == pytest.approx(2.0)
             with pytest.raises(ValueError, match="call `off` first"):
                 channel.set_watchdog(None)
@@ -119,13 +119,13 @@ def test_every_start_begins_anew_and_a_burst_can_be_left(tmp_path):
 def test_what_another_user_changes_is_refused(change, header, tmp_path, monkeypatch):
     dry = opened(tmp_path)
     with dry.bench as bench:
-        inner = bench._sleep
+        inner = bench._player._sleep
 
         def meanwhile(seconds):
             inner(seconds)
             send(dry.laboratory, change)
 
-        monkeypatch.setattr(bench, "_sleep", meanwhile)
+        monkeypatch.setattr(bench._player, "_sleep", meanwhile)
         with pytest.raises(InstrumentError, match=header):
             bench.measure(DRIVE)
         assert dry.laboratory.generator.output(1) is None and not bench.so_far
@@ -141,7 +141,7 @@ def test_a_record_that_would_hold_the_end_is_refused(late_s, tmp_path, monkeypat
     dry = opened(tmp_path)
     with dry.bench as bench:
         inner = bench.digitizer.arm
-        monkeypatch.setattr(bench.digitizer, "arm", lambda: (bench._sleep(late_s), inner()))
+        monkeypatch.setattr(bench.digitizer, "arm", lambda: (bench._player._sleep(late_s), inner()))
         with pytest.raises(InstrumentError, match="ends the drive too soon.*watchdog_s"):
             bench.measure(DRIVE)
         assert dry.laboratory.generator.output(1) is None
@@ -161,9 +161,9 @@ def test_where_the_drive_stops_the_light_does(tmp_path):
         bench.channel.set_watchdog(2)
         bench.channel.load_drive(DRIVE, points=2048)
         bench.channel.start()
-        light = lab._light(bench._now() + 0.001, 0.0, 40_000, 1e6)[1]
+        light = lab._light(bench._player._now() + 0.001, 0.0, 40_000, 1e6)[1]
         assert np.ptp(light[12_000:12_500]) > 0.1 and np.ptp(light[12_501:]) == 0.0
-        assert lab._light(bench._now() + 0.014, 0.0, 40_000, 1e6) is None
+        assert lab._light(bench._player._now() + 0.014, 0.0, 40_000, 1e6) is None
 
 
 @pytest.mark.fault(name="more periods than the generator counts", promise="refused before output")

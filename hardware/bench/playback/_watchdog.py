@@ -3,12 +3,11 @@
 import math
 
 from hardware._errors import InstrumentError
+from hardware.bench._file import BenchFile
+from hardware.bench._thresholds import THRESHOLDS
 from hardware.digitizer._base import Acquisition
 from hardware.generator._base import AbstractOutput, AbstractWatchdog
 from rapi_jax import DataError, Drive
-
-from ._file import BenchFile
-from ._thresholds import THRESHOLDS
 
 
 def watchdog_of(output: AbstractOutput, file: BenchFile) -> AbstractWatchdog | None:

@@ -1,14 +1,29 @@
-"""What a digitizer gave before a target, as fringe records."""
+"""What a digitizer gave, as fringes of one run or, before a target, as fringe records."""
 
 import numpy as np
 
 from hardware.digitizer._base import Samples
 from rapi_jax import Drive
 from rapi_jax.ranging import FringeRecord, FringeRecords
+from rapi_jax.readout import Fringes
 
 from ._file import BenchFile
 
 _AHEAD = 0.01  # periods; a turn closer to the beginning is not read as one
+
+
+def to_fringes(samples: Samples, file: BenchFile) -> Fringes:
+    """One run, times counted from the drive's start, with what the file says of the optics."""
+    optics = file.optics
+    return Fringes(
+        interferometer=samples.codes["interferometer"],
+        cavity=samples.codes.get("cavity"),
+        sample_hz=samples.sample_hz,
+        start_s=samples.start_s - file.digitizer.latency_s,
+        delay_s=optics.delay_s,
+        fsr_ghz=optics.fsr_ghz,
+        full_scale=samples.full_scale,
+    )
 
 
 def to_fringe_records(

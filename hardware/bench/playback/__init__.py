@@ -1,0 +1,1 @@
+"""A drive played and recorded: loaded, settled, compared, ended, parked and switched off."""

@@ -15,8 +15,9 @@ from . import _commands as commands
 from ._base import AbstractOutput, AbstractWatchdog
 from ._burst import Burst, checked_cycles
 from ._check import check_codes, check_period
-from ._levels import Levels, enclosing_levels, park_levels, ramp_levels, settable_limits
+from ._levels import Levels, enclosing_levels, park_levels, settable_limits
 from ._port import AfgPort
+from ._ramp import move_clamp, ramp, ramp_to_park
 from ._restore import leave_sequence_mode, require_states
 from ._settings import (
     check_numbers,
@@ -28,7 +29,6 @@ from ._settings import (
     read_settings,
 )
 from ._states import BURST, CONTINUOUS, COUPLINGS, State
-from ._thresholds import THRESHOLDS
 
 
 class AfgChannel(AbstractOutput, AbstractReadBack, AbstractWatchdog):
@@ -81,8 +81,6 @@ class AfgChannel(AbstractOutput, AbstractReadBack, AbstractWatchdog):
         self._trigger = trigger
         self._burst: Burst | None = None
         self._park = park_levels(park_v, self.limits)
-        step_v = min(THRESHOLDS.ramp_step_v, self.limits.step_v * THRESHOLDS.step_share)
-        self._step_v = max(THRESHOLDS.least_step_v, step_v)
 
     def prepare(self) -> None:
         """Off, continuous, load, clamp: each verified. An output that was left on is parked first.
@@ -90,7 +88,7 @@ class AfgChannel(AbstractOutput, AbstractReadBack, AbstractWatchdog):
         Channels are decoupled before anything is moved: the other one is somebody else's. Raises
         `InstrumentError` where sequence mode plays on the other channel.
         """
-        port, limits = self._port, self.limits
+        port = self._port
         self.undone = leave_sequence_mode(port) + require_states(port, COUPLINGS)
         self.on = port.output()
         if self.on:
@@ -100,17 +98,7 @@ class AfgChannel(AbstractOutput, AbstractReadBack, AbstractWatchdog):
         port.switch(False)
         self.undone += require_states(port, CONTINUOUS)
         port.set_load(self.load_ohm)
-        clamp = port.clamp()
-        if limits.low_v < clamp.low_v:  # widen, move the levels, narrow: legal at every step
-            port.set_clamp_low(limits.low_v)
-        if limits.high_v > clamp.high_v:
-            port.set_clamp_high(limits.high_v)
-        port.set_levels(port.levels(), self._park)
-        if limits.low_v > clamp.low_v:
-            port.set_clamp_low(limits.low_v)
-        if limits.high_v < clamp.high_v:
-            port.set_clamp_high(limits.high_v)
-        port.check_clamp(limits.low_v, limits.high_v)
+        move_clamp(port, self.limits, self._park)
 
     def set_watchdog(self, cycles: int | None) -> None:
         """Play so many periods after `start`, then rest; `None`: play on. Load a drive after it."""
@@ -196,7 +184,7 @@ class AfgChannel(AbstractOutput, AbstractReadBack, AbstractWatchdog):
         register_exit_action(self.off)
         try:
             port.switch(True)
-            self._ramp(Levels(wave.low_v, wave.high_v))
+            ramp(port, Levels(wave.low_v, wave.high_v), self.limits)
             self.settings()
             if self._burst is not None:
                 self._burst.fire()
@@ -233,7 +221,7 @@ class AfgChannel(AbstractOutput, AbstractReadBack, AbstractWatchdog):
             port.scpi.resynchronise()
             try:
                 if port.output():
-                    self._ramp_to_park()
+                    ramp_to_park(port, self._park, self.limits)
             finally:
                 port.switch(False)
                 self.on = False
@@ -249,28 +237,6 @@ class AfgChannel(AbstractOutput, AbstractReadBack, AbstractWatchdog):
                 "told to switch it off.",
                 cure="Switch it off at the instrument now.",
             ) from error
-
-    def _ramp_to_park(self) -> None:
-        """To park; where that fails and another user had coupled the channels, decoupled first.
-
-        A level that the other channel cannot take is refused for both.
-        """
-        try:
-            self._ramp(self._park)
-        except InstrumentError:
-            if not require_states(self._port, COUPLINGS):
-                raise
-            self._ramp(self._park)
-
-    def _ramp(self, goal: Levels) -> None:
-        port, now = self._port, self._port.levels()
-        for levels in ramp_levels(now, goal, self._step_v):
-            began = port.scpi.now()
-            port.move_levels(now, levels)
-            moved = max(abs(levels.low_v - now.low_v), abs(levels.high_v - now.high_v))
-            port.scpi.sleep(moved / self.limits.slew_v_per_s - (port.scpi.now() - began))
-            now = levels
-        port.set_levels(now, goal)  # nothing is left to move: they are read back
 
     def _read(self) -> dict[str, str]:
         if self._burst is None:

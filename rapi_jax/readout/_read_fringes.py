@@ -8,16 +8,19 @@ from rapi_jax.recording._drive import Drive
 
 from ._decimate import Decimated, decimate
 from ._envelope import envelope_from_extremes, fit_envelope
+from ._fringe_signal import FringeSignal
 from ._fringes import Fringes, mask_clipped
+from ._join_branches import join_branches
 from ._readout import Peaks, Readout, Turn
 from ._refine import fringe_path, refine_phase
-from ._track_phase import FringeSignal, LaserTurn, join_branches, refine_turn, refit_on_fringe
 from .cavity import _scale
 from .cavity._comb import Comb, read_comb
 from .cavity._peaks import PeakFit, find_peaks, find_regions
 from .turns._drive_turns import rising_at
 from .turns._find import CavityPeaks, find_turns
+from .turns._given_fringe import refit_on_fringe
 from .turns._hidden import describe_hidden
+from .turns._laser_turn import LaserTurn, refine_turn
 
 _TWO_PI = 2 * np.pi
 

@@ -4,13 +4,14 @@ import dataclasses
 
 import numpy as np
 
+from rapi_jax.readout._fringe_signal import FringeSignal
 from rapi_jax.readout._fringes import Fringes
-from rapi_jax.readout._track_phase import FringeSignal, LaserTurn, find_turn, refine_turn
 from rapi_jax.readout.cavity._peaks import Regions, turn_bracket
 from rapi_jax.recording._drive import Drive
 
 from ._drive_turns import drive_turns
 from ._hidden import is_visible, place_hidden_turns, usual_lag
+from ._laser_turn import LaserTurn, find_turn, refine_turn
 from ._thresholds import THRESHOLDS
 
 

@@ -9,9 +9,11 @@ import dataclasses
 
 import numpy as np
 
-from rapi_jax.readout._track_phase import FringeSignal, LaserTurn, turn_on_fringe
+from rapi_jax.readout._fringe_signal import FringeSignal
 from rapi_jax.recording._drive import Drive
 
+from ._given_fringe import turn_on_fringe
+from ._laser_turn import LaserTurn
 from ._thresholds import THRESHOLDS
 
 

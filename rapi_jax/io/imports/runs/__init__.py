@@ -1,0 +1,1 @@
+"""A long record cut into runs of one rate and swing."""

@@ -1,0 +1,46 @@
+"""What became of a record, in sentences: its runs, and the samples that are in none."""
+
+import numpy as np
+
+from rapi_jax.recording._drive import Drive
+
+from ._piece import Piece
+
+
+def describe_run(drive: Drive, name: str, first: int) -> str:
+    """What a run is, in a sentence; `first`: its first sample in the record."""
+    where = f"samples {first}-{first + drive.size - 1}"
+    if not drive.repeats:
+        return f"{name}: {where}, {drive.size * drive.step_s:.4g} s, not periodic"
+    inside = np.flatnonzero(drive.period >= 0)
+    ends = (int(inside[0]), drive.size - 1 - int(inside[-1])) if inside.size else (0, 0)
+    a_period = drive.step_s * drive.rate
+    parts = [
+        f"{n * a_period:.2g} of a period {where}"
+        for n, where in zip(ends, ("before", "after"), strict=True)
+        if n * a_period >= 0.01
+    ]
+    broken = f"; broken ends stay, for settling ({' and '.join(parts)})" if parts else ""
+    return (
+        f"{name}: {where}, {drive.periods} period(s) of a {drive.waveform} at "
+        f"{drive.rate:.6g} Hz, swing {drive.u_pp:.4g}{broken}"
+    )
+
+
+def describe_dropped(pieces: list[Piece], size: int, step_s: float) -> list[str]:
+    """The samples that are in no run, in a sentence; empty where there are none."""
+    edges = [(-1, -1), *((p.first, p.last) for p in pieces), (size, size)]
+    lost = [
+        (before[1] + 1, after[0] - 1)
+        for before, after in zip(edges[:-1], edges[1:], strict=True)
+        if after[0] - before[1] > 1
+    ]
+    if not lost:
+        return []
+    shown = ", ".join(f"{a}-{b}" for a, b in lost[:4])
+    more = f" and {len(lost) - 4} more" if len(lost) > 4 else ""
+    samples = sum(b - a + 1 for a, b in lost)
+    return [
+        f"dropped {samples} samples ({samples * step_s:.4g} s) that belong to no whole period of "
+        f"one rate: {shown}{more}"
+    ]

@@ -1,0 +1,24 @@
+"""The rate that was stated for a drive, against the one that its cycles have."""
+
+import numpy as np
+
+from rapi_jax._errors import DataError
+from rapi_jax.io.imports._options import ImportOptions
+from rapi_jax.io.imports._thresholds import THRESHOLDS
+
+
+def stated_rate(found: float, options: ImportOptions, label: str) -> float:
+    """The rate that was said, where the drive has it."""
+    if not options.rates:
+        return found
+    near = min(options.rates, key=lambda rate: abs(np.log(rate / found)))
+    if abs(near - found) <= THRESHOLDS.stated_rate * found:
+        return near
+    said = ", ".join(f"{rate:g}" for rate in options.rates)
+    factor = near / found
+    why = "That is a factor of 1000: check --time-unit" if abs(
+        abs(np.log10(factor)) - 3.0
+    ) < 0.02 else "Correct --rate, or leave it out"  # fmt: skip
+    raise DataError(
+        f"{label}: the drive repeats at {found:.5g} Hz, not at {said} Hz as said. {why}."
+    )

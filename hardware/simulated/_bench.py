@@ -8,25 +8,21 @@ import numpy as np
 from hardware.bench._base import AbstractBench, amplify, check_drives
 from hardware.bench._thresholds import THRESHOLDS
 from rapi_jax import AfgWaveform, Drive, DriveLimits, Recording
-from rapi_jax.examples import paper_device
 from rapi_jax.internal import POINTS
 from rapi_jax.ranging import FringeRecords
 from rapi_jax.readout import Fringes, Readout, read_fringes
 
-from ._current_tuned import current_tuned
 from ._laboratory import Laboratory
-from ._paper_ranging import paper_ranging
 from ._ranging import fringe_records
-from .laser._device import Device
+from .laboratories._current_tuned import current_tuned
+from .laboratories._paper import PAPER_LIMITS, paper_laboratory
+from .laboratories._paper_ranging import paper_ranging
 from .laser._digitizer import Digitizer
 from .laser._drift import Drift
-from .laser._dynamics import Amplifier, MirrorResonance, ParasiticEtalon
 from .laser._light_noise import Laser
 from .laser._measurement_arm import MeasurementArm
 from .laser._optics import Cavity
 from .laser.motion._target import Target
-
-PAPER_LIMITS = DriveLimits(0.0, 7.5, 2000.0, max_frequency_hz=100.0)
 
 
 class SimulatedBench(AbstractBench):
@@ -92,13 +88,9 @@ class SimulatedBench(AbstractBench):
         1.2 kHz with 12 % of critical damping, and an etalon of 20 MHz every 7 GHz. With less than
         9 % a sharp corner would make the laser turn more often than its drive.
         """
-        device = Device(paper_device())
-        if unmodelled:
-            after = (MirrorResonance(1200.0, 0.12), ParasiticEtalon(0.02, 7.0, 0.4))
-            device = Device(paper_device(), Amplifier(bandwidth_hz=1500.0), after)
-        laboratory = Laboratory(
-            device,
+        laboratory = paper_laboratory(
             latency_s=latency_s,
+            unmodelled=unmodelled,
             drift=drift,
             laser=laser,
             cavity=cavity,
@@ -122,7 +114,7 @@ class SimulatedBench(AbstractBench):
         """The paper's ranging set-up (Section 4.2) before `target`.
 
         Vibration, wander and drift were chosen from the paper's uncompensated distances alone
-        (`hardware/simulated/_paper_ranging.py`); each can be switched off.
+        (`hardware/simulated/laboratories/_paper_ranging.py`); each can be switched off.
         """
         laboratory = paper_ranging(
             target,
@@ -266,17 +258,10 @@ class SimulatedBench(AbstractBench):
         return fringes, dataclasses.replace(drive, start_s=start)
 
     def _provenance(self) -> dict[str, str]:
-        lab = self.laboratory
         return {
             "bench": "simulated",
             "seed": str(self.seed),
             "measurements_before": str(self.measured),
-            **lab.device.provenance(),
-            "latency_s": repr(lab.latency_s),
-            "laser": repr(lab.laser),
-            "interferometer": repr(lab.interferometer),
-            "cavity": repr(lab.cavity),
-            "digitizer": repr(lab.digitizer),
-            "drift": repr(lab.drift),
+            **self.laboratory.provenance(),
             "generator_points": str(self.points),
         }

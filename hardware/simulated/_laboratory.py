@@ -55,6 +55,18 @@ class Laboratory:
             )
         return self.measurement
 
+    def provenance(self) -> dict[str, str]:
+        """What it is made of, as text."""
+        return {
+            **self.device.provenance(),
+            "latency_s": repr(self.latency_s),
+            "laser": repr(self.laser),
+            "interferometer": repr(self.interferometer),
+            "cavity": repr(self.cavity),
+            "digitizer": repr(self.digitizer),
+            "drift": repr(self.drift),
+        }
+
     def scan(self, waveform: AfgWaveform, *, periods: int = 1, start_s: float = 0.0) -> Scan:
         """The laser's frequency without noise; latency is in it.
 

@@ -8,14 +8,13 @@ slope and rate keep a fringe five or more samples long.
 import dataclasses
 from typing import Literal
 
+from hardware.simulated._laboratory import Laboratory
+from hardware.simulated.laser._digitizer import Digitizer
+from hardware.simulated.laser._light_noise import Laser
+from hardware.simulated.laser._measurement_arm import MeasurementArm
+from hardware.simulated.laser._optics import Cavity, Interferometer
+from hardware.simulated.laser.current_tuning._lasers import dfb, vcsel
 from rapi_jax import DriveLimits
-
-from ._laboratory import Laboratory
-from .laser._digitizer import Digitizer
-from .laser._light_noise import Laser
-from .laser._measurement_arm import MeasurementArm
-from .laser._optics import Cavity, Interferometer
-from .laser.current_tuning._lasers import dfb, vcsel
 
 _LIMITS = DriveLimits(0.0, 5.0, 2.5e4, max_frequency_hz=1000.0)
 _VOLTS = 0.55  # of a bright fringe at the middle current: power rises by half over a scan

@@ -18,17 +18,16 @@ that do not grow with distance.
   reached: 18 um. Steady errors of 20 um at a node have no named cause in the paper.
 """
 
+from hardware.simulated._laboratory import Laboratory
+from hardware.simulated.laser._device import Device
+from hardware.simulated.laser._digitizer import Digitizer
+from hardware.simulated.laser._dynamics import Amplifier
+from hardware.simulated.laser._light_noise import Laser
+from hardware.simulated.laser._measurement_arm import MeasurementArm
+from hardware.simulated.laser._optics import Cavity
+from hardware.simulated.laser.motion._motions import RandomVibration, ThermalDrift
+from hardware.simulated.laser.motion._target import Target
 from rapi_jax.examples import paper_device
-
-from ._laboratory import Laboratory
-from .laser._device import Device
-from .laser._digitizer import Digitizer
-from .laser._dynamics import Amplifier
-from .laser._light_noise import Laser
-from .laser._measurement_arm import MeasurementArm
-from .laser._optics import Cavity
-from .laser.motion._motions import RandomVibration, ThermalDrift
-from .laser.motion._target import Target
 
 WANDER_GHZ, WANDER_HZ = 0.75, 0.3
 VIBRATION_M, VIBRATION_HZ = 5e-9, (20.0, 200.0)

@@ -17,8 +17,6 @@ from ._waveform import repeated as repeated
 from ._waveform import sine as sine
 from ._waveform import step_and_hold as step_and_hold
 from ._waveform import triangle as triangle
-from .inversion._certificate import Certificate as Certificate
-from .inversion._certificate import certify as certify
 from .inversion._compensate import Compensation as Compensation
 from .inversion._compensate import compensate as compensate
 from .inversion._exact_inverse import exact_inverse as exact_inverse
@@ -27,6 +25,8 @@ from .inversion._learning import Learned as Learned
 from .inversion._learning import learn as learn
 from .inversion._target import Target as Target
 from .inversion._target import linear_scan as linear_scan
+from .inversion.certificate._certificate import Certificate as Certificate
+from .inversion.certificate._certify import certify as certify
 from .inversion.streaming._compensator import StreamingCompensator as StreamingCompensator
 from .inversion.streaming._fixed_point import FixedPointCompensator as FixedPointCompensator
 from .inversion.streaming._operator import StreamingOperator as StreamingOperator

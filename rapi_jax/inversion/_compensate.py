@@ -16,12 +16,13 @@ from rapi_jax.operators._inverse_rapi import InverseRAPI
 from rapi_jax.recording._drive import Drive
 
 from ._anderson import AndersonMixing
-from ._certificate import Certificate, certify
 from ._compensation_iteration import Round, Scan, bracketed
 from ._identified import Identified
 from ._inverse_effects import drive_effects, law_of, refuse, steady, undo_effects
 from ._target import Target
 from ._thresholds import THRESHOLDS
+from .certificate._certificate import Certificate
+from .certificate._certify import certify
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -18,7 +18,6 @@ from rapi_jax.effects import Law
 from rapi_jax.operators import AbstractOperator
 
 from ._anderson import AndersonMixing
-from ._certificate import Certificate, certify
 from ._exact_inverse import (
     at_minimum,
     drive_range_for_span,
@@ -29,6 +28,8 @@ from ._exact_inverse import (
 from ._inverse_effects import from_minimum, loop, response_effects, undo_effects
 from ._target import Target
 from ._thresholds import THRESHOLDS
+from .certificate._certificate import Certificate
+from .certificate._certify import certify
 
 
 class Round(NamedTuple):

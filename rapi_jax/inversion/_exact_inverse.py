@@ -1,7 +1,7 @@
 """The exact inverse of a monotone operator: the drive whose response is the one asked for.
 
 Given its past, an operator's response is an increasing function of the drive's next sample (see
-`_certificate`), so each sample of the drive is one scalar root, found causally in a scan. The
+`certificate`), so each sample of the drive is one scalar root, found causally in a scan. The
 thresholds of Eq. 11 depend on the drive's own peak-to-peak value and Eq. 13 on its minimum; both
 follow from the extremes of the target alone, since whatever came between, at its largest
 drive each play rests on its rising bound or where the minimum left it.

@@ -12,10 +12,10 @@ from rapi_jax._errors import NotInvertible
 from rapi_jax._precision import as_float64, float64
 from rapi_jax.operators import AbstractOperator, InverseRAPI
 
-from .._certificate import certify
 from .._exact_inverse import at_maximum, at_minimum, extremes
 from .._root import Scalar
 from .._thresholds import THRESHOLDS as INVERSION
+from ..certificate._certify import certify
 from ._frozen_operator import FrozenOperator, operator_of, response_rounding
 from ._thresholds import THRESHOLDS
 

@@ -25,7 +25,7 @@ from rapi_jax import (
     predict,
 )
 from rapi_jax._waveform import triangle
-from rapi_jax.inversion._certificate import certify
+from rapi_jax.inversion.certificate._certify import certify
 from rapi_jax.io import read_model, write_model
 
 EXACT = dict(rtol=1e-12, atol=1e-11)

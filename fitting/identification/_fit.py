@@ -25,8 +25,10 @@ from .assessment._ends import Start
 from .assessment._estimates import cut_to_runs, estimate_parameters, summarise_runs
 from .assessment._noise import measure_noise
 from .assessment._verdict import judge
-from .data_checks._data_checks import Fault, check_usable, find_mode_hops
+from .data_checks._data_checks import check_usable
 from .data_checks._drive_noise import find_drive_noise
+from .data_checks._fault import Fault
+from .data_checks._mode_hops import find_mode_hops
 from .data_checks._outliers import (
     few_outliers,
     find_outliers,

@@ -15,7 +15,7 @@ from .assessment._claim import Claim
 from .assessment._cross_validation import HeldOut
 from .assessment._ends import Start, describe_starts
 from .assessment._verdict import Verdict
-from .data_checks._data_checks import Fault
+from .data_checks._fault import Fault
 
 SCHEMA = "rapi.model/1"
 

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from fitting.identification.data_checks._data_checks import Fault, check_usable, find_faults
+from fitting.identification.data_checks._data_checks import check_usable, find_faults
 from fitting.identification.data_checks._drive_noise import (
     find_swapped_columns,
     foresee_drive_noise,
 )
+from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks._thresholds import THRESHOLDS
 from fitting.identification.data_checks.holds._sweeps import describe_creep, single_sweep
 from rapi_jax import DataError, Identified, Recording

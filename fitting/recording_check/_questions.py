@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 from fitting.identification._thresholds import THRESHOLDS as FITTING
-from fitting.identification.data_checks._data_checks import Fault
 from fitting.identification.data_checks._drive_character import describe_repetition
+from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks.holds._sweeps import single_sweep
 from rapi_jax import Recording
 

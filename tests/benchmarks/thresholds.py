@@ -200,7 +200,8 @@ def checked(recording: Any) -> dict[str, Any]:
     """What the data checks find in damaged recordings: kinds of faults, and how many samples."""
     import bad_input as bad
 
-    from fitting.identification.data_checks._data_checks import find_faults, find_mode_hops
+    from fitting.identification.data_checks._data_checks import find_faults
+    from fitting.identification.data_checks._mode_hops import find_mode_hops
     from rapi_jax.io import read_recording
 
     del recording

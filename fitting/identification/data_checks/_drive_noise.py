@@ -5,7 +5,7 @@ import numpy as np
 from rapi_jax import Recording, Run
 from rapi_jax.internal import usable
 
-from ._data_checks import Fault
+from ._fault import Fault
 from ._thresholds import THRESHOLDS
 
 

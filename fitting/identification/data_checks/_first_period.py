@@ -5,7 +5,25 @@ import numpy as np
 from rapi_jax import Run
 from rapi_jax.internal import white_noise_rms
 
+from ._fault import Fault
 from ._thresholds import THRESHOLDS
+
+
+def check_start(run: Run) -> Fault | None:
+    """A first period that begins elsewhere than where it ends, of a drive with that period."""
+    miss = first_period_miss(run)
+    if miss == 0.0:
+        return None
+    only = "" if run.drive.periods > 1 else " Or the reading drifts, which one period cannot tell."
+    text = (
+        f"run {run.name!r}: the response ends its first period {abs(miss):.3g} "
+        f"({100 * abs(miss) / run.span:.2g} % of its span) from where it began: the device came "
+        "from rest or another drive, and the model takes each period for the settled one. Let the "
+        "drive run for two periods before recording, or cut the first one off (`rapi import "
+        f"--skip-periods 1`).{only}"
+    )
+    last = int(np.flatnonzero(run.drive.period == 0)[-1])
+    return Fault("unsettled start", run.name, text, ((0, last),))
 
 
 def first_period_miss(run: Run) -> float:

@@ -9,7 +9,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from fitting.identification._problem import Problem
 from rapi_jax import Recording, Run
 
-from ._data_checks import Fault, find_faults, format_intervals
+from ._data_checks import find_faults
+from ._fault import Fault, format_intervals
 from ._step_detection import nearby
 from ._thresholds import THRESHOLDS
 

@@ -16,7 +16,7 @@ from fitting.identification.assessment._verdict import (
     _check_starts,
     judge,
 )
-from fitting.identification.data_checks._data_checks import Fault
+from fitting.identification.data_checks._fault import Fault
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax.examples import paper_device, paper_recording
 

@@ -15,7 +15,7 @@ from jaxtyping import Float
 from fitting.identification._problem import Problem, Solution
 from fitting.identification._solution import Evaluation
 from fitting.identification.assessment._noise import measure_noise
-from fitting.identification.data_checks._data_checks import Fault
+from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks._thresholds import THRESHOLDS
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Drive, Recording, Run

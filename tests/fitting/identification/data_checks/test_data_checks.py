@@ -12,11 +12,8 @@ import pytest
 
 from fitting.cli import app
 from fitting.commands.run import run as rapi
-from fitting.identification.data_checks._data_checks import (
-    check_usable,
-    find_faults,
-    find_mode_hops,
-)
+from fitting.identification.data_checks._data_checks import check_usable, find_faults
+from fitting.identification.data_checks._mode_hops import find_mode_hops
 from rapi_jax import DataError, predict
 from rapi_jax._waveform import multisine, sine, triangle
 from rapi_jax.examples import AMPLITUDE, BIAS, paper_device

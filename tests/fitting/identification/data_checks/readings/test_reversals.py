@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lsim
 
 from fitting.identification.data_checks._data_checks import find_faults
-from fitting.identification.data_checks._reversals import find_reversals
+from fitting.identification.data_checks.readings._reversals import find_reversals
 from rapi_jax import Drive, Recording, Run, triangle
 from tests.support.spoiled import WAYS, healthy
 

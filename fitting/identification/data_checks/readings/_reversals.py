@@ -2,10 +2,27 @@
 
 import numpy as np
 
+from fitting.identification.data_checks._fault import Fault, format_intervals
+from fitting.identification.data_checks._thresholds import THRESHOLDS
 from rapi_jax import Run
 from rapi_jax.internal import turning_samples
 
-from ._thresholds import THRESHOLDS
+
+def check_reversals(run: Run) -> Fault | None:
+    """A response that turns back in mid-branch: folded, or that of a ferroelectric switching."""
+    places = find_reversals(run)
+    if not places:
+        return None
+    up = run.drive.up[places]
+    near = [f"{np.median(run.drive.value[places][way]):.3g}" for way in (up, ~up) if way.any()]
+    text = (
+        f"run {run.name!r}: the response turns back in mid-branch, near a drive of "
+        f"{' and '.join(near)} (samples {format_intervals([(i, i) for i in places])}), while the "
+        "drive goes on. The reading is rectified or folded (a magnitude, fringes without their "
+        "direction), or a piezo is driven through its coercive voltage (a butterfly loop). Correct "
+        "the reading, or keep the drive on one side of there."
+    )
+    return Fault("response turns back", run.name, text, tuple((i, i) for i in places))
 
 
 def find_reversals(run: Run) -> list[int]:

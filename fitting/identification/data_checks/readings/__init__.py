@@ -1,0 +1,1 @@
+"""Faults of readings: at rest while the drive moves, of few levels, turning back in mid-branch."""

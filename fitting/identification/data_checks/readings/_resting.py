@@ -1,0 +1,113 @@
+"""Readings that rest while the drive moves: dead, clipped or frozen; drives that rest."""
+
+import numpy as np
+
+from fitting.identification.data_checks._fault import Fault, format_intervals
+from fitting.identification.data_checks._thresholds import THRESHOLDS
+from rapi_jax import Run
+
+from ._levels import find_resolution
+
+
+def check_motion(run: Run) -> Fault | None:
+    """A reading that rests while the drive moves, or a drive that should repeat and rests."""
+    whole = ((0, run.drive.size - 1),)
+    if run.drive.u_pp == 0:
+        text = (
+            f"run {run.name!r}: the drive rests at {run.drive.value[0]:g}, though it is said to be "
+            f"a {run.drive.waveform}. Check the generator and the column, or say "
+            '`waveform = "other"`.'
+        )
+        return Fault("no drive", run.name, text, whole) if run.drive.repeats else None
+    if run.valid.any() and run.span == 0:
+        text = (
+            f"run {run.name!r}: the reading rests at {float(np.nanmax(run.response)):g} while the "
+            "drive moves. Check the sensor, its cable and the column, and record again."
+        )
+        return Fault("no reading", run.name, text, whole)
+    return None
+
+
+def check_clipping(run: Run) -> Fault | None:
+    """Stretches at the largest or smallest reading that begin while the drive still moves on.
+
+    A reading may rest where the drive rests, and a hysteretic one after the drive has turned.
+    """
+    y, u = run.response, run.drive.value
+    if not run.valid.any() or run.span == 0 or run.drive.u_pp == 0:
+        return None
+    limits = THRESHOLDS
+    resolution = find_resolution(y[run.valid])
+    shortest = limits.clipped_samples_digitised if resolution > 0 else limits.clipped_samples
+    # that the reading should have moved meanwhile
+    least = max(limits.clipped_steps * resolution, limits.clipped_move * run.span)
+    levels, kept = [], []
+    for level in (float(np.nanmax(y)), float(np.nanmin(y))):
+        there = []
+        for a, b in _intervals(y == level):
+            way = np.sign(u[a] - u[max(a - 3, 0)])  # 0 where the record begins so: not known
+            onward = float((way * (u[a : b + 1] - u[a])).max()) / run.drive.u_pp * run.span
+            if b - a + 1 >= shortest and onward > least:
+                there.append((a, b))
+        if there:
+            levels.append(f"{level:g}")
+            kept += there
+    if not kept:
+        return None
+    longest = max(b - a + 1 for a, b in kept)
+    return Fault(
+        "clipped",
+        run.name,
+        f"run {run.name!r}: the reading stays at {' and at '.join(levels)} for up to {longest} "
+        f"samples (samples {format_intervals(sorted(kept))}) while the drive moves on, as a "
+        "clipped reading does. Widen the input range and record again.",
+        tuple(sorted(kept)),
+    )
+
+
+def check_frozen(run: Run) -> Fault | None:
+    """Equal readings in a row, not at the ends of their range, while the drive moves on.
+
+    Or moves at all, after a turn as well, where the reading has noise: then nothing rests.
+    """
+    y, u = run.response, run.drive.value
+    if not run.valid.any() or run.span == 0 or run.drive.u_pp == 0:
+        return None
+    limits = THRESHOLDS
+    resolution = find_resolution(y[run.valid])
+    shortest = limits.clipped_samples_digitised if resolution > 0 else limits.clipped_samples
+    least = max(limits.clipped_steps * resolution, limits.clipped_move * run.span)
+    ends: tuple[float, ...] = (float(np.nanmax(y)), float(np.nanmin(y)))
+    fast = float(np.median(np.abs(np.diff(y[run.valid], 3)))) if run.valid.sum() > 3 else 0.0
+    noisy = resolution == 0.0 and fast > limits.reading_noise * run.span
+    if noisy and check_clipping(run) is None:
+        ends = ()  # it hung there
+    found = []
+    for a, last in _intervals(np.diff(y) == 0.0):
+        b = last + 1
+        way = np.sign(u[a] - u[max(a - 3, 0)])
+        moved = np.abs(u[a : b + 1] - u[a]) if noisy else way * (u[a : b + 1] - u[a])
+        onward = float(moved.max()) / run.drive.u_pp * run.span
+        if resolution > 0 and _rests_beside(y, a, b, least):
+            continue  # a flat part of the loop, digitised: it moves no more before and after
+        if b - a + 1 >= shortest and onward > least and y[a] not in ends:
+            found.append((a, b))
+    if not found:
+        return None
+    text = (
+        f"run {run.name!r}: the reading does not change (samples {format_intervals(found)}) while "
+        "the drive moves on: the readout hung there. Leave that part out (readings that are not "
+        "finite are, with `--nan mask`), or record again."
+    )
+    return Fault("frozen reading", run.name, text, tuple(found))
+
+
+def _rests_beside(y: np.ndarray, a: int, b: int, least: float) -> bool:
+    """Whether the reading moves by less than `least` in as many samples before and after, too."""
+    beside = (y[max(2 * a - b, 0) : a + 1], y[b : 2 * b - a + 1])
+    return all(float(np.nanmax(part) - np.nanmin(part)) < least for part in beside)
+
+
+def _intervals(mask: np.ndarray) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.r_[0, mask.astype(int), 0]))
+    return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]

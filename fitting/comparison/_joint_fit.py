@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float
 
 from fitting.identification._fit import Posed, default_free
-from fitting.identification._problem import Problem
 from fitting.identification.assessment._covariance import correlated_covariance, whole_periods
+from fitting.identification.problem._problem import Problem
 from rapi_jax import ECDL, Recording
 
 from ._estimates import PairEstimates

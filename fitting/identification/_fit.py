@@ -11,9 +11,7 @@ from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, DataError, Recording, parameters
 from rapi_jax.internal import float64, usable
 
-from ._problem import Problem, Solution
 from ._result import FitResult, UntrustedFit
-from ._solution import Evaluation
 from ._starts import Guesses, search_starts
 from ._thresholds import THRESHOLDS
 from ._weights import run_weights
@@ -44,6 +42,8 @@ from .data_checks.runs._exchanged_runs import (
 )
 from .data_checks.runs._first_order import may_be_changed, may_be_exchanged, may_be_reversed
 from .data_checks.runs._run_changes import find_changed_runs
+from .problem._problem import Problem, Solution
+from .problem._solution import Evaluation
 from .robust._despike import despike
 from .robust._loss import AbstractLoss, loss_of
 from .robust._reweighting import Reweighting, search_reweighted

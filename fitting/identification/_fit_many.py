@@ -15,7 +15,6 @@ from rapi_jax import ECDL, Recording
 from rapi_jax.internal import float64
 
 from ._fit import Posed, solver_options
-from ._problem import Solution
 from ._result import FitResult
 from ._starts import average_groups, perturb, search_starts, tied_groups
 from ._thresholds import THRESHOLDS
@@ -23,6 +22,9 @@ from .assessment._ends import Start, rank_ends, settled
 from .intervals._data import IntervalData
 from .intervals._residual import IntervalResidual
 from .intervals._sums import IntervalSums
+from .problem._bounds import bounds_of
+from .problem._minimise import stop_by_chi_square
+from .problem._problem import Solution
 from .robust._loss import loss_of
 
 
@@ -190,7 +192,7 @@ def _parts(
         if sums is None:
             continue
         residual = one.problem.interval_residual
-        arrays = residual, sums.arrays(one.weight), one.problem.bounds(own)
+        arrays = residual, sums.arrays(one.weight), bounds_of(one.problem, own)
         lane = _Lane(place, one, own, move, tie, sums, arrays)
         alike = waiting.setdefault(lane.shape, [])
         alike.append(lane)
@@ -208,7 +210,7 @@ def _solve_lanes(lanes: Sequence[_Lane], options: SolverOptions) -> list[Solutio
     starts = np.stack([lane.own for lane in lanes])
     ends = least_squares_many(
         residual, starts, data, bounds=bounds, free=one.move, ties=one.ties,
-        options=one.posed.problem.stopped(options, one.posed.weight),
+        options=stop_by_chi_square(options, one.posed.weight),
     )  # fmt: skip
     return [
         lane.posed.problem.solution(lane.own, lane.move, lane.posed.weight, end)

@@ -12,10 +12,10 @@ from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, AbstractOperator, Parameter, Recording, parameters
 from rapi_jax.internal import follow
 
-from ._problem import Problem, Solution
 from ._thresholds import THRESHOLDS
 from .assessment._convergence import unidentifiable
 from .assessment._ends import Start, agree, correlation, rank_ends, settled
+from .problem._problem import Problem, Solution
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

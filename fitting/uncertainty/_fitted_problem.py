@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from fitting.identification._fit import Posed
-from fitting.identification._problem import Problem, Solution
 from fitting.identification._result import FitResult
 from fitting.identification._thresholds import THRESHOLDS as IDENTIFICATION
 from fitting.identification.assessment._covariance import Uncertainty, estimate_uncertainty
+from fitting.identification.problem._problem import Problem, Solution
 from fitting.solver._identifiability import pseudo_gram
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, ModelError, Recording, Run

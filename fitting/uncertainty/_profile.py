@@ -16,8 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from fitting.identification._problem import Problem
 from fitting.identification._result import FitResult
+from fitting.identification.problem._bounds import moving_bounds, project_into_bounds
+from fitting.identification.problem._problem import Problem
 from rapi_jax import ModelError
 from rapi_jax.internal import float64
 
@@ -133,7 +134,7 @@ def _bound_partner(fitted: FittedProblem, at: int) -> str:
     """The parameter with which the bound of another moves, where the fit ended beyond its own."""
     problem, values = fitted.problem, fitted.solution.values
     low = problem.vector.spread(lambda p: p.bounds[0])
-    for moved, by in problem.moving_bounds():
+    for moved, by in moving_bounds(problem):
         if at in (moved, by) and values[moved] < low[moved]:
             return problem.names[by if at == moved else moved]
     return ""
@@ -181,7 +182,7 @@ class _Profile:
         start = self.nearest[origin] + (distance - origin) * self.along
         moves = np.ones(start.size, dtype=bool)
         moves[: problem.vector.size] = problem.free
-        start = fitted.problem.project(start, moves)
+        start = project_into_bounds(fitted.problem, start, moves)
         start[self.at] = fitted.solution.values[self.at] + distance
         end = problem.solve(start, fitted.weight, OPTIONS)
         self.evaluations += 1

@@ -1,8 +1,11 @@
 """Whether a fit has converged, and which parameters its data determine."""
 
+from functools import partial
+
 import numpy as np
 
-from fitting.identification._problem import Problem, Solution
+from fitting.identification.problem._bounds import project_into_bounds
+from fitting.identification.problem._problem import Problem, Solution
 from fitting.solver._identifiability import undetermined_columns
 from fitting.solver._least_squares import SolverOptions
 from fitting.solver._refinement import try_gauss_newton_step
@@ -49,7 +52,7 @@ def _remaining_step(
         (weight * solution.error).ravel(),
         solution.jacobian,
         residual_at=lambda values: weight * problem.error(values),
-        project=problem.project,
+        project=partial(project_into_bounds, problem),
         least=THRESHOLDS.promised_gain * gain_tolerance(problem, weight),
     )
 

@@ -15,8 +15,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from fitting.identification._problem import Problem, Solution
 from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification.problem._problem import Problem, Solution
 from fitting.identification.robust._reweighting import Reweighting
 from fitting.noise import NoiseModel, Pick, PowerBins, estimate_noise, excess_probability
 from fitting.solver._identifiability import pseudo_gram

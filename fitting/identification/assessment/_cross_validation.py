@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from fitting.identification._problem import Problem, Solution
 from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification.problem._problem import Problem, Solution
 from fitting.identification.robust._reweighting import Reweighting
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Drive, Recording

@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from fitting.identification._problem import Problem, Solution
 from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification.problem._problem import Problem, Solution
 
 End = Literal["lowest cost", "same cost", "nearly the same response", "another optimum"]
 

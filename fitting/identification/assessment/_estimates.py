@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from fitting.identification._problem import Problem, Solution
 from fitting.identification._result import Estimate, RunFit
 from fitting.identification._weights import hysteresis_fraction
+from fitting.identification.problem._problem import Problem, Solution
 
 from ._covariance import Uncertainty
 from ._verdict import Verdict, bounded_parameters

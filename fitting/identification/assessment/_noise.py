@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from fitting.identification._problem import Problem
+from fitting.identification.problem._problem import Problem
 from rapi_jax import Run
 from rapi_jax.internal import white_noise_rms
 

@@ -9,12 +9,12 @@ import numpy as np
 
 from fitting._units import quantity
 from fitting.identification._parameter_vector import as_device
-from fitting.identification._problem import Problem, Solution
 from fitting.identification._thresholds import THRESHOLDS
 from fitting.identification.data_checks._clock_jitter import describe_jitter
 from fitting.identification.data_checks._drive_character import describe_repetition
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks.holds._sweeps import describe_creep, single_sweep
+from fitting.identification.problem._problem import Problem, Solution
 from fitting.identification.robust._reweighting import Reweighting
 from rapi_jax.internal import Band
 

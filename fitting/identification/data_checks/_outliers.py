@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.lib.stride_tricks import sliding_window_view
 
-from fitting.identification._problem import Problem
+from fitting.identification.problem._problem import Problem
 from rapi_jax import Recording, Run
 
 from ._data_checks import find_faults

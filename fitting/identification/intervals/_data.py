@@ -13,8 +13,8 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from fitting.identification._linear_part import LinearPart
 from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification.problem._linear_part import LinearPart
 from rapi_jax.internal import turning_places
 
 if TYPE_CHECKING:

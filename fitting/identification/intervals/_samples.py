@@ -15,7 +15,7 @@ from ._residual import IntervalResidual, find_lines
 from ._sums import IntervalSums
 
 if TYPE_CHECKING:
-    from fitting.identification._problem import Problem
+    from fitting.identification.problem._problem import Problem
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

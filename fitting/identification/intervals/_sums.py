@@ -17,7 +17,7 @@ from rapi_jax.internal import Plays
 from ._data import IntervalData, Stretched, count_intervals
 
 if TYPE_CHECKING:
-    from fitting.identification._problem import Problem
+    from fitting.identification.problem._problem import Problem
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -10,9 +10,9 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Bool, Float
 
-from fitting.identification._problem import Problem, Solution
 from fitting.identification._thresholds import THRESHOLDS
 from fitting.identification.assessment._ends import Start
+from fitting.identification.problem._problem import Problem, Solution
 from fitting.solver._least_squares import SolverOptions
 
 from ._loss import AbstractLoss

@@ -15,9 +15,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from fitting.identification._run_residual import RunResidual
 from fitting.identification.intervals._data import IntervalData
 from fitting.identification.intervals._residual import IntervalResidual
+from fitting.identification.problem._run_residual import RunResidual
 from rapi_jax.internal import DriveBatch
 
 from ._noise_precision import NoisePrecision

@@ -9,10 +9,11 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.identification._parameter_vector import as_device
-from fitting.identification._problem import Problem
 from fitting.identification._thresholds import THRESHOLDS as IDENTIFICATION
 from fitting.identification.intervals._residual import IntervalResidual
 from fitting.identification.intervals._sums import IntervalSums
+from fitting.identification.problem._bounds import bounds_of
+from fitting.identification.problem._problem import Problem
 from fitting.uncertainty._fitted_problem import FittedProblem
 from fitting.uncertainty._thresholds import THRESHOLDS
 from rapi_jax import ModelError
@@ -193,14 +194,14 @@ def _whitened(fitted: FittedProblem, misfit: AbstractMisfit, information: np.nda
     n = problem.vector.size
     stderr = fitted.uncertainty.stderr
     stderr = np.concatenate([stderr[:n], stderr[n + problem.nuisances :]])
-    bounds = problem.bounds(own)
+    bounds = bounds_of(problem, own)
     low, high = np.asarray(bounds.low), np.asarray(bounds.high)
     away = np.minimum(THRESHOLDS.inside * stderr, (high - low) / 4.0)
     inside = bounds.bounded(own)
     clipped = np.clip(inside, low + away, high - away)
     moved = np.where(fitted.solution.move, clipped, inside)
     start = np.asarray(bounds.coupling) @ moved
-    open_ = OpenCoordinates.of(problem.bounds(start))
+    open_ = OpenCoordinates.of(bounds_of(problem, start))
     # What does not move may stand at a bound, where it has no coordinate.
     middle = np.where(fitted.solution.move, open_.coordinates(start), 0.0)
     slopes = np.asarray(_slopes(open_, as_device(middle)))[np.ix_(moves, moves)]

@@ -8,9 +8,9 @@ import numpy as np
 from fitting import FitResult, fit
 from fitting.identification._fit import Posed, default_free, solver_options
 from fitting.identification._fit_many import solve_many
-from fitting.identification._problem import Problem, Solution
 from fitting.identification._starts import tied_groups
 from fitting.identification._weights import run_weights
+from fitting.identification.problem._problem import Problem, Solution
 from rapi_jax import ECDL, Drive, Recording, predict
 from rapi_jax.internal import compiled_respond, float64, to_batch
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting.identification._problem import Problem
 from fitting.identification.assessment._cross_validation import last_third, schemes
+from fitting.identification.problem._problem import Problem
 from rapi_jax import Drive, Recording, triangle
 from rapi_jax.examples import paper_device
 

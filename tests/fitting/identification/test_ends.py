@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting.identification._problem import Problem, Solution
 from fitting.identification.assessment._ends import describe_starts, rank_ends
+from fitting.identification.problem._problem import Problem, Solution
 from fitting.solver._optimum import LeastSquares
 from rapi_jax.examples import NOISE, paper_device, paper_recording
 

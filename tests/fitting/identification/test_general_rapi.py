@@ -11,7 +11,7 @@ from fitting import fit
 from fitting.cli import app
 from fitting.commands.run import run
 from fitting.identification._fit import default_free
-from fitting.identification._problem import Problem
+from fitting.identification.problem._problem import Problem
 from rapi_jax import ECDL, RAPI, GeneralRAPI, Identified, Recording, parameters, predict
 from rapi_jax._waveform import triangle
 from rapi_jax.examples import paper_device, paper_drives, paper_recording

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fitting import fit, identify
-from fitting.identification._problem import Problem
+from fitting.identification.problem._problem import Problem
 from rapi_jax import (
     ECDL,
     PI,

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from fitting import Claim
-from fitting.identification._problem import Problem
 from fitting.identification.assessment._cross_validation import HeldOut
 from fitting.identification.assessment._ends import Start
 from fitting.identification.assessment._noise import Noise
@@ -17,6 +16,7 @@ from fitting.identification.assessment._verdict import (
     judge,
 )
 from fitting.identification.data_checks._fault import Fault
+from fitting.identification.problem._problem import Problem
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax.examples import paper_device, paper_recording
 

@@ -6,11 +6,11 @@ from itertools import combinations, permutations
 
 import numpy as np
 
-from fitting.identification._problem import Problem, Solution
 from fitting.identification._starts import candidates
 from fitting.identification._thresholds import THRESHOLDS as FITTING
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks._thresholds import THRESHOLDS
+from fitting.identification.problem._problem import Problem, Solution
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Recording, Run
 

@@ -7,8 +7,8 @@ takes most of it away.
 
 import numpy as np
 
-from fitting.identification._solution import Evaluation
 from fitting.identification.data_checks._thresholds import THRESHOLDS
+from fitting.identification.problem._solution import Evaluation
 
 from ._exchanged_runs import backwards, orders
 from ._run_changes import amplitude_cuts, changes_of_groups, squared_gap_and_noise

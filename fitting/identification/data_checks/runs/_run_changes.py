@@ -12,11 +12,11 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float
 
-from fitting.identification._problem import Problem, Solution
-from fitting.identification._solution import Evaluation
 from fitting.identification.assessment._noise import measure_noise
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks._thresholds import THRESHOLDS
+from fitting.identification.problem._problem import Problem, Solution
+from fitting.identification.problem._solution import Evaluation
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Drive, Recording, Run
 

@@ -3,9 +3,9 @@
 import numpy as np
 from jaxtyping import Float
 
-from fitting.identification._problem import Problem
-from fitting.identification._solution import Evaluation
 from fitting.identification.data_checks._thresholds import THRESHOLDS
+from fitting.identification.problem._problem import Problem
+from fitting.identification.problem._solution import Evaluation
 
 KINDS = ("gain", "offset", "bias", "shift", "rate")
 

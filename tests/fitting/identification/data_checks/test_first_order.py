@@ -5,12 +5,12 @@ from edge_worlds import drives, record
 from worlds import TRUTHS, ordered
 
 from fitting.identification._fit import Posed, solver_options
-from fitting.identification._problem import Problem
 from fitting.identification.data_checks.runs._first_order import (
     may_be_changed,
     may_be_exchanged,
     may_be_reversed,
 )
+from fitting.identification.problem._problem import Problem
 from rapi_jax import ECDL, RAPI
 from rapi_jax.internal import float64
 from tests.support.spoiled import WAYS, healthy

@@ -4,10 +4,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.identification._problem import Data, Problem
 from fitting.identification.intervals._residual import IntervalResidual
 from fitting.identification.intervals._samples import IntervalSamples
 from fitting.identification.intervals._sums import IntervalSums
+from fitting.identification.problem._problem import Problem
+from fitting.identification.problem._run_residual import Data
 from fitting.solver._bound_transform import Bounds
 from fitting.solver._least_squares import SolverOptions
 from fitting.solver._levenberg_marquardt import linearise

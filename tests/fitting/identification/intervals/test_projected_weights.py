@@ -6,9 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.identification._problem import Data, Problem
 from fitting.identification.intervals._residual import IntervalResidual
 from fitting.identification.intervals._sums import IntervalSums
+from fitting.identification.problem._bounds import bounds_of
+from fitting.identification.problem._problem import Problem
+from fitting.identification.problem._run_residual import Data
 from fitting.solver._bound_transform import Bounds
 from fitting.solver._least_squares import SolverOptions, least_squares
 from fitting.solver._levenberg_marquardt import evaluate, linearise
@@ -107,7 +109,9 @@ def descents(factor):
     own, move, data = compressed(problem, weight)
     options = SolverOptions(max_steps=2000)
     found = [
-        least_squares(residual, own, data, bounds=problem.bounds(own), free=move, options=options)
+        least_squares(
+            residual, own, data, bounds=bounds_of(problem, own), free=move, options=options
+        )
         for residual in (problem.residual(IntervalResidual), problem.interval_residual)
     ]
     return found, move

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fitting.identification.intervals._samples import IntervalSamples
 from fitting.solver._optimum import LeastSquares
 from rapi_jax.internal import float64
-
-from .intervals._samples import IntervalSamples
 
 if TYPE_CHECKING:
     from ._problem import Problem

@@ -4,10 +4,9 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import ECDL
 from rapi_jax.internal import DriveBatch, respond
-
-from ._parameter_vector import ParameterVector
 
 
 class Data(eqx.Module):

@@ -2,13 +2,16 @@
 
 import dataclasses
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float, Int
 
+from fitting.identification._thresholds import THRESHOLDS
 from fitting.solver._identifiability import is_determined, scale_columns, singular_directions
 
-from ._thresholds import THRESHOLDS
+if TYPE_CHECKING:
+    from ._problem import Problem
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -48,3 +51,24 @@ class LinearPart:
         first = -self.solution @ (self.solution.T @ (self.columns.T @ flat))
         left = flat + self.columns @ first  # once more: half of the digits are lost in squares
         return first - self.solution @ (self.solution.T @ (self.columns.T @ left))
+
+
+def linear_columns(problem: "Problem") -> tuple[np.ndarray, np.ndarray]:
+    """Columns of the linear part, "runs time linear", and their places in the vector."""
+    names = problem.vector.names
+    shape = problem.data.u.shape
+    basis = problem.ecdl.operator.linear_basis(problem.data.u)
+    columns, places = [], []
+    for at in np.flatnonzero(problem.linear):
+        if names[at] != problem.constant or not problem.own_origin:
+            columns.append(basis[names[at]])
+            places.append(at)
+    for run in range(problem.offsets):
+        columns.append(np.broadcast_to((np.arange(shape[0]) == run)[:, None], shape))
+        places.append(problem.vector.size + run)
+    if problem.drift is not None:
+        columns.append(problem.drift)
+        places.append(problem.vector.size + problem.offsets)
+    if not columns:
+        return np.zeros((*shape, 0)), np.zeros(0, dtype=int)
+    return np.stack(columns, axis=2), np.array(places)

@@ -6,27 +6,28 @@ the end.
 """
 
 import dataclasses
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array
 
+from fitting.identification._parameter_vector import ParameterVector, as_device
+from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification.intervals._residual import IntervalResidual
 from fitting.solver._bound_transform import Bounds
-from fitting.solver._least_squares import SolverOptions, least_squares
+from fitting.solver._least_squares import SolverOptions
 from fitting.solver._levenberg_marquardt import linearise
 from fitting.solver._optimum import LeastSquares
 from rapi_jax import ECDL, Recording
 from rapi_jax.internal import Batch, DriveBatch, to_batch
 
-from ._linear_part import LinearPart
-from ._parameter_vector import ParameterVector, as_device
+from ._drift import session_decades
+from ._linear_part import LinearPart, linear_columns
+from ._minimise import minimise
 from ._run_residual import Data, RunResidual
 from ._solution import Evaluation, Solution
-from ._thresholds import THRESHOLDS
-from .intervals._residual import IntervalResidual
-from .intervals._sums import IntervalSums
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -71,14 +72,14 @@ class Problem:
         data = to_batch(recording, lead=bool(ecdl.effects))
         if drift is None:
             drift = max(run.drive.periods for run in recording.runs) >= THRESHOLDS.drift_periods
-        decades = _decades(recording, data) if drift else None
+        decades = session_decades(recording, data) if drift else None
         problem = cls(ecdl, recording, data, vector, mask, linear, unknown, decades)
         return problem if problem._has_constant else dataclasses.replace(problem, drift=None)
 
     def with_recording(self, recording: Recording) -> "Problem":
         """The same problem on other data: runs of the same number, names and sizes."""
         data = to_batch(recording, lead=bool(self.ecdl.effects))
-        drift = None if self.drift is None else _decades(recording, data)
+        drift = None if self.drift is None else session_decades(recording, data)
         return dataclasses.replace(self, recording=recording, data=data, drift=drift)
 
     @property
@@ -143,23 +144,7 @@ class Problem:
     @cached_property
     def columns(self) -> tuple[np.ndarray, np.ndarray]:
         """Columns of the linear part, "runs time linear", and their places in the vector."""
-        names = self.vector.names
-        shape = self.data.u.shape
-        basis = self.ecdl.operator.linear_basis(self.data.u)
-        columns, places = [], []
-        for at in np.flatnonzero(self.linear):
-            if names[at] != self.constant or not self.own_origin:
-                columns.append(basis[names[at]])
-                places.append(at)
-        for run in range(self.offsets):
-            columns.append(np.broadcast_to((np.arange(shape[0]) == run)[:, None], shape))
-            places.append(self.vector.size + run)
-        if self.drift is not None:
-            columns.append(self.drift)
-            places.append(self.vector.size + self.offsets)
-        if not columns:
-            return np.zeros((*shape, 0)), np.zeros(0, dtype=int)
-        return np.stack(columns, axis=2), np.array(places)
+        return linear_columns(self)
 
     def linear_part(self, weight: np.ndarray) -> LinearPart:
         """The linear part under these weights, kept for the next fit with the same."""
@@ -176,27 +161,9 @@ class Problem:
         return {}
 
     @cached_property
-    def _drives(self) -> DriveBatch:
+    def drives(self) -> DriveBatch:
+        """The drives of all runs, on the device."""
         return self.data.device()
-
-    def moving_bounds(self) -> dict[tuple[int, int], float]:
-        """Places of free parameters whose bounds move with another's, by the operator."""
-        names = self.vector.names
-        slopes = self.ecdl.operator.couplings(list(self.data.u_pp), list(self.data.freq))
-        places = {(names.index(a), names.index(b)): slope for (a, b), slope in slopes.items()}
-        return {(i, j): slope for (i, j), slope in places.items() if self.free[i] and self.free[j]}
-
-    def bounds(self, start: np.ndarray) -> Bounds:
-        """Bounds of the vector without its offsets, for a fit from `start`."""
-        low = np.array(self.vector.spread(lambda p: p.bounds[0]))
-        high = np.array(self.vector.spread(lambda p: p.bounds[1]))
-        coupling = np.eye(start.size)
-        for (moved, by), slope in self.moving_bounds().items():
-            coupling[moved, by] = slope
-        extra = start.size - self.vector.size
-        low = np.concatenate([low, np.zeros(extra)])
-        high = np.concatenate([high, np.ones(extra)])
-        return Bounds.of(start, low, high, coupling)
 
     def start(self, ecdl: ECDL, initial: float = 0.5) -> np.ndarray:
         """The vector at the values of `ecdl`, a model of the same shape."""
@@ -218,7 +185,7 @@ class Problem:
     ) -> Solution:
         """Fit from the vector `start`; `weight` as from `weights`. Call with 64-bit types on."""
         own, move = self.own_vector(start)
-        return self.solution(own, move, weight, self._minimise(own, weight, move, ties, options))
+        return self.solution(own, move, weight, minimise(self, own, weight, move, ties, options))
 
     def evaluate(self, start: np.ndarray, weight: np.ndarray) -> Evaluation:
         """At the vector `start`, without a fit."""
@@ -255,54 +222,12 @@ class Problem:
         values[places] = solved = self.linear_part(weight).solve((weight * error).ravel())
         return self._share_origin(values) if self.own_origin else values, error + columns @ solved
 
-    def stopped(self, options: SolverOptions, weight: np.ndarray) -> SolverOptions:
-        """`options`, with an end where a whole step promises next to nothing of chi-square."""
-        if not options.promise:
-            return options
-        share = THRESHOLDS.solver_chi_square / max(int((weight > 0).sum()), 1)
-        return dataclasses.replace(options, whole_promise=share)
-
-    def _minimise(
-        self,
-        own: np.ndarray,
-        weight: np.ndarray,
-        move: np.ndarray,
-        ties: np.ndarray | None,
-        options: SolverOptions,
-    ) -> LeastSquares:
-        """Over contact intervals where these are known, and have digits enough for the end."""
-        fit = partial(least_squares, free=move, ties=ties, options=self.stopped(options, weight))
-        sums = IntervalSums.of(self, own)
-        if sums is not None:
-            data = sums.data(weight)
-            found = fit(self.interval_residual, own, data, bounds=self.bounds(own))
-            if sums.resolves(found, data):
-                return found
-            if np.isfinite(found.cost):
-                own = np.where(move, found.values, own)
-        basis = self.linear_part(weight).basis
-        data = Data(self._drives, *(as_device(a) for a in (self.data.y, weight, basis)))
-        return fit(self.residual(), own, data, bounds=self.bounds(own))
-
     def differentiate(self, own: np.ndarray, weight: np.ndarray) -> np.ndarray:
         """The Jacobian of the weighted errors at the vector `own`, by its elements."""
         none = np.zeros((weight.size, 0))
-        plain = Data(self._drives, *(as_device(a) for a in (self.data.y, weight, none)))
+        plain = Data(self.drives, *(as_device(a) for a in (self.data.y, weight, none)))
         unbounded = Bounds.of(np.ones(own.size))
         return np.asarray(linearise(self.residual(), unbounded, as_device(own), plain)[1])
-
-    def project(self, values: np.ndarray, moves: np.ndarray) -> np.ndarray:
-        """`values` with those that move inside their bounds, also where these move with others."""
-        n = self.vector.size
-        bounds = self.bounds(values[:n])
-        coupling = np.asarray(bounds.coupling)
-        bounded = bounds.bounded(values[:n])
-        clipped = np.clip(bounded, np.asarray(bounds.low), np.asarray(bounds.high))
-        out = values.copy()
-        out[:n] = coupling @ np.where(moves[:n], clipped, bounded)
-        tail = slice(n + self.nuisances, None)
-        out[tail] = np.clip(values[tail], 0.0, 1.0)
-        return out
 
     def error(self, values: np.ndarray) -> np.ndarray:
         """Model less data at the vector `values`, "runs time"."""
@@ -316,7 +241,7 @@ class Problem:
 
     def _own_error(self, own: np.ndarray) -> np.ndarray:
         """The same without offsets and drift; `own`: the vector without them."""
-        return np.asarray(_respond(self.residual(), as_device(own), self._drives)) - self.data.y
+        return np.asarray(_respond(self.residual(), as_device(own), self.drives)) - self.data.y
 
     def residual(self, kind: Any = RunResidual, **options: Any) -> Any:
         """The residual as a function of the vector without offsets and drift."""
@@ -345,17 +270,6 @@ class Problem:
         values[self.vector.names.index(self.constant)] = mean
         values[n : n + self.offsets] -= mean
         return values
-
-
-def _decades(recording: Recording, data: Batch) -> np.ndarray:
-    """Decades of session time since the start, one period being the first unit: as creep goes.
-
-    Where no run has a rate, the longest run is that unit.
-    """
-    first = min(drive.start_s for drive in recording.drives)
-    periods = [1.0 / drive.rate for drive in recording.drives if drive.rate > 0]
-    unit = max(periods or [float(drive.time[-1]) for drive in recording.drives])
-    return np.log10(1.0 + np.maximum(data.time - first, 0.0) / unit)
 
 
 @eqx.filter_jit

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from fitting.identification._fit import Progress
 from fitting.identification._identify import identify
+from fitting.identification._options import Progress
 from fitting.identification._result import FitResult
 from fitting.population._change import change_probabilities, credible_changes
 from rapi_jax import ECDL, Recording

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from fitting.identification._fit import default_free
 from fitting.identification._fit_many import fit_many
+from fitting.identification._options import default_free
 from fitting.identification._parameter_vector import ParameterVector, as_device
 from fitting.identification._result import FitResult
 from fitting.population.estimates._record import Record, read_record

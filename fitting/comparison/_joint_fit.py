@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
-from fitting.identification._fit import Posed, default_free
+from fitting.identification._options import default_free
+from fitting.identification._posed import Posed
 from fitting.identification.assessment._covariance import correlated_covariance, whole_periods
 from fitting.identification.problem._problem import Problem
 from rapi_jax import ECDL, Recording

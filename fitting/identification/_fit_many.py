@@ -14,7 +14,9 @@ from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, Recording
 from rapi_jax.internal import float64
 
-from ._fit import Posed, solver_options
+from ._conclude import conclude
+from ._options import solver_options
+from ._posed import Posed
 from ._result import FitResult
 from ._starts import average_groups, perturb, search_starts, tied_groups
 from ._thresholds import THRESHOLDS
@@ -103,7 +105,7 @@ def fit_many(
             one, ranked = one.without_outliers(search, ranked)
         else:
             one, ranked = one.reweighted(loss, kind, search, options, ranked)
-        results.append(one.conclude(*ranked, hold_out, options, began, lambda line: None))
+        results.append(conclude(one, *ranked, hold_out, options, began, lambda line: None))
         began = time.perf_counter()
     return results
 

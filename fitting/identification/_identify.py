@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 from rapi_jax import RAPI, AbstractOperator, Recording
 
-from ._fit import Progress
 from ._model_order import ORDERS, PLAYS, choose_order
+from ._options import Progress
 from ._result import FitResult, UntrustedFit
 from .assessment._threshold_law import suggest_law
 from .data_checks._data_checks import check_usable

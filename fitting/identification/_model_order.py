@@ -12,7 +12,9 @@ import numpy as np
 from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
 from rapi_jax.internal import float64, follow, scan_origin
 
-from ._fit import Posed, Progress, fit, solver_options
+from ._fit import fit
+from ._options import Progress, solver_options
+from ._posed import Posed
 from ._result import FitResult
 from ._starts import Guesses, count_from, held_origin
 from ._thresholds import THRESHOLDS

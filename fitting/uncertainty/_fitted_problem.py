@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.identification._fit import Posed
+from fitting.identification._posed import Posed
 from fitting.identification._result import FitResult
 from fitting.identification._thresholds import THRESHOLDS as IDENTIFICATION
 from fitting.identification.assessment._covariance import Uncertainty, estimate_uncertainty

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.identification._fit import Posed, solver_options
 from fitting.identification._model_order import guess_from
+from fitting.identification._options import solver_options
+from fitting.identification._posed import Posed
 from fitting.identification._result import FitResult
 from fitting.identification._starts import held_origin
 from fitting.identification._thresholds import THRESHOLDS

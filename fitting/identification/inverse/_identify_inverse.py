@@ -4,7 +4,8 @@ import dataclasses
 
 import numpy as np
 
-from fitting.identification._fit import Progress, fit
+from fitting.identification._fit import fit
+from fitting.identification._options import Progress
 from fitting.identification._result import FitResult, UntrustedFit
 from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax import ECDL, AbstractOperator, Identified, InverseRAPI, Recording, predict, triangle

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from fitting import FitResult, fit
-from fitting.identification._fit import Posed, default_free, solver_options
 from fitting.identification._fit_many import solve_many
+from fitting.identification._options import default_free, solver_options
+from fitting.identification._posed import Posed
 from fitting.identification._starts import tied_groups
 from fitting.identification._weights import run_weights
 from fitting.identification.problem._problem import Problem, Solution

@@ -5,7 +5,7 @@ from diagnosis_contract import check
 
 from fitting import diagnose
 from fitting.diagnosis._data_checks import find_inconsistencies
-from fitting.identification._fit import Posed
+from fitting.identification._posed import Posed
 from rapi_jax import RAPI
 from rapi_jax.effects import Etalon, RateLaw
 from rapi_jax.internal import float64

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fitting import fit
-from fitting.identification._fit import Posed
+from fitting.identification._posed import Posed
 from fitting.identification.assessment._claim import curvature, make_claim
 from fitting.identification.assessment._cross_validation import HeldOut
 from fitting.identification.assessment._noise import Noise, measure_noise

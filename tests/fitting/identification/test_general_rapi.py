@@ -10,7 +10,7 @@ import pytest
 from fitting import fit
 from fitting.cli import app
 from fitting.commands.run import run
-from fitting.identification._fit import default_free
+from fitting.identification._options import default_free
 from fitting.identification.problem._problem import Problem
 from rapi_jax import ECDL, RAPI, GeneralRAPI, Identified, Recording, parameters, predict
 from rapi_jax._waveform import triangle

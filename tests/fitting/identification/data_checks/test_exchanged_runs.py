@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting.identification._fit import Posed, solver_options
+from fitting.identification._options import solver_options
+from fitting.identification._posed import Posed
 from fitting.identification.data_checks.runs._exchanged_runs import (
     find_copied_readings,
     find_exchanged_runs,

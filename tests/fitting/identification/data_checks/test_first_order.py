@@ -4,7 +4,8 @@ import pytest
 from edge_worlds import drives, record
 from worlds import TRUTHS, ordered
 
-from fitting.identification._fit import Posed, solver_options
+from fitting.identification._options import solver_options
+from fitting.identification._posed import Posed
 from fitting.identification.data_checks.runs._first_order import (
     may_be_changed,
     may_be_exchanged,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitting import fit
-from fitting.identification._fit import Posed
+from fitting.identification._posed import Posed
 from fitting.identification.data_checks._outliers import find_outliers
 from rapi_jax import predict
 from tests.support.spoiled import WAYS, healthy

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting.identification._fit import Posed, solver_options
+from fitting.identification._options import solver_options
+from fitting.identification._posed import Posed
 from fitting.identification.data_checks.runs._run_changes import (
     DIFFERS_WITH_RATE,
     Change,

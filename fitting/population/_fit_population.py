@@ -12,10 +12,10 @@ from rapi_jax.internal import float64
 from rapi_jax.io import printable
 
 from ._outliers import leave_one_out, worst
-from ._population import Population, check_units
+from ._population import Population
 from ._summary import note_fit, summarise_parameters, summarise_recordings
 from ._thresholds import THRESHOLDS
-from .estimates._covariates import COVARIATES, covariates_of
+from .estimates._covariates import COVARIATES, check_units, covariates_of
 from .estimates._estimates import LEFT_OUT, Estimates, gather
 from .estimates._record import Record, read_record
 from .variances._selection import STRUCTURES, Selected, select

@@ -2,77 +2,20 @@
 
 import dataclasses
 import os
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from fitting._json import replace_nonfinite
-from fitting._versions import package_versions
-from rapi_jax import ModelError
-
+from ._content import population_content
+from ._parameters import PopulationParameter
+from ._recordings import PopulationRecording
 from .estimates._covariates import Covariates
 from .estimates._estimates import Estimates
 from .estimates._record import Record
 from .variances._mixed_model import MixedModel
 from .variances._selection import Selected
-
-SCHEMA = "rapi.population/1"
-YEAR_DAYS = 365.25
-
-
-@dataclasses.dataclass(frozen=True)
-class Effect:
-    """A coefficient of one parameter, with its standard error and confidence interval.
-
-    By Student's t with `degrees` of freedom (Kenward and Roger). `p_value`: of being 0; `p_holm`:
-    the same for all parameters together; not a number for a mean.
-    """
-
-    value: float
-    stderr: float
-    low: float
-    high: float
-    degrees: float
-    unit: str
-    p_value: float = float("nan")
-    p_holm: float = float("nan")
-
-    def times(self, factor: float, unit: str) -> "Effect":
-        """The same in another unit."""
-        scaled = {key: factor * getattr(self, key) for key in ("value", "stderr", "low", "high")}
-        return dataclasses.replace(self, **scaled, unit=unit)
-
-
-@dataclasses.dataclass(frozen=True)
-class PopulationParameter:
-    """One parameter over all recordings.
-
-    - `mean`: at the mean time and temperature of the recordings.
-    - `time`, `temperature`: change a day and a kelvin; `None` where that is no covariate. Where
-      `smooth`, a smooth curve is added to the line in time.
-    - `scatter`: standard deviation between recordings beyond the errors of their own fits, with its
-      95 % interval.
-    """
-
-    name: str
-    unit: str
-    mean: Effect
-    time: Effect | None
-    temperature: Effect | None
-    scatter: float
-    scatter_low: float
-    scatter_high: float
-    smooth: bool
-
-    @property
-    def per_year(self) -> Effect | None:
-        """The drift in a year."""
-        if self.time is None:
-            return None
-        return self.time.times(YEAR_DAYS, self.time.unit.replace("/day", "/year"))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -85,31 +28,6 @@ class Expectation:
     values: Float[np.ndarray, " parameters"]
     stderr: Float[np.ndarray, " parameters"]
     spread: Float[np.ndarray, " parameters"]
-
-
-@dataclasses.dataclass(frozen=True)
-class PopulationRecording:
-    """One recording in the population; arrays are of its parameters, NaN where not estimated.
-
-    - `days`: since the first; `None` where time is not known.
-    - `values`, `stderr`: of its own fit. `shrunken`, `shrunken_stderr`: its empirical Bayes
-      estimates, from its own fit and the population.
-    - `p_value`: of the recording in the prediction of the others, `p_holm` for all recordings
-      together. An `outlier` is no part of means, drift and scatter.
-    """
-
-    label: str
-    recorded_at: datetime | None
-    days: float | None
-    temperature_c: float | None
-    values: tuple[float, ...]
-    stderr: tuple[float, ...]
-    shrunken: tuple[float, ...]
-    shrunken_stderr: tuple[float, ...]
-    p_value: float
-    p_holm: float
-    outlier: bool
-    sha256: str
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -229,93 +147,4 @@ class Population:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and lists (schema `rapi.population/1`); not finite becomes `None`."""
-        first = self.covariates.first
-        return replace_nonfinite(
-            {
-                "schema": SCHEMA,
-                "first": None if first is None else _iso(first),
-                "covariates": {
-                    name: {"mean": mean, "standard_deviation": spread}
-                    for name, mean, spread in zip(
-                        self.covariates.names,
-                        self.covariates.means,
-                        self.covariates.spreads,
-                        strict=True,
-                    )
-                },
-                "parameters": {p.name: _parameter_dict(p) for p in self.parameters},
-                "between": {
-                    "structure": self.structure,
-                    "names": list(self.names),
-                    "correlation": self.correlation.tolist(),
-                },
-                "smooth": self._smooth_dict(),
-                "evidence": self.evidence,
-                "recordings": [_recording_dict(one, self.names) for one in self.recordings],
-                "outliers": [one.label for one in self.outliers],
-                "left_out": [
-                    {"recording": label, "reason": reason} for label, reason in self.left_out
-                ],
-                "notes": list(self.notes),
-                "versions": package_versions(),
-            }
-        )
-
-    def _smooth_dict(self) -> dict[str, Any] | None:
-        curves, found = self.selected.curves, self.selected.variances
-        if curves is None:
-            return None
-        spread = self.covariates.spreads[self.covariates.names.index("time")]
-        return {
-            "length_days": curves.length * spread,
-            "amplitudes": {
-                self.names[j]: float(amplitude * self.estimates.scale[j])
-                for j, amplitude in zip(found.smooth, found.amplitudes, strict=True)
-            },
-        }
-
-
-def _iso(time: datetime) -> str:
-    return time.isoformat().replace("+00:00", "Z")
-
-
-def _parameter_dict(p: PopulationParameter) -> dict[str, Any]:
-    return {
-        "unit": p.unit,
-        "mean": dataclasses.asdict(p.mean),
-        "per_day": None if p.time is None else dataclasses.asdict(p.time),
-        "per_year": None if p.per_year is None else dataclasses.asdict(p.per_year),
-        "per_kelvin": None if p.temperature is None else dataclasses.asdict(p.temperature),
-        "scatter": {"value": p.scatter, "low": p.scatter_low, "high": p.scatter_high},
-        "smooth": p.smooth,
-    }
-
-
-def _recording_dict(one: PopulationRecording, names: tuple[str, ...]) -> dict[str, Any]:
-    table = dataclasses.asdict(one)
-    columns = ("values", "stderr", "shrunken", "shrunken_stderr")
-    arrays = {key: table.pop(key) for key in columns}
-    time = table.pop("recorded_at")
-    return table | {
-        "recorded_at": None if time is None else _iso(time),
-        "parameters": {
-            name: dict(
-                zip(
-                    ("value", "stderr", "shrunken", "shrunken_stderr"),
-                    (arrays[key][j] for key in columns),
-                    strict=True,
-                )
-            )
-            for j, name in enumerate(names)
-        },
-    }
-
-
-def check_units(count: int, effects: int, least: int) -> None:
-    """Raise `ModelError` where recordings are too few for a scatter beside the fixed effects."""
-    if count < effects + least:
-        raise ModelError(
-            f"{count} trusted recording(s), but {effects + least} are the least for {effects} "
-            "coefficient(s) a parameter and a scatter between recordings. Record more, or leave a "
-            "covariate out."
-        )
+        return population_content(self)

@@ -8,7 +8,8 @@ from scipy import stats
 
 from fitting._multiple_tests import adjust_holm
 
-from ._population import Effect, PopulationParameter, PopulationRecording
+from ._parameters import Effect, PopulationParameter
+from ._recordings import PopulationRecording
 from .estimates._covariates import UNITS, Covariates
 from .estimates._estimates import Estimates
 from .variances._mixed_model import MixedModel

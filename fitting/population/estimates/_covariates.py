@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from fitting.population._thresholds import THRESHOLDS
-from rapi_jax import DataError
+from rapi_jax import DataError, ModelError
 
 from ._record import Record
 
@@ -113,3 +113,13 @@ def covariates_of(
             "apart. Leave one of the covariates out, or record at other temperatures."
         )
     return found, rows, notes
+
+
+def check_units(count: int, effects: int, least: int) -> None:
+    """Raise `ModelError` where recordings are too few for a scatter beside the fixed effects."""
+    if count < effects + least:
+        raise ModelError(
+            f"{count} trusted recording(s), but {effects + least} are the least for {effects} "
+            "coefficient(s) a parameter and a scatter between recordings. Record more, or leave a "
+            "covariate out."
+        )

@@ -13,7 +13,8 @@ from fitting.report.fit._table import round_with_error
 
 if TYPE_CHECKING:
     from fitting.population._change import Change
-    from fitting.population._population import Effect, Population
+    from fitting.population._parameters import Effect
+    from fitting.population._population import Population
 
 _SIGNIFICANT = 0.05
 _DRIFTS = (("time", "per_year", "a year"), ("temperature", "temperature", "a kelvin"))

@@ -7,7 +7,8 @@ from fitting.identification._weights import hysteresis_fraction
 from fitting.identification.problem._problem import Problem, Solution
 
 from ._covariance import Uncertainty
-from ._verdict import Verdict, bounded_parameters
+from ._notes import bounded_parameters
+from ._verdict import Verdict
 
 
 def cut_to_runs(problem: Problem, rows: np.ndarray) -> list[np.ndarray]:

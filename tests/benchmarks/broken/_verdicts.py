@@ -3,76 +3,77 @@
 from ._mutation import Mutation
 
 _VERDICT = "fitting/identification/assessment/_verdict.py"
+_REASONS = "fitting/identification/assessment/_reasons.py"
 _JUDGED = "tests/fitting/identification/test_verdict.py"
 _CLAIMS = "tests/fitting/claim_check"
 
 VERDICTS = (
     Mutation(
         "verdict: one start is enough",
-        _VERDICT,
+        _REASONS,
         "    if len(starts) == 1:\n",
         "    if False:\n",
         _JUDGED,
     ),
     Mutation(
         "verdict: one start at the best end is enough",
-        _VERDICT,
+        _REASONS,
         "sum(start.agrees for start in starts) < 2",
         "sum(start.agrees for start in starts) < 1",
         _JUDGED,
     ),
     Mutation(
         "verdict: parameters that nothing fixes",
-        _VERDICT,
+        _REASONS,
         "    if not undetermined:\n",
         "    if True:\n",
         _JUDGED,
     ),
     Mutation(
         "verdict: a response that does not follow the drive",
-        _VERDICT,
+        _REASONS,
         "(1.0 - THRESHOLDS.explained_variance) * variance",
         "2.0 * variance",
         _JUDGED,
     ),
     Mutation(
         "verdict: a fit that leaves what it should straighten",
-        _VERDICT,
+        _REASONS,
         "    if gap > THRESHOLDS.poor_gap * curved and",
         "    if gap > 10.0 * THRESHOLDS.poor_gap * curved and",
         _JUDGED,
     ),
     Mutation(
         "verdict: a response that never changes",
-        _VERDICT,
+        _REASONS,
         "    if span == 0:\n",
         "    if False:\n",
         _JUDGED,
     ),
     Mutation(
         "verdict: a fit that had not converged",
-        _VERDICT,
+        _REASONS,
         "    if exact or gain <= gain_tolerance(problem, weight):\n",
         "    if True:\n",
         _JUDGED,
     ),
     Mutation(
         "verdict: the last third is not predicted",
-        _VERDICT,
+        _REASONS,
         '        if scheme.scheme == "last third" and scheme.large:\n',
         "        if False:\n",
         _JUDGED,
     ),
     Mutation(
         "verdict: a run among others is not predicted",
-        _VERDICT,
+        _REASONS,
         "        elif scheme.runs and scheme.inside and scheme.large:\n",
         "        elif False:\n",
         _JUDGED,
     ),
     Mutation(
         "verdict: a run beyond the others condemns the fit",
-        _VERDICT,
+        _REASONS,
         "        elif scheme.runs and scheme.inside and scheme.large:\n",
         "        elif scheme.runs and scheme.large:\n",
         _JUDGED,

@@ -7,14 +7,14 @@ from fitting import Claim
 from fitting.identification.assessment._cross_validation import HeldOut
 from fitting.identification.assessment._ends import Start
 from fitting.identification.assessment._noise import Noise
-from fitting.identification.assessment._verdict import (
-    _check_convergence,
-    _check_held_out,
-    _check_misfit,
-    _check_rank,
-    _check_starts,
-    judge,
+from fitting.identification.assessment._reasons import (
+    check_convergence,
+    check_held_out,
+    check_misfit,
+    check_rank,
+    check_starts,
 )
+from fitting.identification.assessment._verdict import judge
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.problem._problem import Problem
 from fitting.solver._least_squares import SolverOptions
@@ -24,16 +24,16 @@ from rapi_jax.examples import paper_device, paper_recording
 def test_held_out_data_are_judged_where_the_fit_leaves_nothing():
     """As where one run alone moves: fits of the others are exact."""
     held_out = [HeldOut("last third", 0.2, 0.2, 0.1, 0.0, 100)]
-    reasons, notes = _check_held_out(held_out, 1.0, 0.0, repeats=True)
+    reasons, notes = check_held_out(held_out, 1.0, 0.0, repeats=True)
     assert notes == [] and len(reasons) == 1
     assert "held-out rmse 0.2 is not the zero of the fitted part" in reasons[0]
 
 
 def test_the_error_of_held_out_data_is_given_in_times_that_of_the_fitted_part():
     held_out = [HeldOut("last third", 0.2, 0.2, 0.1, 0.02, 100)]
-    (reason,), _ = _check_held_out(held_out, 1.0, 0.01, repeats=True)
+    (reason,), _ = check_held_out(held_out, 1.0, 0.01, repeats=True)
     assert "held-out rmse 0.2 is 10.0 times that of the fitted part" in reason
-    (reason,), _ = _check_held_out(held_out, 1.0, 0.01, repeats=True, unit="um")
+    (reason,), _ = check_held_out(held_out, 1.0, 0.01, repeats=True, unit="um")
     assert "held-out rmse 200 nm is 10.0 times" in reason
 
 
@@ -43,10 +43,10 @@ def test_runs_that_do_not_predict_one_another_are_said_to():
         HeldOut(f"rate {row} Hz", 0.2, 0.2, 0.2, 0.01, 100, runs=(row,), inside=False)
         for row in range(2)
     ]
-    reasons, notes = _check_held_out(missed, 1.0, 0.01, repeats=True)
+    reasons, notes = check_held_out(missed, 1.0, 0.01, repeats=True)
     assert reasons == [] and "no run is predicted from the others" in notes[-1]
     predicted = [missed[0], HeldOut("rate 1 Hz", 0.01, 0.01, 0.01, 0.01, 100, runs=(1,))]
-    _, notes = _check_held_out(predicted, 1.0, 0.01, repeats=True)
+    _, notes = check_held_out(predicted, 1.0, 0.01, repeats=True)
     assert not any("no run is predicted" in note for note in notes)
 
 
@@ -58,7 +58,7 @@ def scheme(name, rmse, *, fraction, runs=(), inside=True):
 
 
 def test_a_last_third_that_is_not_predicted_speaks_against_the_fit():
-    reasons, notes = _check_held_out(
+    reasons, notes = check_held_out(
         [scheme("last third", 5.0, fraction=0.1)], SPAN, NOISE, repeats=True
     )
     assert reasons[0].startswith("does not generalise") and notes == []
@@ -66,19 +66,19 @@ def test_a_last_third_that_is_not_predicted_speaks_against_the_fit():
 
 def test_a_run_among_the_others_that_is_not_predicted_speaks_against_the_fit():
     one = scheme("rate 20 Hz", 5.0, fraction=0.1, runs=(1,))
-    reasons, _ = _check_held_out([one], SPAN, NOISE, repeats=True)
+    reasons, _ = check_held_out([one], SPAN, NOISE, repeats=True)
     assert reasons[0].startswith("not predicted: rate 20 Hz")
 
 
 def test_a_run_beyond_the_others_that_is_not_predicted_is_a_note():
     one = scheme("rate 40 Hz", 5.0, fraction=0.1, runs=(3,), inside=False)
-    reasons, notes = _check_held_out([one], SPAN, NOISE, repeats=True)
+    reasons, notes = check_held_out([one], SPAN, NOISE, repeats=True)
     assert reasons == [] and notes[0].endswith("do not extrapolate there.")
 
 
 def test_what_is_predicted_is_not_spoken_of():
     small = [scheme("last third", 0.02, fraction=4e-4), scheme("rate", 0.03, fraction=6e-4)]
-    assert _check_held_out(small, SPAN, NOISE, repeats=True) == ([], [])
+    assert check_held_out(small, SPAN, NOISE, repeats=True) == ([], [])
 
 
 @pytest.mark.parametrize(
@@ -92,13 +92,13 @@ def test_what_is_predicted_is_not_spoken_of():
 )
 def test_two_starts_must_end_at_the_best(agree, said):
     starts = [Start("guess", 9, 1.0, True, one, ()) for one in agree]
-    reasons = _check_starts(starts)
+    reasons = check_starts(starts)
     assert reasons == [] if said is None else reasons[0].startswith(said)
 
 
 def test_parameters_that_nothing_fixes_are_named():
-    assert _check_rank(()) == []
-    (reason,) = _check_rank(("zeta", "alpha"))
+    assert check_rank(()) == []
+    (reason,) = check_rank(("zeta", "alpha"))
     assert reason.startswith("unidentifiable") and "zeta, alpha" in reason
 
 
@@ -114,7 +114,7 @@ def misfit(problem, rmse, *, span=SPAN, curvature=5.0):
     runs = data.use.shape[0]
     noise = Noise(np.full(runs, NOISE), np.full(runs, True), data.use)
     claim = Claim(0.02, 0.018, 0.022, NOISE, curvature, (10.0, 40.0), (4.5, 4.5), 1.0, runs=4)
-    return _check_misfit(problem, rmse, span, noise, claim)
+    return check_misfit(problem, rmse, span, noise, claim)
 
 
 @pytest.mark.parametrize(
@@ -147,11 +147,11 @@ def ends(problem):
 
 def test_a_fit_that_a_further_step_improves_has_not_converged(problem, ends):
     weight, begun, ended = ends
-    (reason,) = _check_convergence(problem, weight, begun, rmse=1.0, span=SPAN)
+    (reason,) = check_convergence(problem, weight, begun, rmse=1.0, span=SPAN)
     assert reason.startswith("not converged: one more step takes away")
-    assert _check_convergence(problem, weight, ended, rmse=NOISE, span=SPAN) == []
+    assert check_convergence(problem, weight, ended, rmse=NOISE, span=SPAN) == []
     # What is left is rounding: no step is asked for.
-    assert _check_convergence(problem, weight, begun, rmse=0.0, span=SPAN) == []
+    assert check_convergence(problem, weight, begun, rmse=0.0, span=SPAN) == []
 
 
 @pytest.mark.parametrize("left_out", [False, True])

@@ -1,0 +1,123 @@
+"""Notes to a verdict, which do not speak against the fit: what its data leave open, bounds."""
+
+import operator
+
+import equinox as eqx
+import jax
+import numpy as np
+
+from fitting.identification._parameter_vector import as_device
+from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification.data_checks._clock_jitter import describe_jitter
+from fitting.identification.data_checks._drive_character import describe_repetition
+from fitting.identification.data_checks.holds._sweeps import describe_creep
+from fitting.identification.problem._problem import Problem, Solution
+from rapi_jax.internal import Band
+
+
+def describe_open_points(
+    problem: Problem, solution: Solution, stderr: np.ndarray, undetermined: tuple[str, ...]
+) -> list[str]:
+    """What the data leave open, bounds that were reached, and plays without hysteresis."""
+    notes = []
+    recording = problem.recording
+    notes += describe_creep(recording)
+    errors = [
+        solution.error[row, problem.data.sample[row] >= 0][: run.drive.size]
+        for row, run in enumerate(recording.runs)
+    ]
+    notes += describe_jitter(recording, errors)
+    if max(recording.rates) <= THRESHOLDS.one_rate * min(recording.rates):
+        which = "one scan rate" if max(recording.rates) > 0 else "no scan rate"
+        notes.append(
+            f"{which}: the rate dependence{_named(problem, 'zeta', 'kappa')} rests on the "
+            "shape of one loop, and a lag of the device or its reading (delay, amplifier, servo) "
+            "cannot be told from hysteresis. Record a second rate before predicting at another."
+        )
+    if len(recording.amplitudes) == 1:
+        notes.append(
+            f"one amplitude: how thresholds grow with amplitude{_named(problem, 'alpha')} is "
+            "assumed, not measured. Record a second one, half as large, before compensating at "
+            "another."
+        )
+    if not any(run.drive.periods > 1 for run in recording.runs):
+        cure = describe_repetition(recording)
+        notes.append(
+            "nothing repeats: noise is taken as what changes from sample to sample. "
+            + (cure or "Record three periods or more of one drive to measure it.")
+        )
+    names = problem.names
+    bound = [
+        n
+        for n, at in zip(problem.vector.names, bounded_parameters(problem, solution), strict=True)
+        if at
+    ]
+    if bound:
+        notes.append(
+            f"at a bound: {', '.join(bound)}. The data ask for less or more than is allowed."
+        )
+    values = solution.values
+    weak = [
+        names[i]
+        for i in range(problem.vector.size)
+        if problem.free[i]
+        and names[i] not in (*undetermined, problem.constant)  # an offset has no size of its own
+        and stderr[i] > abs(values[i])
+        and values[i] != 0
+    ]
+    if weak:
+        notes.append(f"standard error larger than the value: {', '.join(weak)}.")
+    if recording.response_origin == "run":
+        notes.append(
+            f"each run has an origin of its own: {problem.constant} is their mean, and says "
+            "nothing."
+        )
+    notes += _banddescribe_open_points(problem, solution)
+    return notes
+
+
+def _named(problem: Problem, *names: str) -> str:
+    found = [name for name in names if any(part.name == name for part in problem.vector.parts)]
+    return f" ({found[0]})" if found else ""
+
+
+def bounded_parameters(problem: Problem, solution: Solution) -> np.ndarray:
+    """Which of the model's parameters ended at a bound."""
+    return solution.solver.at_bound[: problem.vector.size] & problem.free & ~problem.linear
+
+
+def _banddescribe_open_points(problem: Problem, solution: Solution) -> list[str]:
+    """Crossed bands and thresholds that are not positive, with where."""
+    runs = problem.recording.runs
+    ends = np.array([[0.0, run.drive.value.min(), run.drive.value.max()] for run in runs])
+    plays, centred = jax.tree_util.tree_map(
+        np.asarray,
+        _plays_of_runs(
+            problem.model(solution.values).operator,
+            *map(as_device, (problem.data.u_pp, problem.data.freq, ends)),
+        ),
+    )
+    notes = []
+    for row, run in enumerate(runs):
+        band = Band.of(jax.tree_util.tree_map(operator.itemgetter(row), plays))
+        zero, low, high = map(float, centred[row])
+        if (band.r <= 0).any():
+            notes.append(
+                f"run {run.name!r}: threshold of play {int(np.argmin(band.r)) + 1} is "
+                f"{band.r.min():.3g}, not positive: that play has no hysteresis there."
+            )
+        crossed = band.crossed_stretches(low, high)
+        if crossed:
+            play, begin, end = crossed[0]
+            notes.append(
+                f"run {run.name!r}: the two bounds of play {play} cross between "
+                f"{begin - zero:.3g} and {end - zero:.3g} {problem.recording.drive_unit}: it has "
+                "no hysteresis there, and its response stays monotone."
+            )
+    return notes
+
+
+@eqx.filter_jit
+def _plays_of_runs(model, u_pp, freq, drives):
+    """The plays of each run, and `drives` (`runs any`) counted from the operator's origin."""
+    return jax.vmap(model.plays)(u_pp, freq), model.centred(drives)

@@ -1,0 +1,116 @@
+"""What speaks against a fit: rank, convergence, starts that disagree, misfit, held-out data."""
+
+import numpy as np
+
+from fitting._units import quantity
+from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification.problem._problem import Problem, Solution
+
+from ._claim import Claim
+from ._convergence import gain_tolerance, remaining_step
+from ._cross_validation import HeldOut
+from ._ends import Start
+from ._noise import Noise
+
+
+def check_rank(undetermined: tuple[str, ...]) -> list[str]:
+    if not undetermined:
+        return []
+    return [
+        f"unidentifiable: these data cannot fix {', '.join(undetermined)}. Hold one of them "
+        "(`free=` in Python), or add a scan rate, an amplitude or a longer swing."
+    ]
+
+
+def check_convergence(
+    problem: Problem, weight: np.ndarray, solution: Solution, rmse: float, span: float
+) -> list[str]:
+    exact = rmse <= THRESHOLDS.exact_fit * max(span, 1e-300)
+    gain, _ = remaining_step(problem, solution, weight)
+    if exact or gain <= gain_tolerance(problem, weight):
+        return []
+    return [
+        f"not converged: one more step takes away {100 * gain:.2g} % of the cost "
+        f"({solution.solver.reason or 'the solver stopped early'}). More starts or a better "
+        "first model."
+    ]
+
+
+def check_starts(starts: list[Start]) -> list[str]:
+    if len(starts) == 1:
+        return ["one start only: nothing says that the end is not a local minimum."]
+    if sum(start.agrees for start in starts) < 2:
+        return [
+            f"starts disagree: {len(starts)} starts reached {len(starts)} different ends, so the "
+            "best may be a local minimum. Raise `starts`, or hold what you know."
+        ]
+    return []
+
+
+def check_misfit(
+    problem: Problem, rmse: float, span: float, noise: Noise, claim: Claim | None
+) -> list[str]:
+    """The residual against the response's variance, what is not noise against its curvature."""
+    data = problem.data
+    variance = float(np.mean([np.var(data.y[r, data.use[r]]) for r in range(data.y.shape[0])]))
+    if span == 0:
+        return ["no signal: the response never changes."]
+    if rmse**2 > (1.0 - THRESHOLDS.explained_variance) * variance:
+        return [
+            f"nothing explained: the model leaves {100 * rmse**2 / variance:.0f} % of the "
+            "response's variance. The response does not follow this drive: check wiring, columns "
+            "and lag. Or it turns back while the drive goes on, as a butterfly loop and a folded "
+            "reading do: no model of this kind describes that; record a drive that stays on one "
+            "side of the turn."
+        ]
+    gap, curved = noise.gap(rmse), np.inf if claim is None else claim.curvature
+    if gap > THRESHOLDS.poor_gap * curved and gap > THRESHOLDS.exact_fit * span:
+        left = quantity(gap, problem.recording.response_unit)
+        return [
+            f"poor fit: beyond noise the model leaves {left} rms, {100 * gap / curved:.0f} % of "
+            "what the response curves by, so that a compensated scan would keep as much. More "
+            "plays (`plays`) or order, a drift, a wrong lag, or an effect the model lacks "
+            "(`rapi diagnose`)."
+        ]
+    return []
+
+
+def check_held_out(
+    held_out: list[HeldOut], span: float, noise: float, *, repeats: bool, unit: str = ""
+) -> tuple[list[str], list[str]]:
+    """Reasons and notes: a model has to predict what lies between runs, but not to extrapolate.
+
+    `repeats`: whether some run holds two periods or more. `unit`: of the response; without one
+    errors are plain numbers.
+    """
+    reasons, notes = [], []
+    cure = (
+        "Fewer parameters, or a drift to model."
+        if repeats
+        else "No run repeats, so that the drive may go there where it went nowhere before: record "
+        "three periods or more. Else fewer parameters, or a drift to model."
+    )
+    for scheme in held_out:
+        if not scheme.exceeds(noise, span):
+            continue
+        usual = scheme.usual(noise)
+        times = f"{scheme.rmse / usual:.1f} times that of" if usual > 0 else "not the zero of"
+        size = quantity(scheme.rmse, unit) if unit else f"{scheme.rmse:.3g}"
+        text = f"{scheme.scheme}: held-out rmse {size} is {times} the fitted part"
+        if scheme.scheme == "last third" and scheme.large:
+            reasons.append(f"does not generalise: {text}. {cure}")
+        elif scheme.runs and scheme.inside and scheme.large:
+            reasons.append(
+                f"not predicted: {text}, though its rate and swing lie among those of the other "
+                "runs. Look at that run, or record more there."
+            )
+        elif scheme.large or scheme.rmse > THRESHOLDS.extrapolation * usual:
+            notes.append(f"{text}: do not extrapolate there.")
+    alone = [scheme for scheme in held_out if len(scheme.runs) == 1]
+    if len(alone) > 1 and all(s.large and s.exceeds(noise, span) for s in alone):
+        notes.append(
+            "no run is predicted from the others: the model holds at the rates and swings "
+            "recorded. That they are of one device is assumed, and so is what lies between them: "
+            "record a run between to test it."
+        )
+    return reasons, notes

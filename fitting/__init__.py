@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from .identification._identify import identify as identify
     from .identification._model_order import Choice as Choice
     from .identification._model_order import choose_order as choose_order
-    from .identification._result import Estimate as Estimate
     from .identification._result import FitResult as FitResult
     from .identification._result import UntrustedFit as UntrustedFit
     from .identification._weights import hysteresis_weights as hysteresis_weights
     from .identification.assessment._claim import Claim as Claim
+    from .identification.assessment._estimates import Estimate as Estimate
     from .identification.assessment._verdict import Verdict as Verdict
     from .identification.inverse._identify_inverse import identify_inverse as identify_inverse
     from .identification.inverse._swap import swap as swap
@@ -60,7 +60,7 @@ _HOME = {
     "Comparison": "comparison",
     "Diagnosis": "diagnosis",
     "DistanceBand": "uncertainty.bands._distance",
-    "Estimate": "identification._result",
+    "Estimate": "identification.assessment._estimates",
     "FitResult": "identification._result",
     "LeastSquares": "solver._optimum",
     "ModelDraws": "uncertainty.bands._draws",

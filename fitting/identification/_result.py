@@ -1,4 +1,4 @@
-"""Result of a fit: parameters, errors by run, verdict, and its JSON form."""
+"""Result of a fit: the model, its parameters and errors by run, the verdict on it."""
 
 import dataclasses
 import os
@@ -7,70 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from fitting._json import replace_nonfinite
-from fitting._versions import package_versions
 from rapi_jax import ECDL, Recording
 
+from ._content import model_content
 from .assessment._claim import Claim
 from .assessment._cross_validation import HeldOut
 from .assessment._ends import Start, describe_starts
+from .assessment._estimates import Estimate, RunFit
 from .assessment._verdict import Verdict
 from .data_checks._fault import Fault
-
-SCHEMA = "rapi.model/1"
-
-
-@dataclasses.dataclass(frozen=True)
-class Estimate:
-    """One parameter: `stderr` is 0 for one that was held, infinite for one the data cannot fix.
-
-    >>> from fitting import Estimate
-    >>> alpha = Estimate("alpha", 0.28, 0.01, "1", 0.0, 1.0, at_bound=False, held=False)
-    >>> [round(float(end), 3) for end in alpha.interval(0.95)]
-    [0.26, 0.3]
-    """
-
-    name: str
-    value: float
-    stderr: float
-    unit: str
-    low: float
-    high: float
-    at_bound: bool
-    held: bool
-
-    def interval(self, level: float = 0.95, degrees: float = np.inf) -> tuple[float, float]:
-        """Confidence interval at `level`, by Student's t with `degrees` of freedom."""
-        from scipy.special import stdtrit
-
-        half = float(stdtrit(min(degrees, 1e9), 0.5 + level / 2.0)) * self.stderr
-        return self.value - half, self.value + half
-
-
-@dataclasses.dataclass(frozen=True)
-class RunFit:
-    """One run: errors over the samples that were fitted, in the response's unit.
-
-    `hysteresis`: the hysteresis percentage as a fraction; `weight`: its `A_j`; `rho`: correlation
-    of the residual from sample to sample; `offset`: the run's own origin less their mean.
-    """
-
-    name: str
-    excitation_hz: float | None
-    samples: int
-    periods: int
-    rmse: float
-    span: float
-    rmse_fraction: float
-    hysteresis: float
-    weight: float
-    rho: float
-    offset: float
-
-    def to_dict(self) -> dict[str, Any]:
-        """The fields as in `model.json`, where the hysteresis fraction is called `opening`."""
-        names = {"hysteresis": "opening"}
-        return {names.get(key, key): value for key, value in dataclasses.asdict(self).items()}
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -217,68 +162,7 @@ class FitResult:
 
     def to_dict(self) -> dict[str, Any]:
         """The result as in `model.json` (schema `rapi.model/1`); not finite becomes `None`."""
-        unit = self.recording.response_unit
-        return replace_nonfinite(
-            {
-                "schema": SCHEMA,
-                "operator": type(self.ecdl.operator).__name__,
-                "effects": [type(effect).__name__ for effect in self.ecdl.effects],
-                "plays": self.ecdl.operator.count,
-                "order": int(self.ecdl.operator.coefficients.size),
-                "parameters": {
-                    p.name: {
-                        "value": p.value,
-                        "stderr": p.stderr,
-                        "unit": p.unit,
-                        "at_bound": p.at_bound,
-                        "bounds": [p.low, p.high],
-                        "held": p.held,
-                    }
-                    for p in self.parameters
-                },
-                "correlation": {"names": list(self.names), "matrix": self.correlation.tolist()},
-                "runs": [
-                    run.to_dict() | {"unit": unit, "run": i} for i, run in enumerate(self.runs)
-                ],
-                "unit": unit,
-                "drive_unit": self.recording.drive_unit,
-                "response_origin": self.recording.response_origin,
-                "loss": self.loss,
-                "rmse": self.rmse,
-                "rmse_held_out": self.rmse_held_out,
-                "held_out": {
-                    h.scheme: {k: v for k, v in dataclasses.asdict(h).items() if k != "scheme"}
-                    for h in self.held_out
-                },
-                "starts": [
-                    {k: v for k, v in dataclasses.asdict(s).items() if k != "trace"}
-                    for s in self.starts
-                ],
-                "effective_samples": self.effective,
-                "verdict": {
-                    "trusted": self.verdict.trusted,
-                    "reasons": list(self.verdict.reasons),
-                    "notes": list(self.verdict.notes),
-                    "unidentifiable": list(self.verdict.unidentifiable),
-                    "with_gap": self.verdict.with_gap,
-                },
-                "claim": None
-                if self.claim is None
-                else dataclasses.asdict(self.claim) | {"unit": unit},
-                "faults": [dataclasses.asdict(fault) for fault in self.faults],
-                "seconds": self.seconds,
-                "versions": package_versions(),
-                "recorded_at": _instant(self.recording),
-                "temperature_c": self.recording.temperature_c,
-                "data_sha256": self.data_sha256 or self.recording.sha256(),
-            }
-        )
-
-
-def _instant(recording: Recording) -> str | None:
-    """When it was recorded, in UTC as ISO 8601 has it."""
-    time = recording.recorded_at
-    return None if time is None else time.isoformat().replace("+00:00", "Z")
+        return model_content(self)
 
 
 class UntrustedFit(RuntimeError):

@@ -1,14 +1,69 @@
 """Parameter estimates and errors of each run, from a fitted problem."""
 
+import dataclasses
+from typing import Any
+
 import numpy as np
 
-from fitting.identification._result import Estimate, RunFit
 from fitting.identification._weights import hysteresis_fraction
 from fitting.identification.problem._problem import Problem, Solution
 
 from ._covariance import Uncertainty
 from ._notes import bounded_parameters
 from ._verdict import Verdict
+
+
+@dataclasses.dataclass(frozen=True)
+class Estimate:
+    """One parameter: `stderr` is 0 for one that was held, infinite for one the data cannot fix.
+
+    >>> from fitting import Estimate
+    >>> alpha = Estimate("alpha", 0.28, 0.01, "1", 0.0, 1.0, at_bound=False, held=False)
+    >>> [round(float(end), 3) for end in alpha.interval(0.95)]
+    [0.26, 0.3]
+    """
+
+    name: str
+    value: float
+    stderr: float
+    unit: str
+    low: float
+    high: float
+    at_bound: bool
+    held: bool
+
+    def interval(self, level: float = 0.95, degrees: float = np.inf) -> tuple[float, float]:
+        """Confidence interval at `level`, by Student's t with `degrees` of freedom."""
+        from scipy.special import stdtrit
+
+        half = float(stdtrit(min(degrees, 1e9), 0.5 + level / 2.0)) * self.stderr
+        return self.value - half, self.value + half
+
+
+@dataclasses.dataclass(frozen=True)
+class RunFit:
+    """One run: errors over the samples that were fitted, in the response's unit.
+
+    `hysteresis`: the hysteresis percentage as a fraction; `weight`: its `A_j`; `rho`: correlation
+    of the residual from sample to sample; `offset`: the run's own origin less their mean.
+    """
+
+    name: str
+    excitation_hz: float | None
+    samples: int
+    periods: int
+    rmse: float
+    span: float
+    rmse_fraction: float
+    hysteresis: float
+    weight: float
+    rho: float
+    offset: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """The fields as in `model.json`, where the hysteresis fraction is called `opening`."""
+        names = {"hysteresis": "opening"}
+        return {names.get(key, key): value for key, value in dataclasses.asdict(self).items()}
 
 
 def cut_to_runs(problem: Problem, rows: np.ndarray) -> list[np.ndarray]:

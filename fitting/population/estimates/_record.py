@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from fitting._result_files import UNFINISHED
-from fitting.identification._result import SCHEMA, FitResult
+from fitting.identification._content import SCHEMA
+from fitting.identification._result import FitResult
 from fitting.population._thresholds import THRESHOLDS
 from rapi_jax import DataError
 from rapi_jax.internal import parse_recorded_at, parse_temperature, read_text

@@ -15,7 +15,7 @@ from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Recording, Run
 
 from ._backward_cause import describe_backward, waveform_miss
-from ._run_changes import squared_gap, squared_gap_and_noise
+from ._gap import squared_gap, squared_gap_and_noise
 
 
 def find_copied_readings(recording: Recording) -> list[Fault]:

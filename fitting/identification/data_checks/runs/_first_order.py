@@ -11,7 +11,9 @@ from fitting.identification.data_checks._thresholds import THRESHOLDS
 from fitting.identification.problem._solution import Evaluation
 
 from ._exchanged_runs import backwards, orders
-from ._run_changes import amplitude_cuts, changes_of_groups, squared_gap_and_noise
+from ._gap import squared_gap_and_noise
+from ._law_cuts import amplitude_cuts
+from ._likely_changes import changes_of_groups
 from ._run_columns import KINDS, change_columns
 
 

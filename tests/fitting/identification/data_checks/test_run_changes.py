@@ -5,12 +5,9 @@ import pytest
 
 from fitting.identification._options import solver_options
 from fitting.identification._posed import Posed
-from fitting.identification.data_checks.runs._run_changes import (
-    DIFFERS_WITH_RATE,
-    Change,
-    find_changed_runs,
-    undo,
-)
+from fitting.identification.data_checks.runs._change import Change, undo
+from fitting.identification.data_checks.runs._change_fault import DIFFERS_WITH_RATE
+from fitting.identification.data_checks.runs._run_changes import find_changed_runs
 from rapi_jax import ECDL, RAPI, predict, triangle
 from rapi_jax.internal import float64
 from tests.support.spoiled import WAYS, Columns, answers, healthy

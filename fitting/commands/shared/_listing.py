@@ -32,7 +32,7 @@ COMMANDS = {
         ),
     ),
     "import": Command(
-        "fitting.commands.import_files:import_files",
+        "fitting.commands.import_files.command:import_files",
         "Make a recording from files of an oscilloscope or another program.",
         (
             "rapi import scope.csv",

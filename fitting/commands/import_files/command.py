@@ -2,12 +2,11 @@
 
 import glob
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
-from cyclopts import CycloptsError, Parameter, validators
+from cyclopts import Parameter, validators
 
-if TYPE_CHECKING:
-    from rapi_jax.io import MadeDrive
+from ._option_checks import check_drive_and_skips, check_fringes, made_drive, refuse
 
 Positive = Annotated[float | None, Parameter(validator=validators.Number(gt=0))]
 Count = Annotated[int | None, Parameter(validator=validators.Number(gte=1))]
@@ -161,33 +160,17 @@ def import_files(
     json
         Print one JSON object on standard output.
     """
-    if drive_as != "measured" and drive_amplitude is not None:
-        _refuse(
-            "--drive-as is for a drive that was recorded, and --drive-amplitude makes one that was "
-            "not. Give one of the two."
-        )
-    if skip_periods and skip_seconds:
-        _refuse("--skip-periods and --skip-seconds say the same in two units. Give one of them.")
-    made = _made_drive(
+    check_drive_and_skips(drive_as, drive_amplitude, skip_periods, skip_seconds)
+    made = made_drive(
         drive_amplitude, drive_offset, drive_rate, drive_phase, drive_waveform,
         column=drive is not None or drive_file is not None,
     )  # fmt: skip
     paths = _expand([file, *files])
     if drive_file is not None and len(paths) > 1:
-        _refuse("--drive-file can be given with one FILE only. Import the others apart.")
-    if fringes is not None or interferometer is not None:
-        of_response = response is not None or response_unit not in (None, "GHz")
-        if of_response or abs(response_scale) != 1.0:
-            _refuse(
-                "with --fringes the response is the optical frequency in GHz that is read from "
-                "them. Leave out --response; --response-unit can only be GHz, and --response-scale "
-                "only 1 or -1."
-            )
-    elif cavity is not None or cavity_spacing is not None:
-        _refuse(
-            "--cavity and --cavity-spacing are used only with fringes. Give --fringes and "
-            "--interferometer, too, or leave them out."
-        )
+        refuse("--drive-file can be given with one FILE only. Import the others apart.")
+    check_fringes(
+        fringes, interferometer, response, response_unit, response_scale, cavity, cavity_spacing
+    )
     from fitting._json import replace_nonfinite
     from fitting.commands.shared._out import console, print_json
     from fitting.recording_check._check import check_recording
@@ -254,42 +237,6 @@ def _expand(paths: list[Path]) -> list[Path]:
         names = sorted(glob.glob(str(path))) if pattern else []
         found += [Path(name) for name in names] or [path]
     return found
-
-
-def _refuse(message: str) -> None:
-    raise CycloptsError(msg=message, command_chain=("import",))
-
-
-def _made_drive(
-    amplitude: float | None,
-    offset: float,
-    rate: float | None,
-    phase: float,
-    waveform: Literal["triangle", "sine"],
-    *,
-    column: bool,
-) -> "MadeDrive | None":
-    if amplitude is None and rate is None:
-        if offset or phase:
-            _refuse(
-                "--drive-offset and --drive-phase describe a drive that was not recorded. Give its "
-                "--drive-amplitude and --drive-rate, too."
-            )
-        return None
-    if amplitude is None or rate is None:
-        _refuse(
-            "a drive that was not recorded is made from its amplitude and its rate. Give both "
-            "--drive-amplitude and --drive-rate."
-        )
-        return None
-    if column:
-        _refuse(
-            "give either a column of the drive, or --drive-amplitude and --drive-rate of one that "
-            "was not recorded."
-        )
-    from rapi_jax.io import MadeDrive
-
-    return MadeDrive(amplitude, rate, offset, phase, waveform)
 
 
 def _picture(imported: Any) -> bytes:

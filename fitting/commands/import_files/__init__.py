@@ -1,0 +1,1 @@
+"""`rapi import`: its command, and which of its options go together."""

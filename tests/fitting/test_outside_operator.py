@@ -75,6 +75,6 @@ def untrusted():
     """`--untrusted`, where the command refuses models that are not trusted."""
     import inspect
 
-    from fitting.commands.compensate import compensate
+    from fitting.commands.compensate.command import compensate
 
     return ("--untrusted",) if "untrusted" in inspect.signature(compensate).parameters else ()

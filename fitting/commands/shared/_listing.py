@@ -68,7 +68,7 @@ COMMANDS = {
         ),
     ),
     "compensate": Command(
-        "fitting.commands.compensate:compensate",
+        "fitting.commands.compensate.command:compensate",
         "Make the drives with which the laser scans in a straight line.",
         (
             "rapi compensate result --span 60 --frequency 10 20 40 -o drives",

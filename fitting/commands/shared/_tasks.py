@@ -9,7 +9,7 @@ from typing import Any
 from cyclopts import App, CycloptsError
 
 from fitting.batch.jobs._job import Job, Outcome
-from fitting.commands.compensate import compensate
+from fitting.commands.compensate.command import compensate
 from fitting.commands.diagnose import diagnose
 from fitting.commands.fit import fit
 from fitting.commands.range import range_command
@@ -128,7 +128,7 @@ def _fit(
 
 
 def _compensate(path: Path, folder: Path, **options: Any) -> Outcome:
-    from fitting.commands.compensate import compensate_into
+    from fitting.commands.compensate._drives import compensate_into
 
     more = _about(path, "compensate", options)
     written = compensate_into(path, folder, more=more, **options)[-1]

@@ -1,0 +1,1 @@
+"""`rapi compensate`: its command, and the drives that it makes."""

@@ -1,0 +1,150 @@
+"""Drives of `rapi compensate`, made and written; imported late, as it imports all they need."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fitting import fit
+from fitting._result_files import check_output
+from fitting.commands.shared._limits import check_limits_unit
+from fitting.commands.shared._model import check_trusted, load_model
+from fitting.commands.shared._nonlinearity_band import scan_bands
+from fitting.commands.shared._out import output_folder
+from fitting.commands.shared._plugins import Plugins, plugin_effects, plugin_operators
+from fitting.commands.shared.files._certificate_report import certificate_report
+from fitting.commands.shared.files._drive_files import (
+    CERTIFICATE,
+    check_no_other_drives,
+    check_rates,
+    drive_files,
+    generator_waveforms,
+    write_drives,
+)
+from fitting.diagnosis._data_checks import check_units
+from fitting.identification.inverse._identify_inverse import (
+    fit_inverse,
+    identify_inverse,
+    swapped_model,
+)
+from rapi_jax import Identified, LimitError, ModelError, linear_scan
+from rapi_jax import compensate as compensated
+from rapi_jax.io import read_limits, read_recording
+
+
+def compensate_into(
+    model: Path,
+    output: Path,
+    *,
+    span: float,
+    frequency: list[float],
+    bias: float | None,
+    limits: Path | None,
+    inverse: str,
+    extrapolate: bool,
+    untrusted: bool,
+    rise: float,
+    corner: float,
+    samples: int,
+    recording: Path | None,
+    plugin: Plugins,
+    plots: bool,
+    report_step: Callable[[str], None] = lambda line: None,
+    more: Mapping[str, Any] | None = None,
+) -> tuple[list[Any], dict[str, Any], str, list[Path]]:
+    """Drives by the options of the command: each, the certificate, their unit, the files written.
+
+    `more`: further keys of `certificate.json`. Raises `UntrustedModel` where the model makes no
+    drive.
+    """
+    ecdl, about = load_model(model, plugin_effects(plugin), plugin_operators(plugin))
+    check_trusted(about, allowed=untrusted)
+    seen = identified = Identified.from_dict(about["identified"])
+    if not about.get("trusted", False):  # without a claim there are no swings that it holds for
+        identified = dataclasses.replace(seen, amplitudes=())
+    allowed = None if limits is None else read_limits(limits)
+    if not frequency or not all(np.isfinite(f) and f > 0 for f in frequency):
+        raise ModelError(f"`--frequency` must be positive rates in Hz, but is {frequency}.")
+    check_limits_unit(allowed, limits, about["drive_unit"])
+    check_rates(frequency)
+    try:
+        targets = linear_scan(
+            frequency,
+            span=span,
+            rise=rise,
+            corner=corner,
+            samples=samples,
+            unit=about["response_unit"],
+        )
+    except ValueError as error:
+        raise ModelError(str(error)) from error
+    names = drive_files(frequency, about["drive_unit"], inverse == "paper", plots)
+    check_output(output, CERTIFICATE, names)
+    check_no_other_drives(output)
+    measured = None if recording is None else read_recording(recording)
+    if measured is not None:
+        check_units(about, measured)
+    folder = output_folder(output)
+    used = ecdl
+    fitted = None
+    if inverse == "paper":
+        report_step("identifying the inverse")
+        used, fitted = _identify_inverse(ecdl, about, identified, measured, report_step)
+    made = []
+    for target in targets:
+        report_step(f"{target.excitation_hz:g} Hz")
+        try:
+            one = compensated(
+                used,
+                target,
+                identified=identified,
+                limits=allowed,
+                bias=bias,
+                extrapolate=extrapolate,
+            )
+        except LimitError as error:
+            raise LimitError(_say_which(target.excitation_hz, allowed is None, error)) from error
+        made.append(one)
+    report_step("band on the nonlinearity")
+    bands, note = scan_bands(model, ecdl, made)
+    report = certificate_report(made, about, seen, allowed, fitted, ecdl)
+    for drive, band in zip(report["drives"], bands, strict=True):
+        drive["nonlinearity_band"] = band
+    report["notes"] += [] if note is None else [note]
+    report |= dict(more or {})
+    bounds = identified.limits() if allowed is None else allowed
+    waves = generator_waveforms([one.drive for one in made], about["drive_unit"], bounds)
+    if not waves:
+        report["notes"].append(f"no generator file: the drive is in {about['drive_unit']}, not V.")
+    written = write_drives(
+        folder, made, about, report, used if inverse == "paper" else None, plots, waves
+    )
+    return made, report, about["drive_unit"], written
+
+
+def _identify_inverse(
+    ecdl: Any, about: dict[str, Any], identified: Any, data: Any, report_step: Any
+) -> Any:
+    """The paper's inverse operator, identified on a recording or on the model's own response."""
+    if data is None:
+        swapped = swapped_model(ecdl, identified, about["response_unit"], about["drive_unit"])
+        result = fit_inverse(swapped, ecdl.operator, throw=False, progress=report_step)
+    else:
+        forward = fit(
+            ecdl, data, starts=1, guess=False, hold_out=False, throw=False, progress=report_step
+        )
+        result = identify_inverse(data, forward, throw=False, progress=report_step)
+    return result.ecdl, result
+
+
+def _say_which(hertz: float, of_recording: bool, error: Exception) -> str:
+    """Which scan a limit refuses, and whose limit it is."""
+    text = f"the scan at {hertz:g} Hz: {error}"
+    if of_recording:
+        text += (
+            " These limits are the recording's own range, with three times its steepest slope: "
+            "give the device's with `--limits`."
+        )
+    return text

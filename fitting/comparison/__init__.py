@@ -2,7 +2,7 @@
 
 from ._compare import compare as compare
 from ._comparison import Comparison as Comparison
-from ._comparison import EffectPresence as EffectPresence
-from ._comparison import GapChange as GapChange
-from ._comparison import Interval as Interval
-from ._comparison import ParameterDifference as ParameterDifference
+from ._differences import EffectPresence as EffectPresence
+from ._differences import GapChange as GapChange
+from ._differences import Interval as Interval
+from ._differences import ParameterDifference as ParameterDifference

@@ -16,8 +16,9 @@ from rapi_jax.effects import AbstractEffect
 from rapi_jax.internal import float64
 
 from ._check_pair import cautions, check_pair
-from ._comparison import Comparison, Interval, ParameterDifference
+from ._comparison import Comparison
 from ._difference_test import DifferenceTest, compare_estimates
+from ._differences import Interval, ParameterDifference
 from ._effects import named_effects
 from ._estimates import PairEstimates, estimate_pair
 from ._joint_fit import Two, fit_jointly, linearise, rms, shared_errors

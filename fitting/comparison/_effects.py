@@ -6,7 +6,7 @@ from fitting.diagnosis import Diagnosis, diagnose
 from rapi_jax import ECDL, Recording, effects
 from rapi_jax.effects import AbstractEffect
 
-from ._comparison import EffectPresence
+from ._differences import EffectPresence
 
 
 def named_effects(

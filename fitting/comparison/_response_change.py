@@ -10,7 +10,7 @@ from fitting.diagnosis.where._gap import Gap, measure_gap
 from fitting.diagnosis.which._base import measure_model_errors
 from rapi_jax import ECDL, Recording
 
-from ._comparison import GapChange, Interval
+from ._differences import GapChange, Interval
 from ._joint_fit import SharedErrors, Two
 
 _HALF = 1.959963984540054  # of a normal distribution, at the interval's level of 95 %

@@ -9,6 +9,7 @@ import dataclasses
 
 import numpy as np
 from jaxtyping import Float
+from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 from scipy.stats import kurtosistest, norm
 
@@ -45,7 +46,7 @@ def find_random_jumps(
     # The first period of a run may differ by what it remembers, not by chance.
     settled = [error[1:] if len(error) > 2 else error for error in errors]
     parts = [
-        (_without_outliers((error - error.mean(axis=0)).ravel()), len(error))
+        (_without_outliers(_without_repetition(error).ravel()), len(error))
         for error, block in zip(settled, blocks, strict=True)
         if block.periods > 1 and np.ptp(error) > 0
     ]
@@ -56,6 +57,22 @@ def find_random_jumps(
         return RandomJumps(1.0, 0.0)
     p, size = min(tests)
     return RandomJumps(min(p * len(tests), 1.0), size)
+
+
+def _without_repetition(error: Float[np.ndarray, "periods phases"]) -> Float[np.ndarray, "_ _"]:
+    """Less the mean over periods of what is left of a slow course.
+
+    The course is the smooth one whose means over each period are those of `error`. Were it left in,
+    its part within a period would go into the mean over periods, and a step from each period to the
+    next would stay: a drift would look like jumps.
+    """
+    periods, phases = error.shape
+    error = error - error.mean(axis=0)
+    edges = np.arange(periods + 1) * float(phases)
+    whole = np.concatenate([[0.0], np.cumsum(error.sum(axis=1))])
+    course = CubicSpline(edges, whole).derivative()(np.arange(error.size) + 0.5)
+    rest = error - course.reshape(error.shape)
+    return rest - rest.mean(axis=0)
 
 
 def _without_outliers(row: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:

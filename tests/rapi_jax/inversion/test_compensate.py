@@ -213,7 +213,7 @@ def test_effects_without_a_memory_are_undone_to_rounding(effects):
         ((LAG, LATE, CurrentCoupling(coupling=1e-3)), True),
         ((), False),
     ],
-    ids=["lag", "delay", "ring", "lag-delay-etalon", "laws", "coupled", "uncoupled", "all", "none"],
+    ids=["ring", "lag-delay-etalon", "laws", "coupled", "all", "none"],
 )
 def test_effects_with_a_memory_are_undone_to_a_millionth(effects, plain_misses):
     """Unlike by the drive of the model without them."""

@@ -103,6 +103,23 @@ def test_what_settles_makes_no_jump(blocks):
     assert not p_value(values, blocks) < 1e-4
 
 
+COURSES = {
+    "line": lambda x: x,
+    "parabola": lambda x: 4.0 * x * (1.0 - x),
+    "exponential": lambda x: np.exp(-3.0 * x),
+    "bend": lambda x: np.abs(x - 0.5),
+}
+
+
+@pytest.mark.parametrize("course", COURSES)
+def test_p_values_beside_a_drift_are_no_smaller_than_they_say(course, blocks):
+    rng = np.random.default_rng(12)
+    drifts = [30.0 * COURSES[course](np.linspace(0.0, 1.0, b.size)) for b in blocks]
+    found = [p_value([white(rng, d.size) + d for d in drifts], blocks) for _ in range(60)]
+    # Of 60 at 5 % more than 8 come by a chance of 0.4 %.
+    assert np.mean(np.array(found) < 0.05) <= 8 / 60 and min(found) > 1e-4
+
+
 def test_a_single_wrong_reading_is_no_jump(blocks):
     rng = np.random.default_rng(9)
     values = [white(rng, b.size) for b in blocks]

@@ -179,8 +179,10 @@ def diagnose(
         whitened, fitted, attribution.none, top, held_out.get(name), total=total, floor=floor
     )
 
-    report("smallest effects that would show")
-    sizes = [] if blamed else smallest_sizes(top, classes, attribution.none.cost - top.cost)
+    sizes = []
+    if not blamed and name != "unlisted":  # beside something unknown nothing can be promised
+        report("smallest effects that would show")
+        sizes = smallest_sizes(top, classes, attribution.none.cost - top.cost)
 
     next_scan = None
     if scan and not blamed:

@@ -5,7 +5,6 @@ import numpy as np
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import FittedBase
 from fitting.diagnosis.which._ranking import RankedCandidates
-from fitting.diagnosis.which.evidence._probability import UNLISTED
 from rapi_jax import DriveLimits
 
 from ._choice import Hypothesis, NextScan, choose_next_scan
@@ -25,7 +24,7 @@ def propose_next_scan(
     Where one stands beside `unlisted` in the `credible` set, the scan that confirms it; where one
     stands alone, none.
     """
-    if len(credible) == 1 and credible[0] != UNLISTED:
+    if len(credible) == 1:  # also `unlisted`: what tells two unlikely effects apart helps nobody
         return None
     if needs_confirmation(credible):
         return confirmation_scan(whitened, credible, limits)

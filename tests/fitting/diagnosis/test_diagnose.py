@@ -111,6 +111,8 @@ def test_an_effect_that_is_not_among_the_candidates_is_unlisted(name):
         assert {"unlisted", "amplifier_lowpass+resonance"} & set(report.verdict.set)
     else:
         assert "unlisted" in report.verdict.set
+    if report.verdict.name == "unlisted":  # beside something unknown no size can be promised
+        assert report.content["detectability"] == []
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2))])

@@ -7,7 +7,10 @@ from edge_worlds import drives, record
 
 from fitting.diagnosis._text import verdict_advice
 from fitting.diagnosis.next_scan._confirmation import confirmation_scan, needs_confirmation
+from fitting.diagnosis.next_scan._proposal import propose_next_scan
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.which._base import fit_base
+from fitting.diagnosis.which._forward_selection import without_effects
 from fitting.report.diagnosis._how_far import describe_next_scan
 from rapi_jax import DriveLimits, Identified
 from rapi_jax.effects import Creep
@@ -28,6 +31,14 @@ def whitened():
 )  # fmt: skip
 def test_one_answer_beside_unlisted(names, alone):
     assert needs_confirmation(names) is alone
+
+
+@pytest.mark.parametrize("name", ["none", "creep", "unlisted"])
+def test_where_one_answer_stands_alone_no_scan_is_proposed(whitened, name):
+    fitted = fit_base(whitened, None)
+    likely = without_effects(fitted.refit, fitted.state, fitted.eta_fixed[1])
+    ranked = [(None, 0.97), (likely, 0.02), (likely, 0.01)]
+    assert propose_next_scan(whitened, fitted, ranked, [name], None) is None
 
 
 def test_the_scan_lies_inside_what_was_recorded(whitened):

@@ -6,15 +6,14 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from fitting.identification._fit import Posed, default_free, solver_options
+from fitting.identification._options import default_free, solver_options
 from fitting.identification._parameter_vector import ParameterVector
-from fitting.identification.data_checks._data_checks import Fault, check_usable, find_faults
+from fitting.identification._posed import Posed
+from fitting.identification.data_checks._data_checks import check_usable, find_faults
 from fitting.identification.data_checks._drive_noise import find_swapped_columns
+from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks.holds._sweeps import single_sweep
 from fitting.identification.data_checks.runs._exchanged_runs import find_copied_readings
-from fitting.identification.data_checks.runs._run_changes import (
-    DIFFERS_WITH_RATE as DIFFERS_WITH_RATE,
-)
 from rapi_jax import ECDL, AbstractOperator, DataError, ModelError, Recording
 from rapi_jax.effects import AbstractEffect
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from fitting.identification.data_checks.runs._change_fault import DIFFERS_WITH_RATE
 from rapi_jax import ECDL, DriveLimits, Recording, effects
 from rapi_jax.effects import AbstractEffect
 from rapi_jax.internal import float64
@@ -20,7 +21,6 @@ from ._content import (
     describe_signature,
 )
 from ._data_checks import (
-    DIFFERS_WITH_RATE,
     NOTHING_EXPLAINED,
     check_arguments,
     check_data,

@@ -9,7 +9,6 @@ from rapi_jax.internal import float64
 
 from ._conclude import conclude
 from ._options import Progress, solver_options
-from ._options import default_free as default_free
 from ._posed import Posed
 from ._result import FitResult, UntrustedFit
 from ._starts import Guesses, search_starts

@@ -15,7 +15,7 @@ from fitting.diagnosis.refit._effect_vector import Effects
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.where._tones import find_tones, remove_tones
-from fitting.identification._fit import default_free
+from fitting.identification._options import default_free
 from fitting.identification._parameter_vector import ParameterVector
 from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
 

@@ -16,7 +16,6 @@ from fitting.identification.problem._problem import Problem, Solution
 from fitting.solver._least_squares import SolverOptions
 
 from ._change import Change, undo
-from ._change_fault import DIFFERS_WITH_RATE as DIFFERS_WITH_RATE
 from ._change_fault import describe_change
 from ._gap import squared_gap, squared_gap_and_noise
 from ._law_cuts import amplitude_cuts

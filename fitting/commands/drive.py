@@ -26,7 +26,8 @@ def drive(
     For each rate: `drive_<HZ>Hz.csv` (`time_s,drive`, one period, from its minimum) and the same as
     generator codes (`.afg`), as `rapi compensate` writes them, and `drives.json`. Give levels at
     the output of the generator: with an amplifier behind it, the piezo's voltage over its gain. A
-    drive beyond the limits is refused and never clipped; then nothing is written.
+    drive beyond the limits is refused and never clipped; then nothing is written. Earlier drives in
+    the folder are replaced: those that are not written again are removed.
 
     Parameters
     ----------
@@ -76,11 +77,15 @@ def drive(
         ],
         "provenance": provenance("rapi drive", options, ()),
     }
-    written = _write(made, allowed, report, output)
+    written, removed = _write(made, allowed, report, output)
+    out = console(json)
+    if removed:
+        out.print(
+            f"removed of the drives that were in {output}: {', '.join(removed)}", markup=False
+        )
     if json:
         print_json(report)
         return 0
-    out = console(json)
     for one in made:
         out.print(
             f"{one.waveform} at {one.rate:g} Hz: {one.value.min():g} to {one.value.max():g} V, "
@@ -130,15 +135,19 @@ def _make(
     return made, allowed
 
 
-def _write(made: list[Any], allowed: Any, report: dict[str, Any], output: Path) -> list[Path]:
-    """All files, or none; `report` is written last, with their hashes."""
+def _write(
+    made: list[Any], allowed: Any, report: dict[str, Any], output: Path
+) -> tuple[list[Path], list[str]]:
+    """All files, or none, and the names of those removed; `report` comes last, with hashes."""
     from fitting._json import json_text
     from fitting._result_files import begin_result, check_output, hash_files
     from fitting.commands.shared._out import output_folder
     from fitting.commands.shared.files._drive_files import (
         check_no_other_drives,
+        earlier_files,
         file_stem,
         generator_waveforms,
+        remove_earlier,
     )
     from rapi_jax.io import write_afg, write_atomic, write_drive
 
@@ -147,14 +156,17 @@ def _write(made: list[Any], allowed: Any, report: dict[str, Any], output: Path) 
     check_output(output, LIST, names)
     check_no_other_drives(output, LIST)
     folder = output_folder(output)
+    removed = earlier_files(folder, names, LIST)
     earlier = begin_result(folder, LIST, names)
+    remove_earlier(folder, removed)
+    earlier = {file: kept for file, kept in earlier.items() if file not in removed}
     for one, wave in zip(made, waves, strict=True):
         write_drive(one, folder / f"{file_stem(one.rate)}.csv")
         write_afg(wave, folder / f"{file_stem(one.rate)}.afg")
     written = [folder / name for name in names]
     report["files"] = hash_files(written) | earlier
     write_atomic(folder / LIST, json_text(report))
-    return [*written, folder / LIST]
+    return [*written, folder / LIST], removed
 
 
 def _limits_table(limits: Any) -> dict[str, Any]:

@@ -150,16 +150,56 @@ def test_a_drive_that_its_certificate_was_not_made_with_is_not_played(drives, tm
     promise="exit 3, one line, not played",
 )
 def test_a_drive_of_an_earlier_result_is_not_played(drives, tmp_path, play):
-    """The second result has no drive at 30 Hz: its certificate says nothing of the one there."""
+    """Where a certificate lists it as no part of its own."""
     shutil.copytree(drives / "first", folder := tmp_path / "again")
-    arguments = ["--span", "70", "--frequency", "20", "--no-plots", "--samples", "512"]
+    content = json.loads((drives / "second" / "certificate.json").read_text())
+    content["files"]["drive_30Hz.csv"] = None
+    (folder / "certificate.json").write_text(json.dumps(content))
+    code, error = play(folder / "drive_30Hz.csv")
+    assert code == 3 and "of an earlier result than certificate.json" in error
+    assert error.count("\n") == 1
+
+
+AGAIN = ("--frequency", "20", "--no-plots", "--samples", "512", "-o")
+
+
+def test_drives_that_are_not_made_again_are_removed_and_named(drives, tmp_path, play, capsys):
+    """Those at 30 Hz are of another span; what is not of the drives stays."""
+    shutil.copytree(drives / "first", folder := tmp_path / "again")
+    (folder / "notes.txt").write_text("mine")
     model = str(drives / "model")
-    for _ in range(2):  # and what is no part of a result does not become one by another
-        assert run(app, ["compensate", model, *arguments, "-o", str(folder)]) == 0
-        assert play(folder / "drive_20Hz.csv")[0] == 0
-        code, error = play(folder / "drive_30Hz.csv")
-        assert code == 3 and "of an earlier result than certificate.json" in error
-        assert error.count("\n") == 1
+    capsys.readouterr()
+    assert run(app, ["compensate", model, "--span", "70", *AGAIN, str(folder)]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "drive_30Hz.afg, drive_30Hz.csv, drive_30Hz.nc" in told and "removed" in told
+    listed = json.loads((folder / "certificate.json").read_text())["files"]
+    assert {path.name for path in folder.iterdir()} == {*listed, "certificate.json", "notes.txt"}
+    assert "drive_30Hz.csv" not in listed and None not in listed.values()
+    assert play(folder / "drive_20Hz.csv")[0] == 0
+    assert run(app, ["compensate", model, "--span", "70", *AGAIN, str(folder), "--json"]) == 0
+    assert "removed" not in "".join(capsys.readouterr())
+
+
+@pytest.mark.fault(name="an earlier drive that was changed since", promise="exit 3, kept")
+def test_an_earlier_drive_that_was_changed_is_not_removed(drives, tmp_path, capsys):
+    shutil.copytree(drives / "first", folder := tmp_path / "again")
+    (folder / "drive_30Hz.csv").write_text("mine")
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    model = str(drives / "model")
+    assert run(app, ["compensate", model, "--span", "70", *AGAIN, str(folder)]) == 3
+    assert "drive_30Hz.csv was changed after certificate.json" in capsys.readouterr().err
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_plain_drives_that_are_not_made_again_are_removed_and_named(tmp_path, capsys):
+    command = ["drive", "--low", "1", "--high", "2", "-o", str(tmp_path), "--frequency"]
+    assert run(app, [*command, "10", "20"]) == 0
+    capsys.readouterr()
+    assert run(app, [*command, "10"]) == 0
+    assert "drive_20Hz.afg, drive_20Hz.csv" in " ".join(capsys.readouterr().out.split())
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "drive_10Hz.afg", "drive_10Hz.csv", "drives.json",
+    }  # fmt: skip
 
 
 @pytest.mark.fault(

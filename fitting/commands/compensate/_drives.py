@@ -20,6 +20,7 @@ from fitting.commands.shared.files._drive_files import (
     check_no_other_drives,
     check_rates,
     drive_files,
+    earlier_files,
     generator_waveforms,
     write_drives,
 )
@@ -53,9 +54,10 @@ def compensate_into(
     plots: bool,
     report_step: Callable[[str], None] = lambda line: None,
     more: Mapping[str, Any] | None = None,
-) -> tuple[list[Any], dict[str, Any], str, list[Path]]:
-    """Drives by the options of the command: each, the certificate, their unit, the files written.
+) -> tuple[list[Any], dict[str, Any], str, list[str], list[Path]]:
+    """Drives by the options of the command: each, the certificate, their unit, and the files.
 
+    These are the names of what was removed of earlier drives in `output`, and what was written.
     `more`: further keys of `certificate.json`. Raises `UntrustedModel` where the model makes no
     drive.
     """
@@ -83,6 +85,7 @@ def compensate_into(
     names = drive_files(frequency, about["drive_unit"], inverse == "paper", plots)
     check_output(output, CERTIFICATE, names)
     check_no_other_drives(output)
+    earlier_files(output, names)  # refused now, where one was changed
     measured = None if recording is None else read_recording(recording)
     if measured is not None:
         check_units(about, measured)
@@ -118,10 +121,10 @@ def compensate_into(
     waves = generator_waveforms([one.drive for one in made], about["drive_unit"], bounds)
     if not waves:
         report["notes"].append(f"no generator file: the drive is in {about['drive_unit']}, not V.")
-    written = write_drives(
+    written, removed = write_drives(
         folder, made, about, report, used if inverse == "paper" else None, plots, waves
     )
-    return made, report, about["drive_unit"], written
+    return made, report, about["drive_unit"], removed, written
 
 
 def _identify_inverse(

@@ -33,7 +33,8 @@ def compensate(
 
     For each rate: `drive_<HZ>Hz.csv` (`time_s,drive`, one period, from its minimum), the same as
     generator codes (`.afg`) and with its target as netCDF (`.nc`); `certificate.json`, what was
-    proved about the model before a drive was made. All drives are written, or none is.
+    proved about the model before a drive was made. All drives are written, or none is. Earlier
+    drives in the folder are replaced: those that are not written again are removed.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ def compensate(
     from fitting.commands.shared.files._provenance import provenance
 
     with progress("compensating", json) as report_step:
-        made, report, drive_unit, written = compensate_into(
+        made, report, drive_unit, removed, written = compensate_into(
             model,
             output,
             span=span,
@@ -101,10 +102,14 @@ def compensate(
             report_step=report_step,
             more={"provenance": provenance("rapi compensate", options, ("model",))},
         )
+    out = console(json)
+    if removed:
+        out.print(
+            f"removed of the drives that were in {output}: {', '.join(removed)}", markup=False
+        )
     if json:
         print_json(report)
         return 0
-    out = console(json)
     out.print(_table(made, drive_unit))
     expected = report["expected"]
     if expected is not None:

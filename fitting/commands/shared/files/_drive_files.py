@@ -1,9 +1,12 @@
 """The files of drives that linearise: their names, what may be loaded, and the certificate."""
 
+import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 CERTIFICATE = "certificate.json"
+_OWN = re.compile(r"drive_[^/\\]+Hz\.(csv|afg|nc)|inverse\.rapi|compensation\.png|drives\.html")
 
 
 def file_stem(hz: float) -> str:
@@ -47,6 +50,39 @@ def check_no_other_drives(folder: Path, name: str = CERTIFICATE) -> None:
             )
 
 
+def earlier_files(folder: Path, files: Iterable[str], name: str = CERTIFICATE) -> list[str]:
+    """What earlier drives have left in `folder` that a result of `files` would not write over.
+
+    Only what the list `name` there names, and what drives are written as. Raises `OutputError`
+    where one of them was changed since it was written: it is then not theirs alone.
+    """
+    from fitting._result_files import check_output, listed_files
+
+    kept = set(files)
+    left = sorted(
+        file
+        for file in listed_files(folder / name) - kept
+        if _OWN.fullmatch(file) and (folder / file).is_file()
+    )
+    check_output(folder, name, left)
+    return left
+
+
+def remove_earlier(folder: Path, files: Iterable[str]) -> None:
+    """Remove what `earlier_files` found, so that no drive lies beside a list of others."""
+    from rapi_jax.internal import cause
+    from rapi_jax.io import OutputError, printable
+
+    for file in files:
+        try:
+            (folder / file).unlink(missing_ok=True)
+        except OSError as error:
+            raise OutputError(
+                f"cannot remove {printable(folder / file)}, which is of earlier drives: "
+                f"{cause(error)}. Choose another folder with `-o`, or move it away."
+            ) from error
+
+
 def drive_files(rates: list[float], drive_unit: str, paper: bool, plots: bool) -> list[str]:
     """The files of a compensation but for its certificate."""
     from fitting.report.compensation._page import PAGE
@@ -72,7 +108,8 @@ def write_drives(
     inverse: Any,
     plots: bool,
     waves: list[Any],
-) -> list[Path]:
+) -> tuple[list[Path], list[str]]:
+    """Write the drives in the place of earlier ones: the files, and the names of those removed."""
     from fitting._json import json_text
     from fitting._result_files import begin_result, hash_files
     from fitting.report import save_figure
@@ -84,7 +121,10 @@ def write_drives(
     kinds = _kinds(about["drive_unit"])
     rates = [one.drive.rate for one in made]
     names = drive_files(rates, about["drive_unit"], inverse is not None, plots)
+    removed = earlier_files(folder, names)
     earlier = begin_result(folder, CERTIFICATE, names)  # no certificate, no drive
+    remove_earlier(folder, removed)
+    earlier = {file: kept for file, kept in earlier.items() if file not in removed}
     for i, one in enumerate(made):
         stem = file_stem(one.drive.rate)
         paths = [folder / f"{stem}.{kind}" for kind in kinds]
@@ -117,4 +157,4 @@ def write_drives(
         written.append(folder / PAGE)
     report["files"] = hash_files(written) | earlier
     write_atomic(folder / CERTIFICATE, json_text(report))
-    return [*written, folder / CERTIFICATE]
+    return [*written, folder / CERTIFICATE], removed

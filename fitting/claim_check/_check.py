@@ -50,6 +50,11 @@ class Checked:
         """Whether the claim held here; `None` where it is not judged."""
         return None if self.outside else self.rms <= self.bound
 
+    @property
+    def within(self) -> bool | None:
+        """Whether it is no larger than the interval for one alone; `None` where not judged."""
+        return None if self.outside else self.rms <= self.high
+
 
 @dataclasses.dataclass(frozen=True)
 class ClaimCheck:
@@ -85,7 +90,10 @@ class ClaimCheck:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and lists, for a file (schema `rapi.claim-check/1`)."""
-        rows = [dataclasses.asdict(one) | {"held": one.held} for one in self.checked]
+        rows = [
+            dataclasses.asdict(one) | {"held": one.held, "within": one.within}
+            for one in self.checked
+        ]
         return replace_nonfinite(
             {
                 "schema": SCHEMA,

@@ -7,6 +7,8 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from fitting._units import quantity, readable_unit
+
 from ._table import _format_number
 
 if TYPE_CHECKING:
@@ -20,15 +22,12 @@ _HEAD = {
 
 def render_claim_check(check: "ClaimCheck") -> Group:
     """Whether a claim held: the answer, a row for each run or branch, and what to do."""
-    colour, words = ("green", "The claim held") if check.held else ("red", "The claim did NOT hold")
-    head = Text(words, style=f"bold {colour}")
-    judged = sum(one.held is not None for one in check.checked)
-    head.append(f" ({judged} of {len(check.checked)} judged).", style="not bold")
-    lines: list[Text | Table] = [head, _tabulate(check)]
+    colour = _colour(check)
+    lines: list[Text | Table] = [_headline(check, colour), _tabulate(check)]
     reasons = dict.fromkeys(f"{o.run!r}: {why}" for o in check.checked for why in o.outside)
     lines += [Text(f"  - not judged: run {reason}.") for reason in reasons]
     if check.offset is not None:
-        zero = f"{_format_number(check.offset, 2)} {check.unit}"
+        zero = quantity(check.offset, check.unit)
         lines.append(
             Text(f"  - the model's zero less the recording's, no part of the claim: {zero}")
         )
@@ -36,12 +35,37 @@ def render_claim_check(check: "ClaimCheck") -> Group:
     return Group(*lines)
 
 
+def _colour(check: "ClaimCheck") -> str:
+    if not check.held:
+        return "red"
+    return "yellow" if any(one.within is False for one in check.checked) else "green"
+
+
+def _headline(check: "ClaimCheck", colour: str) -> Text:
+    """What was seen: how many are within the interval for one, and what that says of the claim."""
+    judged = [one for one in check.checked if one.held is not None]
+    beside = len(check.checked) - len(judged)
+    above = [one for one in judged if not one.within]
+    if check.held and above:
+        most = quantity(max(one.bound for one in above), check.unit)
+        left = f" ({beside} not judged)" if beside else ""
+        return Text(
+            f"{len(judged) - len(above)} of {len(judged)} within the interval claimed{left}; of "
+            f"{len(judged)}, one may reach {most}, so the claim is not refuted.",
+            style=f"bold {colour}",
+        )
+    words = "The claim held" if check.held else "The claim did NOT hold"
+    head = Text(words, style=f"bold {colour}")
+    return head.append(f" ({len(judged)} of {len(check.checked)} judged).", style="not bold")
+
+
 def _tabulate(check: "ClaimCheck") -> Table:
     table = Table(title=_HEAD[check.kind], title_justify="left")
     left = ("run", "branch", "outcome")
-    rms, noise = f"rms ({check.unit})", f"of it noise ({check.unit})"
+    unit, factor = readable_unit(check.unit, [one.rms for one in check.checked])
+    rms, noise, claimed = f"rms ({unit})", f"of it noise ({unit})", f"claimed, 95 % ({unit})"
     swing = f"swing ({check.drive_unit})"
-    names = ["run", "branch", "rate (Hz)", swing, rms, noise, "claimed (95 %)", "outcome"]
+    names = ["run", "branch", "rate (Hz)", swing, rms, noise, claimed, "outcome"]
     if check.kind == "prediction":
         names.remove("branch")
     for name in names:
@@ -52,9 +76,9 @@ def _tabulate(check: "ClaimCheck") -> Table:
             "branch": one.branch,
             "rate (Hz)": "-" if one.excitation_hz is None else f"{one.excitation_hz:g}",
             swing: _format_number(one.swing, 3),
-            rms: _format_number(one.rms, 3),
-            noise: _format_number(one.noise, 3),
-            "claimed (95 %)": f"{_format_number(one.low, 3)} to {_format_number(one.high, 3)}",
+            rms: _format_number(factor * one.rms, 3),
+            noise: _format_number(factor * one.noise, 3),
+            claimed: " to ".join(_format_number(factor * end, 3) for end in (one.low, one.high)),
             "outcome": _outcome(one),
         }
         table.add_row(*(cells[name] for name in names))
@@ -66,6 +90,6 @@ def _outcome(one: "Checked") -> str:
         return "not judged"
     if not one.held:
         return "not held"
-    if one.rms > one.high:
-        return f"held: of so many one may reach {_format_number(one.bound, 3)}"
+    if not one.within:
+        return "above, not refuted"
     return "held" if one.rms >= one.low else "held, better than claimed"

@@ -73,6 +73,34 @@ def test_runs_of_another_device_do_not_and_json_says_so(results, tmp_path, capsy
     assert "did NOT hold" in text and "1.05 times" in text and "rapi diagnose" in text
 
 
+def test_a_run_above_its_interval_that_refutes_nothing_is_not_called_held(
+    results, tmp_path, capsys
+):
+    """Of three runs in the claim the largest of two more may be far above the interval."""
+    claim = CLAIM | {"runs": 3, "low": 0.015, "high": 0.021}
+    recording, _ = paper_recording(samples=400)
+    (model := tmp_path / "model").mkdir()
+    write_model(
+        model / "model.rapi", paper_device(), response_unit="GHz", drive_unit="V", trusted=True,
+        identified=Identified.of(recording).to_dict(), data_sha256="", claim=claim,
+    )  # fmt: skip
+    two = runs()
+    rng = np.random.default_rng(1)
+    noisy = [
+        np.asarray(predict(paper_device(), drive)) + level * rng.standard_normal(drive.size)
+        for drive, level in zip(two, (0.02, 0.022), strict=True)
+    ]
+    write_recording(Recording.of(two, noisy), tmp_path / "new")
+    assert rapi("fit", tmp_path / "new", "--check", model) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert text.startswith("1 of 2 within the interval claimed; of 2, one may reach 2")
+    assert "MHz, so the claim is not refuted." in text and "claim held" not in text
+    assert "rms (MHz)" in text and "GHz" not in text
+    assert rapi("fit", tmp_path / "new", "--check", model, "--json") == 0
+    report = json.loads(capsys.readouterr().out)
+    assert [row["within"] for row in report["checked"]] == [True, False] and report["held"]
+
+
 def test_a_run_outside_is_said_and_not_judged(results, tmp_path, capsys):
     record(tmp_path / "new", paper_device(), runs((12.0, 80.0)))
     assert rapi("fit", tmp_path / "new", "--check", results / "model") == 0

@@ -11,7 +11,13 @@ import traceback
 from collections.abc import Iterator
 from typing import Any, NoReturn
 
-from cyclopts import App, CycloptsError, MissingArgumentError, UnusedCliTokensError
+from cyclopts import (
+    App,
+    CoercionError,
+    CycloptsError,
+    MissingArgumentError,
+    UnusedCliTokensError,
+)
 
 DONE, INTERNAL, USAGE, BAD_DATA, UNTRUSTED, PARTLY_FAILED, INSTRUMENT = 0, 1, 2, 3, 4, 5, 6
 INTERRUPTED = 130
@@ -47,7 +53,19 @@ def _usage_message(error: CycloptsError) -> str:
         what = f"{name.lstrip('-').upper() if positional else name} is missing."
     elif isinstance(error, UnusedCliTokensError):
         what = f"too many arguments: {' '.join(error.unused_tokens or ())}."
+    elif isinstance(error, CoercionError) and _is_list_of_numbers(error):
+        what = f"{what} Separate numbers by spaces, not by commas."
     return f"{what} `{command} --help` lists what there is."
+
+
+def _is_list_of_numbers(error: CoercionError) -> bool:
+    """Whether one number was wanted, and several are there with commas between."""
+    parts = error.token.value.split(",") if error.token else ()
+    if len(parts) < 2 or error.target_type not in (float, int):
+        return False
+    with contextlib.suppress(ValueError):
+        return bool([float(part) for part in parts])
+    return False
 
 
 def run(app: App, arguments: list[str]) -> int:

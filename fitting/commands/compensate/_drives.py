@@ -12,7 +12,7 @@ from fitting._result_files import check_output
 from fitting.commands.shared._limits import check_limits_unit
 from fitting.commands.shared._model import check_trusted, load_model
 from fitting.commands.shared._nonlinearity_band import scan_bands
-from fitting.commands.shared._out import output_folder
+from fitting.commands.shared._out import output_kept_if_written
 from fitting.commands.shared._plugins import Plugins, plugin_effects, plugin_operators
 from fitting.commands.shared.files._certificate_report import certificate_report
 from fitting.commands.shared.files._drive_files import (
@@ -89,41 +89,45 @@ def compensate_into(
     measured = None if recording is None else read_recording(recording)
     if measured is not None:
         check_units(about, measured)
-    folder = output_folder(output)
-    used = ecdl
-    fitted = None
-    if inverse == "paper":
-        report_step("identifying the inverse")
-        used, fitted = _identify_inverse(ecdl, about, identified, measured, report_step)
-    made = []
-    for target in targets:
-        report_step(f"{target.excitation_hz:g} Hz")
-        try:
-            one = compensated(
-                used,
-                target,
-                identified=identified,
-                limits=allowed,
-                bias=bias,
-                extrapolate=extrapolate,
+    with output_kept_if_written(output) as folder:
+        used = ecdl
+        fitted = None
+        if inverse == "paper":
+            report_step("identifying the inverse")
+            used, fitted = _identify_inverse(ecdl, about, identified, measured, report_step)
+        made = []
+        for target in targets:
+            report_step(f"{target.excitation_hz:g} Hz")
+            try:
+                one = compensated(
+                    used,
+                    target,
+                    identified=identified,
+                    limits=allowed,
+                    bias=bias,
+                    extrapolate=extrapolate,
+                )
+            except LimitError as error:
+                raise LimitError(
+                    _say_which(target.excitation_hz, allowed is None, error)
+                ) from error
+            made.append(one)
+        report_step("band on the nonlinearity")
+        bands, note = scan_bands(model, ecdl, made)
+        report = certificate_report(made, about, seen, allowed, fitted, ecdl)
+        for drive, band in zip(report["drives"], bands, strict=True):
+            drive["nonlinearity_band"] = band
+        report["notes"] += [] if note is None else [note]
+        report |= dict(more or {})
+        bounds = identified.limits() if allowed is None else allowed
+        waves = generator_waveforms([one.drive for one in made], about["drive_unit"], bounds)
+        if not waves:
+            report["notes"].append(
+                f"no generator file: the drive is in {about['drive_unit']}, not V."
             )
-        except LimitError as error:
-            raise LimitError(_say_which(target.excitation_hz, allowed is None, error)) from error
-        made.append(one)
-    report_step("band on the nonlinearity")
-    bands, note = scan_bands(model, ecdl, made)
-    report = certificate_report(made, about, seen, allowed, fitted, ecdl)
-    for drive, band in zip(report["drives"], bands, strict=True):
-        drive["nonlinearity_band"] = band
-    report["notes"] += [] if note is None else [note]
-    report |= dict(more or {})
-    bounds = identified.limits() if allowed is None else allowed
-    waves = generator_waveforms([one.drive for one in made], about["drive_unit"], bounds)
-    if not waves:
-        report["notes"].append(f"no generator file: the drive is in {about['drive_unit']}, not V.")
-    written, removed = write_drives(
-        folder, made, about, report, used if inverse == "paper" else None, plots, waves
-    )
+        written, removed = write_drives(
+            folder, made, about, report, used if inverse == "paper" else None, plots, waves
+        )
     return made, report, about["drive_unit"], removed, written
 
 

@@ -1,8 +1,10 @@
 """What commands share: the output folder, JSON, where people read."""
 
+import contextlib
+import os
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +31,22 @@ def output_folder(path: Path) -> Path:
             f"cannot write to the output folder {label}: {cause(error)}. {cure}"
         ) from error
     return path
+
+
+@contextlib.contextmanager
+def output_kept_if_written(path: Path) -> Iterator[Path]:
+    """As `output_folder`, for what may be refused: folders that it made and left empty are removed.
+
+    They are where what is written under it failed.
+    """
+    new = [one for one in (path, *path.parents) if not os.path.exists(one)]
+    try:
+        yield output_folder(path)
+    except BaseException:
+        with contextlib.suppress(OSError, ValueError):  # from one that is not empty on, they stay
+            for one in new:
+                one.rmdir()
+        raise
 
 
 def write_sent(sent: Mapping[str, bytes], output: Path, out: Console) -> None:

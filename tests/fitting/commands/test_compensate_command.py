@@ -93,6 +93,7 @@ def test_bias_shape_and_limits_are_followed(model, tmp_path):
         (("--frequency", 10), 2, "span"),
         (("--span", -3, "--frequency", 10), 2, "positive"),
         (("--span", "wide", "--frequency", 10), 2, "span"),
+        (("--span", 75, "--frequency", "10,20"), 2, "Separate numbers by spaces, not by commas."),
         (("--span", 75, "--frequency", 0), 3, "positive rates"),
         (("--span", 75, "--frequency", 10, "nan"), 3, "positive rates"),
         (("--span", 75, "--frequency", 100), 3, "V/s"),
@@ -112,15 +113,18 @@ def test_bias_shape_and_limits_are_followed(model, tmp_path):
 def test_what_cannot_be_done_is_refused_and_nothing_is_written(
     model, tmp_path, capsys, options, code, message
 ):
-    output = tmp_path / "out"
+    output = tmp_path / "new" / "out"
     assert rapi("compensate", model, *options, "-o", output) == code
     error = capsys.readouterr().err
     assert message in error and error.count("\n") == 1 and "Traceback" not in error
-    assert not output.exists() or list(output.iterdir()) == []
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_one_rate_that_is_refused_leaves_no_drive_of_the_others(model, tmp_path):
     output = tmp_path / "out"
+    assert rapi("compensate", model, "--span", 75, "--frequency", 10, 60, "-o", output) == 3
+    assert not output.exists()
+    output.mkdir()  # what was there stays
     assert rapi("compensate", model, "--span", 75, "--frequency", 10, 60, "-o", output) == 3
     assert list(output.iterdir()) == []
 
@@ -178,7 +182,7 @@ def test_a_model_that_is_not_monotone_is_refused_with_the_place(tmp_path, capsys
     arguments = ("--span", 40, "--frequency", 20, "-o", tmp_path / "out")
     assert rapi("compensate", folder, *arguments) == 3
     assert "does not rise with it from" in capsys.readouterr().err
-    assert list((tmp_path / "out").iterdir()) == []
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.fault(name="a model not to be trusted", promise="exit 4, no file")

@@ -63,7 +63,9 @@ def residuals(
             draw_spread(axis, one.drive.phase[part], factor * error[part], colour, name)
         axis.axhline(0.0, lw=0.8, color="black")
         name = title(one, recording)
-        axis.set_title(f"{name}: {quantity(rms, recording.response_unit)} rms left", fontsize=10)
+        left = f"{quantity(rms, recording.response_unit)} rms left"
+        left += " in all periods" if one.drive.periods > 1 else ""
+        axis.set_title(f"{name}: {left}", fontsize=10)
         axis.set_xlabel("scan phase since the drive's minimum")
         axis.set_ylabel(f"residual ({unit})")
     axes[0].legend(frameon=False, markerscale=4)

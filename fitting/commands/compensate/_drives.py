@@ -116,7 +116,7 @@ def compensate_into(
         bands, note = scan_bands(model, ecdl, made)
         report = certificate_report(made, about, seen, allowed, fitted, ecdl)
         for drive, band in zip(report["drives"], bands, strict=True):
-            drive["nonlinearity_band"] = band
+            drive["nonlinearity_band"] = band and band | {"unit": about["response_unit"]}
         report["notes"] += [] if note is None else [note]
         report |= dict(more or {})
         bounds = identified.limits() if allowed is None else allowed

@@ -44,7 +44,7 @@ def render_page(report: dict[str, Any], picture: bytes) -> str:
                 "Each drive",
                 "The smallest slope of the response over every history of drives within the range "
                 "is positive, so the model can be inverted there. The nonlinearity is what the "
-                "model itself leaves of a straight line.",
+                "model itself leaves of a straight line, not what the device will.",
                 heads=(
                     "rate", f"drive ({volts})", f"steepest ({volts}/s)",
                     f"smallest slope ({unit}/{volts})", "nonlinearity up, down", "file",

@@ -45,6 +45,7 @@ def test_drives_make_the_device_scan_straight(model, tmp_path, capsys):
     report = json.loads(capsys.readouterr().out)
     assert report == json.loads((tmp_path / "out" / "certificate.json").read_text())
     assert report["schema"] == "rapi.compensation/1" and report["unit"] == "GHz"
+    assert {"nonlinearity", "nonlinearity_band", "expected"} == set(report["meanings"])
     assert report["notes"] == [] and report["limits_from"] == "identification"
     for rate, entry in zip(RATES, report["drives"], strict=True):
         assert entry["certificate"]["invertible"] and entry["file"] == f"drive_{rate}Hz.csv"

@@ -63,6 +63,7 @@ def test_the_certificate_says_how_straight_the_scan_may_be(recording, tmp_path):
     assert rapi("compensate", tmp_path / "fit", "-o", tmp_path / "out", *options) == 0
     (drive,) = json.loads((tmp_path / "out" / "certificate.json").read_text())["drives"]
     band = drive["nonlinearity_band"]
+    assert band["unit"] == "GHz"
     assert band["method"] == "laplace" and band["level"] == 0.95
     for side in ("up", "down"):
         assert 0.0 < band[side]["low"] < band[side]["median"] < band[side]["high"] < 1.0

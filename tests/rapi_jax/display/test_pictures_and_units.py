@@ -80,6 +80,23 @@ def test_what_is_drawn_of_noise_follows_the_number_of_readings():
         assert axis.get_title().endswith("MHz rms left")
 
 
+def test_an_error_says_of_which_periods_it_is():
+    """Loops show the last one, residuals all."""
+    (drive,) = triangle(10.0, amplitude=4.0, bias=3.0, samples=400, periods=2)
+    error = np.where(drive.period == 0, 0.03, 0.01) * np.where(np.arange(400) % 2, 1.0, -1.0)
+    recording = Recording.of([drive], [10.0 * drive.value + error])
+    model = [10.0 * drive.value]
+    (loop,), (left,) = (
+        figure.axes
+        for figure in (
+            plot.loops(recording, model),
+            plot.residuals(recording, model, [np.ones(400, bool)]),
+        )
+    )
+    assert loop.get_title().endswith("off by 10 MHz rms in the last period")
+    assert left.get_title().endswith("22.4 MHz rms left in all periods")
+
+
 def test_the_band_holds_95_percent_of_few_readings_too():
     band = residuals_of(800).collections[0].get_paths()[0].vertices[:, 1]
     width = np.median(band[band > 0]) - np.median(band[band < 0])  # MHz, of 20 MHz of noise

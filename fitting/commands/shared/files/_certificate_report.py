@@ -10,6 +10,16 @@ from rapi_jax import Run, linearity, predict
 
 from ._drive_files import file_stem
 
+_MEANINGS = {
+    "nonlinearity": "rms off a straight line, of the model's own response to the drive: what the "
+    "inverse leaves. Rounding where it is 1e-12 of the span or less.",
+    "nonlinearity_band": "rms off a straight line, of a device with the model's structure whose "
+    "parameters are off by their standard errors (95 %). Wide where the recordings leave a "
+    "parameter open, and no bound on the device.",
+    "expected": "rms off a straight line to expect of the device, noise apart: at most `high` "
+    "(97.5 %), from the errors in runs that were left out. `rapi fit --check` judges by it.",
+}
+
 
 def certificate_report(
     made: list[Any], about: dict[str, Any], identified: Any, limits: Any, fitted: Any, ecdl: Any
@@ -36,6 +46,7 @@ def certificate_report(
         ],
         "claim": about.get("claim"),
         "expected": _expected(about.get("claim")) if trusted and not beyond else None,
+        "meanings": _MEANINGS,
         "notes": list(dict.fromkeys(notes)),
         "versions": package_versions(),
         "data_sha256": about["data_sha256"],

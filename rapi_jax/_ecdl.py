@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ._arguments import takes
 from ._parameter import parameters
 from ._precision import float64
 from .display._results import summarise_model
@@ -195,6 +196,7 @@ def respond(
 compiled_respond = eqx.filter_jit(respond)
 
 
+@takes(ecdl=ECDL, drive=Drive)
 @float64
 def predict(ecdl: ECDL, drive: Drive, *, initial: Any = None) -> Float[np.ndarray, " time"]:
     """The response of `ecdl` to `drive`, at each of its samples, in the response's unit.

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ._arguments import takes
 from ._errors import DataError
 from ._thresholds import THRESHOLDS
 from .recording._run import ROI, Run
@@ -149,6 +150,7 @@ class Linearity:
         return self.up.rms_ghz, self.down.rms_ghz
 
 
+@takes(run=Run)
 def linearity(run: Run, *, turning: tuple[float, float] | None = None) -> Linearity:
     """The linearity of one run of a repeating drive.
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ._arguments import takes
 from ._errors import DataError
 from .recording._drive import Drive, Waveform
 
@@ -138,6 +139,7 @@ def step_and_hold(
     return (Drive(time, value, None, "step"),)
 
 
+@takes(drive=Drive)
 def repeated(drive: Drive, periods: int) -> Drive:
     """One period of `drive`, `periods` times. Raises `DataError` where it has none.
 

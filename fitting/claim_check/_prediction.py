@@ -8,12 +8,13 @@ from fitting.identification._thresholds import THRESHOLDS as FITTING
 from fitting.identification.assessment._claim import Claim
 from fitting.identification.assessment._noise import measure_run_noise
 from rapi_jax import ECDL, DataError, Drive, Identified, Recording, Run, predict
-from rapi_jax.internal import float64, usable
+from rapi_jax.internal import float64, takes, usable
 
 from ._check import NEXT, Checked, ClaimCheck
 from ._thresholds import THRESHOLDS
 
 
+@takes(ecdl=ECDL, recording=Recording, claim=Claim, identified=Identified | None)
 @float64
 def check_claim(
     ecdl: ECDL, recording: Recording, *, claim: Claim, identified: Identified | None = None

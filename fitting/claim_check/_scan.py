@@ -8,7 +8,7 @@ import numpy as np
 from fitting.identification.assessment._claim import Claim
 from fitting.identification.assessment._noise import measure_run_noise
 from rapi_jax import DataError, Drive, Recording, Run, linearity
-from rapi_jax.internal import Branch, usable
+from rapi_jax.internal import Branch, takes, usable
 
 from ._check import NEXT, Checked, ClaimCheck, without_noise
 from ._thresholds import THRESHOLDS
@@ -33,6 +33,7 @@ class CertifiedDrive:
     notes: tuple[str, ...] = ()
 
 
+@takes(drives=[CertifiedDrive], recording=Recording, claim=Claim)
 def check_scan(
     drives: Sequence[CertifiedDrive], recording: Recording, *, claim: Claim
 ) -> ClaimCheck:

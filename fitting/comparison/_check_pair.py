@@ -1,28 +1,16 @@
 """Whether two recordings can be compared at all, and what to be careful of."""
 
-from typing import Any
-
-from rapi_jax import ECDL, DataError, Recording
+from rapi_jax import DataError, Recording
 
 Pair = tuple[Recording, Recording]
 
 
-def check_pair(ecdl: Any, before: Any, after: Any) -> None:
-    """Raise `ValueError` for arguments of another type, `DataError` for recordings not comparable.
+def check_pair(before: Recording, after: Recording) -> None:
+    """Raise `DataError` for recordings that are not comparable.
 
     That is where units or the origin of the response differ, where no drive value is common, or
     where both are the same data.
     """
-    for name, one in (("before", before), ("after", after)):
-        if not isinstance(one, Recording):
-            raise ValueError(
-                f"Argument `{name}` must be a Recording, but is a {type(one).__name__}. Files are "
-                "read by `rapi_jax.io.read_recording`."
-            )
-    if ecdl is not None and not isinstance(ecdl, ECDL):
-        raise ValueError(
-            f"Argument `ecdl` must be an ECDL or None, but is a {type(ecdl).__name__}."
-        )
     for key, what in (("response_unit", "response"), ("drive_unit", "drive")):
         units = getattr(before, key), getattr(after, key)
         if units[0] != units[1]:

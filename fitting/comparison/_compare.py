@@ -13,7 +13,7 @@ from fitting.identification._result import FitResult
 from fitting.population._change import change_probabilities, credible_changes
 from rapi_jax import ECDL, Recording
 from rapi_jax.effects import AbstractEffect
-from rapi_jax.internal import float64
+from rapi_jax.internal import float64, takes
 
 from ._check_pair import cautions, check_pair
 from ._comparison import Comparison
@@ -30,6 +30,7 @@ from ._words import describe_parameter
 _ORIGIN = ("d_0",)
 
 
+@takes(before=Recording, after=Recording, ecdl=ECDL | None)
 @float64
 def compare(
     before: Recording,
@@ -57,7 +58,7 @@ def compare(
 
     **Returns** a `Comparison`. Raises `DataError` where units differ, where the drives have no
     range in common or where both are the same data; `ModelError` where no parameter has an estimate
-    in both; `ValueError` for arguments of another kind.
+    in both; `TypeError` for arguments of another class.
 
     >>> from fitting import compare
     >>> from rapi_jax.examples import paper_device, paper_recording
@@ -68,7 +69,7 @@ def compare(
     """
     began = time.perf_counter()
     report = progress or (lambda line: None)
-    check_pair(ecdl, before, after)
+    check_pair(before, after)
     pair = before, after
     given = ecdl
     if ecdl is None:

@@ -24,21 +24,11 @@ NOTHING_EXPLAINED = "nothing explained"
 SINGLE_SWEEP = "single sweep"
 
 
-def check_arguments(ecdl: Any, recording: Any, candidates: Any) -> None:
-    """Raise `ValueError` where an argument of `diagnose` is of the wrong type."""
-    if ecdl is not None and not isinstance(ecdl, ECDL):
-        raise ValueError(
-            f"Argument `ecdl` must be an ECDL or None, but is a {type(ecdl).__name__}. Wrap an "
-            "operator: `ECDL(operator)`."
-        )
-    if not isinstance(recording, Recording):
-        raise ValueError(
-            f"Argument `recording` must be a Recording, but is a {type(recording).__name__}. "
-            "Files are read by `rapi_jax.io.read_recording`."
-        )
+def check_candidates(candidates: Any) -> None:
+    """Raise `TypeError` where `candidates` holds something else than classes of effects."""
     for one in () if candidates is None else candidates:
         if not (isinstance(one, type) and issubclass(one, AbstractEffect)):
-            raise ValueError(
+            raise TypeError(
                 "Argument `candidates` must hold classes of effects, such as `effects.Creep`, but "
                 f"holds {one!r}."
             )

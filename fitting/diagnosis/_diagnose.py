@@ -9,7 +9,7 @@ import numpy as np
 from fitting.identification.data_checks.runs._change_fault import DIFFERS_WITH_RATE
 from rapi_jax import ECDL, DriveLimits, Recording, effects
 from rapi_jax.effects import AbstractEffect
-from rapi_jax.internal import float64
+from rapi_jax.internal import float64, takes
 
 from ._content import (
     describe_base,
@@ -22,7 +22,7 @@ from ._content import (
 )
 from ._data_checks import (
     NOTHING_EXPLAINED,
-    check_arguments,
+    check_candidates,
     check_data,
     find_inconsistencies,
     shown_faults,
@@ -66,6 +66,7 @@ from .which.evidence._probability import (
 Progress = Callable[[str], None]
 
 
+@takes(ecdl=ECDL | None, recording=Recording, limits=DriveLimits | None)
 @float64
 @np.errstate(over="ignore", invalid="ignore")  # a refit that runs away has no finite cost
 def diagnose(
@@ -89,8 +90,8 @@ def diagnose(
     - `progress`: called with a line before each step.
 
     **Returns** a `Diagnosis`. Raises `DataError` where the recording holds nothing to judge by
-    (readings that rest, no complete period, fewer samples than parameters), and `ValueError` for
-    arguments of another kind.
+    (readings that rest, no complete period, fewer samples than parameters), and `TypeError` for
+    arguments of another class.
 
     >>> import numpy as np
     >>> from fitting import diagnose
@@ -111,7 +112,7 @@ def diagnose(
     """
     began = time.perf_counter()
     report = progress or (lambda line: None)
-    check_arguments(ecdl, recording, candidates)
+    check_candidates(candidates)
     check_data(ecdl, recording)
     whitened = WhitenedModel.of(decimate(recording))
     blocks = whitened.blocks

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from rapi_jax import ECDL, Recording
-from rapi_jax.internal import float64
+from rapi_jax.internal import float64, takes
 
 from ._conclude import conclude
 from ._options import Progress, solver_options
@@ -18,6 +18,7 @@ from .problem._problem import Solution
 from .robust._loss import loss_of
 
 
+@takes(ecdl=ECDL, recording=Recording)
 @float64
 def fit(
     ecdl: ECDL,

@@ -12,7 +12,7 @@ from fitting.solver._batched_least_squares import least_squares_many
 from fitting.solver._bound_transform import Bounds
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import ECDL, Recording
-from rapi_jax.internal import float64
+from rapi_jax.internal import float64, takes
 
 from ._conclude import conclude
 from ._options import solver_options
@@ -30,6 +30,7 @@ from .problem._problem import Solution
 from .robust._loss import loss_of
 
 
+@takes(models=ECDL | Sequence, recordings=[Recording])
 @float64
 def fit_many(
     models: ECDL | Sequence[ECDL],

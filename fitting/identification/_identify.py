@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from rapi_jax import RAPI, AbstractOperator, Recording
+from rapi_jax.internal import takes
 
 from ._model_order import ORDERS, PLAYS, choose_order
 from ._options import Progress
@@ -13,6 +14,7 @@ from .data_checks._data_checks import check_usable
 from .data_checks._thinning import thin
 
 
+@takes(recording=Recording)
 def identify(
     recording: Recording,
     *,

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from rapi_jax import ECDL, RAPI, AbstractOperator, Recording
-from rapi_jax.internal import float64, follow, scan_origin
+from rapi_jax.internal import float64, follow, scan_origin, takes
 
 from ._fit import fit
 from ._options import Progress, solver_options
@@ -113,6 +113,7 @@ def _better_origin(
     return other if rmse < THRESHOLDS.origin_gain * result.rmse else None
 
 
+@takes(recording=Recording)
 def choose_order(
     recording: Recording,
     *,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rapi_jax import Recording, Run
-from rapi_jax.internal import usable
+from rapi_jax.internal import takes, usable
 
 from ._thresholds import THRESHOLDS
 
@@ -34,6 +34,7 @@ def hysteresis_fraction(run: Run, lag_s: float = 0.0) -> float:
     return float(np.nanmax(gap) / span) if np.isfinite(gap).any() and span > 0 else float("nan")
 
 
+@takes(recording=Recording)
 def hysteresis_weights(recording: Recording) -> np.ndarray:
     """`A_j` of Eq. 26, one a run: proportional to the hysteresis percentage, with mean 1.
 

@@ -8,7 +8,7 @@ from scipy import stats
 from fitting._multiple_tests import adjust_holm
 from fitting.identification._result import FitResult
 from rapi_jax import DataError, ModelError
-from rapi_jax.internal import float64
+from rapi_jax.internal import float64, takes
 
 from ._change import Change, ParameterChange, change_probabilities, credible_changes
 from ._population import Population
@@ -17,6 +17,7 @@ from ._thresholds import THRESHOLDS
 from .estimates._record import Record, read_record
 
 
+@takes(population=Population, result=FitResult | Path)
 @float64
 def check_against(population: Population, result: FitResult | Path) -> Change:
     """Whether a new recording is as the population predicts, and if not, which parameter changed.

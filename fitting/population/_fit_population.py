@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fitting.identification._result import FitResult
-from rapi_jax.internal import float64
+from rapi_jax.internal import float64, takes
 from rapi_jax.io import printable
 
 from ._outliers import leave_one_out, worst
@@ -21,6 +21,7 @@ from .estimates._record import Record, read_record
 from .variances._selection import STRUCTURES, Selected, select
 
 
+@takes(results=[FitResult | Path])
 @float64
 def fit_population(
     results: Sequence[FitResult | Path],

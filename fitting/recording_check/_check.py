@@ -14,6 +14,7 @@ from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks._thresholds import THRESHOLDS
 from fitting.identification.data_checks.holds._sweeps import describe_creep, single_sweep
 from rapi_jax import DataError, Identified, Recording
+from rapi_jax.internal import takes
 
 from ._questions import Question, ask
 from ._runs import RunSummary
@@ -72,14 +73,15 @@ class RecordingCheck:
         }
 
 
-def check_recording(recording: Any) -> RecordingCheck:
+@takes(recording=Recording)
+def check_recording(recording: Recording) -> RecordingCheck:
     """What is in `recording`, what is wrong with it, and what it allows; without a fit.
 
     The checks are those that `identify` makes before its fit, and of those after it the one for
     noise of the drive. What shows only beside a model (mode hops, runs that do not belong) is not
     looked for.
 
-    Raises `ValueError` where `recording` is not a `Recording`, `DataError` where a run has no
+    Raises `TypeError` where `recording` is not a `Recording`, `DataError` where a run has no
     reading that is a number.
 
     >>> from fitting import check_recording
@@ -89,11 +91,6 @@ def check_recording(recording: Any) -> RecordingCheck:
     >>> len(checked.runs), [fault.name for fault in checked.faults]
     (4, [])
     """
-    if not isinstance(recording, Recording):
-        raise ValueError(
-            f"Argument `recording` must be a Recording, but is a {type(recording).__name__}. "
-            "Files are read by `rapi_jax.io.read_recording`."
-        )
     unusable = _find_unusable(recording)
     if any(not run.valid.any() for run in recording.runs):
         raise DataError(unusable[0].message)

@@ -20,7 +20,7 @@ from fitting.identification._result import FitResult
 from fitting.identification.problem._bounds import moving_bounds, project_into_bounds
 from fitting.identification.problem._problem import Problem
 from rapi_jax import ModelError
-from rapi_jax.internal import float64
+from rapi_jax.internal import float64, takes
 
 from ._fitted_problem import OPTIONS, FittedProblem
 from ._thresholds import THRESHOLDS
@@ -63,6 +63,7 @@ class ProfileInterval:
         return self.high == np.inf
 
 
+@takes(result=FitResult)
 @float64
 def profile_likelihood(
     result: FitResult, names: Sequence[str] | None = None, *, level: float = 0.95

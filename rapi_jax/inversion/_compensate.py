@@ -6,6 +6,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from rapi_jax._arguments import takes
 from rapi_jax._ecdl import ECDL, predict
 from rapi_jax._errors import LimitError, ModelError, NotInvertible
 from rapi_jax._limits import DriveLimits
@@ -85,6 +86,7 @@ class Compensation:
         }
 
 
+@takes(ecdl=ECDL, target=Target, identified=Identified | None, limits=DriveLimits | None)
 @float64
 def compensate(
     ecdl: ECDL,

@@ -16,6 +16,7 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, ArrayLike, Bool, Float
 
+from rapi_jax._arguments import takes
 from rapi_jax._precision import as_float64, float64
 from rapi_jax.operators import AbstractOperator, Plays
 from rapi_jax.plays._monotone_stretches import Stretches, find_stretches
@@ -181,6 +182,7 @@ def drive_range_for_span(
     return centre - u_pp / 2, centre + u_pp / 2
 
 
+@takes(operator=AbstractOperator)
 @float64
 def exact_inverse(
     operator: AbstractOperator,

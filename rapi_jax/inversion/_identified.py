@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from rapi_jax._arguments import takes
 from rapi_jax._errors import ModelError
 from rapi_jax._limits import DriveLimits
 from rapi_jax.recording._drive import Drive
@@ -37,6 +38,7 @@ class Identified:
     drive_unit: str = "V"
 
     @classmethod
+    @takes(recording=Recording)
     def of(cls, recording: Recording, *, swings_joined: bool = True) -> "Identified":
         """The range of `recording`."""
         drives = recording.drives

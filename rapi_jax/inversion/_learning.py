@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from rapi_jax._arguments import takes
 from rapi_jax._errors import DataError, LimitError
 from rapi_jax._limits import DriveLimits
 from rapi_jax._metrics import Linearity, linearity, turning_points
@@ -60,6 +61,7 @@ class Learned:
         return np.array([scan.rms_ghz for scan in self.linearity])
 
 
+@takes(target=Target, start=Drive, limits=DriveLimits)
 def learn(
     measure: Callable[[Drive], Run],
     target: Target,

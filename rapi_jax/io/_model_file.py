@@ -18,6 +18,7 @@ import numpy as np
 
 from rapi_jax import effects as packaged_effects
 from rapi_jax import operators as packaged_operators
+from rapi_jax._arguments import takes
 from rapi_jax._ecdl import ECDL
 from rapi_jax._errors import DataError
 from rapi_jax._parameter import follow, parameters
@@ -42,6 +43,7 @@ def _shapes(module: Any) -> dict[str, list[int]]:
     return {p.name: list(p.shape) for p in parameters(module)}
 
 
+@takes(ecdl=ECDL)
 @float64
 def write_model(path: StrPath, ecdl: ECDL, **about: Any) -> None:
     """Write `ecdl` to `path`; `about` (units, versions, data hash, range) goes with it.

@@ -9,6 +9,7 @@ from fitting.identification._options import Progress
 from fitting.identification._result import FitResult, UntrustedFit
 from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax import ECDL, AbstractOperator, Identified, InverseRAPI, Recording, predict, triangle
+from rapi_jax.internal import takes
 
 from ._swap import swap as swap
 
@@ -17,6 +18,7 @@ from ._swap import swap as swap
 HOLD_OUT = ("rate",)
 
 
+@takes(recording=Recording, forward=FitResult)
 def identify_inverse(
     recording: Recording,
     forward: FitResult,

@@ -7,8 +7,10 @@ import numpy as np
 from fitting.identification._result import FitResult
 from fitting.identification._thresholds import THRESHOLDS
 from rapi_jax import DataError, Drive, Recording, Run, predict
+from rapi_jax.internal import takes
 
 
+@takes(recording=Recording, forward=FitResult)
 def swap(recording: Recording, forward: FitResult, *, smooth: float | None = None) -> Recording:
     """`recording` with the measured frequency as drive and the drive as response.
 

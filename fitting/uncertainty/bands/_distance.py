@@ -9,7 +9,7 @@ from jaxtyping import Float
 from fitting.identification._result import FitResult
 from fitting.uncertainty._thresholds import THRESHOLDS
 from rapi_jax import Compensation, Drive
-from rapi_jax.internal import Branch, float64
+from rapi_jax.internal import Branch, float64, takes
 from rapi_jax.ranging.budget import Conditions, interpolation_spread
 
 from ._draws import ModelDraws
@@ -53,6 +53,7 @@ class DistanceBand:
         return interval(self.down, self.level)
 
 
+@takes(source=FitResult | ModelDraws, scan=Compensation | Drive)
 @float64
 def distance_band(
     source: FitResult | ModelDraws,

@@ -10,6 +10,7 @@ from fitting.identification._parameter_vector import ParameterVector
 from fitting.identification._result import FitResult
 from fitting.uncertainty._thresholds import THRESHOLDS
 from rapi_jax import ECDL, ModelError
+from rapi_jax.internal import takes
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -38,6 +39,7 @@ class ModelDraws:
         return ParameterVector.of(self.ecdl)
 
 
+@takes(result=FitResult)
 def laplace_draws(result: FitResult, *, draws: int = 1000, seed: int = 0) -> ModelDraws:
     """Draws from the normal law of the fit's estimates (Laplace's approximation).
 
@@ -89,6 +91,7 @@ def laplace_draws_of(
     return draw_normal(ecdl, names, stderr, correlation, vector, draws, seed)
 
 
+@takes(result=FitResult)
 def posterior_draws(
     result: FitResult, posterior: Any, *, draws: int = 1000, seed: int = 0
 ) -> ModelDraws:

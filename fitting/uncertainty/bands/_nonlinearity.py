@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from fitting.identification._result import FitResult
 from rapi_jax import Compensation, Drive, Linearity, ModelError, Run, linearity
-from rapi_jax.internal import float64
+from rapi_jax.internal import float64, takes
 
 from ._draws import ModelDraws
 from ._responses import Method, check_level, draws_of, interval, responses
@@ -58,6 +58,7 @@ class NonlinearityBand:
         } | {"level": self.level, "method": self.method, "draws": int(self.up.size)}
 
 
+@takes(source=FitResult | ModelDraws, scan=Compensation | Drive)
 @float64
 def nonlinearity_band(
     source: FitResult | ModelDraws,

@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from fitting.identification._result import FitResult
 from rapi_jax import Drive
-from rapi_jax.internal import float64
+from rapi_jax.internal import float64, takes
 
 from ._draws import ModelDraws
 from ._responses import Method, check_level, draws_of, responses
@@ -48,6 +48,7 @@ class PredictionBand:
         return bool(((self.all_low <= response) & (response <= self.all_high)).all())
 
 
+@takes(source=FitResult | ModelDraws, drive=Drive)
 @float64
 def prediction_band(
     source: FitResult | ModelDraws,

@@ -7,13 +7,14 @@ import numpy as np
 from fitting._versions import package_versions
 from fitting.identification._result import FitResult
 from fitting.uncertainty._fitted_problem import FittedProblem
-from rapi_jax.internal import float64
+from rapi_jax.internal import float64, takes
 
 from ._convergence import UntrustedPosterior, failures, import_arviz
 from ._nuts import run_chains
 from ._pose import Posed
 
 
+@takes(result=FitResult)
 @float64
 def sample_posterior(
     result: FitResult,

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rapi_jax._arguments import takes
 from rapi_jax._precision import as_float64, float64
 from rapi_jax.inversion._thresholds import THRESHOLDS
 from rapi_jax.operators import AbstractOperator
@@ -12,6 +13,7 @@ from ._failures import Failure, join_failures
 from ._slopes import smallest_slopes
 
 
+@takes(operator=AbstractOperator)
 @float64
 def certify(
     operator: AbstractOperator, low: float, high: float, freq: float, *, u_pp: float | None = None

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
+from rapi_jax._arguments import takes
 from rapi_jax._ecdl import ECDL
 from rapi_jax._errors import NotInvertible
 from rapi_jax._precision import as_float64, float64
@@ -63,6 +64,7 @@ class StreamingCompensator(eqx.Module):
     rounding: Float[Array, ""]
 
     @classmethod
+    @takes(model=ECDL | AbstractOperator)
     @float64
     def of(
         cls,
@@ -90,6 +92,7 @@ class StreamingCompensator(eqx.Module):
         return cls(frozen, *(as_float64(x) for x in (low, high, rounding)))
 
     @classmethod
+    @takes(model=ECDL | AbstractOperator)
     @float64
     def for_scan(
         cls,

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from rapi_jax._arguments import takes
 from rapi_jax._errors import DataError, LimitError
 from rapi_jax._limits import DriveLimits
 from rapi_jax._thresholds import THRESHOLDS
@@ -51,6 +52,7 @@ class AfgWaveform:
         object.__setattr__(self, "codes", codes)
 
     @classmethod
+    @takes(drive=Drive, limits=DriveLimits | None)
     def of(
         cls, drive: Drive, points: int = POINTS, *, limits: DriveLimits | None = None
     ) -> "AfgWaveform":

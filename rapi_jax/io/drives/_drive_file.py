@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rapi_jax._arguments import takes
 from rapi_jax._errors import DataError
 from rapi_jax.io._atomic import write_atomic
 from rapi_jax.io._last_row import ROWS, check_last_row
@@ -19,6 +20,7 @@ _AFG = "# rapi.afg/1"
 _KEYS = ("frequency_hz", "low_v", "high_v")
 
 
+@takes(drive=Drive)
 def write_drive(drive: Drive, path: StrPath) -> None:
     """Write the samples of `drive` as CSV with the header `time_s,drive`, whole or not at all.
 
@@ -66,6 +68,7 @@ def read_drive(path: StrPath, *, waveform: Waveform = "triangle") -> Drive:
         return Drive(time, value, rate or None, waveform)
 
 
+@takes(wave=AfgWaveform)
 def write_afg(wave: AfgWaveform, path: StrPath) -> None:
     """Write codes and levels for a generator: a header of `# key = value`, then a code a line.
 

@@ -4,6 +4,7 @@ import dataclasses
 import os
 from pathlib import Path
 
+from rapi_jax._arguments import takes
 from rapi_jax._errors import DataError
 from rapi_jax.io._atomic import OutputError, write_atomic
 from rapi_jax.io._leftovers import is_temporary
@@ -80,6 +81,7 @@ def _check_parent(target: Path, label: str, cure: str) -> None:
         )
 
 
+@takes(imported=Imported)
 def write_import(imported: Imported, path: StrPath, *, picture: bytes | None = None) -> list[Path]:
     """Write the recording, and `picture` (a PNG) in it or beside it; the paths written.
 

@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+from rapi_jax._arguments import takes
 from rapi_jax._errors import DataError
 from rapi_jax.io._safe import StrPath, located, open_regular, printable
 from rapi_jax.io._units import check_plausible
@@ -68,6 +69,7 @@ def _read_file(path: Path, nan: NanPolicy) -> Recording:
     )
 
 
+@takes(recording=Recording)
 def write_recording(recording: Recording, path: StrPath) -> None:
     """Write a recording to a folder or, where `path` ends in `.nc`, to a netCDF-4 file.
 

@@ -11,7 +11,6 @@ from scipy import stats
 from worlds import drives, recorded
 
 from fitting import compare
-from fitting.comparison._check_pair import check_pair
 from rapi_jax import DataError, effects, predict
 from rapi_jax.examples import paper_device, paper_drives
 
@@ -132,10 +131,10 @@ def test_what_cannot_be_compared_is_refused(session, before):
         compare(before, shifted(after, 100.0))
     with pytest.raises(DataError, match="hold the same data"):
         compare(before, before)
-    with pytest.raises(ValueError, match="Argument `after` must be a Recording"):
-        check_pair(None, before, "after")
-    with pytest.raises(ValueError, match="Argument `ecdl` must be an ECDL"):
-        check_pair(paper_device().operator, before, after)
+    with pytest.raises(TypeError, match="Argument `after` must be a Recording"):
+        compare(before, "after")
+    with pytest.raises(TypeError, match="Argument `ecdl` must be an ECDL"):
+        compare(before, after, ecdl=paper_device().operator)
 
 
 SESSIONS = {

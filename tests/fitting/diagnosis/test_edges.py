@@ -13,7 +13,7 @@ from diagnosis_contract import check
 from edge_worlds import NOISE, PERIODS, RATES, drives, off, record, wandering
 
 from fitting.diagnosis import diagnose
-from fitting.diagnosis._data_checks import check_arguments
+from fitting.diagnosis._data_checks import check_candidates
 from rapi_jax import ECDL, PI, DataError, Drive, Recording
 from rapi_jax.effects import AmplifierLowpass, Creep, Etalon
 from rapi_jax.examples import paper_device
@@ -279,17 +279,27 @@ def test_the_recording_is_left_as_it_was(good):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((paper_device().operator, 0, None), "`ecdl`.*RAPI.*Wrap"),
-        ((None, "folder", None), "`recording`.*str.*read_recording"),
-        ((None, 0, ("creep",)), "`candidates`.*'creep'"),
-        ((None, 0, (Etalon(),)), "`candidates`.*classes"),
-        ((None, 0, (int,)), "`candidates`"),
+        ((paper_device().operator, 0), "`ecdl`.*RAPI.*Wrap"),
+        ((None, "folder"), "`recording`.*str.*read_recording"),
     ],
 )
-def test_arguments_of_another_kind_are_refused(arguments, words, good):
-    ecdl, recording, candidates = arguments
-    with pytest.raises(ValueError, match=words):
-        check_arguments(ecdl, good if recording == 0 else recording, candidates)
+def test_arguments_of_another_class_are_refused(arguments, words, good):
+    ecdl, recording = arguments
+    with pytest.raises(TypeError, match=words):
+        diagnose(ecdl, good if recording == 0 else recording)
+
+
+@pytest.mark.parametrize(
+    ("candidates", "words"),
+    [
+        (("creep",), "`candidates`.*'creep'"),
+        ((Etalon(),), "`candidates`.*classes"),
+        ((int,), "`candidates`"),
+    ],
+)
+def test_candidates_that_are_no_effects_are_refused(candidates, words):
+    with pytest.raises(TypeError, match=words):
+        check_candidates(candidates)
 
 
 HOST = """
@@ -309,7 +319,7 @@ assert report.verdict.name == "none", report
 assert not jax.config.jax_enable_x64
 try:
     diagnose(paper_device().operator, report.recording)
-except ValueError as error:
+except TypeError as error:
     print(error)
 """
 

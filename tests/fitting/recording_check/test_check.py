@@ -156,7 +156,7 @@ def test_an_unusable_run_and_a_wrong_argument():
     slow = dataclasses.replace(drive, excitation_hz=1.0)
     found = check_recording(recorded(slow))
     assert found.faults[0].kind == "unusable run" and "excitation_hz" in found.faults[0].message
-    with pytest.raises(ValueError, match="Argument `recording` must be a Recording"):
+    with pytest.raises(TypeError, match="Argument `recording` must be a Recording"):
         check_recording("recording")  # pyright: ignore[reportArgumentType]
 
 

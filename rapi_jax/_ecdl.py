@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from ._arguments import takes
 from ._parameter import parameters
 from ._precision import float64
+from .display._one_line import describe_model
 from .display._results import summarise_model
 from .effects import (
     AbstractCouplingEffect,
@@ -54,6 +55,9 @@ class ECDL(eqx.Module):
     def summary(self) -> str:
         """The parameters as text for people."""
         return summarise_model(self, parameters(self)).text()
+
+    def __repr__(self) -> str:
+        return describe_model(self, parameters(self)) or super().__repr__()
 
     def _repr_html_(self) -> str:
         return summarise_model(self, parameters(self)).html()

@@ -11,6 +11,7 @@ from rapi_jax._ecdl import ECDL, predict
 from rapi_jax._errors import LimitError, ModelError, NotInvertible
 from rapi_jax._limits import DriveLimits
 from rapi_jax._precision import as_float64, float64
+from rapi_jax.display._one_line import describe_compensation
 from rapi_jax.display._results import summarise_compensation
 from rapi_jax.effects import AbstractCouplingEffect
 from rapi_jax.operators._inverse_rapi import InverseRAPI
@@ -26,7 +27,7 @@ from .certificate._certificate import Certificate
 from .certificate._certify import certify
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Compensation:
     """A drive that is allowed, and what speaks for it.
 
@@ -61,6 +62,9 @@ class Compensation:
 
     def _repr_html_(self) -> str:
         return summarise_compensation(self).html()
+
+    def __repr__(self) -> str:
+        return describe_compensation(self)
 
     @property
     def bias(self) -> float:

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from rapi_jax._errors import DataError
+from rapi_jax.display._one_line import describe_target
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Target:
     """One period of a response to reach, from its minimum.
 
@@ -47,6 +48,9 @@ class Target:
             )
         if self.value.argmin() != 0 or not self.span > 0:
             raise DataError("a target must start at its minimum, and must not be constant.")
+
+    def __repr__(self) -> str:
+        return describe_target(self)
 
     @property
     def span(self) -> float:

@@ -7,6 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from rapi_jax._errors import DataError
+from rapi_jax.display._one_line import describe_drive
 from rapi_jax.sampling import _phase
 from rapi_jax.sampling._clock import check_clock
 
@@ -16,7 +17,7 @@ Waveform = Literal["triangle", "sine", "multisine", "step", "other"]
 WAVEFORMS: tuple[str, ...] = get_args(Waveform)
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Drive:
     """What is sent to the device in one run.
 
@@ -63,6 +64,9 @@ class Drive:
             raise DataError(f"`start_s` must be a number of seconds, but is {self.start_s}.")
         set_(self, "excitation_hz", None if hz is None else float(hz))
         set_(self, "start_s", float(self.start_s))
+
+    def __repr__(self) -> str:
+        return describe_drive(self)
 
     @property
     def size(self) -> int:

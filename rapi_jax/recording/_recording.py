@@ -9,6 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from rapi_jax._errors import DataError
+from rapi_jax.display._one_line import describe_recording
 from rapi_jax.display._recording import (
     recording_dataframe,
     recording_dataset,
@@ -110,7 +111,7 @@ class Recording:
         return summarise_recording(self).html()
 
     def __repr__(self) -> str:
-        return f"<Recording: {len(self.runs)} runs, {self.response_unit} over {self.drive_unit}>"
+        return describe_recording(self)
 
     def to_dataframe(self) -> Any:
         """A pandas `DataFrame` with a row for each sample; `run` names its run."""

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from rapi_jax._errors import DataError
+from rapi_jax.display._one_line import describe_run
 from rapi_jax.sampling import _phase
 
 from ._column import checked_column
@@ -15,7 +16,7 @@ ROI = (0.1, 0.9)  # the middle 80 % of each branch's time
 _ROUNDING = 1e-9  # of a branch: a sample that stands on an end of the region is inside
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Run:
     """One run: a drive and the response to it.
 
@@ -42,6 +43,9 @@ class Run:
                 f"run {self.name!r}: `response` has {self.response.size} samples, but the drive "
                 f"has {self.drive.size}."
             )
+
+    def __repr__(self) -> str:
+        return describe_run(self)
 
     @property
     def valid(self) -> np.ndarray:

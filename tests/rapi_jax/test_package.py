@@ -18,3 +18,18 @@ def test_the_package_is_this_projects(package, tmp_path):
     assert done.returncode == 0, done.stderr
     found = Path(done.stdout.strip()).resolve()
     assert found == ROOT / package / "__init__.py"
+
+
+def test_public_names_are_listed_before_they_are_loaded():
+    """For the Tab key and `from fitting import *`, while nothing heavy is imported."""
+    code = """
+import sys
+import fitting
+assert {"identify", "diagnose", "FitResult"} <= set(dir(fitting)) >= set(fitting.__all__)
+assert not {"importlib", "Any", "_HOME"} & set(dir(fitting))
+assert "jax" not in sys.modules
+from fitting import identify
+assert dir(fitting).count("identify") == 1
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from rapi_jax import ECDL, Recording
 
@@ -18,7 +19,7 @@ from .refit.estimates._estimates import estimate_effects
 from .where._description import describe_localisation
 from .where._gap import Gap, measure_gap, split_gap
 from .where._localisation import localise
-from .where._residual_profiles import residual_profiles
+from .where._residual_profiles import remove_origin, residual_profiles
 from .which._base import FittedBase
 from .which._candidate import Candidate
 from .which._effect_sets import mechanism_name
@@ -93,9 +94,7 @@ def describe_shrinkage(
         "closed_fraction": held_out.closed if held_out else None,
         "held_out": [p["part"] for p in held_out.parts] if held_out else [],
         "by_part": held_out.parts if held_out else [],
-        "by_run": run_shares(
-            whitened.recording, without.errors.raw, refitted[1].errors.raw, own_origin=own
-        )
+        "by_run": run_shares(whitened.recording, without.errors.raw, left, blocks, own_origin=own)
         if top.effects
         else [],
         "foreseen": None if gain is None else gain.closed,
@@ -130,19 +129,34 @@ def _describe_nonlinearity(recording: Recording, gain: PredictedGain | None) -> 
 def describe_signature(
     whitened: WhitenedModel, fitted: FittedBase, none: Candidate, top: Candidate
 ) -> list[dict[str, Any]]:
-    """The signatures of the named effects beside the data; none where none is named."""
-    flexible = needs_flexible_base(top)
-    _, state = choose_refit(top, fitted.refit, flexible=flexible)
-    _, without = choose_refit(none, fitted.refit, flexible=flexible)
+    """The signatures of the named effects beside the data; none where none is named.
+
+    Without the effects: what the identified base leaves, as `gap` has it. A flexible base takes up
+    much of an effect that it lacks, and what it then leaves looks like nothing.
+    """
+    _, state = choose_refit(top, fitted.refit, flexible=needs_flexible_base(top))
     names = {effect.name for effect in top.effects}
     return describe_signatures(
         tuple(effect for effect in state.effects if effect.name in names),
-        without.errors.raw,
+        _least_base_errors(whitened, fitted, none),
         state.errors.raw,
         whitened.blocks,
         whitened.recording,
         own_origin=whitened.own_origin,
     )
+
+
+def _least_base_errors(
+    whitened: WhitenedModel, fitted: FittedBase, none: Candidate
+) -> list[Float[np.ndarray, "_ _"]]:
+    """Errors of the base refitted; of the model as brought where a refit takes nothing away."""
+    refitted = none.on_base.errors.raw
+    if fitted.given is None:
+        return refitted
+    own = whitened.own_origin
+    both = (remove_origin(e, whitened.blocks, own_origin=own) for e in (fitted.given, refitted))
+    given, after = (sum(float((e**2).sum()) for e in errors) for errors in both)
+    return refitted if after < given else fitted.given
 
 
 def describe_base(whitened: WhitenedModel, fitted: FittedBase) -> dict[str, Any]:

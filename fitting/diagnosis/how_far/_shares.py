@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from fitting.diagnosis.noise._periods import PeriodBlock
+from fitting.diagnosis.where._residual_profiles import remove_origin
 from rapi_jax import Recording
 
 
@@ -32,17 +34,18 @@ def run_shares(
     recording: Recording,
     without: list[Float[np.ndarray, "_ _"]],
     named: list[Float[np.ndarray, "_ _"]],
+    blocks: list[PeriodBlock],
     *,
     own_origin: bool,
 ) -> list[dict[str, Any]]:
     """Which runs carry the verdict: the fall in mean square that the named effects bring in each.
 
-    `without`, `named`: model less data of each run, in the response's unit. The largest share
-    first; a run that is predicted worse with the effects has a negative one.
+    `without`, `named`: model less data of each run, in the response's unit; the origin of the
+    response is no error. The largest share first; a run that is predicted worse with the effects
+    has a negative one.
     """
-    pairs = [
-        tuple(_square(e, own_origin) for e in pair) for pair in zip(without, named, strict=True)
-    ]
+    both = (remove_origin(errors, blocks, own_origin=own_origin) for errors in (without, named))
+    pairs = [tuple(float((e**2).sum()) for e in pair) for pair in zip(*both, strict=True)]
     falls = np.array([before - after for before, after in pairs])
     total = float(np.abs(falls.sum()))
     out = [
@@ -60,8 +63,3 @@ def run_shares(
         )
     ]
     return sorted(out, key=lambda entry: -entry["share"])
-
-
-def _square(error: Float[np.ndarray, "periods phases"], own_origin: bool) -> float:
-    e = error - error.mean() if own_origin else error
-    return float((e**2).sum())

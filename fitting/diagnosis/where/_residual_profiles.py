@@ -78,6 +78,20 @@ def remove_mean(error: np.ndarray, block: PeriodBlock) -> np.ndarray:
     return (error - mean) * block.use
 
 
+def remove_origin(
+    errors: list[Float[np.ndarray, "_ _"]], blocks: list[PeriodBlock], *, own_origin: bool
+) -> list[Float[np.ndarray, "_ _"]]:
+    """Errors less the origin of the response, which no model foretells: of all runs, or of each.
+
+    Slow noise hides it, so a fit may leave any. `own_origin`: the runs have a zero each.
+    """
+    if own_origin:
+        return [remove_mean(e, b) for e, b in zip(errors, blocks, strict=True)]
+    used = sum(float(b.use.sum()) for b in blocks)
+    total = sum(float((e * b.use).sum()) for e, b in zip(errors, blocks, strict=True))
+    return [(e - total / max(used, 1.0)) * b.use for e, b in zip(errors, blocks, strict=True)]
+
+
 def _bin_means(place: np.ndarray, value: np.ndarray, use: np.ndarray, bins: int) -> np.ndarray:
     """Means of `value` in bins `place` (-1: in none); NaN for a bin without values."""
     inside = (use > 0) & (place >= 0) & (place < bins)

@@ -5,13 +5,14 @@ with the response, a lag decays with the time since the drive turned. What the e
 effect share with those with it is not the effect's.
 """
 
+import math
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from fitting.diagnosis.noise._periods import PeriodBlock
-from fitting.diagnosis.where._residual_profiles import remove_mean, to_numbers
+from fitting.diagnosis.where._residual_profiles import remove_origin, to_numbers
 from rapi_jax import Recording
 from rapi_jax.effects import AbstractEffect
 
@@ -35,20 +36,19 @@ def describe_signatures(
 
     - `without`, `with_effects`: errors ("periods phases" a run, model less data) of the refit
       without any of `effects` and with all of them.
-    - `own_origin`: the runs have a zero each, so their means are left out.
+    - `own_origin`: the runs have a zero each. It is left out, as that of all runs is elsewhere.
 
     **Returns** for each its `axis` (see `AbstractEffect.signature_axis`), the unit of `x`, the
     `period` by which `x` was folded, or null, and `rows`: at each `x` the mean of data less model
-    `without` and `with` the effects, and the standard error of the latter from its scatter. On the
-    axis `gain` these are shares of the response, else in its unit. `rms_without`, `rms_with`: over
-    all means.
+    `without` and `with` the effects, the standard error of the latter from its scatter, and how
+    many `readings` there are. On the axis `gain` these are shares of the response, else in its
+    unit. `rms_without`, `rms_with`: over all means, each counted as often as it has readings, so
+    that none exceeds the rms of the errors.
     """
     model = [_predict(e, b) for e, b in zip(with_effects, blocks, strict=True)]
-    if own_origin:
-        without, with_effects = (
-            [remove_mean(e, b) for e, b in zip(errors, blocks, strict=True)]
-            for errors in (without, with_effects)
-        )
+    without, with_effects = (
+        remove_origin(errors, blocks, own_origin=own_origin) for errors in (without, with_effects)
+    )
     out: list[dict[str, Any]] = []
     seen: set[tuple[str, float | None]] = set()
     for effect in effects:
@@ -106,10 +106,10 @@ def _means(
     count = np.bincount(at, minlength=bins)
     square = np.bincount(at, weights=rest**2, minlength=bins) / np.maximum(count - 1, 1)
     stderr = np.where(count > 1, np.sqrt(square / np.where(some, size, 1.0)), np.nan)
-    columns = (found.x, mean(without), left, stderr)
+    columns = (found.x, mean(without), left, stderr, count)
     return {
         key: to_numbers(column[some])
-        for key, column in zip(("x", "without", "with", "stderr"), columns, strict=True)
+        for key, column in zip(("x", "without", "with", "stderr", "readings"), columns, strict=True)
     }
 
 
@@ -121,5 +121,6 @@ def _predict(error: np.ndarray, block: PeriodBlock) -> np.ndarray:
 
 
 def _rms(rows: list[dict[str, Any]], key: str) -> float:
-    values = [v for row in rows for v in row[key] if v is not None]
-    return float(np.sqrt(np.mean(np.square(values)))) if values else 0.0
+    pairs = [(v, n) for row in rows for v, n in zip(row[key], row["readings"], strict=True)]
+    square = sum(n * v * v for v, n in pairs if v is not None)
+    return math.sqrt(square / max(sum(n for v, n in pairs if v is not None), 1.0))

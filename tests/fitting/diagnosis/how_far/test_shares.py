@@ -7,6 +7,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fitting.diagnosis.how_far._shares import effect_shares, run_shares
+from fitting.diagnosis.noise._periods import period_blocks
+from rapi_jax.internal import to_batch
 
 COST = st.floats(0.0, 1e6)
 
@@ -36,11 +38,14 @@ def test_what_either_explains_is_halved_and_what_one_alone_does_is_its_own():
 
 def test_runs_sum_to_all_that_falls_and_the_largest_is_first():
     recording = record(drives((10.0, 40.0), periods=2, samples=50))
-    without = [np.full((2, 50), 2.0), np.full((2, 50), 3.0)]
-    named = [np.full((2, 50), 1.0), np.full((2, 50), 1.0)]
-    found = run_shares(recording, without, named, own_origin=False)
+    blocks = period_blocks(recording, to_batch(recording, lead=True))
+    wave = np.tile([1.0, -1.0], (2, 25))
+    without, named = [2.0 * wave, 3.0 * wave], [wave, wave]
+    found = run_shares(recording, without, named, blocks, own_origin=False)
     assert [entry["run"] for entry in found] == [1, 0]
     assert [entry["share"] for entry in found] == pytest.approx([8 / 11, 3 / 11])
     assert (found[0]["before"], found[0]["after"], found[0]["excitation_hz"]) == (3.0, 1.0, 40.0)
-    own = run_shares(recording, without, named, own_origin=True)  # constants say nothing there
-    assert [entry["share"] for entry in own] == [0.0, 0.0]
+    off = [e + 5.0 for e in without]  # the origin of a session says nothing
+    assert run_shares(recording, off, named, blocks, own_origin=False) == found
+    apart = [without[0] + 5.0, without[1] - 5.0]  # nor does each, where each run has its own
+    assert run_shares(recording, apart, named, blocks, own_origin=True) == found

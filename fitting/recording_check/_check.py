@@ -16,6 +16,7 @@ from fitting.identification.data_checks.holds._sweeps import describe_creep, sin
 from rapi_jax import DataError, Identified, Recording
 from rapi_jax.internal import takes
 
+from ._first_periods import find_unsettled
 from ._questions import Question, ask
 from ._runs import RunSummary
 
@@ -97,8 +98,13 @@ def check_recording(recording: Recording) -> RecordingCheck:
     faults = [*unusable, *find_faults(recording), *find_swapped_columns(recording)]
     if not faults:
         faults = foresee_drive_noise(recording)
-    runs = tuple(RunSummary.of(run, recording.response_lag_s) for run in recording.runs)
-    questions = ask(recording, runs, faults)
+    unsettled = [] if faults else find_unsettled(recording.runs)
+    late = {one.run for one in unsettled}
+    runs = tuple(
+        RunSummary.of(run, recording.response_lag_s, settled=run.name not in late)
+        for run in recording.runs
+    )
+    questions = ask(recording, runs, faults, unsettled)
     notes = [] if single_sweep(recording) else describe_creep(recording)
     return RecordingCheck(
         recording, runs, tuple(faults), tuple(questions), (*notes, *_sampling_notes(runs))

@@ -4,12 +4,14 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any, Literal
 
+from fitting._units import quantity
 from fitting.identification._thresholds import THRESHOLDS as FITTING
 from fitting.identification.data_checks._drive_character import describe_repetition
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks.holds._sweeps import single_sweep
 from rapi_jax import Recording
 
+from ._first_periods import FirstPeriod
 from ._runs import RunSummary
 from ._thresholds import THRESHOLDS
 
@@ -35,11 +37,18 @@ class Question:
 
 
 def ask(
-    recording: Recording, runs: Sequence[RunSummary], faults: Sequence[Fault]
+    recording: Recording,
+    runs: Sequence[RunSummary],
+    faults: Sequence[Fault],
+    unsettled: Sequence[FirstPeriod] = (),
 ) -> list[Question]:
-    """Every question, in the order in which a laboratory meets them."""
+    """Every question, in the order in which a laboratory meets them.
+
+    Whether the device had settled is one only where the first period of a run speaks against it.
+    """
     return [
         _ask_model(recording, runs, faults),
+        *([_ask_settled(recording, unsettled)] if unsettled else []),
         _ask_noise(recording, runs),
         _ask_rates(recording),
         _ask_amplitudes(recording),
@@ -83,6 +92,25 @@ def _name_runs(some: Sequence[RunSummary], runs: Sequence[RunSummary]) -> str:
     named = ", ".join(repr(run.name) for run in some[:3])
     more = f" and {len(some) - 3} more" if len(some) > 3 else ""
     return f"run {named} has" if len(some) == 1 else f"runs {named}{more} have"
+
+
+def _ask_settled(recording: Recording, unsettled: Sequence[FirstPeriod]) -> Question:
+    unit = recording.response_unit
+
+    def shown(size: float) -> str:
+        return quantity(float(f"{size:.2g}"), unit)
+
+    named = [f"{one.run} {shown(one.rms)} rms, {shown(one.most)} at most" for one in unsettled[:4]]
+    more = f"; and {len(unsettled) - 4} more" if len(unsettled) > 4 else ""
+    return Question(
+        "whether the device had settled", "partly",
+        f"the first period differs from the later ones by more than noise explains "
+        f"({'; '.join(named)}{more}). The device came from rest or from another scan, or "
+        "its reading drifts ever more slowly; the hysteresis of a first rise may be part of it. "
+        "The noise that is given is that of the later periods.",
+        "Leave the first period of each run out (`rapi import --skip-periods 1`), or let each "
+        "drive run for one more period before recording.",
+    )  # fmt: skip
 
 
 def _ask_noise(recording: Recording, runs: Sequence[RunSummary]) -> Question:

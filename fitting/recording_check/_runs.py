@@ -22,7 +22,8 @@ class RunSummary:
     - `drive_low`, `drive_high`: smallest and largest drive; `swing`: peak to peak (Eq. 11); `bias`:
       the middle between them. `span`: largest less smallest reading.
     - `noise`: rms, of the response; `noise_from`: "periods" where it is what does not repeat,
-      "samples" where nothing repeats and it is what changes from sample to sample.
+      "samples" where nothing repeats and it is what changes from sample to sample. `settled`:
+      whether the first period is like the later ones; one that is not is no part of the noise.
     - `holds`: how often the drive rests.
     """
 
@@ -43,14 +44,17 @@ class RunSummary:
     noise: float
     noise_from: str
     holds: int
+    settled: bool = True
 
     @classmethod
-    def of(cls, run: Run, response_lag_s: float) -> "RunSummary":
+    def of(cls, run: Run, response_lag_s: float, *, settled: bool = True) -> "RunSummary":
         """The numbers of `run`, which has a reading that is finite."""
         drive = run.drive
         low, high = float(drive.value.min()), float(drive.value.max())
         index = np.flatnonzero(usable(run, response_lag_s))
         index = index if index.size else np.flatnonzero(run.valid)
+        if not settled:
+            index = index[index > np.flatnonzero(drive.period == 0)[-1]]
         # A drive that does not repeat is no noise of the reading, and noise of the drive is none.
         (noise, repeated), (less, _) = (
             measure_run_noise(run, index, one)
@@ -75,6 +79,7 @@ class RunSummary:
             noise=noise,
             noise_from="periods" if repeated else "samples",
             holds=len(find_holds(drive)),
+            settled=settled,
         )
 
     @property

@@ -15,6 +15,24 @@ class RecordingCheckThresholds:
     swings_apart: float = threshold(
         1.2, unit="factor", origin="as for scan rates; swings within it do not show their law"
     )
+    unsettled_level: float = threshold(
+        0.01,
+        unit="recordings",
+        origin="convention: one settled recording in 100 is told to be unsettled; halved and "
+        "doubled, so is that share",
+    )
+    unsettled_terms: int = threshold(
+        16,
+        unit="terms of a cosine transform",
+        origin="a settling is smooth over a period; 8: one that ends in less than a 16th of it is "
+        "seen later, 32: more noise is compared, and a slow one is seen later",
+    )
+    unsettled_least: float = threshold(
+        1e-6,
+        unit="of the response's span, as noise of each term",
+        origin="readings printed in six digits; a tenth: interpolation between samples is seen in "
+        "simulated readings without noise, ten times: noise of an excellent reading",
+    )
 
 
 THRESHOLDS = RecordingCheckThresholds()

@@ -1,0 +1,105 @@
+"""Whether a device had settled: first periods that are as the later ones, and others."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from fitting import check_recording
+from fitting.recording_check._first_periods import compare_first_period, find_unsettled
+from rapi_jax import Recording, Run, triangle
+
+ASKED = "whether the device had settled"
+LAG_S, LAG_SHARE = 3e-3, 0.006
+
+
+def white(rng, size):
+    return rng.standard_normal(size)
+
+
+def walk(rng, size):
+    """A random walk below white noise, as of a free-running laser."""
+    return rng.standard_normal(size) + np.cumsum(rng.standard_normal(size)) / np.sqrt(50.0)
+
+
+def hum(rng, size):
+    """A tone of 4.62 cycles in a period of 500 samples, with a phase by chance."""
+    phase = 2.0 * np.pi * rng.random()
+    return rng.standard_normal(size) + 1.5 * np.sin(
+        2.0 * np.pi * 4.618 / 500 * np.arange(size) + phase
+    )
+
+
+def recorded(rng, make_noise, *, settled=True, periods=4, noise=0.02, drift=0.0) -> Recording:
+    """Triangles at three rates; a lag of 3 ms starts from rest where the device had not settled."""
+    drives = triangle([10.0, 20.0, 40.0], amplitude=4.5, bias=3.0, samples=2000, periods=periods)
+    runs = []
+    for k, drive in enumerate(drives):
+        clean = 11.0 * drive.value + 0.2 * (drive.value - 3.0) ** 2 + drift * drive.time
+        start = 0.0 if settled else LAG_SHARE * np.ptp(clean)
+        lag = start * np.exp(-drive.time / LAG_S)
+        read = clean - lag + noise * make_noise(rng, drive.size)
+        runs.append(Run(drive, read, f"run{k:02d}"))
+    return Recording(tuple(runs))
+
+
+@pytest.mark.parametrize("make_noise", [white, walk, hum])
+@pytest.mark.parametrize("periods", [3, 5])
+def test_settled_recordings_are_told_to_be_unsettled_once_in_a_hundred(make_noise, periods):
+    rng = np.random.default_rng(3)
+    alarms = sum(
+        bool(find_unsettled(recorded(rng, make_noise, periods=periods).runs)) for _ in range(40)
+    )
+    assert alarms <= 4  # of 40: by chance once in 1500 of such tests at a rate of 1 %
+
+
+def test_p_values_of_settled_runs_are_uniform():
+    rng = np.random.default_rng(4)
+    runs = [run for _ in range(60) for run in recorded(rng, white).runs]
+    values = np.sort([one.p for run in runs if (one := compare_first_period(run)) is not None])
+    even = (np.arange(values.size) + 0.5) / values.size
+    # Kolmogorov's distance that chance exceeds once in 1000
+    assert values.size == 180 and np.abs(values - even).max() < 1.95 / np.sqrt(values.size)
+
+
+@pytest.mark.parametrize("periods", [3, 4, 8])
+def test_a_lag_that_starts_from_rest_is_told_with_its_size_and_the_cure(periods):
+    recording = recorded(np.random.default_rng(1), white, settled=False, periods=periods)
+    found = check_recording(recording)
+    asked = {question.name: question for question in found.questions}[ASKED]
+    assert found.sound and asked.answer == "partly" and "--skip-periods 1" in asked.record
+    assert all(name in asked.because for name in ("run00", "run01", "run02", "MHz rms"))
+    assert [run.settled for run in found.runs] == [False] * 3
+    for run in found.runs:  # not inflated by the first period
+        np.testing.assert_allclose(run.noise, 0.02, rtol=0.08)
+
+
+def test_the_size_is_that_of_what_decays():
+    recording = recorded(np.random.default_rng(1), white, settled=False, noise=1e-3)
+    run = recording.runs[0]
+    one = compare_first_period(run)
+    time = run.drive.time[run.drive.period == 0]
+    decay = LAG_SHARE * run.span * np.exp(-time / LAG_S)
+    assert one is not None
+    np.testing.assert_allclose(one.rms, np.std(decay), rtol=0.1)
+
+
+def test_nothing_is_asked_of_settled_or_short_runs():
+    rng = np.random.default_rng(2)
+    assert ASKED not in [q.name for q in check_recording(recorded(rng, white)).questions]
+    short = recorded(rng, white, settled=False, periods=2)
+    assert all(compare_first_period(run) is None for run in short.runs)
+
+
+def test_a_steady_drift_and_a_rate_that_is_slightly_off_are_no_settling():
+    rng = np.random.default_rng(6)
+    assert find_unsettled(recorded(rng, white, drift=3.0, periods=6).runs) == []
+    slow = []
+    for run in recorded(rng, white, periods=6).runs:
+        late = np.interp(run.drive.time * 0.9999, run.drive.time, run.response)
+        slow.append(dataclasses.replace(run, response=late))
+    assert find_unsettled(slow) == []
+
+
+def test_readings_without_noise_that_repeat_are_settled():
+    assert find_unsettled(recorded(np.random.default_rng(0), white, noise=0.0).runs) == []

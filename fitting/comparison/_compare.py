@@ -84,7 +84,8 @@ def compare(
     errors = shared_errors(estimates)
     steps = np.sqrt(sum(np.diag(covariance) for covariance in estimates.covariances))
     joint = fit_jointly(errors, alone, steps)
-    values, covariances = linearise(errors, alone, (joint.before, joint.after), steps)
+    about: Two = (joint.before, joint.after)
+    values, covariances = linearise(errors, alone, about, steps)
     test = compare_estimates(values, covariances, estimates.degrees)
     report("what each fit leaves")
     own = estimates.results[0].ecdl, estimates.results[1].ecdl
@@ -124,7 +125,7 @@ def compare(
         parameters=tuple(_differences(estimates, values, covariances, found, test, probabilities)),
         probabilities=probabilities,
         set=likely,
-        response=response_change(errors, alone, found.difference, covariances[0] + covariances[1]),
+        response=response_change(errors, alone, about, covariances),
         gap=gap_change(reference, (model, model), pair),
         misfit=misfit,
         misfit_changed=misfit_changed,

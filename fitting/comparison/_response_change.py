@@ -17,28 +17,38 @@ _HALF = 1.959963984540054  # of a normal distribution, at the interval's level o
 
 
 def response_change(
-    errors: tuple[SharedErrors, SharedErrors],
-    alone: Two,
-    difference: Float[np.ndarray, " parameters"],
-    variance: Float[np.ndarray, "parameters parameters"],
+    errors: tuple[SharedErrors, SharedErrors], alone: Two, about: Two, covariances: Two
 ) -> Interval:
     r"""The rms of how much the response changed over the drives of both, its mean left out.
 
-    With $D$ the difference of the two models `alone` and $J$ its slopes, noise alone makes $\langle
-    D^2 \rangle$ about $\mathrm{tr}(AV)$, $A = J'J/n$; it is taken off, and the interval is by the
-    variance of a quadratic form. `difference`, `variance` ($V$): of the parameters.
+    With $D$ the difference of the two models `alone`, and $C$ the covariance of it by noise, noise
+    alone makes $\langle D^2 \rangle$ about $\mathrm{tr}(C)/n$; that is taken off, and the interval
+    is by the variance of a quadratic form. `covariances`: of the parameters of either, to first
+    order at its own `about`. There their slopes are taken, too: what hardly moves the response at
+    one place, and has a wide covariance there, may move it much at another.
     """
     before, after = alone
-    steps = np.sqrt(np.diag(variance))
-    middle = 0.5 * (before + after)
     change = np.concatenate([e(after) - e(before) for e in errors])
-    slopes = np.concatenate([e.slopes(middle, steps) for e in errors])
-    quadratic = slopes.T @ slopes / change.size
-    spread = quadratic @ variance
+    noise = np.concatenate(
+        [_response_noise(errors, *one) for one in zip(about, covariances, strict=True)], axis=1
+    )
+    spread = noise.T @ noise / change.size
+    along = noise.T @ change / change.size
     square = float(np.mean(change**2)) - float(np.trace(spread))
-    error2 = 2.0 * float(np.trace(spread @ spread))
-    error2 += 4.0 * max(float(difference @ spread @ quadratic @ difference), 0.0)
+    error2 = 2.0 * float(np.sum(spread**2)) + 4.0 * float(along @ along)
     return _root_interval(square, float(np.sqrt(error2)))
+
+
+def _response_noise(
+    errors: tuple[SharedErrors, SharedErrors],
+    at: Float[np.ndarray, " parameters"],
+    covariance: Float[np.ndarray, "parameters parameters"],
+) -> Float[np.ndarray, "samples parameters"]:
+    """A square root of the covariance of the response over the drives of both."""
+    steps = np.sqrt(np.diag(covariance))
+    slopes = np.concatenate([e.slopes(at, steps) for e in errors])
+    size, axes = np.linalg.eigh(covariance / np.outer(steps, steps))
+    return (slopes * steps) @ (axes * np.sqrt(np.maximum(size, 0.0)))
 
 
 def gap_change(

@@ -22,7 +22,7 @@ from ._differences import Interval, ParameterDifference
 from ._effects import named_effects
 from ._estimates import PairEstimates, estimate_pair
 from ._joint_fit import Two, fit_jointly, linearise, rms, shared_errors
-from ._response_change import gap_change, response_change
+from ._response_change import change_by_drive, gap_change, response_change
 from ._single_changes import contrast_changes, single_changes
 from ._thresholds import THRESHOLDS
 from ._words import describe_parameter
@@ -126,6 +126,7 @@ def compare(
         probabilities=probabilities,
         set=likely,
         response=response_change(errors, alone, about, covariances),
+        response_by_drive=tuple(change_by_drive(errors, alone)),
         gap=gap_change(reference, (model, model), pair),
         misfit=misfit,
         misfit_changed=misfit_changed,

@@ -25,7 +25,8 @@ class Comparison:
       and of the misfit, for all; `changed` is decided by it, `misfit_changed` by the last alone.
     - `probabilities`: of "none", each parameter alone, and "several"; they sum to 1. `set`: given a
       change, the most probable ones that hold 95 % together.
-    - `response`: rms of the change of the response over both recordings' drives, in `unit`.
+    - `response`: rms of the change of the response over both recordings' drives, in `unit`;
+      `response_by_drive`: at each rate and swing.
     - `gap`: of one model in both, where periods show the noise; `misfit`: that of the own fit of
       each, which changes where an effect comes up that the model lacks. `effects`: named by a
       diagnosis, where that was asked for.
@@ -52,6 +53,7 @@ class Comparison:
     probabilities: dict[str, float]
     set: tuple[str, ...]
     response: Interval
+    response_by_drive: tuple[dict[str, Any], ...]
     gap: GapChange | None
     misfit: GapChange | None
     misfit_changed: bool
@@ -90,6 +92,7 @@ class Comparison:
                 "set": list(self.set),
                 "parameters": {p.name: p.to_dict() for p in self.parameters},
                 "response_change": dataclasses.asdict(self.response) | {"unit": self.unit},
+                "response_by_drive": list(self.response_by_drive),
                 "gap": None
                 if self.gap is None
                 else dataclasses.asdict(self.gap) | {"unit": self.unit},

@@ -1,9 +1,14 @@
 """What differs between two recordings, one by one: parameters, effects, the gap."""
 
 import dataclasses
+import re
 from typing import Any
 
+from fitting._units import significant
+
 from ._thresholds import THRESHOLDS
+
+_MOST_PERCENT, _LEAST_PERCENT = 990.0, 0.01  # of a change, between which it is told
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,11 +54,27 @@ class ParameterDifference:
 
     def describe(self, amount: Interval) -> str:
         """An amount in its unit with interval, and in per cent where that has a meaning."""
-        unit = "" if self.unit == "1" else f" {self.unit}"
-        text = f"{amount.value:+.3g}{unit} ({amount.low:+.3g} to {amount.high:+.3g})"
+        text = _signed(f"{amount.value:+.3g}{self._unit} ({amount.low:+.3g} to {amount.high:+.3g})")
+        return f"{text}, {self._share(amount)}" if self.relative else text
+
+    def describe_share(self) -> str:
+        """The difference in per cent, or in its unit where that has no meaning."""
         if self.relative:
-            text += f", {100.0 * amount.value / abs(self.before):+.2g} %"
-        return text
+            return self._share(self.difference)
+        return _signed(f"{self.difference.value:+.3g}{self._unit}")
+
+    @property
+    def _unit(self) -> str:
+        return "" if self.unit == "1" else f" {self.unit}"
+
+    def _share(self, amount: Interval) -> str:
+        """In per cent with two digits, or three before the point; no power of ten."""
+        share = 100.0 * amount.value / abs(self.before)
+        if abs(share) >= _MOST_PERCENT:
+            return f"by over {_MOST_PERCENT:.0f} %"
+        if abs(share) < _LEAST_PERCENT:
+            return f"by under {_LEAST_PERCENT:g} %"
+        return _signed(f"{'+' if share > 0 else ''}{significant(share, 2)} %")
 
     def to_dict(self) -> dict[str, Any]:
         """The fields as in `comparison.json`."""
@@ -92,3 +113,8 @@ class GapChange:
     change: Interval
     noise_floor: tuple[float, float]
     p_value: float
+
+
+def _signed(text: str) -> str:
+    """Numbers with the sign for minus, where no power of ten has a hyphen."""
+    return re.sub(r"(?<!\w)-(?=\d)", "\N{MINUS SIGN}", text)

@@ -1,5 +1,7 @@
 """How much the response itself changed, and the gap that one model leaves before and after."""
 
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float
 from scipy import stats
@@ -11,7 +13,7 @@ from fitting.diagnosis.which._base import measure_model_errors
 from rapi_jax import ECDL, Recording
 
 from ._differences import GapChange, Interval
-from ._joint_fit import SharedErrors, Two
+from ._joint_fit import SharedErrors, Two, rms
 
 _HALF = 1.959963984540054  # of a normal distribution, at the interval's level of 95 %
 
@@ -37,6 +39,27 @@ def response_change(
     square = float(np.mean(change**2)) - float(np.trace(spread))
     error2 = 2.0 * float(np.sum(spread**2)) + 4.0 * float(along @ along)
     return _root_interval(square, float(np.sqrt(error2)))
+
+
+def change_by_drive(
+    errors: tuple[SharedErrors, SharedErrors], alone: Two, digits: int = 3
+) -> list[dict[str, Any]]:
+    """The rms of the change of the response at each rate and swing, both recordings together.
+
+    Swings that are the same in so many digits are one. What noise makes of it is not taken off.
+    """
+    found: dict[tuple[float | None, float], list[np.ndarray]] = {}
+    for one in errors:
+        problem = one.problem
+        ends = np.cumsum(problem.data.use.sum(axis=1))[:-1]
+        parts = np.split(one(alone[1]) - one(alone[0]), ends)
+        for drive, part in zip(problem.recording.drives, parts, strict=False):
+            swing = float(f"{drive.u_pp:.{digits}g}")
+            found.setdefault((drive.excitation_hz, swing), []).append(part)
+    return [
+        {"excitation_hz": rate, "amplitude": swing, "rms": rms(np.concatenate(parts))}
+        for (rate, swing), parts in found.items()
+    ]
 
 
 def _response_noise(

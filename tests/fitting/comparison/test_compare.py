@@ -11,6 +11,7 @@ from scipy import stats
 from worlds import drives, recorded
 
 from fitting import compare
+from fitting.comparison._differences import Interval
 from rapi_jax import DataError, effects, predict
 from rapi_jax.examples import paper_device, paper_drives
 
@@ -84,6 +85,37 @@ def test_files_page_and_text(wider, tmp_path):
         "alpha" in wider.summary()
         and repr(wider) == f"<Comparison: changed, p = {wider.p_change:.2g}>"
     )
+
+
+def test_of_many_changes_the_sentence_names_three(wider):
+    sizes = np.linspace(-1.03, 1.6, len(wider.parameters))
+    moved = tuple(
+        dataclasses.replace(
+            p, before=1.0, before_stderr=0.01, difference=Interval(size, 0.9 * size, 1.1 * size)
+        )
+        for p, size in zip(wider.parameters, sizes, strict=True)
+    )
+    moved = tuple(dataclasses.replace(p, p_holm=1e-13, difference_stderr=0.1) for p in moved)
+    several = dataclasses.replace(wider, parameters=moved, set=("several",))
+    text, count = several.sentence, len(moved)
+    assert text.startswith("Several parameters changed (the response by ") and len(text) < 400
+    assert f"{count} of {count}, most surely " in text and text.count("`") == 6
+    assert "+160 %" in text and "−100 %" in text and "e+" not in text
+    assert all(old not in text for old in (" -", "(-"))
+    most = max(wider.response_by_drive, key=lambda one: one["rms"])
+    where = f"{most['excitation_hz']:g} Hz with {most['amplitude']:g} V peak to peak"
+    assert f"MHz rms, most at {where} ({1e3 * most['rms']:.3g} MHz)" in text
+
+
+def test_a_bound_of_the_response_is_told_as_one(wider):
+    found = dataclasses.replace(wider, response=Interval(0.0, 0.0, 0.398))
+    assert "the response by at most 398 MHz rms, p " in found.sentence
+
+
+def test_the_response_by_drive_adds_up_to_all(wider):
+    squares = [one["rms"] ** 2 for one in wider.response_by_drive]
+    assert {one["excitation_hz"] for one in wider.response_by_drive} == {10.0, 20.0, 40.0}
+    assert np.sqrt(np.mean(squares)) == pytest.approx(wider.response.value, rel=0.05)
 
 
 def test_two_changes_are_not_blamed_on_one(session, before):

@@ -20,7 +20,7 @@ def describe_run(drive: Drive, name: str, first: int) -> str:
         for n, where in zip(ends, ("before", "after"), strict=True)
         if n * a_period >= 0.01
     ]
-    broken = f"; broken ends stay, for settling ({' and '.join(parts)})" if parts else ""
+    broken = f"; kept beside them, but not fitted: {' and '.join(parts)}" if parts else ""
     return (
         f"{name}: {where}, {drive.periods} period(s) of a {drive.waveform} at "
         f"{drive.rate:.6g} Hz, swing {drive.u_pp:.4g}{broken}"

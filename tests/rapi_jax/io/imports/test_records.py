@@ -44,7 +44,7 @@ def test_broken_ends_stay_for_settling(tmp_path):
     made = taken(tmp_path, t[part], u[part], y[part])
     (run,) = made.recording.runs
     assert (run.drive.size, run.drive.periods, run.drive.excitation_hz) == (6900, 2, 10.0)
-    assert "broken ends stay, for settling (0.75 of a period before and 0.7" in said(made)
+    assert "kept beside them, but not fitted: 0.75 of a period before and 0.7" in said(made)
 
 
 def test_a_noisy_drive_of_eight_bits_at_an_odd_rate(tmp_path):

@@ -164,7 +164,7 @@ def _ask_rates(recording: Recording) -> Question:
 
 def _ask_amplitudes(recording: Recording) -> Question:
     name, swings, unit = "the law of the swing", recording.amplitudes, recording.drive_unit
-    if swings[-1] > THRESHOLDS.swings_apart * max(swings[0], 1e-300):
+    if _swings_differ(recording):
         shown = f"{len(swings)} swings, {swings[0]:.4g} to {swings[-1]:.4g} {unit} peak to peak."
         return Question(name, "yes", shown)
     one = f"one swing, {swings[0]:.4g} {unit} peak to peak"
@@ -172,6 +172,12 @@ def _ask_amplitudes(recording: Recording) -> Question:
         one = f"swings of {swings[0]:.4g} to {swings[-1]:.4g} {unit} peak to peak, nearly one"
     because = f"{one}: how the hysteresis grows with the swing is assumed, not measured."
     return Question(name, "partly", because, "Record a second swing, half as large.")
+
+
+def _swings_differ(recording: Recording) -> bool:
+    """Whether swings lie so far apart that they show how the hysteresis grows with the swing."""
+    swings = recording.amplitudes
+    return swings[-1] > THRESHOLDS.swings_apart * max(swings[0], 1e-300)
 
 
 def _ask_held_out(runs: Sequence[RunSummary]) -> Question:
@@ -207,7 +213,7 @@ def _ask_effects(
     rates = recording.rates
     if not max(rates) > FITTING.one_rate * min(rates):
         missing.append("several rates")
-    if len(recording.amplitudes) < 2:
+    if not _swings_differ(recording):
         missing.append("two swings")
     if not missing:
         return Question(name, "yes", "there are enough periods, rates and swings.")

@@ -65,6 +65,13 @@ def test_what_is_missing_is_said_with_what_to_record(drives, expected, words):
     assert words in json.dumps(check_recording(recording).to_dict())
 
 
+def test_swings_that_are_nearly_one_are_one_swing_for_effects_too():
+    found = check_recording(recorded(*wide(10, 20, 40), *wide(20, amplitude=3.9)))
+    *_, swings, _, effects = found.questions
+    assert swings.answer == effects.answer == "partly"
+    assert "nearly one" in swings.because and "without two swings" in effects.because
+
+
 def test_what_one_period_does_not_show_is_said_and_a_fit_is_not_refused():
     found = check_recording(recorded(*wide(10, periods=1)))
     model, noise, *_, held_out, _ = found.questions

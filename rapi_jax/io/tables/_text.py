@@ -19,6 +19,7 @@ _HEAD = 1000  # lines in which the samples must begin
 _ALIKE = 20  # rows that must follow on the first
 _DELIMITERS: tuple[str | None, ...] = ("\t", ";", ",", None)
 _MISSING = {"", "nan", "-nan", "na", "n/a", "#n/a", "null", "none", "-", "---", "inf", "-inf"}
+_INTEGER, _FRACTION = re.compile(r"[-+]?\d+"), re.compile(r"\d+([eE][-+]?\d+)?")
 _INFINITE = "\u221e"  # how PicoScope writes a reading beyond its range
 _STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d)?\S*|\d{1,2}:\d\d:\d\d([.,]\d+)?")
 
@@ -41,6 +42,8 @@ def read_text_tables(path: Path) -> list[Table]:
             f"begins with '{printable(lines[0].strip(), 60)}'. Give a table of numbers: one row a "
             "sample, separated by commas, semicolons, tabs or spaces."
         )
+    if delimiter == ",":
+        _check_commas(lines, first, label)
     sections = _sections(lines, first, delimiter, use)
     if len(sections) > 1:
         return [
@@ -48,6 +51,24 @@ def read_text_tables(path: Path) -> list[Table]:
             for k, (begin, end) in enumerate(sections)
         ]
     return [_table_of(label, text, lines, delimiter, use, first)]
+
+
+def _check_commas(lines: list[str], first: int, label: str) -> None:
+    """Refuse a file in which commas part the columns and mark the decimals, too."""
+    names = len(_cells(lines[first - 1], ",")) if first else 0
+    rows = [_cells(line, ",") for line in lines[first : first + _ALIKE] if line.strip()]
+    halves = all(
+        len(row) == 2 * names
+        and all(_INTEGER.fullmatch(cell) for cell in row[::2])
+        and all(_FRACTION.fullmatch(cell) for cell in row[1::2])
+        for row in rows
+    )
+    if names and halves:
+        raise DataError(
+            f"{label}: a comma is both the separator and the decimal sign: each row has "
+            f"{2 * names} cells under {names} names. Export it with decimal points, or with "
+            "semicolons or tabs between the columns."
+        )
 
 
 def _sections(

@@ -47,6 +47,19 @@ def test_broken_ends_stay_for_settling(tmp_path):
     assert "kept beside them, but not fitted: 0.75 of a period before and 0.7" in said(made)
 
 
+def test_commas_that_part_columns_and_mark_decimals_are_told(tmp_path):
+    t, u, y = scanned((10.0, 3, 4.5))
+    rows = [
+        "t,drive,resp",
+        *(",".join(f"{x:.6e}" for x in row) for row in zip(t, u, y, strict=True)),
+    ]
+    (tmp_path / "german.csv").write_text("\n".join(rows).replace(".", ","))
+    with pytest.raises(
+        DataError, match="comma is both the separator and the decimal sign: each row"
+    ):
+        import_recording(tmp_path / "german.csv", VOLT_TO_GHZ)
+
+
 def test_a_noisy_drive_of_eight_bits_at_an_odd_rate(tmp_path):
     t, u, y = scanned((13.37, 4, 4.5), (26.91, 6, 4.5))
     u = np.round((u + 0.01 * np.random.default_rng(1).standard_normal(u.size)) * 32) / 32

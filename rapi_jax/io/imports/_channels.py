@@ -24,6 +24,7 @@ from ._options import ImportOptions
 from ._questions import locate_columns
 from .fringes._read import check_fringes
 
+ASSUMED = ", assumed)"  # of a time that has no unit
 Samples = Float[np.ndarray, " samples"]
 
 
@@ -33,6 +34,7 @@ class Channels:
 
     Of fringes, `response` is the interferometer's signal beside the `cavity`'s, in V of the file.
     `columns`: which columns they are, in words. `notes`: what was done and assumed.
+    `time_assumed`: no unit of the time is said, and s is taken.
     """
 
     time: Samples
@@ -45,6 +47,7 @@ class Channels:
     recorded_at: str | None
     temperature_c: str | None
     cavity: Samples | None = None
+    time_assumed: bool = False
 
 
 def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
@@ -115,7 +118,7 @@ def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
     warm = _temperature(table, options)
     return Channels(
         time, drive, response, drive_unit, response_unit, ", ".join(columns), tuple(notes),
-        table.recorded_at, warm, cavity,
+        table.recorded_at, warm, cavity, clock.endswith(ASSUMED),
     )  # fmt: skip
 
 
@@ -161,9 +164,9 @@ def _time_of(table: Table, place: int, size: int, options: ImportOptions) -> tup
                 f"{table.label}: '{printable(clock.name, 40)}' has {time.size} samples, but "
                 f"'{printable(column.name, 40)}' has {size}. Choose another --time."
             )
-        known = "" if options.time_unit or clock.unit else ", assumed"
+        known = ")" if options.time_unit or clock.unit else ASSUMED
         name = printable(clock.name, 40)
-        return time_factor(unit) * time, f"time: {name} ({known_unit(unit)}{known})"
+        return time_factor(unit) * time, f"time: {name} ({known_unit(unit)}{known}"
     step = column.step_s or table.step_s
     if step is None:
         raise DataError(

@@ -109,6 +109,8 @@ def import_recording(
             found, said = _runs_of(channels, options, table.label, start, len(runs))
             runs += found
             notes += [line for line in channels.notes if line not in notes]
+            if channels.time_assumed:
+                notes.append(_time_note(place, channels, found))
             spoken.append((place, said))
             start += float(channels.time[-1] - channels.time[0])
             provenance[f"columns{number:02d}"] = channels.columns
@@ -149,6 +151,19 @@ def import_recording(
     )
     _units.check_plausible(recording)
     return Imported(recording, tuple(notes))
+
+
+def _time_note(place: str, channels: Channels, runs: Sequence[Run]) -> str:
+    """That a time without a unit is taken to be in s, and what follows for the rates."""
+    rates = list(dict.fromkeys(f"{run.drive.rate:.6g}" for run in runs if run.drive.rate))
+    step = float(channels.time[-1] - channels.time[0]) / (channels.time.size - 1)
+    follows = f"a sampling rate of {1.0 / step:.6g} Hz" if step > 0 else ""
+    if rates:
+        follows += f" and a drive of {', '.join(rates[:4])} Hz"
+    return (
+        f"{place}: assumed: the time is in s, as no unit is given; that makes {follows}. If it is "
+        "in another unit, say so: --time-unit ms"
+    )
 
 
 def _one_zero(options: ImportOptions) -> str:

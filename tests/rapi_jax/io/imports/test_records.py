@@ -47,6 +47,18 @@ def test_broken_ends_stay_for_settling(tmp_path):
     assert "kept beside them, but not fitted: 0.75 of a period before and 0.7" in said(made)
 
 
+def test_a_time_without_a_unit_is_told_with_the_rate_that_follows(tmp_path):
+    t, u, y = scanned((10.0, 3, 4.5))
+    table = "".join(f"{1e3 * a:.4f},{b:.6f},{c:.6f}\n" for a, b, c in zip(t, u, y, strict=True))
+    (tmp_path / "ms.csv").write_text("t,drive,response\n" + table)
+    notes = said(import_recording(tmp_path / "ms.csv", VOLT_TO_GHZ))
+    assert "assumed: the time is in s" in notes and "a drive of 0.01 Hz" in notes
+    assert "--time-unit" in notes
+    stated = import_recording(tmp_path / "ms.csv", replace(VOLT_TO_GHZ, time_unit="ms"))
+    assert "the time is in s" not in said(stated)
+    assert stated.recording.runs[0].drive.excitation_hz == 10.0
+
+
 def test_commas_that_part_columns_and_mark_decimals_are_told(tmp_path):
     t, u, y = scanned((10.0, 3, 4.5))
     rows = [

@@ -42,6 +42,7 @@ from .plays._plays import Plays as Plays
 from .recording._conditions import parse_recorded_at as parse_recorded_at
 from .recording._conditions import parse_temperature as parse_temperature
 from .recording._drive import Waveform as Waveform
+from .recording._identical import identical_runs as identical_runs
 from .sampling._batch import Batch as Batch
 from .sampling._batch import DriveBatch as DriveBatch
 from .sampling._batch import on_device as on_device

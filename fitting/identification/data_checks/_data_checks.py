@@ -3,6 +3,7 @@
 from rapi_jax import DataError, Recording
 from rapi_jax.internal import usable
 
+from ._copies import find_copies
 from ._fault import Fault
 from ._first_period import check_start
 from ._period import check_period
@@ -41,4 +42,5 @@ def find_faults(recording: Recording) -> list[Fault]:
         period = check_period(run)
         faults += [period, check_start(run) if period is None else None, check_reversals(run)]
         found += [fault for fault in faults if fault is not None]
+    found += find_copies(recording)
     return found or find_switched(recording)

@@ -19,6 +19,7 @@ from ._clock import even_clock, is_even, resample
 from ._decimate import decimate
 from ._join import all_recordings, join_recordings
 from ._options import ImportOptions
+from ._repeats import check_repeats
 from ._skip import skip_start
 from .cleaning._clean import clean_drives
 from .fringes._read import FringeOptics, read_fringe_run
@@ -88,6 +89,7 @@ def import_recording(
         return Imported(dataclasses.replace(joined, provenance=provenance), tuple(said))
     optics = _optics(options)  # refused before a long file is read
     runs: list[Run] = []
+    sources: list[str] = []  # of each run
     notes: list[str] = []
     provenance: dict[str, str] = {"imported_by": WRITER}
     units: dict[tuple[str, str], str] = {}
@@ -108,6 +110,7 @@ def import_recording(
             place = short + table.label.removeprefix(printable(path))
             found, said = _runs_of(channels, options, table.label, start, len(runs))
             runs += found
+            sources += [place] * len(found)
             notes += [line for line in channels.notes if line not in notes]
             if channels.time_assumed:
                 notes.append(_time_note(place, channels, found))
@@ -133,6 +136,7 @@ def import_recording(
             "fringes tell changes of the optical frequency alone: each run has a zero of its own "
             f'(response_origin "run"); assumed: the frequency {way} with the drive'
         )
+    check_repeats(runs, sources)
     (drive_unit, response_unit) = next(iter(units))
     runs, cleaned = clean_drives(runs, options.drive_as, drive_unit)
     runs, fewer = decimate(runs, options.decimate, options.max_samples)

@@ -13,6 +13,7 @@ from rapi_jax.recording._recording import Recording
 from rapi_jax.recording._run import Run
 
 from ._options import ImportOptions
+from ._repeats import check_repeats
 
 _OF_A_RECORDING = {"response_origin", "nan", "max_samples"}  # options that say nothing of columns
 
@@ -46,6 +47,7 @@ def join_recordings(
             raise DataError(f"the recordings differ in `{what}` ({said}). Import them alike.")
     own_zeros = any("run" in (part.response_origin, options.response_origin) for part in parts)
     runs: list[Run] = []
+    sources: list[str] = []  # of each run
     notes: list[str] = []
     begin = 0.0
     for name, part in zip(names, parts, strict=True):
@@ -57,7 +59,9 @@ def join_recordings(
             end = max(end, start + float(run.drive.time[-1]))
             drive = dataclasses.replace(run.drive, start_s=start)
             runs.append(dataclasses.replace(run, drive=drive, name=f"run{len(runs):02d}"))
+            sources.append(f"{name}, {run.name}")
         begin = end
+    check_repeats(runs, sources)
     zeros = "have a zero of their own each" if own_zeros else "share one zero of the response"
     if len(parts) > 1:
         notes.append(

@@ -135,6 +135,13 @@ def test_faults_are_those_of_the_data_checks(tmp_path):
     assert not found.sound and [q.answer for q in found.questions[::5]] == ["no", "no"]
 
 
+def test_a_run_that_is_a_copy_of_another_is_a_fault():
+    one, other = recorded(*wide(10, 40)).runs
+    copy = dataclasses.replace(other, name="run02")
+    (fault,) = check_recording(Recording((one, other, copy))).faults
+    assert (fault.kind, fault.run) == ("copied run", "run02") and "'run01'" in fault.message
+
+
 def test_a_single_sweep_and_swapped_columns():
     (drive,) = wide(10)
     half = dataclasses.replace(

@@ -59,6 +59,19 @@ def test_a_time_without_a_unit_is_told_with_the_rate_that_follows(tmp_path):
     assert stated.recording.runs[0].drive.excitation_hz == 10.0
 
 
+def test_a_file_that_is_given_twice_is_refused(tmp_path):
+    for name, rate in (("a", 10.0), ("b", 40.0)):
+        t, u, y = scanned((rate, 3, 4.5))
+        np.savez(tmp_path / f"{name}.npz", time=t, drive=u, response=y)
+    files = [tmp_path / f"{name}.npz" for name in "abb"]
+    with pytest.raises(DataError, match=r"run01 \(of b.npz\) and run02 \(of b.npz\) hold the same"):
+        import_recording(files, VOLT_TO_GHZ)
+    assert len(import_recording(files[:2], VOLT_TO_GHZ).recording.runs) == 2
+    write_import(import_recording(files[0], VOLT_TO_GHZ), tmp_path / "r")
+    with pytest.raises(DataError, match="hold the same readings"):
+        import_recording([tmp_path / "r", tmp_path / "r"])
+
+
 def test_commas_that_part_columns_and_mark_decimals_are_told(tmp_path):
     t, u, y = scanned((10.0, 3, 4.5))
     rows = [
@@ -184,8 +197,8 @@ def test_a_drive_that_was_not_recorded(tmp_path):
 
 def test_sampling_rate_stated_rates_and_several_files(tmp_path):
     t, u, y = scanned((10.0, 4, 4.5))
-    for name in ("a", "b"):
-        np.savez(tmp_path / f"{name}.npz", drive=u, response=y)
+    for k, name in enumerate("ab"):
+        np.savez(tmp_path / f"{name}.npz", drive=u, response=y + 0.01 * k)
     options = replace(VOLT_TO_GHZ, sample_rate=20e3, rates=(10.0, 40.0))
     made = import_recording([tmp_path / "a.npz", tmp_path / "b.npz"], options)
     assert [run.name for run in made.recording.runs] == ["run00", "run01"]

@@ -161,6 +161,22 @@ def test_the_certificate_carries_what_to_expect_of_the_device(tmp_path):
         assert report["expected"][name] == pytest.approx(value)
 
 
+@pytest.mark.parametrize(("span", "noted"), [(50, True), (75, False)])
+def test_a_swing_that_the_claim_is_not_of_is_noted(tmp_path, capsys, span, noted):
+    """Where the swing is not so far below that the drive is refused."""
+    recording, _ = paper_recording(samples=400)
+    claim = {"rms": 0.05, "low": 0.02, "high": 0.13, "noise": 0.03, "unit": "GHz"}
+    claim["swings"] = [4.5, 4.5]
+    folder = write(tmp_path / "model", paper_device(), recording, claim=claim)
+    options = ("--frequency", 20, "--no-plots", "--samples", 1024, "-o", tmp_path / "out")
+    assert rapi("compensate", folder, "--span", span, *options) == 0
+    report = json.loads((tmp_path / "out" / "certificate.json").read_text())
+    told = " ".join(capsys.readouterr().out.split())
+    assert ("prediction holds for swings of 4.5 V" in told) is noted
+    assert report["expected"] is not None and bool(report["notes"]) is noted
+    assert report["drives"][0]["notes"] == []  # so that the scan is checked
+
+
 @pytest.mark.parametrize("trusted", [True, False])
 def test_nothing_is_expected_of_a_drive_beyond_what_was_identified(tmp_path, trusted):
     """Nor of a model that is not to be trusted; the certificate says how it goes there."""

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fitting._versions import package_versions
+from fitting.claim_check._thresholds import THRESHOLDS
 from rapi_jax import Run, linearity, predict
 
 from ._drive_files import file_stem
@@ -29,7 +30,7 @@ def certificate_report(
     if not trusted:
         notes.append("the model was not to be trusted when it was fitted; see its model.json.")
     beyond = [note for one in made for note in identified.outside(one.drive)]
-    notes += beyond
+    notes += beyond or _beside_claim(made, about)
     used = dataclasses.asdict(identified.limits() if limits is None else limits)
     del used["unit"]  # the report's own `drive_unit`
     report = {
@@ -58,6 +59,37 @@ def certificate_report(
             "excitation_hz": [run.excitation_hz for run in fitted.runs],
         }
     return report
+
+
+def _beside_claim(made: list[Any], about: dict[str, Any]) -> list[str]:
+    """A note where drives swing by less or more than the runs that the fit's claim is of.
+
+    `Identified.outside` leaves them be: thresholds that follow the swing are taken to hold there.
+    """
+    swings = (about.get("claim") or {}).get("swings")
+    if not swings or not about.get("trusted", False):
+        return []
+    low, high = swings
+    slack, unit = THRESHOLDS.swing_slack, about["drive_unit"]
+    far = [
+        one.drive.u_pp
+        for one in made
+        if not low * (1.0 - slack) <= one.drive.u_pp <= high * (1.0 + slack)
+    ]
+    if not far:
+        return []
+    return [
+        f"a drive swings by {_ends(min(far), max(far))} {unit}, the fit's prediction holds for "
+        f"swings of {_ends(low, high)} {unit}: there it rests on how thresholds are taken to "
+        "follow the swing (Eq. 11), and how far such a scan reaches is not claimed. `rapi fit "
+        "NEW-SCANS --check THIS-FOLDER` says what span was reached; a run in the fit that swings "
+        f"by about {np.mean(far):.2g} {unit} measures it."
+    ]
+
+
+def _ends(low: float, high: float) -> str:
+    ends = f"{low:.3g}", f"{high:.3g}"
+    return ends[0] if ends[0] == ends[1] else " to ".join(ends)
 
 
 def _nonlinearity(one: Any, ecdl: Any) -> dict[str, float]:

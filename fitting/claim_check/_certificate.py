@@ -40,6 +40,9 @@ def read_certificate(path: Path) -> tuple[list[CertifiedDrive], Claim, dict[str,
             (str(row["file"]), row.get("nonlinearity") or {}, [str(n) for n in row["notes"]])
             for row in content["drives"]
         ]
+        spans = [
+            None if one.get("span") is None else float(one["span"]) for one in content["drives"]
+        ]
         own = [(float(one.get("up", 0.0)), float(one.get("down", 0.0))) for _, one, _ in rows]
         units = str(content["unit"]), str(content["drive_unit"])
     except (ValueError, KeyError, TypeError, AttributeError) as error:
@@ -50,10 +53,10 @@ def read_certificate(path: Path) -> tuple[list[CertifiedDrive], Claim, dict[str,
             "two runs or more, and write the drives again."
         )
     drives = []
-    for (file, _, notes), (up, down) in zip(rows, own, strict=True):
+    for (file, _, notes), (up, down), span in zip(rows, own, spans, strict=True):
         drive = inside(path.parent, file)
         check_belongs(drive)
-        drives.append(CertifiedDrive(read_drive(drive), (up, down), tuple(notes)))
+        drives.append(CertifiedDrive(read_drive(drive), (up, down), tuple(notes), span))
     return drives, Claim.from_dict(content["claim"]), {
         "response_unit": units[0], "drive_unit": units[1],
     }  # fmt: skip

@@ -31,6 +31,8 @@ class Checked:
     - `rms`: what was measured. `low`, `high`: the 95 % interval claimed for one. `bound`: what the
       largest of all that were judged exceeds as seldom.
     - `noise`: of the readings in this run, part of `rms`.
+    - `span`: peak to peak that a scan reached, of its mean period. `span_asked`: what its drive was
+      made for. Both `None` where it is no certified scan; no part of the claim.
     - `outside`: why it is not judged; empty where it is.
     """
 
@@ -44,6 +46,8 @@ class Checked:
     bound: float
     noise: float
     outside: tuple[str, ...] = ()
+    span: float | None = None
+    span_asked: float | None = None
 
     @property
     def held(self) -> bool | None:

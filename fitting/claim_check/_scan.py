@@ -20,6 +20,7 @@ class CertifiedDrive:
 
     `nonlinearity`: rms that the model itself predicts of the scan, up and down, response unit.
     `notes`: in which ways the drive goes beyond what was identified.
+    `span`: peak to peak of the scan that it was made for, response unit, where that is known.
 
     >>> from fitting import CertifiedDrive
     >>> from rapi_jax import triangle
@@ -31,6 +32,7 @@ class CertifiedDrive:
     drive: Drive
     nonlinearity: tuple[float, float] = (0.0, 0.0)
     notes: tuple[str, ...] = ()
+    span: float | None = None
 
 
 @takes(drives=[CertifiedDrive], recording=Recording, claim=Claim)
@@ -45,6 +47,7 @@ def check_scan(
     and the noise of these readings: between periods where there are several, else the larger of the
     fit's and of what changes from sample to sample.
 
+    The span that a scan reached is given beside the one asked for, and judges nothing.
     Runs with a drive that is not on the list are listed and not judged. The claim held where each
     branch is within the limit for so many together. Raises `DataError` where no run can be judged.
 
@@ -90,6 +93,8 @@ def _branches(
     noise, repeated = measure_run_noise(run, index, run.response[index])
     noise = noise if repeated else max(noise, claim.noise)
     outside = (certified,) if isinstance(certified, str) else certified.notes
+    asked = None if isinstance(certified, str) else certified.span
+    reached = None if asked is None else _span(run, index)
     own = (0.0, 0.0) if isinstance(certified, str) else certified.nonlinearity
     rows = []
     for branch, left in zip((straight.up, straight.down), own, strict=True):
@@ -104,10 +109,29 @@ def _branches(
         rows.append(
             Checked(
                 run.name, branch.direction, run.drive.excitation_hz, run.drive.u_pp,
-                branch.rms_ghz, least, most, bound, noise, outside,
+                branch.rms_ghz, least, most, bound, noise, outside, reached, asked,
             )
         )  # fmt: skip
     return rows
+
+
+def _span(run: Run, index: np.ndarray) -> float:
+    """Peak to peak of the mean period of a scan: of noise little is left in it."""
+    bins = max(4, min(THRESHOLDS.span_bins, int(0.5 / (run.drive.rate * run.drive.step_s))))
+    at = np.minimum((run.drive.phase[index] * bins).astype(int), bins - 1)
+    count = np.bincount(at, minlength=bins)
+    total = np.bincount(at, run.response[index], minlength=bins)
+    mean = total / np.maximum(count, 1)
+    if not count.all():
+        return float(np.ptp(mean[count > 0]))
+    return _vertex(mean, int(np.argmax(mean))) - _vertex(mean, int(np.argmin(mean)))
+
+
+def _vertex(mean: np.ndarray, at: int) -> float:
+    """The extremum of the parabola through a turn's bin and its neighbours, a period closed."""
+    before, turn, after = (float(mean[(at + i) % mean.size]) for i in (-1, 0, 1))
+    bend = before - 2.0 * turn + after
+    return turn - (after - before) ** 2 / (8.0 * bend) if bend else turn
 
 
 def _expected(gap: float, left: float, noise: float, branch: Branch, tail: float) -> float:

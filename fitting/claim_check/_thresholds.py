@@ -31,6 +31,12 @@ class ClaimCheckThresholds:
         unit="of the swing, rms",
         origin="convention; compensated drives of the paper's device are 7 to 8 % off a triangle",
     )
+    span_bins: int = threshold(
+        200,
+        unit="bins of a period",
+        origin="at a turn rounded over 0.02 of the period the mean of a bin is 0.0002 of the span "
+        "short; of half as many it is four times that, of twice as many it has more of the noise",
+    )
 
 
 THRESHOLDS = ClaimCheckThresholds()

@@ -26,6 +26,12 @@ def render_claim_check(check: "ClaimCheck") -> Group:
     lines: list[Text | Table] = [_headline(check, colour), _tabulate(check)]
     reasons = dict.fromkeys(f"{o.run!r}: {why}" for o in check.checked for why in o.outside)
     lines += [Text(f"  - not judged: run {reason}.") for reason in reasons]
+    spans = {one.run: (one.span, one.span_asked) for one in check.checked}
+    lines += [
+        Text(f"  - run {run!r} {_compare_spans(reached, asked, check.unit)}")
+        for run, (reached, asked) in spans.items()
+        if reached is not None and asked
+    ]
     if check.offset is not None:
         zero = quantity(check.offset, check.unit)
         lines.append(
@@ -83,6 +89,17 @@ def _tabulate(check: "ClaimCheck") -> Table:
         }
         table.add_row(*(cells[name] for name in names))
     return table
+
+
+def _compare_spans(reached: float, asked: float, unit: str) -> str:
+    """What a scan reached of the span that was asked for; nothing is claimed of it."""
+    name, factor = readable_unit(unit, (asked,))
+    off = 100.0 * (reached / asked - 1.0)
+    way = "less" if off < 0 else "more"
+    return (
+        f"spans {factor * reached:.4g} {name}, asked for were {factor * asked:.4g} {name}: "
+        f"{abs(off):.1f} % {way} (not judged)"
+    )
 
 
 def _outcome(one: "Checked") -> str:

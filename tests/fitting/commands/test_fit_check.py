@@ -1,6 +1,7 @@
 """`rapi fit --check`: a new measurement against what a fit or a certificate claims."""
 
 import json
+import re
 import shutil
 
 import numpy as np
@@ -122,9 +123,24 @@ def test_scans_are_held_against_their_certificate(results, tmp_path, capsys, dev
     assert code == (0 if device == "same" else 4) and report["held"] is (device == "same")
     assert report["kind"] == "straightness"
     assert [row["branch"] for row in report["checked"]] == ["up", "down", "up", "down"]
+    assert {row["span_asked"] for row in report["checked"]} == {70.0}
+    if device == "same":
+        assert report["checked"][0]["span"] == pytest.approx(70.0, abs=0.05)
     assert (
         rapi("fit", "--check", results / "drives" / "certificate.json", tmp_path / "scan") == code
     )
+
+
+def test_a_span_that_was_not_reached_is_said(results, tmp_path, capsys):
+    """A laser whose response is 0.9 of the model's scans as straight, and not as far."""
+    drives = [repeated(read_drive(results / "drives" / "drive_15Hz.csv"), 2)]
+    record(tmp_path / "scan", scaled(paper_device(), 0.9), drives)
+    capsys.readouterr()
+    assert rapi("fit", "--check", results / "drives", tmp_path / "scan") == 0
+    text = " ".join(capsys.readouterr().out.split())
+    found = re.search(r"run 'run00' spans (\S+) GHz, asked for were 70 GHz: 10\.\d % less", text)
+    assert found and float(found[1]) == pytest.approx(63.0, abs=0.1)
+    assert text.count("asked for were") == 1  # of both branches once
 
 
 @pytest.mark.slow

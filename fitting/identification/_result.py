@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from rapi_jax import ECDL, Recording
+from rapi_jax.internal import quantity
 
 from ._content import model_content
 from .assessment._claim import Claim
@@ -144,10 +145,8 @@ class FitResult:
 
     def __repr__(self) -> str:
         word = "trusted" if self.verdict.trusted else "not to be trusted"
-        unit = self.recording.response_unit
-        return (
-            f"<FitResult: {type(self.ecdl.operator).__name__}, {word}, rmse {self.rmse:.4g} {unit}>"
-        )
+        rmse = quantity(self.rmse, self.recording.response_unit)
+        return f"<FitResult: {type(self.ecdl.operator).__name__}, {word}, rmse {rmse}>"
 
     def __str__(self) -> str:
         return self.summary()

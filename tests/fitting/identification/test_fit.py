@@ -51,6 +51,7 @@ def test_result_is_trusted_and_says_so_everywhere(result):
     table = result.to_dict()
     assert table["verdict"]["trusted"] is True
     assert "trusted" in result.summary() and "lam" in result._repr_html_()
+    assert repr(result) == f"<FitResult: RAPI, trusted, rmse {1e3 * result.rmse:.3g} MHz>"
     assert set(table["parameters"]) == {*true_values(), "origin"}
 
 

@@ -80,7 +80,7 @@ def predict(
         print_json(report)
         return 0
     out = console(json)
-    out.print(_table(rows, data.response_unit))
+    out.print(_table(rows, data.response_unit, series))
     files = ", ".join([*(path.name for path in written), LIST])
     out.print(f"written to {folder}: {files}", markup=False)
     return 0
@@ -179,12 +179,14 @@ def _write_predictions(folder: Path, data: Any, series: list[Any], plots: bool) 
     return written
 
 
-def _table(rows: list[dict[str, Any]], unit: str) -> Any:
+def _table(rows: list[dict[str, Any]], unit: str, series: list[Any]) -> Any:
     from rich.markup import escape
     from rich.table import Table
 
     from fitting._units import readable_unit
 
+    if all(row["rmse"] is None for row in rows):
+        return _list_predicted(rows, unit, series)
     unit, factor = readable_unit(unit, (row["rmse"] for row in rows if row["rmse"] is not None))
     table = Table(title="Prediction against measurement", title_justify="left")
     for name in ("run", "rate (Hz)", f"rmse ({unit})", f"std ({unit})", "% of span"):
@@ -199,4 +201,19 @@ def _table(rows: list[dict[str, Any]], unit: str) -> Any:
             "-" if row["std"] is None else f"{factor * row['std']:.4g}",
             "-" if share is None else f"{100 * share:.3g}",
         )
+    return table
+
+
+def _list_predicted(rows: list[dict[str, Any]], unit: str, series: list[Any]) -> Any:
+    """What is predicted of drives of which nothing was measured."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(title="Predicted response; nothing was measured", title_justify="left")
+    for name in ("run", "rate (Hz)", f"from ({unit})", f"to ({unit})", f"span ({unit})"):
+        table.add_column(name, justify="left" if name == "run" else "right")
+    for row, response in zip(rows, series, strict=True):
+        rate, low, high = row["excitation_hz"], float(response.min()), float(response.max())
+        cells = (f"{x:.4g}" for x in (low, high, high - low))
+        table.add_row(escape(row["run"]), "-" if rate is None else f"{rate:g}", *cells)
     return table

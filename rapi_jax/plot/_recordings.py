@@ -145,10 +145,12 @@ def predictions(recording: Recording, predicted: Sequence[np.ndarray]) -> Pictur
     4
     """
     rows = shown_runs(recording, 6)
-    figure = Picture(figsize=(8.0, 3.6 * len(rows) + 0.4), layout="constrained")
-    pairs = figure.subplots(2 * len(rows), 1, squeeze=False).ravel()
-    for i, row in enumerate(rows):
-        run, top, bottom = recording.runs[row], pairs[2 * i], pairs[2 * i + 1]
+    count = sum(2 if recording.runs[row].valid.any() else 1 for row in rows)
+    figure = Picture(figsize=(8.0, 1.8 * max(count, 2) + 0.4), layout="constrained")
+    panels = list(figure.subplots(count, 1, squeeze=False).ravel())
+    first = panels[0]
+    for row in rows:
+        run, top = recording.runs[row], panels.pop(0)
         thin = slice(None, None, max(1, run.drive.size // 8000))
         measured = run.valid.any()
         if measured:
@@ -158,10 +160,10 @@ def predictions(recording: Recording, predicted: Sequence[np.ndarray]) -> Pictur
         top.plot(run.drive.time[thin], predicted[row][thin], color=MODEL, lw=1, label="predicted")
         top.set_title(title(run, recording), fontsize=10)
         top.set_ylabel(f"response ({recording.response_unit})")
-        bottom.set_visible(bool(measured))
         if not measured:
             top.set_xlabel("time (s)")
             continue
+        bottom = panels.pop(0)
         error = run.response - predicted[row]
         rms = float(np.sqrt(np.nanmean(error[run.valid] ** 2)))
         unit, factor = fine_unit(rms, recording.response_unit)
@@ -171,7 +173,7 @@ def predictions(recording: Recording, predicted: Sequence[np.ndarray]) -> Pictur
         top.set_title(f"{title(run, recording)}: the prediction is off by {off} rms", fontsize=10)
         bottom.set_ylabel(f"difference ({unit})")
         bottom.set_xlabel("time (s)")
-    low, high = pairs[0].get_ylim()
-    pairs[0].set_ylim(low, high + 0.3 * (high - low))  # room for the legend
-    pairs[0].legend(frameon=False, fontsize=8, ncols=2, loc="upper right")
+    low, high = first.get_ylim()
+    first.set_ylim(low, high + 0.3 * (high - low))  # room for the legend
+    first.legend(frameon=False, fontsize=8, ncols=2, loc="upper right")
     return figure

@@ -33,7 +33,9 @@ def test_a_drive_alone(tmp_path, capsys):
     np.testing.assert_allclose(table["predicted"], expected, atol=1e-9)
     assert (tmp_path / "out" / "predictions.png").is_file()
     assert run(app, [*arguments, "-o", str(tmp_path / "out"), "--no-plots"]) == 0
-    assert "drive" in capsys.readouterr().out
+    text = capsys.readouterr().out
+    assert "nothing was measured" in text and "span (GHz)" in text and "rmse" not in text
+    assert f"{np.ptp(expected):.4g}" in text
 
 
 def test_one_run_as_netcdf_opens_in_xarray_and_is_read_as_before(tmp_path):

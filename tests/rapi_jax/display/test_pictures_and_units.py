@@ -123,6 +123,17 @@ def test_predictions_say_how_far_off_they_are_and_draw_noise_as_a_band():
     assert len(bottom.collections) == 1
 
 
+def test_of_a_drive_alone_the_prediction_fills_the_picture():
+    pair = triangle([10.0, 20.0], amplitude=4.0, bias=3.0, samples=400)
+    responses = [10.0 * drive.value for drive in pair]
+    nothing = np.full(400, np.nan)
+    (alone,) = plot.predictions(Recording.of(pair[:1], [nothing]), responses[:1]).axes
+    assert alone.get_xlabel() == "time (s)" and alone.get_ylabel() == "response (GHz)"
+    both = plot.predictions(Recording.of(pair, [nothing, responses[1]]), responses)
+    labels = ["response (GHz)", "response (GHz)", "difference (Hz)"]
+    assert [axis.get_ylabel()[:8] for axis in both.axes] == [label[:8] for label in labels]
+
+
 def test_a_picture_in_a_notebook_is_small_and_a_transparent_one_stays_so():
     axis = residuals_of(800)
     shown = axis.figure._repr_png_()

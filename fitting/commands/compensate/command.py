@@ -110,7 +110,7 @@ def compensate(
     if json:
         print_json(report)
         return 0
-    out.print(_table(made, drive_unit))
+    out.print(_table(made, drive_unit, report["unit"]))
     expected = report["expected"]
     if expected is not None:
         from fitting._units import quantity
@@ -135,11 +135,12 @@ def _check_positive(value: float) -> None:
         raise ValueError("must be a positive number.")
 
 
-def _table(made: list[Any], unit: str) -> Any:
+def _table(made: list[Any], unit: str, response_unit: str) -> Any:
     from rich.table import Table
 
     table = Table(title="Drives for a straight scan", title_justify="left")
-    names = ("rate (Hz)", f"drive ({unit})", f"slew ({unit}/s)", "smallest slope", "inverse")
+    slope = f"smallest slope ({response_unit}/{unit})"
+    names = ("rate (Hz)", f"drive ({unit})", f"slew ({unit}/s)", slope, "inverse")
     for name in names:
         table.add_column(name, justify="right")
     for one in made:
@@ -148,7 +149,7 @@ def _table(made: list[Any], unit: str) -> Any:
             f"{row['excitation_hz']:g}",
             f"{row['drive_min']:.4f} to {row['drive_max']:.4f}",
             f"{row['slew_max']:.4g}",
-            f"{row['certificate']['slope_min']:.4g} at {row['certificate']['slope_at']:.4g}",
+            f"{row['certificate']['slope_min']:.4g} at {row['certificate']['slope_at']:.4g} {unit}",
             one.inverse,
         )
     return table

@@ -76,12 +76,14 @@ def _expected(expected: dict[str, Any]) -> str:
 def _row(one: dict[str, Any], unit: str, volts: str) -> tuple[str, ...]:
     slope = one["certificate"]
     bent = [one["nonlinearity"][side] for side in ("up", "down")]
-    up, down = ("rounding" if x < _ROUNDING * one["span"] else quantity(x, unit) for x in bent)
+    least = _ROUNDING * one["span"]
+    bound = f"below {quantity(least, unit)} (rounding)"
+    texts = [bound if x < least else quantity(x, unit) for x in bent]
     return (
         f"{one['excitation_hz']:g} Hz",
         f"{one['drive_min']:.4g} to {one['drive_max']:.4g}",
         f"{float(format(one['slew_max'], '.4g')):.10g}",  # not as a power of ten
         f"{slope['slope_min']:.4g} at {slope['slope_at']:.4g} {volts}",
-        f"{up}, {down}",
+        bound if texts == [bound, bound] else ", ".join(texts),
         one["file"],
     )

@@ -1,6 +1,7 @@
 """`rapi compensate`: what it writes, and every way it refuses; each run is a whole command."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -66,14 +67,17 @@ def test_drives_make_the_device_scan_straight(model, tmp_path, capsys):
     assert f"straight scans of 75 GHz at {', '.join(map(str, RATES))} Hz" in page.text
     cells = [text for tag, text in page.texts if tag in ("th", "td")]
     assert cells[cells.index("steepest slope") + 1].endswith(" V/s")
+    assert cells.count("below 0.075 Hz (rounding)") == len(RATES)
 
 
-def test_bias_shape_and_limits_are_followed(model, tmp_path):
+def test_bias_shape_and_limits_are_followed(model, tmp_path, capsys):
     limits = tmp_path / "limits.toml"
     limits.write_text("low_v = 0.0\nhigh_v = 7.0\nslew_v_per_s = 5000.0\n")
     options = ("--bias", 2.8, "--limits", limits, "--rise", 0.8, "--corner", 0.05, "--no-plots")
     arguments = ("--span", 60, "--frequency", 20, "-o", tmp_path / "out")
     assert rapi("compensate", model, *arguments, *options) == 0
+    text = capsys.readouterr().out
+    assert "(GHz/V)" in text and re.search(r"[\d.]+ at [\d.]+ V ", text)
     report = json.loads((tmp_path / "out" / "certificate.json").read_text())
     assert report["drives"][0]["bias"] == pytest.approx(2.8)
     assert report["limits_from"] == "file" and report["limits"]["high_v"] == 7.0

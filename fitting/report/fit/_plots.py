@@ -3,6 +3,8 @@
 import dataclasses
 from typing import Any
 
+import numpy as np
+
 
 @dataclasses.dataclass(frozen=True)
 class FitPlots:
@@ -34,10 +36,13 @@ class FitPlots:
         return plot.spectrum(one.recording, one.predicted, one.used, ax=ax)
 
     def correlation(self, *, ax: Any = None) -> Any:
-        """Correlation of the parameters' errors."""
+        """Correlation of the parameters' errors, without a drift that was fitted beside them."""
         from rapi_jax import plot
 
-        return plot.correlation(self.result.names, self.result.correlation, ax=ax)
+        listed = {p.name for p in self.result.parameters}
+        at = [i for i, name in enumerate(self.result.names) if name in listed]
+        names = [self.result.names[i] for i in at]
+        return plot.correlation(names, self.result.correlation[np.ix_(at, at)], ax=ax)
 
     def starts(self, *, ax: Any = None) -> Any:
         """Cost against solver steps of each start."""

@@ -14,11 +14,12 @@ from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks._thresholds import THRESHOLDS
 from fitting.identification.data_checks.holds._sweeps import describe_creep, single_sweep
 from rapi_jax import DataError, Identified, Recording
-from rapi_jax.internal import takes
+from rapi_jax.internal import describe_swap, takes
 
 from ._first_periods import find_unsettled
 from ._questions import Question, ask
 from ._runs import RunSummary
+from ._thresholds import THRESHOLDS as CHECK
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -107,7 +108,11 @@ def check_recording(recording: Recording) -> RecordingCheck:
     questions = ask(recording, runs, faults, unsettled)
     notes = [] if single_sweep(recording) else describe_creep(recording)
     return RecordingCheck(
-        recording, runs, tuple(faults), tuple(questions), (*notes, *_sampling_notes(runs))
+        recording,
+        runs,
+        tuple(faults),
+        tuple(questions),
+        (*notes, *_swap_notes(recording, faults), *_sampling_notes(runs)),
     )
 
 
@@ -120,6 +125,14 @@ def _find_unusable(recording: Recording) -> list[Fault]:
         except DataError as error:
             found.append(Fault("unusable run", run.name, str(error), ((0, run.drive.size - 1),)))
     return found
+
+
+def _swap_notes(recording: Recording, faults: list[Fault]) -> list[str]:
+    """Columns that are likely swapped, where no fault says so."""
+    if any(fault.kind == "columns swapped" for fault in faults):
+        return []
+    said = describe_swap(recording.runs, THRESHOLDS.commanded_ratio, CHECK.commanded)
+    return [] if said is None else [f"columns: {said}."]
 
 
 def _sampling_notes(runs: tuple[RunSummary, ...]) -> list[str]:

@@ -15,6 +15,12 @@ class RecordingCheckThresholds:
     swings_apart: float = threshold(
         1.2, unit="factor", origin="as for scan rates; swings within it do not show their law"
     )
+    commanded: float = threshold(
+        0.01,
+        unit="of the span, rms",
+        origin="as `commanded` of an import: a response of the paper's device departs from a "
+        "triangle by 4 %; 0.005: noise of 0.5 % hides a swap, 0.02: nearly straight devices too",
+    )
     unsettled_level: float = threshold(
         0.01,
         unit="recordings",

@@ -57,6 +57,18 @@ class ImportThresholds:
         unit="of the swing, rms",
         origin="as the period check has it; a drive that is nearer has that waveform",
     )
+    commanded_ratio: float = threshold(
+        3.0,
+        unit="times nearer to a triangle or a sine",
+        origin="as `commanded_ratio` of the data checks; 1.5: chance tells two measured columns "
+        "apart, 6: columns with noise of 0.7 % of the span are not told",
+    )
+    commanded: float = threshold(
+        0.01,
+        unit="of the span, rms",
+        origin="a response of the paper's device departs by 4 %, a triangle read by eight bits by "
+        "0.25 %; 0.005: noise of 0.5 % hides a swap, 0.02: nearly straight devices are told",
+    )
     round_rate: float = threshold(
         5e-4, unit="relative", origin="a setting of three digits; beside `rate_slip`"
     )

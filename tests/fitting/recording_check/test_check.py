@@ -135,6 +135,20 @@ def test_faults_are_those_of_the_data_checks(tmp_path):
     assert not found.sound and [q.answer for q in found.questions[::5]] == ["no", "no"]
 
 
+def test_a_response_that_is_a_triangle_under_a_drive_that_is_none_is_noted():
+    """Both columns measured with noise, as by an oscilloscope, and exchanged."""
+    rng = np.random.default_rng(5)
+    right = recorded(*wide(10, 20, 40), noise=0.02)
+    runs = []
+    for run in right.runs:
+        read = run.drive.value + 0.002 * rng.standard_normal(run.drive.size)
+        swapped = dataclasses.replace(run.drive, value=run.response, waveform="multisine")
+        runs.append(Run(swapped, read, run.name))
+    told = [n for n in check_recording(Recording(tuple(runs))).notes if n.startswith("columns")]
+    assert len(told) == 1 and "are swapped: exchange them" in told[0]
+    assert not any(n.startswith("columns") for n in check_recording(right).notes)
+
+
 def test_a_run_that_is_a_copy_of_another_is_a_fault():
     one, other = recorded(*wide(10, 40)).runs
     copy = dataclasses.replace(other, name="run02")

@@ -1,10 +1,10 @@
 """Why responses come before their drives: columns swapped, a sign, or samples in reverse order."""
 
 import numpy as np
-from jaxtyping import Float
 
 from fitting.identification.data_checks._thresholds import THRESHOLDS
 from rapi_jax import Recording, Run
+from rapi_jax.internal import waveform_miss
 
 
 def describe_backward(recording: Recording, explained: float) -> tuple[str, str]:
@@ -53,31 +53,6 @@ def describe_backward(recording: Recording, explained: float) -> tuple[str, str]
         f"`response` are swapped: {shown}, which does not tell. Look which column holds the "
         "waveform that was sent."
     )
-
-
-def waveform_miss(run: Run, value: Float[np.ndarray, " samples"]) -> float:
-    """Rms distance of a column from the nearest triangle or sine of the run's rate, over its span.
-
-    0 of a column that rests, or a run without a rate.
-    """
-    inside = np.isfinite(value) & (run.drive.period >= 0)
-    y = value[inside]
-    if not inside.any() or not np.ptp(y) > 0:
-        return 0.0
-    cycles = run.drive.time[inside] * run.drive.rate
-    phase = 2.0 * np.pi * cycles
-    columns = np.stack([np.ones(y.size), np.cos(phase), np.sin(phase)], axis=1)
-    _, even, odd = np.linalg.lstsq(columns, y, rcond=None)[0]
-    angle = np.arctan2(-odd, even)
-    y = y - y.mean()
-    turned = cycles + angle / (2.0 * np.pi)  # both shapes have their maximum where this is whole
-    shapes = np.cos(2.0 * np.pi * turned), 4.0 * np.abs(np.mod(turned, 1.0) - 0.5) - 1.0
-    misses = []
-    for shape in shapes:
-        shape = shape - shape.mean()
-        left = y - float(shape @ y) / max(float(shape @ shape), 1e-300) * shape
-        misses.append(float(np.sqrt(np.mean(left**2))))
-    return min(misses) / float(np.ptp(y))
 
 
 def _falls(run: Run) -> bool:

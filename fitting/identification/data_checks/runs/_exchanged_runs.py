@@ -13,8 +13,9 @@ from fitting.identification.data_checks._thresholds import THRESHOLDS
 from fitting.identification.problem._problem import Problem, Solution
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Recording, Run
+from rapi_jax.internal import waveform_miss
 
-from ._backward_cause import describe_backward, waveform_miss
+from ._backward_cause import describe_backward
 from ._gap import squared_gap, squared_gap_and_noise
 
 

@@ -11,12 +11,15 @@ from rapi_jax.display._readable_unit import quantity
 from rapi_jax.io.imports._thresholds import THRESHOLDS
 from rapi_jax.recording._drive import Drive
 from rapi_jax.recording._run import Run
+from rapi_jax.recording._waveform_miss import describe_swap
 from rapi_jax.sampling._white_noise import white_noise_rms
 
 from ._mean_period import average_periods
 from ._run_start import start_at_turn
 from ._shared_levels import share_levels
 from ._waveform_fit import FittedWaveform, fit_waveform
+
+_AVERAGE = "Take the average of its periods instead: `--drive-as averaged`."
 
 DriveAs = Literal["measured", "averaged", "fitted"]
 
@@ -46,8 +49,17 @@ def clean_drives(runs: Sequence[Run], way: DriveAs, unit: str) -> tuple[list[Run
     drives = [run.drive for run in runs]
     found = share_levels(drives, [fit_waveform(drive) for drive in drives])
     made, notes, slower = [], [], []
+    swap = describe_swap(runs, THRESHOLDS.commanded_ratio, THRESHOLDS.commanded)
     for run, one in zip(runs, found, strict=True):
-        drive, note = _clean(run.drive, one, way, run.name, unit)
+        try:
+            drive, note = _clean(run.drive, one, way, run.name, unit)
+        except DataError as error:
+            if swap is None:
+                raise
+            what = str(error).removesuffix(_AVERAGE)
+            raise DataError(
+                f"{what}But {swap}; then give `--drive-as averaged`, the average of its periods."
+            ) from error
         whole = dataclasses.replace(run, drive=drive)
         made.append(whole if one is None else start_at_turn(whole, one))
         notes.append(f"{run.name}: {note}")
@@ -114,18 +126,17 @@ def _check_shape(
 
     `rest`: by how much, at each sample.
     """
-    cure = "Take the average of its periods instead: `--drive-as averaged`."
     if found is None:
         raise DataError(
             f"{name}: its drive is a {drive.waveform}, and only a triangle or a sine is fitted by "
-            f"`--drive-as fitted`. {cure}"
+            f"`--drive-as fitted`. {_AVERAGE}"
         )
     most = float(np.abs(rest).max())
     if most > max(THRESHOLDS.waveform_miss * drive.u_pp, step):
         raise DataError(
             f"{name}: its drive is no {drive.waveform}: the mean of its periods departs from the "
             f"nearest one by up to {most:.2g} {unit}, {100 * most / drive.u_pp:.2g} % of the "
-            f"swing. {cure}"
+            f"swing. {_AVERAGE}"
         )
 
 

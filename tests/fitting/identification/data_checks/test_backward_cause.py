@@ -8,10 +8,10 @@ import pytest
 from fitting import fit
 from fitting.identification.data_checks.runs._backward_cause import (
     describe_backward,
-    waveform_miss,
 )
 from rapi_jax import ECDL, RAPI, Drive, Recording, Run, predict, sine, triangle
 from rapi_jax.examples import paper_device
+from rapi_jax.internal import waveform_miss
 
 SHAPES = {"triangle": triangle, "sine": sine}
 

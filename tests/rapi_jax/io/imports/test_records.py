@@ -59,6 +59,15 @@ def test_a_time_without_a_unit_is_told_with_the_rate_that_follows(tmp_path):
     assert stated.recording.runs[0].drive.excitation_hz == 10.0
 
 
+def test_swapped_columns_are_told_before_an_average_is_advised(tmp_path):
+    t, u, y = scanned((10.0, 4, 4.5), (20.0, 4, 4.5), (40.0, 4, 4.5))
+    u = u + 0.002 * np.random.default_rng(0).standard_normal(u.size)
+    with pytest.raises(DataError) as refused:
+        taken(tmp_path, t, y, u, drive_as="fitted")
+    text = str(refused.value)
+    assert text.index("are swapped: exchange them") < text.index("--drive-as averaged")
+
+
 def test_a_file_that_is_given_twice_is_refused(tmp_path):
     for name, rate in (("a", 10.0), ("b", 40.0)):
         t, u, y = scanned((rate, 3, 4.5))

@@ -211,7 +211,7 @@ def test_what_another_user_changes_meanwhile_is_refused(when, change, tmp_path, 
     family, message, header = CHANGED[change]
     dry = opened(tmp_path, monkeypatch, points=2048)
     with dry.bench as bench:
-        place = (bench, "_sleep") if when == "settling" else (bench.digitizer, "arm")
+        place = (bench._player, "_sleep") if when == "settling" else (bench.digitizer, "arm")
         inner = getattr(*place)
 
         def meanwhile(*args):

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from ._arguments import takes
 from ._parameter import parameters
 from ._precision import float64
-from .display._one_line import describe_model
+from .display._model_line import describe_model
 from .display._results import summarise_model
 from .effects import (
     AbstractCouplingEffect,

@@ -1,13 +1,9 @@
-"""What recordings, drives, scans and models are, in one line: for a prompt, a list or a debugger.
+"""What recordings, drives and scans are, in one line: for a prompt, a list or a debugger.
 
 A drive and a run do not know their units, which are the recording's, so none is written.
 """
 
-from collections.abc import Sequence
 from typing import Any
-
-import jax
-import numpy as np
 
 from ._readable_unit import quantity, significant
 
@@ -30,8 +26,8 @@ def describe_run(run: Any) -> str:
 def describe_recording(recording: Any) -> str:
     """`<Recording: 3 runs at 10, 20, 40 Hz, swing 4.5 V, response in GHz>`."""
     rates = [rate for rate in recording.rates if rate > 0]
-    at = f" at {_listed(rates)} Hz" if rates else " without a rate"
-    swings = f"swing {_listed(recording.amplitudes)} {recording.drive_unit}"
+    at = f" at {listed(rates)} Hz" if rates else " without a rate"
+    swings = f"swing {listed(recording.amplitudes)} {recording.drive_unit}"
     return (
         f"<Recording: {_counted(len(recording.runs), 'run')}{at}, {swings}, response in "
         f"{recording.response_unit}>"
@@ -54,29 +50,6 @@ def describe_compensation(made: Any) -> str:
     )
 
 
-def describe_model(ecdl: Any, parameters: Sequence[Any]) -> str | None:
-    """`<ECDL: RAPI of 10 plays, alpha=0.03, ...; Delay(tau=2e-05)>`.
-
-    `None` of a model whose parameters are not numbers: traced, or a tree of something else.
-    """
-    parts: dict[Any, list[str]] = {"operator": []} | {k: [] for k in range(len(ecdl.effects))}
-    for one in parameters:
-        value: Any = ecdl
-        for step in one.path:
-            value = value[step] if isinstance(step, int) else getattr(value, step)
-        if not isinstance(value, jax.Array | np.ndarray) or isinstance(value, jax.core.Tracer):
-            return None
-        place = one.path[0] if one.path[0] == "operator" else one.path[1]
-        numbers = _listed(np.ravel(value)) if np.size(value) else ""
-        text = f"[{numbers}]" if np.ndim(value) else numbers
-        parts[place].append(f"{one.path[-1]}={text}")
-    operator = f"{type(ecdl.operator).__name__} of {ecdl.operator.count} plays"
-    around = [
-        f"{type(effect).__name__}({', '.join(parts[k])})" for k, effect in enumerate(ecdl.effects)
-    ]
-    return f"<ECDL: {'; '.join([', '.join([operator, *parts['operator']]), *around])}>"
-
-
 def _drive(drive: Any) -> str:
     middle = float(drive.value.min() + drive.value.max()) / 2
     swing = f"swing {significant(drive.u_pp, 4)} about {significant(middle, 4)}"
@@ -94,7 +67,8 @@ def _counted(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 
-def _listed(values: Any) -> str:
+def listed(values: Any) -> str:
+    """Numbers to four digits; of a long list the two first and the last."""
     texts = [significant(float(value), 4) for value in values]
     shown = texts if len(texts) <= _SHOWN else [*texts[:2], "...", texts[-1]]
     return ", ".join(shown)

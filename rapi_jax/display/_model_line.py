@@ -5,6 +5,7 @@ from typing import Any
 
 import jax
 import numpy as np
+from jax.core import Tracer
 
 from ._one_line import listed
 
@@ -19,7 +20,7 @@ def describe_model(ecdl: Any, parameters: Sequence[Any]) -> str | None:
         value: Any = ecdl
         for step in one.path:
             value = value[step] if isinstance(step, int) else getattr(value, step)
-        if not isinstance(value, jax.Array | np.ndarray) or isinstance(value, jax.core.Tracer):
+        if not isinstance(value, jax.Array | np.ndarray) or isinstance(value, Tracer):
             return None
         place = one.path[0] if one.path[0] == "operator" else one.path[1]
         numbers = listed(np.ravel(value)) if np.size(value) else ""

@@ -57,6 +57,7 @@ def drive(
             command_chain=("drive",),
         )
     from fitting.commands.shared._out import console, print_json
+    from fitting.commands.shared.files._drive_files import print_removed
     from fitting.commands.shared.files._provenance import provenance
 
     made, allowed = _make(frequency, low, high, waveform, samples, limits)
@@ -79,10 +80,7 @@ def drive(
     }
     written, removed = _write(made, allowed, report, output)
     out = console(json)
-    if removed:
-        out.print(
-            f"removed of the drives that were in {output}: {', '.join(removed)}", markup=False
-        )
+    print_removed(out, output, removed)
     if json:
         print_json(report)
         return 0

@@ -80,6 +80,7 @@ def compensate(
     from fitting.commands.compensate._drives import compensate_into
     from fitting.commands.shared._out import console, print_json
     from fitting.commands.shared._progress import progress
+    from fitting.commands.shared.files._drive_files import print_removed
     from fitting.commands.shared.files._provenance import provenance
 
     with progress("compensating", json) as report_step:
@@ -103,10 +104,7 @@ def compensate(
             more={"provenance": provenance("rapi compensate", options, ("model",))},
         )
     out = console(json)
-    if removed:
-        out.print(
-            f"removed of the drives that were in {output}: {', '.join(removed)}", markup=False
-        )
+    print_removed(out, output, removed)
     if json:
         print_json(report)
         return 0

@@ -3,7 +3,10 @@
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 CERTIFICATE = "certificate.json"
 _OWN = re.compile(r"drive_[^/\\]+Hz\.(csv|afg|nc)|inverse\.rapi|compensation\.png|drives\.html")
@@ -81,6 +84,12 @@ def remove_earlier(folder: Path, files: Iterable[str]) -> None:
                 f"cannot remove {printable(folder / file)}, which is of earlier drives: "
                 f"{cause(error)}. Choose another folder with `-o`, or move it away."
             ) from error
+
+
+def print_removed(out: "Console", folder: Path, files: list[str]) -> None:
+    """Name the drives that were removed, if any."""
+    if files:
+        out.print(f"removed of the drives that were in {folder}: {', '.join(files)}", markup=False)
 
 
 def drive_files(rates: list[float], drive_unit: str, paper: bool, plots: bool) -> list[str]:

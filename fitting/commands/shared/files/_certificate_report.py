@@ -82,8 +82,8 @@ def _beside_claim(made: list[Any], about: dict[str, Any]) -> list[str]:
         f"a drive swings by {_ends(min(far), max(far))} {unit}, but the fit's prediction holds for "
         f"swings of {_ends(low, high)} {unit}. Beside these a drive rests on how thresholds are "
         "taken to follow the swing (Eq. 11), so how far its scan reaches is not claimed: "
-        "`rapi fit NEW-SCANS --check THIS-FOLDER` says what span was reached. A run with a swing of "
-        f"about {np.mean(far):.2g} {unit} among those fitted would measure it."
+        "`rapi fit NEW-SCANS --check THIS-FOLDER` says what span was reached. A run with a swing "
+        f"of about {np.mean(far):.2g} {unit} among those fitted would measure it."
     ]
 
 

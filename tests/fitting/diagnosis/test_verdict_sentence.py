@@ -5,7 +5,7 @@ import pytest
 from fitting.diagnosis._diagnosis import Verdict
 from fitting.diagnosis._text import verdict_sentence
 from fitting.diagnosis._verdict import doubt_data
-from fitting.identification.data_checks._data_checks import Fault
+from fitting.identification.data_checks._fault import Fault
 from rapi_jax.effects import Resonance
 
 

@@ -3,8 +3,8 @@
 import dataclasses
 from typing import Any
 
-from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks._drive_character import describe_repetition
+from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks.holds._sweeps import describe_creep
 from rapi_jax import Recording
 

@@ -1,5 +1,6 @@
 """Interference with a parasitic cavity in the light's path."""
 
+from collections.abc import Iterable
 from typing import ClassVar
 
 import equinox as eqx
@@ -14,6 +15,7 @@ from rapi_jax._precision import float64
 
 from ._thresholds import THRESHOLDS
 from .base._by_place import AbstractInvertible, AbstractOpticalEffect
+from .base._contribution import Contribution
 from .base._derived import HALF_LIGHT_MM_GHZ, Derived, ScanRange
 from .base._first_guess import find_peaks, residual_power
 from .base._residual_summary import ResidualSummary
@@ -92,6 +94,16 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
     def signature_period(self) -> float:
         return float(self.spacing)
 
+    def other_forms(self, here: Contribution) -> Iterable[Float[np.ndarray, "functions samples"]]:
+        """Fringes of a second cavity beside its own, between half and twice as long."""
+        nu, own = here.before - here.before.mean(), 1.0 / float(self.spacing)
+        span = max(float(np.ptp(nu)), 1e-300)
+        others = np.arange(0.5 * own, 2.0 * own, 1.0 / (THRESHOLDS.etalon_beat_steps * span))
+        apart = np.abs(others - own) * span > THRESHOLDS.etalon_beat_apart
+        mine = _fringes(nu, own, span)
+        for other in others[apart]:
+            yield here.rms * np.concatenate([mine, _fringes(nu, other, span)])
+
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Etalon]":
         """The best spacings of slow and of fast ripples, at four phases each."""
@@ -115,6 +127,15 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
             for i in chosen
             for phase in np.arange(4) * np.pi / 2
         ]
+
+
+def _fringes(
+    nu: Float[np.ndarray, " samples"], cycles: float, span: float
+) -> Float[np.ndarray, "4 samples"]:
+    """A sine of any phase, and what it gains where `cycles` (a GHz) is a little off."""
+    angle = 2.0 * np.pi * cycles * nu
+    both = np.stack([np.sin(angle), np.cos(angle)])
+    return np.concatenate([both, both * nu / span])
 
 
 @eqx.filter_jit

@@ -1,5 +1,6 @@
 """A gain that changes in the course of a session."""
 
+from collections.abc import Iterable
 from typing import Any, ClassVar
 
 import jax.numpy as jnp
@@ -9,9 +10,12 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
+from ._thresholds import THRESHOLDS
 from .base._by_place import AbstractCouplingEffect
+from .base._contribution import Contribution
 from .base._derived import Derived, ScanRange
 from .base._first_guess import fit_amplitude
+from .base._random_walk import anew_in_each_run, random_walk
 from .base._residual_summary import ResidualSummary
 
 
@@ -53,17 +57,42 @@ class GainDrift(AbstractCouplingEffect):
         del scan
         return (Derived("change of gain a minute", "%", "rate", lambda rate: 6000.0 * rate),)
 
+    def other_forms(self, here: Contribution) -> Iterable[Float[np.ndarray, "functions samples"]]:
+        """A gain that changes in any way which is slower than a run."""
+        count = THRESHOLDS.slow_functions * here.rates.size
+        about = self._about_centre(here)
+        return [here.scaled(random_walk(here.time, count, n) * about) for n in (1, 2)]
+
+    def rival_forms(self, here: Contribution) -> Iterable[Float[np.ndarray, "functions samples"]]:
+        """A gain that begins anew with each run: an effect of how it was driven before."""
+        about = self._about_centre(here)
+        for part in anew_in_each_run(here.time, here.run):  # in place of the drift that was found
+            yield here.scaled(np.vstack([part * about, here.added]))
+
+    def _about_centre(self, here: Contribution) -> Float[np.ndarray, " samples"]:
+        """The response less the fixed point of each run."""
+        about = response_at_centres(here.before, here.drive, here.run) + float(self.centre)
+        return here.before - about
+
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[GainDrift]":
         start = float(summary.time.min())
-        about = np.zeros(summary.time.size)
-        for k in np.unique(summary.run):
-            mine = summary.run == k
-            about[mine] = response_at_centre(summary.response[mine], summary.drive[mine], np)
+        about = response_at_centres(summary.response, summary.drive, summary.run)
         found = fit_amplitude(summary, (summary.time - start) * (summary.response - about))
         rates = np.clip([found, -found], -5.0, 5.0)
         tau = float(np.clip(5.0 * summary.duration_s, 0.02, 5e6))
         return [cls.at(rate=rate, start=start, tau=tau) for rate in rates]
+
+
+def response_at_centres(
+    nu: Float[np.ndarray, " samples"], u: Float[np.ndarray, " samples"], run: np.ndarray
+) -> Float[np.ndarray, " samples"]:
+    """`response_at_centre` of each sample's run."""
+    about = np.zeros(nu.size)
+    for k in np.unique(run):
+        mine = run == k
+        about[mine] = response_at_centre(nu[mine], u[mine], np)
+    return about
 
 
 def response_at_centre(nu: Any, u: Any, xp: Any = jnp) -> Any:

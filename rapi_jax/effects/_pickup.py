@@ -1,6 +1,6 @@
 """Pickup: a disturbance at a fixed frequency in time, such as mains, acoustics, a fan."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import ClassVar
 
 import jax.numpy as jnp
@@ -55,7 +55,7 @@ class Pickup(AbstractOpticalEffect):
         third = self.third_sine * jnp.sin(3.0 * angle) + self.third_cosine * jnp.cos(3.0 * angle)
         return nu + self.amplitude * (jnp.sin(angle) + third)
 
-    def other_forms(self, here: Contribution) -> Sequence[Float[np.ndarray, "functions samples"]]:
+    def other_forms(self, here: Contribution) -> Iterable[Float[np.ndarray, "functions samples"]]:
         """Harmonics of its frequency; also where that was the second or third harmonic itself.
 
         Whatever disturbs at a fixed rate, by pulses or in any other way, is a sum of them.

@@ -1,5 +1,6 @@
 """Quantisation of the drive by a digital source."""
 
+from collections.abc import Iterable
 from typing import ClassVar
 
 import jax.numpy as jnp
@@ -11,6 +12,7 @@ from rapi_jax._precision import float64
 
 from ._thresholds import THRESHOLDS
 from .base._by_place import AbstractDriveEffect
+from .base._contribution import Contribution
 from .base._derived import Derived, ScanRange
 from .base._first_guess import find_peaks
 from .base._residual_summary import ResidualSummary
@@ -44,6 +46,17 @@ class Quantisation(AbstractDriveEffect):
     def signature_period(self) -> float:
         return float(self.step)
 
+    def other_forms(self, here: Contribution) -> Iterable[Float[np.ndarray, "functions samples"]]:
+        """Levels that are each off by an error of its own."""
+        step, origin = float(self.step), float(self.origin)
+        if not step > 0:
+            return []
+        level = np.unique(np.round((here.drive - origin) / step))
+        if level.size > THRESHOLDS.uneven_levels:
+            return []
+        errors = [_LevelError.at(level=origin + k * step, step=step) for k in level]
+        return [here.scaled(np.stack([here.beside(error) for error in errors]))]
+
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Quantisation]":
         """Periods of the residual as a function of the drive; and 6, 8 ... 14 bits of its range."""
@@ -60,6 +73,25 @@ class Quantisation(AbstractDriveEffect):
         some = self.step > 0
         step = jnp.where(some, self.step, 1.0)
         return jnp.where(some, self.origin + step * jnp.round((u - self.origin) / step), u)
+
+
+class _LevelError(AbstractDriveEffect):
+    """One level of a converter, off by a quarter of a step."""
+
+    level: Float[Array, ""] = parameter(unit="{u}", default=0.0)
+    step: Float[Array, ""] = parameter(unit="{u}", default=0.0)
+    name: ClassVar[str] = "level_error"
+
+    @classmethod
+    def initial_guesses(cls, summary: ResidualSummary) -> "list[_LevelError]":
+        """None: it is a part of another effect's forms."""
+        del summary
+        return []
+
+    @float64
+    def __call__(self, t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
+        del t
+        return u + jnp.where(jnp.abs(u - self.level) < 0.5 * self.step, 0.25 * self.step, 0.0)
 
 
 def _find_sawteeth(summary: ResidualSummary, low: float, high: float) -> list[tuple[float, float]]:

@@ -130,6 +130,36 @@ class EffectThresholds:
         origin="pulses of 0.4 ms twice a cycle of the mains need those to 1 kHz, 16 and more",
     )
 
+    # Other forms of a mechanism
+    walk_functions: int = threshold(
+        400,
+        unit="functions",
+        origin="of a random walk with 8 times the noise and some 200 steps in a session: 0.96 of "
+        "chi-square a line is left; what is faster than the last one is noise",
+    )
+    walk_values: int = threshold(
+        20_000_000, unit="samples times functions", origin="160 MB, of which a few copies are made"
+    )
+    slow_functions: int = threshold(
+        2,
+        unit="functions a run",
+        origin="of a gain: the fastest takes a run for its cycle, and there are as many as of "
+        "levels and slopes that begin anew with each run, its rivals",
+    )
+    etalon_beat_steps: float = threshold(
+        6.0,
+        unit="spacings tried a cycle in the span",
+        origin="half way between two, a sine and its slope leave 0.5 % of its power",
+    )
+    etalon_beat_apart: float = threshold(
+        0.3,
+        unit="cycles in the span",
+        origin="nearer ones are the cavity's own fringes, a little off",
+    )
+    uneven_levels: int = threshold(
+        256, unit="levels", origin="8 bits of the swing; more cost time, and each is hardly seen"
+    )
+
     # Quantisation
     coarsest_bits: int = threshold(
         6, unit="bits of the drive's range", origin="coarsest converter tried"

@@ -7,13 +7,15 @@ evidence. So a set of sixty harmonics pays for each that it does not need.
 """
 
 import dataclasses
+from collections.abc import Iterable
 
 import numpy as np
 from jaxtyping import Float
 
+from fitting.diagnosis.refit._effect_vector import Effects
 from fitting.diagnosis.refit._gauss_newton import Refit, State
-from fitting.diagnosis.refit._whitened_model import acts_before_operator
 from fitting.diagnosis.which._candidate import Candidate
+from fitting.diagnosis.which._effect_sets import insert_effect
 from fitting.diagnosis.which._excess import is_unexplained
 from rapi_jax.effects import AbstractEffect, Contribution
 
@@ -31,9 +33,11 @@ def with_other_form(candidate: Candidate) -> Candidate:
     if not is_unexplained(state):
         return candidate
     (effect,) = candidate.effects
-    ends = [refit_form(refit, state, functions) for functions in _sets(effect, refit, state)]
-    best = min(ends, key=lambda end: end.cost, default=state)
+    here = contribution_of(effect, refit, state)
+    best = _likeliest(effect.other_forms(here), refit, state)
     if best.cost >= state.cost or is_unexplained(best):
+        return candidate
+    if _likeliest(effect.rival_forms(here), refit, state).cost < best.cost:
         return candidate
     return dataclasses.replace(candidate, on_flexible_base=best, has_other_form=True)
 
@@ -68,35 +72,55 @@ def refit_form(
     )
 
 
-def _sets(
-    effect: AbstractEffect, refit: Refit, state: State
-) -> list[list[Float[np.ndarray, "functions periods phases"]]]:
-    """The effect's sets of functions, split by run; none for one that acts before the operator."""
-    if acts_before_operator(effect):
-        return []
-    whitened = refit.whitened
-    blocks = whitened.blocks
-    others = tuple(one for one in state.effects if one.name != effect.name)
-    added = [
-        block.interpolate(row)
-        for block, row in zip(
-            blocks,
-            whitened.response_rows(state.effects, state.operator_response)
-            - whitened.response_rows(others, state.operator_response),
-            strict=False,  # rows are padded to an even number of runs
-        )
-    ]
-    here = Contribution(
-        *(
-            np.concatenate([part.ravel() for part in parts])
-            for parts in ([b.time for b in blocks], [b.drive for b in blocks], added)
-        )
-    )
+def _likeliest(
+    sets: Iterable[Float[np.ndarray, "functions samples"]], refit: Refit, state: State
+) -> State:
+    """The state with the likeliest of `sets`; as it is where there is none."""
+    finite = (functions for functions in sets if np.isfinite(functions).all())
+    ends = (refit_form(refit, state, _by_run(functions, refit)) for functions in finite)
+    return min(ends, key=lambda end: end.cost, default=state)
+
+
+def _by_run(
+    functions: Float[np.ndarray, "functions samples"], refit: Refit
+) -> list[Float[np.ndarray, "functions periods phases"]]:
+    blocks = refit.whitened.blocks
     ends = np.cumsum([block.size for block in blocks])[:-1]
     return [
-        [
-            part.reshape(len(functions), *block.time.shape) * block.use
-            for part, block in zip(np.split(functions, ends, axis=1), blocks, strict=True)
-        ]
-        for functions in effect.other_forms(here)
+        part.reshape(len(functions), *block.time.shape) * block.use
+        for part, block in zip(np.split(functions, ends, axis=1), blocks, strict=True)
     ]
+
+
+def contribution_of(effect: AbstractEffect, refit: Refit, state: State) -> Contribution:
+    """What `effect`, one of the state's, adds to its response."""
+    blocks, drives = refit.whitened.blocks, refit.whitened.recording.drives
+    whole = _response(refit, state.values, state.effects)
+    before = _response(
+        refit, state.values, tuple(one for one in state.effects if one.name != effect.name)
+    )
+
+    def beside(other: AbstractEffect) -> Float[np.ndarray, " samples"]:
+        return _response(refit, state.values, insert_effect(state.effects, other)) - whole
+
+    return Contribution(
+        np.concatenate([block.time.ravel() for block in blocks]),
+        np.concatenate([block.drive.ravel() for block in blocks]),
+        whole - before,
+        before,
+        np.repeat(np.arange(len(blocks)), [block.size for block in blocks]),
+        np.array([drive.rate for drive in drives]),
+        beside,
+    )
+
+
+def _response(
+    refit: Refit, values: Float[np.ndarray, " values"], effects: Effects
+) -> Float[np.ndarray, " samples"]:
+    """The model's response at all readings, run after run."""
+    whitened = refit.whitened
+    nodes = whitened.operator_response(refit.base.operator, values, effects)
+    rows = whitened.response_rows(effects, nodes)
+    # Rows are padded to an even number of runs.
+    parts = zip(whitened.blocks, rows, strict=False)
+    return np.concatenate([block.interpolate(row).ravel() for block, row in parts])

@@ -1,7 +1,7 @@
 """What every effect is: a change of what the operator predicts."""
 
 import abc
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import Any, ClassVar, Literal, TypeVar
 
 import equinox as eqx
@@ -70,12 +70,21 @@ class AbstractEffect(eqx.Module):
         del scan
         return ()
 
-    def other_forms(self, here: Contribution) -> Sequence[Float[np.ndarray, "functions samples"]]:
+    def other_forms(self, here: Contribution) -> Iterable[Float[np.ndarray, "functions samples"]]:
         """Sets of functions that its mechanism may add, should this equation not be right.
 
         What all forms of it have in common defines them, such as a period in time, and no other
         mechanism may be a sum of them. A set explains a recording or not as a whole, and its sizes
         follow from it. By default none are known. `here`: what the effect adds by its equation.
+        """
+        del here
+        return ()
+
+    def rival_forms(self, here: Contribution) -> Iterable[Float[np.ndarray, "functions samples"]]:
+        """Sets of functions that tell another mechanism from any form of this one.
+
+        Where such a set is likelier than all of `other_forms`, none of these is taken. By default
+        none are known.
         """
         del here
         return ()

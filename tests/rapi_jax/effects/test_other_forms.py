@@ -1,12 +1,33 @@
 """Functions that an effect's mechanism may add in another form than its equation."""
 
+import dataclasses
+
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from rapi_jax.effects import ALL, Contribution, Pickup
+from rapi_jax.effects import (
+    ALL,
+    Contribution,
+    Drift,
+    Etalon,
+    GainDrift,
+    Law,
+    Pickup,
+    Quantisation,
+    RateLaw,
+)
+from rapi_jax.effects.base._random_walk import random_walk
 
 TIME = np.arange(4000) / 5000.0  # s
 DRIVE = 3.0 - 2.0 * np.cos(2.0 * np.pi * 10.0 * TIME)  # V
+RESPONSE = 12.0 * DRIVE + 2.0 * np.sin(2.0 * np.pi * 10.0 * TIME)  # GHz
+RUN = np.repeat([0, 1], TIME.size // 2)
+
+
+def contribution(added, beside=lambda effect: np.zeros(TIME.size), rates=(10.0, 10.0)):
+    """Of an effect that adds `added` to `RESPONSE`, in two runs."""
+    return Contribution(TIME, DRIVE, added, RESPONSE, RUN, np.array(rates), beside)
 
 
 def left(functions: np.ndarray, wanted: np.ndarray) -> float:
@@ -22,7 +43,7 @@ def test_harmonics_of_whichever_line_was_found(harmonic):
     pulses = np.exp(-(((TIME - 0.003 - 0.01 * number) / 1e-3) ** 2)) * np.where(number % 2, -1, 1)
     found = Pickup.at(amplitude=0.1, hertz=50.0 * harmonic)
     added = 0.1 * np.sin(2.0 * np.pi * 50.0 * harmonic * TIME)
-    sets = found.other_forms(Contribution(TIME, DRIVE, added))
+    sets = list(found.other_forms(contribution(added)))
     assert left(sets[harmonic - 1], pulses) < 1e-6
     assert harmonic == 1 or left(sets[0], pulses) > 0.1
 
@@ -30,11 +51,122 @@ def test_harmonics_of_whichever_line_was_found(harmonic):
 def test_what_is_slower_than_any_line_has_no_harmonics():
     """Else a drift over the session would be a pickup."""
     slow = Pickup.at(amplitude=0.1, hertz=1.5)
-    assert not slow.other_forms(Contribution(TIME, DRIVE, np.sin(9.4 * TIME)))
+    assert not slow.other_forms(contribution(np.sin(9.4 * TIME)))
+
+
+def test_the_series_of_a_wiener_process_has_its_covariance():
+    """That of two times is the earlier one."""
+    time = np.linspace(2.0, 6.0, 41)
+    functions = random_walk(time, 4000)
+    covariance = 2.0 / np.pi**2 * functions.T @ functions
+    share = (time - 2.0) / 4.0
+    np.testing.assert_allclose(covariance, np.minimum.outer(share, share), atol=1e-4)
+
+
+def test_a_drift_may_be_a_random_walk():
+    """Of 60 steps; a line of the mains is none."""
+    rng = np.random.default_rng(3)
+    walk = np.interp(TIME, np.linspace(0.0, 0.8, 61), np.cumsum(rng.standard_normal(61)))
+    (functions,) = Drift.at(amplitude=0.2, tau=1.0).other_forms(contribution(0.2 * TIME))
+    assert left(functions, walk - walk[0]) < 0.01
+    assert left(functions, np.sin(2.0 * np.pi * 400.0 * TIME)) > 0.9
+
+
+def test_a_gain_may_change_in_any_way_that_is_slower_than_a_run():
+    """With a cycle of the room's temperature, but not from scan to scan."""
+    about = 36.0  # GHz: 12 GHz/V at 3 V, about which the loop is symmetrical
+    drifting = GainDrift.at(rate=0.01)
+    added = 0.01 * TIME * (RESPONSE - about)
+    (functions,) = drifting.other_forms(contribution(added))
+
+    def of_the_gain(gain):
+        return left(np.vstack([functions, RESPONSE - about]), gain * (RESPONSE - about))
+
+    assert of_the_gain(np.sin(2.0 * np.pi * TIME / 0.7 + 1.0)) < 0.1
+    assert of_the_gain(np.sin(2.0 * np.pi * 10.0 * TIME)) > 0.9
+
+
+def test_fringes_of_a_second_cavity():
+    """A quarter longer than the one that was found; a line of absorption is none."""
+    etalon = Etalon.at(amplitude=0.1, spacing=4.0, phase=0.4)
+    added = 0.1 * np.sin(2.0 * np.pi * RESPONSE / 4.0 + 0.4)
+    sets = list(etalon.other_forms(contribution(added)))
+    second = np.sin(2.0 * np.pi * 1.26 * RESPONSE / 4.0 + 2.0)
+    assert min(left(functions, added + 0.08 * second) for functions in sets) < 0.05
+    x = (RESPONSE - 37.0) / 1.0
+    assert min(left(functions, x / (1.0 + x**2)) for functions in sets) > 0.5
+
+
+def test_an_error_of_each_level_of_a_converter():
+    """Each is asked for beside the rounding, on its own level and on no other."""
+    asked = []
+
+    def beside(effect):
+        moved = np.asarray(effect(jnp.asarray(TIME), jnp.asarray(rounded))) - rounded
+        asked.append(moved)
+        return 12.0 * moved
+
+    coarse = Quantisation.at(step=0.25, origin=0.1)
+    rounded = np.asarray(coarse(jnp.asarray(TIME), jnp.asarray(DRIVE)))
+    (functions,) = coarse.other_forms(contribution(12.0 * (rounded - DRIVE), beside))
+    assert len(asked) == len(functions) == np.unique(rounded).size
+    np.testing.assert_allclose(np.sum(asked, axis=0), 0.25 * 0.25)
+    errors = np.random.default_rng(0).standard_normal(200)
+    assert left(functions, errors[np.round((rounded - 0.1) / 0.25).astype(int)]) < 1e-9
+
+
+def test_too_many_levels_have_no_errors_of_their_own():
+    ramp = dataclasses.replace(contribution(0.01 * DRIVE), drive=5.0 * TIME)
+    assert not Quantisation.at(step=0.001).other_forms(ramp)
+    assert not Quantisation.at(step=0.0).other_forms(contribution(0.0 * DRIVE))
+
+
+def test_a_threshold_of_its_own_at_each_rate():
+    """Each shifts one rate, as the law found leaves it, and no other."""
+    law = RateLaw.at(exponent=0.7)
+    rates = jnp.array([10.0, 20.0, 40.0])
+    moved = []
+
+    def beside(effect):
+        change = [
+            float(effect(here, jnp.array(3.0)).freq - here.freq)
+            for here in (law(Law.of(rate, jnp.array(4.0)), jnp.array(3.0)) for rate in rates)
+        ]
+        moved.append(change)
+        return change[0] * np.sin(TIME) + change[1] * TIME + change[2]
+
+    (functions,) = law.other_forms(contribution(0.1 * DRIVE, beside, rates))
+    grown = 10.0 * (np.asarray(rates) / 10.0) ** 0.7
+    np.testing.assert_allclose(moved, np.diag(0.1 * grown), rtol=1e-6)
+    assert functions.shape == (3, TIME.size)
+
+
+def test_at_two_rates_the_power_law_is_any_law():
+    assert not RateLaw.at(exponent=0.7).other_forms(contribution(0.1 * DRIVE, rates=(10.0, 40.0)))
+
+
+HAVE_FORMS = {"pickup", "drift", "gain_drift", "etalon", "rate_law", "quantisation"}
 
 
 @pytest.mark.parametrize("cls", ALL, ids=lambda cls: cls.name)
 def test_every_effect_says_which_or_none(cls):
-    sets = cls.at().other_forms(Contribution(TIME, DRIVE, np.ones(TIME.size)))
+    effect = cls.at(step=0.25) if cls is Quantisation else cls.at()
+    here = contribution(np.ones(TIME.size), beside=lambda effect: DRIVE, rates=(10.0, 20.0, 40.0))
+    sets = list(effect.other_forms(here))
     assert all(functions.shape[1] == TIME.size for functions in sets)
-    assert bool(sets) == (cls.name == "pickup")
+    assert bool(sets) == (cls.name in HAVE_FORMS)
+
+
+@pytest.mark.parametrize("cls", [Drift, GainDrift], ids=lambda cls: cls.name)
+def test_what_begins_anew_with_each_run_is_told_from_a_drift(cls):
+    """Levels, or what fades in each run; a cycle over runs is neither."""
+    shape = np.ones(TIME.size) if cls is Drift else RESPONSE - 36.0
+    rivals = list(cls.at().rival_forms(contribution(np.ones(TIME.size))))
+    since = TIME - np.where(RUN == 0, 0.0, 0.4)
+
+    def least(gain):
+        return min(left(rival, gain * shape) for rival in rivals)
+
+    assert least(np.where(RUN == 0, 1.0, -0.5)) < 1e-9
+    assert least(np.where(RUN == 0, 1.0, -0.5) * np.exp(-since / 0.2)) < 0.05
+    assert least(np.sin(2.0 * np.pi * TIME / 0.3)) > 0.5

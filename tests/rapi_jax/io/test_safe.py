@@ -98,14 +98,14 @@ def test_a_manifest_that_is_a_link_out_is_not_read(tmp_path):
 
 
 def refused(path: Path) -> str:
-    """The line with which a recording is refused, within a second or so and 200 MB."""
+    """The line with which a recording is refused, within a second or so of work and 200 MB."""
     import resource
 
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(DataError) as caught:
         read_recording(path)
-    assert time.perf_counter() - start < 15  # also on a busy machine
+    assert time.process_time() - start < 5
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200 * 1024
     said = str(caught.value)
     assert said.isprintable() and SECRET not in said and len(said) < 600

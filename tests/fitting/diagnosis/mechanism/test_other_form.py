@@ -1,10 +1,12 @@
 """Another form of an effect: its evidence in closed form, and where it is named."""
 
 import dataclasses
+from typing import ClassVar
 
 import numpy as np
 import pytest
 from edge_worlds import NOISE, drives, off, record
+from jaxtyping import Array, Float
 from scipy.stats import multivariate_normal
 
 from fitting import diagnose
@@ -14,30 +16,94 @@ from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import Recording
-from rapi_jax.effects import Delay, Etalon, Pickup
+from rapi_jax.effects import (
+    AbstractEffect,
+    AbstractLawEffect,
+    Creep,
+    Delay,
+    Drift,
+    Etalon,
+    GainDrift,
+    Law,
+    ModeHop,
+    Pickup,
+    Quantisation,
+    RateLaw,
+    ResidualSummary,
+)
 
 SESSION = drives((10.0, 40.0), amplitudes=(3.0, 2.0))
 
 
 def with_added(added) -> Recording:
-    """The paper's device, to whose readings `added(time, drive)` (GHz) is added in each run."""
+    """The paper's device, to whose readings `added(time, drive, response)` (GHz) is added."""
     recording = record(SESSION)
     runs = [
-        run.response + added(run.drive.start_s + run.drive.time, run.drive.value)
+        run.response + added(run.drive.start_s + run.drive.time, run.drive.value, run.response)
         for run in recording.runs
     ]
     return Recording.of(SESSION, runs)
 
 
-def pulses(time: np.ndarray, drive: np.ndarray) -> np.ndarray:
+def pulses(time: np.ndarray, drive: np.ndarray, response: np.ndarray) -> np.ndarray:
     """Of a dimmer: two a cycle of 50 Hz, of opposite signs."""
-    del drive
+    del drive, response
     number = np.round((time - 0.004) / 0.01)
     return (
         0.3
         * np.where(number % 2, -1.0, 1.0)
         * np.exp(-(((time - 0.004 - 0.01 * number) / 8e-4) ** 2))
     )
+
+
+def walk(time: np.ndarray, drive: np.ndarray, response: np.ndarray) -> np.ndarray:
+    """A random walk of 0.1 GHz every 10 ms."""
+    del drive, response
+    steps = 0.1 * np.random.default_rng(5).standard_normal(1000)
+    return np.interp(time, 0.01 * np.arange(1000), np.cumsum(steps))
+
+
+def cycle_of_the_gain(time: np.ndarray, drive: np.ndarray, response: np.ndarray) -> np.ndarray:
+    """By 2 %, once in 1.1 s, about the middle of the drive."""
+    del response
+    return 0.02 * np.sin(2.0 * np.pi * time / 1.1 + 1.0) * 16.0 * (drive - 3.0)
+
+
+def two_cavities(time: np.ndarray, drive: np.ndarray, response: np.ndarray) -> np.ndarray:
+    """Fringes of 5 GHz and of 4 GHz."""
+    del time, drive
+    turn = 2.0 * np.pi * response / 5.0
+    return 0.2 * np.sin(turn + 0.5) + 0.15 * np.sin(1.25 * turn + 2.0)
+
+
+class RelaxationPeak(AbstractLawEffect):
+    """Thresholds that grow with the rate, and faster about 20 Hz."""
+
+    name: ClassVar[str] = "relaxation_peak"
+
+    @classmethod
+    def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:
+        return []
+
+    def __call__(self, law: Law, bias: Float[Array, ""]) -> Law:
+        ratio = law.freq / 20.0
+        return law._replace(freq=law.freq + 45.0 * ratio / (1.0 + ratio**2))
+
+
+def at_four_rates() -> Recording:
+    return record(drives((5.0, 10.0, 20.0, 60.0)), RelaxationPeak())
+
+
+def by_an_uneven_converter() -> Recording:
+    """Of steps of 41.7 mV, whose levels are off by a fifth of that."""
+    errors = 0.008 * np.random.default_rng(2).standard_normal(200)
+
+    def played(value: np.ndarray) -> np.ndarray:
+        code = np.round(value / 0.0417).astype(int)
+        return 0.0417 * code + errors[code]
+
+    sent = [dataclasses.replace(drive, value=played(drive.value)) for drive in SESSION]
+    return Recording.of(SESSION, [run.response for run in record(sent).runs])
 
 
 @pytest.fixture(scope="module")
@@ -85,20 +151,32 @@ def test_functions_of_which_the_errors_are_a_sum_leave_the_noise(stood):
 
 
 @pytest.mark.slow
-def test_another_form_is_named_and_said_to_be_one():
-    found = diagnose(None, with_added(pulses), candidates=(Etalon, Pickup), scan=False)
-    assert found.verdict.name == "pickup" and found.verdict.probability > 0.9
+@pytest.mark.parametrize(
+    ("cls", "rival", "make"),
+    [
+        (Pickup, Etalon, lambda: with_added(pulses)),
+        (Drift, Creep, lambda: with_added(walk)),
+        (GainDrift, Creep, lambda: with_added(cycle_of_the_gain)),
+        (Etalon, ModeHop, lambda: with_added(two_cavities)),
+        (RateLaw, GainDrift, at_four_rates),
+        (Quantisation, Pickup, by_an_uneven_converter),
+    ],
+    ids=lambda value: getattr(value, "name", None),
+)
+def test_another_form_is_named_and_said_to_be_one(cls, rival, make):
+    found = diagnose(None, make(), candidates=(rival, cls), scan=False)
+    assert found.verdict.name == cls.name and found.verdict.probability > 0.9
     assert any("another form than the model's equation" in note for note in found.notes)
 
 
 @pytest.mark.slow
 def test_what_no_form_explains_stays_unlisted():
-    """A dispersive curve about one voltage: no harmonics in time."""
+    """A dispersive curve about one voltage: no harmonics in time, nor fringes of two cavities."""
 
-    def curve(time, drive):
+    def curve(time, drive, response):
         x = (drive - 3.3) / 0.08
         return 0.5 * x / (1.0 + x**2)
 
-    found = diagnose(None, with_added(curve), candidates=(Pickup, Delay), scan=False)
+    found = diagnose(None, with_added(curve), candidates=(Pickup, Etalon, Delay), scan=False)
     assert found.verdict.name == "unlisted"
     assert not any("another form" in note for note in found.notes)

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ._arguments import takes
+from ._errors import ModelError
 from ._parameter import parameters
 from ._precision import float64
 from .display._model_line import describe_model
@@ -51,6 +52,27 @@ class ECDL(eqx.Module):
 
     operator: AbstractOperator
     effects: Effects = ()
+
+    def without(self, *names: str) -> "ECDL":
+        """The device without its effects of these names, such as one that only the reading has.
+
+        Raises `ModelError` where it has no effect of a name.
+
+        >>> from rapi_jax.effects import Creep, Etalon
+        >>> from rapi_jax.examples import paper_device
+        >>> laser = ECDL(paper_device().operator, (Creep.at(gain=0.01), Etalon.at(amplitude=0.1)))
+        >>> [effect.name for effect in laser.without("etalon").effects]
+        ['creep']
+        """
+        known = list(dict.fromkeys(effect.name for effect in self.effects))
+        for name in names:
+            if name not in known:
+                has = f"these: {', '.join(known)}" if known else "none"
+                raise ModelError(
+                    f"the model has no effect {name!r} that could be left out; of effects it has "
+                    f"{has}."
+                )
+        return ECDL(self.operator, tuple(e for e in self.effects if e.name not in names))
 
     def summary(self) -> str:
         """The parameters as text for people."""

@@ -19,7 +19,8 @@ def sort_effects(effects: Effects) -> tuple[AbstractEffect | type[AbstractEffect
 _OF_A_SENSOR = {
     "etalon": (
         "a ripple periodic in the reading",
-        "Look at the sensor's own ripple (interpolation, fringes); the corrected model has it.",
+        "Look at the sensor's own ripple (interpolation, fringes). What only the sensor shows must "
+        "not be compensated: leave it out (`rapi compensate --without etalon`).",
     ),
     "mode_hop": (
         "jumps of the reading",
@@ -32,7 +33,8 @@ _OF_A_SENSOR = {
     ),
     "current_coupling": (
         "a part that follows the drive at once",
-        "Look at cross-talk of the drive into the sensor; the corrected model has it.",
+        "Look at cross-talk of the drive into the sensor. What only the sensor shows must not be "
+        "compensated: leave it out (`rapi compensate --without current_coupling`).",
     ),
 }
 

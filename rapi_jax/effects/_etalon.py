@@ -46,7 +46,15 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
     label: ClassVar[str] = "an etalon in the light path"
     signature_axis: ClassVar = "response"
     remedy: ClassVar[str] = (
-        "Tilt or coat what reflects; the corrected model compensates what is left."
+        "Tilt or coat what reflects. Where it stands between the laser and the interferometer that "
+        "reads, and sends no light back into the laser, only the reading has the ripple: "
+        "compensate with `rapi compensate --without etalon`. Where light returns into the laser "
+        "(no isolator), the optical frequency has it, too, and the corrected model compensates "
+        "what is left."
+    )
+    in_reading_alone: ClassVar[str] = (
+        "what reflects stands between the laser and the interferometer that reads, and sends no "
+        "light back into the laser"
     )
     amplitude: Float[Array, ""] = parameter(unit="{x}", default=0.0)  # A
     phase: Float[Array, ""] = parameter(unit="rad", default=0.0)  # phi

@@ -40,8 +40,9 @@ def refuse(effects: Sequence[AbstractEffect]) -> None:
         coupled = isinstance(effect, AbstractCouplingEffect) and effect.steady
         if not (coupled or isinstance(effect, AbstractInvertible | AbstractLawEffect)):
             raise NotInvertible(
-                f"the effect {type(effect).__name__} cannot be undone, so no drive allows for it. "
-                "Leave it out of the model to compensate without it."
+                f"the effect {effect.name} cannot be undone, so no drive allows for it. Leave it "
+                f"out to compensate the others (`--without {effect.name}`, in Python "
+                f'`ecdl.without("{effect.name}")`).'
             )
 
 
@@ -100,7 +101,8 @@ def _uncoupled(
             return jnp.asarray(before)
     raise NotInvertible(
         f"the effect {effect.name} adds a part that grows with the response itself, and could not "
-        "be taken off. Leave it out of the model to compensate without it."
+        "be taken off. Leave it out to compensate the others "
+        f'(`--without {effect.name}`, in Python `ecdl.without("{effect.name}")`).'
     )
 
 

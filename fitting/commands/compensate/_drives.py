@@ -1,7 +1,7 @@
 """Drives of `rapi compensate`, made and written; imported late, as it imports all they need."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 from fitting import fit
 from fitting._result_files import check_output
 from fitting.commands.shared._limits import check_limits_unit
-from fitting.commands.shared._model import check_trusted, load_model
+from fitting.commands.shared._model import check_trusted, is_diagnosis, load_model
 from fitting.commands.shared._nonlinearity_band import scan_bands
 from fitting.commands.shared._out import output_kept_if_written
 from fitting.commands.shared._plugins import Plugins, plugin_effects, plugin_operators
@@ -46,6 +46,7 @@ def compensate_into(
     inverse: str,
     extrapolate: bool,
     untrusted: bool,
+    without: Sequence[str] = (),
     rise: float,
     corner: float,
     samples: int,
@@ -58,11 +59,19 @@ def compensate_into(
     """Drives by the options of the command: each, the certificate, their unit, and the files.
 
     These are the names of what was removed of earlier drives in `output`, and what was written.
-    `more`: further keys of `certificate.json`. Raises `UntrustedModel` where the model makes no
-    drive.
+    `without`: names of effects that are not inverted. `more`: further keys of `certificate.json`.
+    Raises `UntrustedModel` where the model makes no drive, `ModelError` where it has no such
+    effect.
     """
-    ecdl, about = load_model(model, plugin_effects(plugin), plugin_operators(plugin))
+    whole, about = load_model(model, plugin_effects(plugin), plugin_operators(plugin))
     check_trusted(about, allowed=untrusted)
+    ecdl = whole.without(*without)
+    if without and recording is not None:
+        raise ModelError(
+            "`--without` and `--recording` do not go together: the inverse would be identified on "
+            f"readings that still have {' and '.join(without)}. Use `--inverse exact`, or leave "
+            "`--recording` out, so that the inverse is identified on the model's own response."
+        )
     seen = identified = Identified.from_dict(about["identified"])
     if not about.get("trusted", False):  # without a claim there are no swings that it holds for
         identified = dataclasses.replace(seen, amplitudes=())
@@ -114,7 +123,9 @@ def compensate_into(
             made.append(one)
         report_step("band on the nonlinearity")
         bands, note = scan_bands(model, ecdl, made)
-        report = certificate_report(made, about, seen, allowed, fitted, ecdl)
+        report = certificate_report(
+            made, about, seen, allowed, fitted, ecdl, whole=whole, diagnosed=is_diagnosis(model)
+        )
         for drive, band in zip(report["drives"], bands, strict=True):
             drive["nonlinearity_band"] = band and band | {"unit": about["response_unit"]}
         report["notes"] += [] if note is None else [note]

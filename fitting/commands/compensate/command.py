@@ -21,6 +21,7 @@ def compensate(
     inverse: Literal["exact", "paper"] = "exact",
     extrapolate: Annotated[bool, Parameter(negative="")] = False,
     untrusted: Annotated[bool, Parameter(negative="")] = False,
+    without: Annotated[tuple[str, ...], Parameter(negative="", show_default=False)] = (),
     rise: float = 0.5,
     corner: float = 0.02,
     samples: int = 8192,
@@ -39,7 +40,7 @@ def compensate(
     Parameters
     ----------
     model
-        A folder that `rapi fit` wrote, or the `model.rapi` in it.
+        A folder that `rapi fit` or `rapi diagnose` wrote, or the `model.rapi` in it.
     span
         Peak to peak of the whole scan, in the model's response unit (GHz), corners included.
     frequency
@@ -58,8 +59,13 @@ def compensate(
     extrapolate
         Also make drives beyond the range, the rates and the swings that were identified.
     untrusted
-        Also make drives from a model that is not to be trusted; without it the exit code is 4. Its
-        swings are then not looked at either.
+        Also make drives from a model that is not to be trusted; without it the exit code is 4. No
+        drive is then refused for its swing; the certificate notes one that was not recorded.
+    without
+        An effect of MODEL to leave out of what is inverted, by its name in the diagnosis: for one
+        that only the reading has. An etalon between laser and interferometer that sends no light
+        back into the laser is in the reading alone; compensated, it would be put on the light. May
+        be given several times.
     rise
         Share of the period on the way up: 0.5 is a triangle, 0.9 a sawtooth.
     corner
@@ -94,6 +100,7 @@ def compensate(
             inverse=inverse,
             extrapolate=extrapolate,
             untrusted=untrusted,
+            without=without,
             rise=rise,
             corner=corner,
             samples=samples,
@@ -120,7 +127,10 @@ def compensate(
         )
     else:
         out.print(
-            "Nothing is claimed of how straight the device will scan; measure it.", markup=False
+            f"Nothing is claimed of how straight the device will scan: {report['unclaimed']}. "
+            f"`rapi fit NEW-SCANS --check {output}` measures how straight the new scans are and "
+            "how far they reach.",
+            markup=False,
         )
     for note in report["notes"]:
         out.print(f"note: {note}", markup=False)

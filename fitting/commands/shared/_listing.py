@@ -73,6 +73,7 @@ COMMANDS = {
         (
             "rapi compensate result --span 60 --frequency 10 20 40 -o drives",
             "rapi compensate result --span 60 --frequency 20 --limits limits.toml -o drives",
+            "rapi compensate diagnosis --span 60 --frequency 20 --without etalon -o drives",
         ),
     ),
     "diagnose": Command(

@@ -43,6 +43,14 @@ def _reasons(about: dict[str, Any]) -> tuple[str, str]:
     return reasons[0].rstrip("."), more
 
 
+def is_diagnosis(model: Path) -> bool:
+    """Whether a model, as named on the command line, lies in the folder of a diagnosis."""
+    from fitting.report.diagnosis._files import DIAGNOSIS
+
+    folder = model if model.is_dir() else model.parent
+    return (folder / DIAGNOSIS).is_file()
+
+
 def load_model(
     model: Path, effects: Sequence[type[Any]] = (), operators: Sequence[type[Any]] = ()
 ) -> tuple[Any, dict[str, Any]]:

@@ -25,12 +25,12 @@ def render_page(report: dict[str, Any], picture: bytes) -> str:
     return render_result(
         title="Drives",
         headline=f"Drives for straight scans of {drives[0]['span']:g} {unit} at {rates} Hz.",
-        advice="Play them (`rapi measure`), then compare the new scans with this certificate: "
-        "`rapi fit NEW-SCANS --check THIS-FOLDER`.",
+        advice=_advice(expected),
         cautions=report["notes"],
         facts=[
             ("Inverse", drives[0]["inverse"]),
-            ("Expected", "nothing is claimed" if expected is None else _expected(expected)),
+            ("Expected", _expected(expected, report["unclaimed"])),
+            *([("Left out", ", ".join(report["left_out"]))] if report["left_out"] else []),
             ("Limits", "from a file" if report["limits_from"] == "file" else "as identified"),
         ],
         sections=[
@@ -69,7 +69,19 @@ def render_page(report: dict[str, Any], picture: bytes) -> str:
     )  # fmt: skip
 
 
-def _expected(expected: dict[str, Any]) -> str:
+def _advice(expected: dict[str, Any] | None) -> str:
+    check = "`rapi fit NEW-SCANS --check THIS-FOLDER`"
+    if expected is None:
+        return (
+            f"Play them (`rapi measure`), then let {check} measure how straight the new scans are "
+            "and how far they reach. There is no claim to compare them with."
+        )
+    return f"Play them (`rapi measure`), then compare the new scans with this certificate: {check}."
+
+
+def _expected(expected: dict[str, Any] | None, unclaimed: str | None) -> str:
+    if expected is None:
+        return f"nothing is claimed: {unclaimed}."
     return f"at most {quantity(expected['high'], expected['unit'])} rms off a line (97.5 %)"
 
 

@@ -24,6 +24,9 @@ class AbstractEffect(eqx.Module):
     - `name`: in files and hypotheses, lower case with underscores.
     - `label`: what it is, in running text ("creep of the piezo"); by default the name with spaces.
     - `remedy`: what a user can do about it, in a sentence.
+    - `in_reading_alone`: where the reading may show it though the light does not have it, and a
+      drive would compensate it all the same: when that is so, in words that follow "where". Empty
+      for others.
     - `smooth`: false where the response jumps as a parameter changes, so that a fit needs a search
       without derivatives before Gauss-Newton steps.
     - `mechanism`: the name of what causes it, by default its own; effects that are different
@@ -42,6 +45,7 @@ class AbstractEffect(eqx.Module):
     name: eqx.AbstractClassVar[str]
     label: ClassVar[str]
     remedy: ClassVar[str] = "Compensate with the corrected model."
+    in_reading_alone: ClassVar[str] = ""
     smooth: ClassVar[bool] = True
     mechanism: ClassVar[str]
     strength: ClassVar[tuple[str, ...]] = ()

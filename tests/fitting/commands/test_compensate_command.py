@@ -9,9 +9,11 @@ from parsed_page import Page
 
 from fitting.cli import app
 from fitting.commands.run import run
-from rapi_jax import ECDL, RAPI, Identified, predict
+from fitting.commands.shared.files._unclaimed import reading_notes
+from rapi_jax import ECDL, RAPI, Identified, Run, linearity, predict, repeated
+from rapi_jax.effects import Creep, Etalon
 from rapi_jax.examples import paper_device, paper_recording
-from rapi_jax.io import read_afg, read_drive, read_recording, write_model
+from rapi_jax.io import read_afg, read_drive, read_model, read_recording, write_model
 
 RATES = ("10", "25", "40")
 
@@ -46,7 +48,7 @@ def test_drives_make_the_device_scan_straight(model, tmp_path, capsys):
     report = json.loads(capsys.readouterr().out)
     assert report == json.loads((tmp_path / "out" / "certificate.json").read_text())
     assert report["schema"] == "rapi.compensation/1" and report["unit"] == "GHz"
-    assert {"nonlinearity", "nonlinearity_band", "expected"} == set(report["meanings"])
+    assert {"nonlinearity", "nonlinearity_band", "expected"} < set(report["meanings"])
     assert report["notes"] == [] and report["limits_from"] == "identification"
     for rate, entry in zip(RATES, report["drives"], strict=True):
         assert entry["certificate"]["invertible"] and entry["file"] == f"drive_{rate}Hz.csv"
@@ -193,6 +195,70 @@ def test_nothing_is_expected_of_a_drive_beyond_what_was_identified(tmp_path, tru
     report = json.loads((tmp_path / "out" / "certificate.json").read_text())
     assert report["expected"] is None
     assert "identified at 4.5" in report["notes"][-1]
+
+
+@pytest.fixture(scope="module")
+def diagnosed(tmp_path_factory):
+    """A model with an etalon, as a diagnosis writes one: without a claim."""
+    recording, _ = paper_recording(samples=400)
+    ecdl = ECDL(paper_device().operator, (Etalon.at(amplitude=0.12, spacing=9.0),))
+    folder = write(tmp_path_factory.mktemp("diagnosed") / "diagnosis", ecdl, recording)
+    (folder / "diagnosis.json").write_text("{}")
+    return folder
+
+
+SMALL = ("--span", 70, "--frequency", 20, "--samples", 1024, "--no-plots")
+
+
+def test_an_effect_left_out_is_not_compensated_and_is_noted(diagnosed, tmp_path, capsys):
+    """What only the reading has must not be imprinted on the light."""
+    output = tmp_path / "out"
+    assert rapi("compensate", diagnosed, *SMALL, "--without", "etalon", "-o", output) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "the effect etalon was left out of the model that was inverted (`--without`)" in told
+    assert "up to 8" in told and "MHz rms off a straight line" in told
+    assert "write them again with `--without etalon`" not in told
+    report = json.loads((output / "certificate.json").read_text())
+    assert report["left_out"] == ["etalon"] and report["expected"] is None
+    assert report["provenance"]["options"]["without"] == ["etalon"]
+    (entry,) = report["drives"]
+    assert max(entry["nonlinearity"].values()) < 1e-4  # GHz; of the light
+    assert 0.07 < min(entry["nonlinearity_of_reading"].values()) < 0.1  # GHz; 0.12 / sqrt 2
+    whole, _ = read_model(diagnosed / "model.rapi")
+    drive = repeated(read_drive(output / entry["file"]), 2)
+    light = linearity(Run(drive, np.asarray(predict(whole.without("etalon"), drive))))
+    assert max(light.rms_ghz) < 1e-3  # GHz; the drive's samples
+
+
+@pytest.mark.parametrize("unit", ["GHz", "um"])
+def test_a_note_says_that_an_etalon_may_be_in_the_reading_alone(unit):
+    (note,) = reading_notes([Creep.at(gain=0.01), Etalon.at(amplitude=0.1)], unit)
+    assert note.endswith("write them again with `--without etalon`.")
+    assert ("no light back into the laser" in note) is (unit == "GHz")
+
+
+def test_a_model_with_an_etalon_is_compensated_with_a_note(diagnosed, tmp_path, capsys):
+    assert rapi("compensate", diagnosed, *SMALL, "-o", tmp_path / "out") == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert told.count("write them again with `--without etalon`") == 1
+    assert "sends no light back into the laser" in told
+    report = json.loads((tmp_path / "out" / "certificate.json").read_text())
+    assert report["left_out"] == [] and "nonlinearity_of_reading" not in report["drives"][0]
+
+
+def test_an_effect_that_the_model_does_not_have_is_refused_with_those_it_has(
+    diagnosed, model, tmp_path, capsys
+):
+    options = (*SMALL, "-o", tmp_path / "out")
+    assert rapi("compensate", diagnosed, *options, "--without", "delay") == 3
+    assert "has no effect 'delay' that could be left out" in (error := capsys.readouterr().err)
+    assert "these: etalon" in error and error.count("\n") == 1
+    assert rapi("compensate", model, *options, "--without", "etalon") == 3
+    assert "of effects it has none" in capsys.readouterr().err
+    paper = ("--inverse", "paper", "--recording", tmp_path, "--without", "etalon")
+    assert rapi("compensate", diagnosed, *options, *paper) == 3
+    assert "still have etalon" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.fault(name="a model that is not monotone", promise="refused with the place")

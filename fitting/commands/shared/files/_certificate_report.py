@@ -10,6 +10,7 @@ from fitting.claim_check._thresholds import THRESHOLDS
 from rapi_jax import Run, linearity, predict
 
 from ._drive_files import file_stem
+from ._unclaimed import left_out_notes, reading_nonlinearity, reading_notes, why_unclaimed
 
 _MEANINGS = {
     "nonlinearity": "rms off a straight line, of the model's own response to the drive: what the "
@@ -17,25 +18,48 @@ _MEANINGS = {
     "nonlinearity_band": "rms off a straight line, of a device with the model's structure whose "
     "parameters are off by their standard errors (95 %). Wide where the recordings leave a "
     "parameter open, and no bound on the device.",
+    "unclaimed": "why nothing is claimed of how straight the device will scan; null where "
+    "`expected` is claimed.",
+    "left_out": "effects of the model that were not inverted (`--without`). Readings that have "
+    "them still show them: `nonlinearity_of_reading` of each drive, by the model.",
     "expected": "rms off a straight line to expect of the device, noise apart: at most `high` "
     "(97.5 %), from the errors in runs that were left out. `rapi fit --check` judges by it.",
 }
 
 
 def certificate_report(
-    made: list[Any], about: dict[str, Any], identified: Any, limits: Any, fitted: Any, ecdl: Any
+    made: list[Any],
+    about: dict[str, Any],
+    identified: Any,
+    limits: Any,
+    fitted: Any,
+    ecdl: Any,
+    *,
+    whole: Any = None,
+    diagnosed: bool = False,
 ) -> dict[str, Any]:
-    """What `certificate.json` says of the drives `made`, but for their bands and their files."""
-    notes, trusted = [], about.get("trusted", False)
+    """What `certificate.json` says of the drives `made`, but for their bands and their files.
+
+    `ecdl`: the model that was inverted; `whole`: with the effects that were left out of it, if any
+    were. `diagnosed`: whether it comes from a diagnosis.
+    """
+    whole = ecdl if whole is None else whole
+    notes, trusted, unit = [], about.get("trusted", False), about["response_unit"]
+    kept = [effect.name for effect in ecdl.effects]
+    left_out = list(dict.fromkeys(e.name for e in whole.effects if e.name not in kept))
     if not trusted:
         notes.append("the model was not to be trusted when it was fitted; see its model.json.")
     beyond = [note for one in made for note in identified.outside(one.drive)]
-    notes += beyond or _beside_claim(made, about)
+    notes += beyond or ([] if left_out else _beside_claim(made, about))
+    readings = [reading_nonlinearity(one, ecdl, whole) for one in made] if left_out else []
+    notes += left_out_notes(readings, left_out, unit)
+    notes += reading_notes(ecdl.effects, unit)
+    unclaimed = why_unclaimed(about, left_out, diagnosed=diagnosed, beyond=bool(beyond))
     used = dataclasses.asdict(identified.limits() if limits is None else limits)
     del used["unit"]  # the report's own `drive_unit`
     report = {
         "schema": "rapi.compensation/1",
-        "unit": about["response_unit"],
+        "unit": unit,
         "drive_unit": about["drive_unit"],
         "limits": {key: value for key, value in used.items() if value < float("inf")},
         "limits_from": "identification" if limits is None else "file",
@@ -45,13 +69,17 @@ def certificate_report(
             | {"file": f"{file_stem(one.drive.rate)}.csv", "nonlinearity": _nonlinearity(one, ecdl)}
             for one in made
         ],
-        "claim": about.get("claim"),
-        "expected": _expected(about.get("claim")) if trusted and not beyond else None,
+        "claim": about.get("claim") if trusted and not left_out else None,
+        "expected": _expected(about.get("claim")) if unclaimed is None else None,
+        "unclaimed": unclaimed,
+        "left_out": left_out,
         "meanings": _MEANINGS,
         "notes": list(dict.fromkeys(notes)),
         "versions": package_versions(),
         "data_sha256": about["data_sha256"],
     }
+    for drive, reading in zip(report["drives"], readings, strict=bool(readings)):
+        drive["nonlinearity_of_reading"] = reading
     if fitted is not None:
         report["inverse_fit"] = {
             "unit": about["drive_unit"],

@@ -19,7 +19,8 @@ class Identified:
     """Drive range (V), steepest slope (V/s), scan rates (Hz) and amplitudes of a recording.
 
     `swings_joined`: whether what was recorded at one amplitude was seen to predict the others, so
-    that swings between them are inside, too. `drive_unit`: in place of V, where it is no voltage.
+    that swings between them are inside, too. Without `amplitudes` no swing is outside.
+    `drive_unit`: in place of V, where it is no voltage.
 
     >>> from rapi_jax import Identified
     >>> from rapi_jax.examples import paper_recording
@@ -134,7 +135,11 @@ class Identified:
                 "follow the swing is assumed below that (Eq. 11), and one more run near "
                 f"{drive.u_pp:.2g} {unit} would measure it"
             )
-        elif not self.swings_joined and not any(self._is_near(drive.u_pp, s) for s in swings):
+        elif (
+            swings
+            and not self.swings_joined
+            and not any(self._is_near(drive.u_pp, s) for s in swings)
+        ):
             seen = " and ".join(f"{swing:.3g}" for swing in swings)
             found.append(
                 f"the drive swings by {drive.u_pp:.3g} {unit}, the model was identified at {seen} "

@@ -29,6 +29,12 @@ def test_swings_between_are_outside_where_one_did_not_predict_the_other(swing, i
         assert "did not predict the other" in found[0] and "near 2.4" in found[0]
 
 
+@pytest.mark.parametrize("swing", [0.2, 2.4, 5.0])
+def test_no_swing_is_outside_where_none_is_to_be_looked_at(swing):
+    without = Identified(0.0, 6.0, 500.0, (10.0, 40.0), (), swings_joined=False)
+    assert without.outside(drive(swing)) == []
+
+
 def test_files_keep_it():
     apart = Identified(0.0, 6.0, 500.0, (10.0, 40.0), (2.0, 5.0), swings_joined=False)
     assert Identified.from_dict(apart.to_dict()) == apart

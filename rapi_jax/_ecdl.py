@@ -58,6 +58,7 @@ class ECDL(eqx.Module):
 
         Raises `ModelError` where it has no effect of a name.
 
+        >>> from rapi_jax import ECDL
         >>> from rapi_jax.effects import Creep, Etalon
         >>> from rapi_jax.examples import paper_device
         >>> laser = ECDL(paper_device().operator, (Creep.at(gain=0.01), Etalon.at(amplitude=0.1)))

@@ -6,7 +6,7 @@ from typing import Any
 
 from fitting._result_files import UNFINISHED, check_belongs
 from fitting.identification.assessment._claim import Claim
-from rapi_jax import DataError, ModelError
+from rapi_jax import DataError
 from rapi_jax.internal import inside, read_text
 from rapi_jax.io import printable, read_drive
 
@@ -14,13 +14,14 @@ from ._scan import CertifiedDrive
 
 CERTIFICATE, SCHEMA = "certificate.json", "rapi.compensation/1"
 _LIMIT = 64 * 2**20  # bytes
+_NO_CLAIM = "the model that the drives were made with carries no claim"
 
 
-def read_certificate(path: Path) -> tuple[list[CertifiedDrive], Claim, dict[str, Any]]:
+def read_certificate(path: Path) -> tuple[list[CertifiedDrive], Claim | None, dict[str, Any]]:
     """The drives of a certificate, the claim of the model they were made with, and its content.
 
-    Raises `DataError` where the file is no certificate or a drive beside it belongs to another one,
-    `ModelError` where it has no claim.
+    The claim is `None` where the certificate has none; the content says why in `unclaimed`. Raises
+    `DataError` where the file is no certificate or a drive beside it belongs to another one.
     """
     label = printable(path)
     damaged = (
@@ -47,16 +48,13 @@ def read_certificate(path: Path) -> tuple[list[CertifiedDrive], Claim, dict[str,
         units = str(content["unit"]), str(content["drive_unit"])
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise DataError(damaged) from error
-    if content.get("claim") is None:
-        raise ModelError(
-            f"{label}: the model had no claim, so there is nothing to check. Fit it again, from "
-            "two runs or more, and write the drives again."
-        )
+    claim = content.get("claim")
     drives = []
     for (file, _, notes), (up, down), span in zip(rows, own, spans, strict=True):
         drive = inside(path.parent, file)
         check_belongs(drive)
         drives.append(CertifiedDrive(read_drive(drive), (up, down), tuple(notes), span))
-    return drives, Claim.from_dict(content["claim"]), {
+    return drives, None if claim is None else Claim.from_dict(claim), {
         "response_unit": units[0], "drive_unit": units[1],
+        "unclaimed": printable(content.get("unclaimed") or _NO_CLAIM, 1000),
     }  # fmt: skip

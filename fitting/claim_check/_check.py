@@ -29,7 +29,7 @@ class Checked:
 
     - `branch`: "up" or "down" of a scan; empty where it is a whole run.
     - `rms`: what was measured. `low`, `high`: the 95 % interval claimed for one. `bound`: what the
-      largest of all that were judged exceeds as seldom.
+      largest of all that were judged exceeds as seldom. All three nan where nothing is claimed.
     - `noise`: of the readings in this run, part of `rms`.
     - `span`: peak to peak that a scan reached, of its mean period. `span_asked`: what its drive was
       made for. Both `None` where it is no certified scan; no part of the claim.
@@ -88,9 +88,10 @@ class ClaimCheck:
     offset: float | None = None
 
     @property
-    def held(self) -> bool:
-        """Whether the claim held wherever it was judged."""
-        return all(one.held is not False for one in self.checked)
+    def held(self) -> bool | None:
+        """Whether the claim held wherever it was judged; `None` where nothing was."""
+        judged = [one.held for one in self.checked if one.held is not None]
+        return all(judged) if judged else None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and lists, for a file (schema `rapi.claim-check/1`)."""

@@ -35,9 +35,13 @@ class CertifiedDrive:
     span: float | None = None
 
 
-@takes(drives=[CertifiedDrive], recording=Recording, claim=Claim)
+@takes(drives=[CertifiedDrive], recording=Recording, claim=Claim | None)
 def check_scan(
-    drives: Sequence[CertifiedDrive], recording: Recording, *, claim: Claim
+    drives: Sequence[CertifiedDrive],
+    recording: Recording,
+    *,
+    claim: Claim | None,
+    unclaimed: str = "the model has no claim",
 ) -> ClaimCheck:
     """Whether scans made with certified drives are as straight as `claim` lets expect.
 
@@ -48,8 +52,10 @@ def check_scan(
     fit's and of what changes from sample to sample.
 
     The span that a scan reached is given beside the one asked for, and judges nothing.
-    Runs with a drive that is not on the list are listed and not judged. The claim held where each
-    branch is within the limit for so many together. Raises `DataError` where no run can be judged.
+    Runs with a drive that is not on the list, or whose drive goes beyond what was identified, are
+    measured and not judged; so are all without a `claim`, and `unclaimed` says why there is none.
+    The claim held where each branch is within the limit for so many together. Raises `DataError`
+    where no run is a scan made with one of the drives.
 
     >>> import numpy as np
     >>> from fitting import CertifiedDrive, Claim, check_scan
@@ -65,17 +71,17 @@ def check_scan(
     True
     """
     found = [_find_drive(run, drives) for run in recording.runs]
-    count = 2 * sum(not isinstance(one, str) and not one.notes for one in found)
-    if not count:
-        first = found[0] if isinstance(found[0], str) else "; ".join(found[0].notes)
+    if all(isinstance(one, str) for one in found):
         raise DataError(
-            f"no run is a scan that the certificate is of. Run {recording.runs[0].name!r}: {first}."
+            "no run is a scan that the certificate is of. Run "
+            f"{recording.runs[0].name!r}: {found[0]}."
         )
+    count = 2 * sum(not isinstance(one, str) and not one.notes for one in found)
     checked = [
         row
         for run, certified in zip(recording.runs, found, strict=True)
         if run.drive.repeats
-        for row in _branches(recording, run, certified, claim, count)
+        for row in _branches(recording, run, certified, claim, max(count, 1), unclaimed)
     ]
     advice = _advise(checked, recording.response_unit)
     return ClaimCheck(
@@ -84,28 +90,36 @@ def check_scan(
 
 
 def _branches(
-    recording: Recording, run: Run, certified: CertifiedDrive | str, claim: Claim, count: int
+    recording: Recording,
+    run: Run,
+    certified: CertifiedDrive | str,
+    claim: Claim | None,
+    count: int,
+    unclaimed: str,
 ) -> list[Checked]:
     """A row for each branch of a run; `count` branches are judged."""
     lag = recording.response_lag_s
     index = np.flatnonzero(usable(run, lag))
     straight = linearity(run)
     noise, repeated = measure_run_noise(run, index, run.response[index])
-    noise = noise if repeated else max(noise, claim.noise)
+    noise = noise if repeated or claim is None else max(noise, claim.noise)
     outside = (certified,) if isinstance(certified, str) else certified.notes
+    outside += () if claim is not None or outside else (f"nothing is claimed of it: {unclaimed}",)
     asked = None if isinstance(certified, str) else certified.span
     reached = None if asked is None else _span(run, index)
     own = (0.0, 0.0) if isinstance(certified, str) else certified.nonlinearity
     rows = []
     for branch, left in zip((straight.up, straight.down), own, strict=True):
-        least = _expected(0.0, 0.0, noise, branch, 0.025)  # its line may take all of an error
-        most, bound = (
-            _expected(without_noise(rms, claim.noise), left, noise, branch, tail)
-            for rms, tail in (
-                (claim.high, 0.975),
-                (claim.high_of(count), 1.0 - 0.025 / count),
+        least = most = bound = np.nan
+        if claim is not None:
+            least = _expected(0.0, 0.0, noise, branch, 0.025)  # its line may take all of an error
+            most, bound = (
+                _expected(without_noise(rms, claim.noise), left, noise, branch, tail)
+                for rms, tail in (
+                    (claim.high, 0.975),
+                    (claim.high_of(count), 1.0 - 0.025 / count),
+                )
             )
-        )
         rows.append(
             Checked(
                 run.name, branch.direction, run.drive.excitation_hz, run.drive.u_pp,

@@ -49,7 +49,8 @@ def fit(
 
     With `--check` nothing is fitted: RECORDING is a new measurement, of runs like those that were
     fitted or of scans made with certified drives, and is held against what was claimed. Exit code
-    0: the claim held; 4: it did not; 3: bad data, or no run that the claim is of.
+    0: the claim held, or none was made of these scans, which are then measured; 4: it did not; 3:
+    bad data, or no run that the claim is of.
 
     Parameters
     ----------
@@ -62,9 +63,9 @@ def fit(
         `check.json`.
     check
         The result to hold RECORDING against: a folder that `rapi fit` wrote (the error of its model
-        in each run, against its claim) or `rapi compensate` (how straight each scan is, against its
-        certificate). Of the other options only `--output`, `--nan`, `--plugin` and `--json` go with
-        it.
+        in each run, against its claim) or `rapi compensate` (how straight each scan is and how far
+        it reaches, against its certificate, also where that claims nothing). Of the other options
+        only `--output`, `--nan`, `--plugin` and `--json` go with it.
     plays
         Number of play operators, N1.
     order

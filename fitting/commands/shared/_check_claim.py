@@ -48,7 +48,7 @@ def check_result(
         out.print(render_claim_check(found))
         if output is not None:
             out.print(f"written to {output}: check.json", markup=False)
-    return DONE if found.held else UNTRUSTED
+    return UNTRUSTED if found.held is False else DONE
 
 
 def _hold_against(result: Path, data: Any, plugin: Plugins) -> Any:
@@ -62,7 +62,7 @@ def _hold_against(result: Path, data: Any, plugin: Plugins) -> Any:
             )
         drives, claim, about = read_certificate(listed)
         check_units(about, data)
-        return check_scan(drives, data, claim=claim)
+        return check_scan(drives, data, claim=claim, unclaimed=about["unclaimed"])
     ecdl, about = load_model(result, plugin_effects(plugin), plugin_operators(plugin))
     check_units(about, data)
     if not about.get("trusted", False):

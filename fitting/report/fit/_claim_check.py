@@ -1,5 +1,6 @@
 """The table of a claim that was checked, by rich."""
 
+import math
 from typing import TYPE_CHECKING
 
 from rich.console import Group
@@ -24,8 +25,14 @@ def render_claim_check(check: "ClaimCheck") -> Group:
     """Whether a claim held: the answer, a row for each run or branch, and what to do."""
     colour = _colour(check)
     lines: list[Text | Table] = [_headline(check, colour), _tabulate(check)]
-    reasons = dict.fromkeys(f"{o.run!r}: {why}" for o in check.checked for why in o.outside)
-    lines += [Text(f"  - not judged: run {reason}.") for reason in reasons]
+    reasons: dict[str, dict[str, None]] = {}
+    for one in check.checked:
+        for why in one.outside:
+            reasons.setdefault(why, {})[repr(one.run)] = None
+    lines += [
+        Text(f"  - not judged: run{'s' * (len(runs) > 1)} {', '.join(runs)}: {why}.")
+        for why, runs in reasons.items()
+    ]
     spans = {one.run: (one.span, one.span_asked) for one in check.checked}
     lines += [
         Text(f"  - run {run!r} {_compare_spans(reached, asked, check.unit)}")
@@ -42,6 +49,8 @@ def render_claim_check(check: "ClaimCheck") -> Group:
 
 
 def _colour(check: "ClaimCheck") -> str:
+    if check.held is None:
+        return "yellow"
     if not check.held:
         return "red"
     return "yellow" if any(one.within is False for one in check.checked) else "green"
@@ -52,6 +61,8 @@ def _headline(check: "ClaimCheck", colour: str) -> Text:
     judged = [one for one in check.checked if one.held is not None]
     beside = len(check.checked) - len(judged)
     above = [one for one in judged if not one.within]
+    if not judged:
+        return Text("Measured; nothing is claimed to compare it with.", style=f"bold {colour}")
     if check.held and above:
         most = quantity(max(one.bound for one in above), check.unit)
         left = f" ({beside} not judged)" if beside else ""
@@ -84,7 +95,9 @@ def _tabulate(check: "ClaimCheck") -> Table:
             swing: _format_number(one.swing, 3),
             rms: _format_number(factor * one.rms, 3),
             noise: _format_number(factor * one.noise, 3),
-            claimed: " to ".join(_format_number(factor * end, 3) for end in (one.low, one.high)),
+            claimed: "-"
+            if math.isnan(one.high)
+            else " to ".join(_format_number(factor * end, 3) for end in (one.low, one.high)),
             "outcome": _outcome(one),
         }
         table.add_row(*(cells[name] for name in names))

@@ -131,6 +131,26 @@ def test_scans_are_held_against_their_certificate(results, tmp_path, capsys, dev
     )
 
 
+def test_scans_of_which_nothing_is_claimed_are_measured(results, tmp_path, capsys):
+    """As of drives that were made with the model of a diagnosis."""
+    shutil.copytree(results / "drives", folder := tmp_path / "drives")
+    _edit(claim=None, unclaimed="the model comes from a diagnosis")(folder)
+    drives = [repeated(read_drive(folder / f"drive_{f}Hz.csv"), 2) for f in (15, 30)]
+    record(tmp_path / "scan", paper_device(), drives)
+    capsys.readouterr()
+    assert rapi("fit", "--check", folder, tmp_path / "scan") == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert text.startswith("Measured; nothing is claimed to compare it with.")
+    assert text.count("comes from a diagnosis") == 1 and "runs 'run00', 'run01'" in text
+    assert text.count("asked for were 70 GHz") == 2 and "held" not in text
+    assert rapi("fit", "--check", folder, tmp_path / "scan", "--json") == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["held"] is None
+    for row in report["checked"]:
+        assert row["rms"] == pytest.approx(0.02, rel=0.2) and row["span_asked"] == 70.0
+        assert row["held"] is None and row["high"] is None
+
+
 def test_a_span_that_was_not_reached_is_said(results, tmp_path, capsys):
     """A laser whose response is 0.9 of the model's scans as straight, and not as far."""
     drives = [repeated(read_drive(results / "drives" / "drive_15Hz.csv"), 2)]
@@ -181,7 +201,6 @@ def _edit(**fields):
         (lambda f: (f / "model.rapi").write_text(""), "holds a model and a certificate"),
         (lambda f: (f / "drive_15Hz.csv").unlink(), "no such file"),
         (_mixed, "is not the file that certificate.json"),
-        (_edit(claim=None), "no claim"),
         (_edit(schema="rapi.unfinished/1"), "not all written"),
     ],
 )

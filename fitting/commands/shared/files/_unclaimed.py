@@ -21,8 +21,8 @@ def why_unclaimed(
     """
     if left_out:
         return (
-            f"{_were(left_out)} left out of the model that was inverted, so how well the whole "
-            "model predicts readings says nothing of these scans"
+            f"{_were(left_out)} left out of the model that was inverted, and a reading that has it "
+            "still shows it (by how much is in the notes of the certificate)"
         )
     if not about.get("trusted", False):
         return "the model is not to be trusted. A fit that is trusted makes a claim"

@@ -148,7 +148,8 @@ def compensate(
     if isinstance(ecdl.operator, InverseRAPI):
         value, certificate = _paper(ecdl, ecdl.operator, target, bias)
     else:
-        value, certificate, wanted = _exact(ecdl, target, bias, limits)
+        seen = None if identified is None else (identified.drive_min, identified.drive_max)
+        value, certificate, wanted = _exact(Scan(ecdl, target, bias, limits, seen))
     drive = Drive(target.time, value, target.excitation_hz, "triangle")
     limits.check(drive)
     beyond = [] if identified is None else identified.outside(drive)
@@ -183,13 +184,11 @@ def _followed(ecdl: ECDL, drive: Drive, wanted: np.ndarray) -> np.ndarray:
     return answer
 
 
-def _exact(
-    ecdl: ECDL, target: Target, bias: float, limits: DriveLimits
-) -> tuple[np.ndarray, Certificate, np.ndarray]:
+def _exact(scan: Scan) -> tuple[np.ndarray, Certificate, np.ndarray]:
     """The drive to send, what was proved, and the response wanted, with its origin."""
+    ecdl, target, bias = scan.ecdl, scan.target, scan.bias
     refuse(ecdl.effects)
     time, rate = as_float64(target.time), target.excitation_hz
-    scan = Scan(ecdl, target, bias, limits)
     coupled = any(isinstance(e, AbstractCouplingEffect) for e in ecdl.effects)
     law = law_of(ecdl, rate, scan.widest / 2, bias)
     state = Round.of(law, scan.widest / 2)

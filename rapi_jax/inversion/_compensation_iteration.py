@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from rapi_jax._ecdl import ECDL
+from rapi_jax._ecdl import ECDL, predict
 from rapi_jax._errors import LimitError, ModelError, NotInvertible
 from rapi_jax._limits import DriveLimits
 from rapi_jax._precision import as_float64
+from rapi_jax._waveform import triangle
 from rapi_jax.effects import Law
 from rapi_jax.operators import AbstractOperator
 
@@ -25,7 +26,7 @@ from ._exact_inverse import (
     scan_inverse,
     target_stretches,
 )
-from ._inverse_effects import from_minimum, loop, response_effects, undo_effects
+from ._inverse_effects import from_minimum, loop, response_effects, steady, undo_effects
 from ._target import Target
 from ._thresholds import THRESHOLDS
 from .certificate._certificate import Certificate
@@ -115,6 +116,7 @@ class Scan(NamedTuple):
     target: Target
     bias: float
     limits: DriveLimits
+    recorded: tuple[float, float] | None = None  # lowest and highest drive of the identification
 
     @property
     def widest(self) -> float:
@@ -144,14 +146,46 @@ class Scan(NamedTuple):
         if after:
             ends = _Ends(operator, wanted, rate, self.limits, ratio)
             span = self.target.span
-            begin = bracketed(
-                lambda offset: ends(offset)[0] - self.bias, begin, span / 32, 20 * span
-            )
+            try:
+                begin = bracketed(
+                    lambda offset: ends(offset)[0] - self.bias, begin, span / 32, 20 * span
+                )
+            except ModelError as error:
+                if self.reached(self.widest) < span:
+                    raise LimitError(self.too_wide()) from error
+                raise
             _, u_min, u_max = ends(begin)
         y, place = wanted(begin)
         stretches = target_stretches(as_float64(y))
         u = np.asarray(scan_inverse(operator, jnp.asarray(y), rate, u_min, u_max, ratio, stretches))
         return Found(u, y, place, begin, u_min, u_max)
+
+    def reached(self, swing: float, bias: float | None = None) -> float:
+        """Peak to peak of the model's response to a triangle of `swing`, at the target's rate."""
+        bias = self.bias if bias is None else bias
+        (drive,) = triangle(self.target.excitation_hz, amplitude=swing, bias=bias)
+        return float(np.ptp(np.asarray(predict(steady(self.ecdl), drive))))
+
+    def too_wide(self) -> str:
+        """What a span larger than the drive allows asks for, what is reached, and what to do."""
+        unit, of = self.limits.unit, self.target.unit
+        text = (
+            f"a scan of {self.target.span:g} {of} about {self.bias:.4g} {unit} at "
+            f"{self.target.excitation_hz:g} Hz needs more than {self.widest:.4g} {unit} peak "
+            f"to peak, which is all that the limits {self.limits.low_v:.4g} to "
+            f"{self.limits.high_v:.4g} {unit} leave there: by the model it reaches "
+            f"{self.reached(self.widest):.4g} {of}"
+        )
+        if self.recorded is not None:
+            low, high = self.recorded
+            text += (
+                f", and the recordings, {low:.4g} to {high:.4g} {unit}, span "
+                f"{self.reached(high - low, (low + high) / 2):.4g} {of}"
+            )
+        return (
+            f"{text}. Ask for a smaller span or move the bias; for a larger span, record runs that "
+            "swing farther, and fit again."
+        )
 
     def next(self, mixing: AndersonMixing, last: Round, new: Round) -> Round:
         """The next round, where `last` led to `new`, which couples into its own response."""
@@ -189,13 +223,7 @@ class Scan(NamedTuple):
         certificate = certify(operator, low, high, state.freq, u_pp=u_pp)
         certificate.require()
         if found.u_pp >= self.widest * (1 - 1e-12):
-            unit = self.limits.unit
-            raise LimitError(
-                f"a scan of {self.target.span:g} {self.target.unit} about {self.bias:g} {unit} at "
-                f"{self.target.excitation_hz:g} Hz needs more than {self.widest:.4g} {unit} peak "
-                f"to peak, which is all that the limits {self.limits.low_v:.4g} to "
-                f"{self.limits.high_v:.4g} {unit} leave there. Scan less, or move the bias."
-            )
+            raise LimitError(self.too_wide())
         rate, u_pp, u_min = (as_float64(x) for x in (state.freq, u_pp, low))
         answer = np.asarray(operator(jnp.asarray(found.drive), rate, u_pp=u_pp, u_min=u_min))
         off = float(np.abs(answer - found.wanted).max())
@@ -234,7 +262,8 @@ def bracketed(f: Callable[[float], float], at: float, reach: float, most: float)
         reach *= 1.5
         if reach > most:
             raise ModelError(
-                "no scan of this span has its drive centred on the bias. Choose a bias near those "
-                "at which the model was identified."
+                "no scan of this span has its drive centred on the bias: the span is larger than "
+                "what the model saw, or the bias lies far from it. Ask for a smaller span, or "
+                "choose a bias near those at which the model was identified."
             )
     return float(root_scalar(f, bracket=(at - reach, at + reach), method="brentq", xtol=1e-9).root)

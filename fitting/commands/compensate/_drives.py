@@ -162,7 +162,7 @@ def _say_which(hertz: float, of_recording: bool, error: Exception) -> str:
     text = f"the scan at {hertz:g} Hz: {error}"
     if of_recording:
         text += (
-            " These limits are the recording's own range, with three times its steepest slope: "
-            "give the device's with `--limits`."
+            " These limits are the recording's own range and a twentieth more, with three times "
+            "its steepest slope: give the device's with `--limits`."
         )
     return text

@@ -14,6 +14,7 @@ from .bench._exits import exit_on_signals as exit_on_signals
 from .bench._file import BenchFile as BenchFile
 from .bench._file import read_bench as read_bench
 from .bench._lab import LabBench as LabBench
+from .bench._lock import missing_packages as missing_packages
 from .bench._open import dry_run as dry_run
 from .bench._open import open_bench as open_bench
 from .digitizer._base import AbstractDigitizer as AbstractDigitizer

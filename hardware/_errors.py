@@ -18,7 +18,8 @@ def escape(data: bytes | str) -> str:
 class InstrumentError(Exception):
     """An instrument failed, or did not obey.
 
-    - `resource`: address of the instrument. `command`: what was sent to it.
+    - `resource`: address of the instrument. `command`: what was sent to it, empty where it was not
+      come to that.
     - `reply`: what came back, empty where nothing did.
 
     All three are safe to print: control characters are escaped and long texts are cut.
@@ -37,7 +38,8 @@ class InstrumentError(Exception):
         self.command = escape(command)
         self.reply = escape(reply)
         came = f"and '{self.reply}' came back" if self.reply else "and nothing usable came back"
-        super().__init__(f"{self.resource}: sent '{self.command}', {came}. {why} {cure}")
+        sent = f"sent '{self.command}', {came}. " if self.command else ""
+        super().__init__(f"{self.resource}: {sent}{why} {cure}")
 
 
 class LinkError(Exception):

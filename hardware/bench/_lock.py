@@ -2,12 +2,20 @@
 
 import contextlib
 import hashlib
+import importlib.util
 import re
 from collections.abc import Iterable, Iterator
 
 from hardware._errors import InstrumentError
 from rapi_jax.internal import cause
 from rapi_jax.io import printable
+
+_NEEDED = ("filelock", "platformdirs", "pyvisa", "pyvisa_py")
+
+
+def missing_packages() -> list[str]:
+    """Which packages of the extra `lab` that a client of instruments needs are not installed."""
+    return [name for name in _NEEDED if importlib.util.find_spec(name) is None]
 
 
 @contextlib.contextmanager
@@ -24,7 +32,7 @@ def lock_instruments(resources: Iterable[str]) -> Iterator[None]:
     except ImportError as error:
         raise InstrumentError(
             min(wanted.values()),
-            "open",
+            "",
             "",
             why=f"A package that instruments need is not installed here ({cause(error)}).",
             cure="Install the extra: pip install 'rapi-jax[lab]'.",
@@ -39,7 +47,7 @@ def lock_instruments(resources: Iterable[str]) -> Iterator[None]:
             except filelock.Timeout as error:
                 raise InstrumentError(
                     resource,
-                    "open",
+                    "",
                     "",
                     why="Another program on this computer has this instrument open.",
                     cure="End that program first: two would change each other's settings.",
@@ -47,7 +55,7 @@ def lock_instruments(resources: Iterable[str]) -> Iterator[None]:
             except OSError as error:
                 raise InstrumentError(
                     resource,
-                    "open",
+                    "",
                     "",
                     why=f"No note can be left that it is in use ({cause(error)}).",
                     cure=f"Make {printable(folder)} a folder that you may write to.",

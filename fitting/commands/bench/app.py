@@ -96,7 +96,7 @@ def serve(
     """
     from fitting.commands.shared._out import console
     from fitting.commands.shared.files._measured_output import check_bench_output
-    from hardware import HislipServer, TcpServer
+    from hardware import HislipServer, TcpServer, missing_packages
     from hardware.simulated import (
         ConstantVelocity,
         MeasurementArm,
@@ -123,6 +123,15 @@ def serve(
         simulated = SimulatedBench.like_paper(unmodelled=device == "unmodelled", measurement=arm)
     laboratory = simulated.laboratory
     lab = WiredLaboratory(laboratory, seed=seed, controller=piezo)
+    out = console(False)
+    if missing := missing_packages():
+        out.print(
+            f"note: {', '.join(missing)} not installed here, so `rapi bench check` and `rapi "
+            "measure` cannot reach this laboratory from this Python. Install the extra: pip "
+            "install 'rapi-jax[lab]'.",
+            markup=False,
+            soft_wrap=True,
+        )
     with lab.served(HislipServer if wires == "hislip" else TcpServer) as at:
         if piezo:
             delay_s = laboratory.interferometer.delay_s
@@ -130,7 +139,6 @@ def serve(
         else:
             text = current_tuned_toml(at, laboratory, limits=simulated.limits)
         write_atomic(bench, text)
-        out = console(False)
         for name, resource in at.items():
             out.print(f"{name:10} {resource}", markup=False, soft_wrap=True)
         out.print(f"written to {bench}; Ctrl-C ends the laboratory", markup=False, soft_wrap=True)

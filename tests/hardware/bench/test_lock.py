@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("filelock", reason="filelock is not installed (extra `lab`)")
 
 from hardware import InstrumentError  # noqa: E402
-from hardware.bench._lock import lock_instruments, normalised_address  # noqa: E402
+from hardware.bench._lock import lock_instruments, missing_packages, normalised_address  # noqa: E402
 
 HOLD = """
 import sys
@@ -85,8 +85,16 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path, monkeypatch):
 @pytest.mark.parametrize("package", ["filelock", "platformdirs"])
 def test_without_the_extra_it_is_named(monkeypatch, package):
     monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(InstrumentError, match=r"rapi-jax\[lab\]"), lock_instruments(["GPIB::1"]):
+    message = r"^GPIB::1: A package that .*rapi-jax\[lab\]"
+    with pytest.raises(InstrumentError, match=message), lock_instruments(["GPIB::1"]):
         raise AssertionError("it must not be opened")
+
+
+def test_packages_that_are_missing_are_listed(monkeypatch):
+    monkeypatch.setattr(
+        "importlib.util.find_spec", lambda name: None if name == "platformdirs" else name
+    )
+    assert missing_packages() == ["platformdirs"]
 
 
 @pytest.mark.parametrize(

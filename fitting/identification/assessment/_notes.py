@@ -87,7 +87,7 @@ def bounded_parameters(problem: Problem, solution: Solution) -> np.ndarray:
 
 
 def _banddescribe_open_points(problem: Problem, solution: Solution) -> list[str]:
-    """Crossed bands and thresholds that are not positive, with where."""
+    """One note on plays with crossed bounds or a threshold that is not positive, with where."""
     runs = problem.recording.runs
     ends = np.array([[0.0, run.drive.value.min(), run.drive.value.max()] for run in runs])
     plays, centred = jax.tree_util.tree_map(
@@ -97,24 +97,25 @@ def _banddescribe_open_points(problem: Problem, solution: Solution) -> list[str]
             *map(as_device, (problem.data.u_pp, problem.data.freq, ends)),
         ),
     )
-    notes = []
-    for row, run in enumerate(runs):
+    places: dict[int, tuple[float, float]] = {}
+    for row in range(len(runs)):
         band = Band.of(jax.tree_util.tree_map(operator.itemgetter(row), plays))
         zero, low, high = map(float, centred[row])
-        if (band.r <= 0).any():
-            notes.append(
-                f"run {run.name!r}: threshold of play {int(np.argmin(band.r)) + 1} is "
-                f"{band.r.min():.3g}, not positive: that play has no hysteresis there."
-            )
-        crossed = band.crossed_stretches(low, high)
-        if crossed:
-            play, begin, end = crossed[0]
-            notes.append(
-                f"run {run.name!r}: the two bounds of play {play} cross between "
-                f"{begin - zero:.3g} and {end - zero:.3g} {problem.recording.drive_unit}: it has "
-                "no hysteresis there, and its response stays monotone."
-            )
-    return notes
+        everywhere = [(int(play) + 1, low, high) for play in np.flatnonzero(band.r <= 0)]
+        for play, begin, end in [*everywhere, *band.crossed_stretches(low, high)]:
+            first, last = places.get(play, (np.inf, -np.inf))
+            places[play] = min(first, begin - zero), max(last, end - zero)
+    if not places:
+        return []
+    unit = problem.recording.drive_unit
+    where = ", ".join(
+        f"play {play} from {begin:.3g} to {end:.3g} {unit}"
+        for play, (begin, end) in sorted(places.items())
+    )
+    return [
+        f"plays without hysteresis on part of the drive's range: {where}. The fit gives them no "
+        "threshold there. Their response stays monotone, and nothing needs to be done."
+    ]
 
 
 @eqx.filter_jit

@@ -41,7 +41,8 @@ def measure(
     output
         Folder for the recording, or a file that ends in .nc; with `--dry-run`, for the bytes.
     periods
-        How many periods are recorded.
+        How many periods are recorded; from three on a fit and a check can tell noise from the
+        rest.
     waveform
         What the drives are.
     raw

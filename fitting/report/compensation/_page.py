@@ -70,13 +70,14 @@ def render_page(report: dict[str, Any], picture: bytes) -> str:
 
 
 def _advice(expected: dict[str, Any] | None) -> str:
+    play = "Play them (`rapi measure --periods 3`)"
     check = "`rapi fit NEW-SCANS --check THIS-FOLDER`"
     if expected is None:
         return (
-            f"Play them (`rapi measure`), then let {check} measure how straight the new scans are "
-            "and how far they reach. There is no claim to compare them with."
+            f"{play}, then let {check} measure how straight the new scans are and how far they "
+            "reach. There is no claim to compare them with."
         )
-    return f"Play them (`rapi measure`), then compare the new scans with this certificate: {check}."
+    return f"{play}, then compare the new scans with this certificate: {check}."
 
 
 def _expected(expected: dict[str, Any] | None, unclaimed: str | None) -> str:

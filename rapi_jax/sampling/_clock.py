@@ -30,7 +30,7 @@ def check_clock(time: np.ndarray) -> None:
             f"`time_s` starts at {time[0]:g} s, but must start at 0 in each run. Subtract the "
             "first time, and give the run's place in the session as `start_s`."
         )
-    stretches = _even_stretches(step)
+    stretches = even_stretches(step)
     if len(stretches) > 1:
         raise DataError(
             f"`time_s` has several sampling rates: {_describe_stretches(time, stretches)}. That is "
@@ -56,7 +56,7 @@ def check_clock(time: np.ndarray) -> None:
         )
 
 
-def _even_stretches(step: Float[np.ndarray, " steps"]) -> list[tuple[int, int]]:
+def even_stretches(step: Float[np.ndarray, " steps"]) -> list[tuple[int, int]]:
     """First and last step of each stretch of equal steps, where these are nearly all there is.
 
     Empty where the steps jitter, or where all stretches have one step: what is between are gaps.

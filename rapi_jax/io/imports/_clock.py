@@ -112,11 +112,11 @@ def is_even(time: Samples) -> str | None:
     return None
 
 
-def resample(time: Samples, columns: list[Samples]) -> tuple[Grid, list[Grid], float]:
+def resample(time: Samples, columns: list[Samples]) -> tuple[Grid, list[Grid], float, int]:
     """Even samples of columns that were not: at the longest step that is usual.
 
     Denser stretches are averaged over a step, against aliasing; others are interpolated
-    linearly. Returns the step, s, too.
+    linearly. Returns the step, s, too, and how many samples at most became one.
     """
     keep = np.r_[True, np.diff(time) > 0]
     time, columns = time[keep], [column[keep] for column in columns]
@@ -124,11 +124,12 @@ def resample(time: Samples, columns: list[Samples]) -> tuple[Grid, list[Grid], f
     step = (time[few:] - time[:-few]) / few  # over some samples, so that jitter is no rate
     long = float(np.quantile(step, 0.95))
     grid = time[0] + long * np.arange(int((time[-1] - time[0]) / long + 1e-9) + 1)
-    dense = float(np.quantile(step, 0.05)) < long / THRESHOLDS.gap
+    short = float(np.quantile(step, 0.05))
+    dense = short < long / THRESHOLDS.gap
     take = (lambda c: average_at(grid, long, time, c)) if dense else (
         lambda c: np.interp(grid, time, c)
     )  # fmt: skip
-    return grid, [take(column) for column in columns], long
+    return grid, [take(column) for column in columns], long, round(long / short) if dense else 1
 
 
 def average_at(grid: Grid, width: float, time: Samples, value: Samples) -> Grid:

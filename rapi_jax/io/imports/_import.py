@@ -19,6 +19,7 @@ from ._clock import even_clock, is_even, resample
 from ._decimate import decimate
 from ._join import all_recordings, join_recordings
 from ._options import ImportOptions
+from ._own_clocks import own_clocks
 from ._repeats import check_repeats
 from ._skip import skip_start
 from .cleaning._clean import clean_drives
@@ -196,9 +197,16 @@ def _runs_of(
     time, stretches, notes = even_clock(time, label)
     optics = _optics(options)
     if optics is None and len(stretches) == 1 and (uneven := is_even(time)):
-        time, (drive, response), step = resample(time, [drive, response])
-        stretches = [(0, time.size)]
-        notes.append(f"sampling is uneven ({uneven}); both are resampled to every {step:.6g} s")
+        if (parts := own_clocks(time, drive)) is not None:
+            time, stretches, notes = parts
+        else:
+            time, (drive, response), step, averaged = resample(time, [drive, response])
+            stretches = [(0, time.size)]
+            notes.append(
+                f"sampling is uneven ({uneven}); both are resampled to every {step:.6g} s"
+                + (f", which averages up to {averaged} samples and lowers the noise of both there"
+                   if averaged > 1 else "")
+            )  # fmt: skip
     runs: list[Run] = []
     for a, b in stretches:
         if b - a < 3:

@@ -141,11 +141,45 @@ def test_times_of_few_digits_and_a_jittering_clock(tmp_path):
     )
 
 
-def test_two_sampling_rates_are_brought_to_the_slower(tmp_path):
+def test_parts_of_two_sampling_rates_keep_their_own(tmp_path):
     t, u, y = scanned((10.0, 8, 4.5), noise=0.0)
     keep = np.r_[0:8000, 8000:16000:4]
     made = taken(tmp_path, t[keep], u[keep], y[keep])
-    assert "several sampling rates" in said(made) and "resampled to every 0.0002 s" in said(made)
+    assert "the sampling rate changes (20000 Hz from 0 s, 5000 Hz from 0.4 s)" in said(made)
+    one, other = made.recording.runs
+    assert (one.drive.periods, other.drive.periods) == (4, 4)
+    np.testing.assert_allclose((one.drive.step_s, other.drive.step_s), (5e-5, 2e-4))
+    np.testing.assert_array_equal(np.r_[one.response, other.response], y[keep])
+    np.testing.assert_allclose(other.drive.start_s, 0.4)
+
+
+def test_noise_of_a_drive_is_not_averaged_where_runs_of_several_sampling_rates_follow(tmp_path):
+    """Runs of as many samples a period each, joined to one file: a usual export."""
+    rng = np.random.default_rng(0)
+    t, u, y, begin = [], [], [], 0.0
+    for rate in (5.0, 10.0, 40.0):
+        own, volts, reading = scanned((rate, 4, 4.5), sample_hz=2000.0 * rate, noise=0.0)
+        t.append(begin + own)
+        begin += own[-1] + own[1] - own[0]
+        u.append(volts + 2e-3 * rng.standard_normal(own.size))
+        y.append(reading + 0.025 * rng.standard_normal(own.size))
+    made = taken(tmp_path, *map(np.concatenate, (t, u, y)))
+    runs = made.recording.runs
+    assert [run.drive.excitation_hz for run in runs] == [5.0, 10.0, 40.0]
+    assert [run.drive.periods for run in runs] == [4, 4, 4]
+    assert [round(1.0 / run.drive.step_s) for run in runs] == [10_000, 20_000, 80_000]
+    for run, volts, reading in zip(runs, u, y, strict=True):
+        np.testing.assert_array_equal(run.drive.value, volts)
+        np.testing.assert_array_equal(run.response, reading)
+
+
+def test_a_sampling_rate_that_changes_within_a_cycle_is_brought_to_the_slower(tmp_path):
+    t, u, y = scanned((10.0, 8, 4.5), noise=0.0)
+    dense = np.mod(np.arange(16000), 500) < 250  # an eighth of a period
+    keep = np.flatnonzero(dense | (np.arange(16000) % 4 == 0))
+    made = taken(tmp_path, t[keep], u[keep], y[keep])
+    assert "several sampling rates" in said(made) and "resampled to every" in said(made)
+    assert "which averages up to 4 samples" in said(made)
     (run,) = made.recording.runs
     assert run.drive.periods >= 7
     at = run.drive.time + run.drive.start_s

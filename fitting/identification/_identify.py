@@ -11,7 +11,14 @@ from ._options import Progress
 from ._result import FitResult, UntrustedFit
 from .assessment._threshold_law import suggest_law
 from .data_checks._data_checks import check_usable
-from .data_checks._thinning import thin
+from .data_checks._thinning import thin, turns_densely
+
+_DENSE = (
+    "noisy drive: it turns every few samples; import it again with `--drive-as fitted`, or "
+    "`averaged` where it is neither a triangle nor a sine. Each step of a fit takes long with such "
+    "a drive, so that only the model whose parameters all plays share was fitted, none with a "
+    "`lam` for each play. Where the drive is right as it is, give `--each lam`."
+)
 
 
 @takes(recording=Recording)
@@ -44,7 +51,8 @@ def identify(
 
     - `plays`, `order`: N1 and N2.
     - `each`: what has a value for each play; by default both a shared `lam` and one for each play
-      are fitted, and held-out data choose.
+      are fitted, and held-out data choose; of more than 10 000 samples of a drive that turns every
+      few of them, as one with noise does, the shared one alone.
     - `choose`: choose among several `plays` and `order` too.
     - `operator`: the class to fit; one of your own needs `initial_guesses`.
     - `throw`: raise `UntrustedFit` where the verdict is not to be trusted.
@@ -59,10 +67,13 @@ def identify(
     (True, True)
     """
     check_usable(recording)
+    dense = each is None and "lam" in operator.tied_first and turns_densely(recording)
     given, (recording, note) = recording, thin(recording)
-    if note is not None and progress is not None:
-        progress(note)
-    structures = ((), ("lam",)) if "lam" in operator.tied_first else ((),)
+    structures = ((), ("lam",)) if "lam" in operator.tied_first and not dense else ((),)
+    notes = [one for one in (note, _DENSE if dense else None) if one is not None]
+    for said in notes:
+        if progress is not None:
+            progress(said)
     choices = choose_order(
         recording,
         plays=PLAYS if choose else (plays,),
@@ -78,7 +89,9 @@ def identify(
         max_steps=max_steps,
         progress=progress,
     )
-    result = choices[0].result.noting(note, given)
+    result = choices[0].result
+    for said in notes:
+        result = result.noting(said, given)
     law = suggest_law(result, weights, history=history, drift=drift, max_steps=max_steps)
     if law is not None:
         verdict = dataclasses.replace(result.verdict, notes=(*result.verdict.notes, law))

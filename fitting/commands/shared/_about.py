@@ -20,6 +20,12 @@ class TimeThresholds:
     fit_s_per_sample: float = threshold(
         7.5e-6, unit="s/sample", origin="measured: 400 000 samples take 3 s more than 20 000"
     )
+    dense_fit_s_per_sample: float = threshold(
+        4e-3,
+        unit="s/sample",
+        origin="measured: 20 000 samples of a drive that turns every few take 91 s in a cold "
+        "process, of processor time",
+    )
     diagnose_s: float = threshold(
         18.0, unit="s", origin="measured, two cores: a first diagnosis, compilation too"
     )
@@ -39,8 +45,13 @@ THRESHOLDS = TimeThresholds()
 
 def estimate_seconds(recording: Any, work: Work) -> float:
     """About how long `work` on `recording` takes in a process that has compiled nothing yet, s."""
+    from fitting.identification.data_checks._thinning import thin, turns_densely
+
     samples = sum(run.drive.size for run in recording.runs)
     fit = THRESHOLDS.fit_s + THRESHOLDS.fit_s_per_sample * samples
+    if turns_densely(recording):
+        fitted = sum(run.drive.size for run in thin(recording)[0].runs)
+        fit += THRESHOLDS.dense_fit_s_per_sample * fitted
     if work == "fit":
         return fit
     return THRESHOLDS.diagnose_s + THRESHOLDS.diagnose_s_per_sample * samples

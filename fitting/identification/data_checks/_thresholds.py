@@ -16,6 +16,24 @@ class DataCheckThresholds:
         origin="measured, four runs of three periods: 20 000 samples take 7 s of processor time, "
         "400 000 take 10 s and 0.28 GB more memory",
     )
+    dense_turn: float = threshold(
+        16.0,
+        unit="samples a turn",
+        origin="noise of a reading turns a drive every 2 to 10 samples; 8: a drive averaged over "
+        "8 samples passes, 32: sums of many harmonics are taken for noisy ones",
+    )
+    dense_samples: int = threshold(
+        10_000,
+        unit="samples of all runs",
+        origin="measured, two cores: with so many the full search takes about 4 minutes, in "
+        "proportion to them; with fewer all of it is made",
+    )
+    dense_fitted_samples: int = threshold(
+        20_000,
+        unit="samples of all runs",
+        origin="measured, two cores: 40 000 samples that turn densely take 70 s with shared "
+        "parameters, in proportion to them, and more than 13 minutes with a `lam` for each play",
+    )
 
     # Verdict
     changed_runs_gap: float = threshold(

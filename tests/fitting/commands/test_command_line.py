@@ -1,5 +1,6 @@
 """The command line as people type it: first steps, sentences, examples, progress, JSON errors."""
 
+import dataclasses
 import importlib
 import json
 
@@ -88,6 +89,18 @@ def test_what_is_about_to_be_worked_on():
     assert describe_recording(data, 190.0).endswith("about 3 minutes")
     assert describe_recording(data, 20.0, 160.0).endswith("rms; about 20 s to 3 minutes")
     assert estimate_seconds(data, "fit") < estimate_seconds(data, "diagnose")
+
+
+def test_a_drive_that_turns_densely_is_announced_to_take_longer():
+    drives = triangle([10.0, 40.0], amplitude=4.0, bias=3.0, samples=8000, periods=4)
+    still = Recording.of(drives, [drive.value for drive in drives])
+    rng = np.random.default_rng(0)
+    noisy = [
+        dataclasses.replace(drive, value=drive.value + 0.002 * rng.normal(size=drive.size))
+        for drive in drives
+    ]
+    turning = Recording.of(noisy, [drive.value for drive in drives])
+    assert estimate_seconds(turning, "fit") > 5.0 * estimate_seconds(still, "fit")
 
 
 def test_progress_without_a_terminal_is_a_line_now_and_then(capsys, monkeypatch):

@@ -7,7 +7,7 @@ import pytest
 
 from fitting import fit
 from fitting.identification.data_checks import _thinning
-from fitting.identification.data_checks._thinning import thin
+from fitting.identification.data_checks._thinning import thin, turns_densely
 from fitting.identification.data_checks._thresholds import THRESHOLDS
 from rapi_jax import Drive, Recording, Run, predict, triangle
 from rapi_jax.examples import paper_device
@@ -71,3 +71,28 @@ def test_the_fit_of_a_thinned_recording_says_so_and_names_the_data_it_was_given(
     assert sum(run.drive.size for run in result.recording.runs) < 6000
     assert [p.size for p in result.predicted] == [run.drive.size for run in result.recording.runs]
     assert result.rmse == pytest.approx(0.02, rel=0.1)
+
+
+def test_a_drive_with_noise_is_thinned_more_and_said_to_turn_densely():
+    still = triangles(30_000)
+    rng = np.random.default_rng(0)
+    noisy = of(
+        *(
+            dataclasses.replace(
+                run.drive, value=run.drive.value + 2e-3 * rng.standard_normal(run.drive.size)
+            )
+            for run in still.runs
+        )
+    )
+    assert not turns_densely(still) and turns_densely(noisy)
+    assert thin(still)[1] is None
+    thinned, note = thin(noisy)
+    assert sum(run.drive.size for run in thinned.runs) <= THRESHOLDS.dense_fitted_samples
+    assert str(note).startswith("drive that turns every few samples: of 60000 samples")
+
+
+def test_few_samples_of_a_noisy_drive_are_all_searched():
+    rng = np.random.default_rng(0)
+    time = np.arange(4000) / 1e4
+    noisy = of(Drive(time, np.sin(60.0 * time) + 1e-2 * rng.standard_normal(4000)))
+    assert not turns_densely(noisy) and thin(noisy)[1] is None

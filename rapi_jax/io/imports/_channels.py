@@ -22,6 +22,7 @@ from ._clock import follow_clock, join_clocks
 from ._made_drive import check_made, make_drive
 from ._options import ImportOptions
 from ._questions import locate_columns
+from ._stated_units import other_units, refuse_temperature, time_column
 from .fringes._read import check_fringes
 
 ASSUMED = ", assumed)"  # of a time that has no unit
@@ -60,6 +61,7 @@ def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
     response_at = places[what]
     response, response_unit, said = _scaled(table, response_at, what, options)
     time, clock = _time_of(table, response_at, response.size, options)
+    notes += other_units(short, table, response_at, what, options)
     columns = [clock, f"{what}: {printable(table.columns[response_at].name, 40)} ({said})"]
     cavity = None
     if what == "fringes":
@@ -101,6 +103,7 @@ def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
                 f"'{printable(table.columns[drive_at].name, 40)}'. Name another one."
             )
         _check_drive(drive, source.label)
+        notes += other_units(other_short, source, drive_at, "drive", options)
         columns.insert(1, f"drive: {printable(source.columns[drive_at].name, 40)} ({said})")
         notes += [f"{other_short}: {line}" for line in describe_flat("drive", drive)]
         other, _ = _time_of(source, drive_at, drive.size, options)
@@ -133,6 +136,7 @@ def _scaled(
     scale = float(getattr(options, f"{what}_scale"))
     column = table.columns[place]
     unit = said if said is not None or scale != 1.0 else column.unit
+    refuse_temperature(table, place, said, what)
     factor_of = drive_factor if what == "drive" else response_factor
     target, factor = factor_of(str(unit))
     unit = known_unit(str(unit)) or str(unit)
@@ -149,7 +153,7 @@ def _time_of(table: Table, place: int, size: int, options: ImportOptions) -> tup
     column = table.columns[place]
     if options.sample_rate is not None:
         return np.arange(size) / options.sample_rate, f"time: {options.sample_rate:g} Hz, as said"
-    at = table.find(options.time, "--time") if options.time is not None else table.find_time()
+    at = time_column(table, options)
     if at == place and options.time is not None:
         raise DataError(
             f"{table.label}: --time and another column are the same, "

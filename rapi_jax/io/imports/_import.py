@@ -100,7 +100,7 @@ def import_recording(
         short = printable(Path(path).name)
         if len(tables) > 1:
             notes.append(
-                f"{short}: {len(tables)} tables below each other, each as runs of its own; "
+                f"{short}: {len(tables)} tables{_placed(tables[0].form)}, each as runs of its own; "
                 f"assumed: they follow each other without a pause{_one_zero(options)}"
             )
         spoken: list[tuple[str, list[str]]] = []
@@ -169,6 +169,13 @@ def _time_note(place: str, channels: Channels, runs: Sequence[Run]) -> str:
         f"{place}: assumed: the time is in s, as no unit is given; that makes {follows}. If it is "
         "in another unit, say so: --time-unit ms"
     )
+
+
+def _placed(form: str) -> str:
+    """Where the tables of a file stand."""
+    if form == "MATLAB":
+        return " (elements of a structure array, or columns of matrices of one shape)"
+    return " below each other"
 
 
 def _one_zero(options: ImportOptions) -> str:

@@ -1,9 +1,7 @@
-"""Tables in files of NumPy and MATLAB, from programs that are not trusted: nothing is unpickled."""
+"""Tables in files of NumPy, from programs that are not trusted: nothing is unpickled."""
 
-import math
 import zipfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -12,13 +10,7 @@ from rapi_jax.io._safe import MAX_BYTES, cause, open_regular, printable
 
 from ._table import Table, columns_of, table_of
 
-_DAMAGED = "It is damaged, or holds objects, which are never unpickled: save plain arrays."
-
-_OPAQUE = (
-    "it holds an object of MATLAB (a timeseries, a table or one of a class), which only MATLAB can "
-    "read, or is damaged. Save its numbers there as plain arrays, such as `t = x.Time; "
-    "y = x.Data; save('plain.mat', 't', 'y')`."
-)
+DAMAGED = "It is damaged, or holds objects, which are never unpickled: save plain arrays."
 
 
 def read_npy_table(path: Path) -> Table:
@@ -28,8 +20,8 @@ def read_npy_table(path: Path) -> Table:
         try:
             array = np.load(file, allow_pickle=False)
         except (ValueError, EOFError, OSError, MemoryError) as error:
-            raise DataError(f"{label}: cannot be read ({cause(error)}). {_DAMAGED}") from error
-    return _table(label, "NumPy array", columns_of("", array))
+            raise DataError(f"{label}: cannot be read ({cause(error)}). {DAMAGED}") from error
+    return arrays_table(label, "NumPy array", columns_of("", array))
 
 
 def read_npz_table(path: Path) -> Table:
@@ -39,7 +31,7 @@ def read_npz_table(path: Path) -> Table:
     with open_regular(path) as file:
         try:
             with zipfile.ZipFile(file) as archive:
-                _check_size(label, sum(entry.file_size for entry in archive.infolist()))
+                check_size(label, sum(entry.file_size for entry in archive.infolist()))
             file.seek(0)
             with np.load(file, allow_pickle=False) as arrays:
                 for name in arrays.files:
@@ -49,48 +41,11 @@ def read_npz_table(path: Path) -> Table:
         except DataError:
             raise
         except (ValueError, EOFError, OSError, MemoryError, zipfile.BadZipFile, KeyError) as error:
-            raise DataError(f"{label}: cannot be read ({cause(error)}). {_DAMAGED}") from error
-    return _table(label, "NumPy arrays", pairs)
+            raise DataError(f"{label}: cannot be read ({cause(error)}). {DAMAGED}") from error
+    return arrays_table(label, "NumPy arrays", pairs)
 
 
-def read_mat_table(path: Path) -> Table:
-    """The variables of a MATLAB file before version 7.3, and the fields of its structures."""
-    from scipy import io
-
-    label = printable(path)
-    pairs: list[tuple[str, np.ndarray]] = []
-    with open_regular(path) as file:
-        try:
-            try:
-                sizes = [8 * math.prod(shape) for _, shape, _ in io.whosmat(file)]
-            except TypeError as error:  # an object has no shape
-                raise DataError(f"{label}: {_OPAQUE}") from error
-            _check_size(label, sum(sizes))
-            file.seek(0)
-            content = io.loadmat(file, squeeze_me=True)
-        except DataError:
-            raise
-        except Exception as error:  # a damaged file makes the library raise almost anything
-            raise DataError(f"{label}: cannot be read ({cause(error)}). {_DAMAGED}") from error
-    for name, value in content.items():
-        if not name.startswith("__"):
-            pairs += _flatten(name, value)
-    return _table(label, "MATLAB", pairs)
-
-
-def _flatten(name: str, value: Any, depth: int = 0) -> list[tuple[str, np.ndarray]]:
-    """An array, or the fields of a structure, by the names that MATLAB has for them."""
-    array = np.asarray(value)
-    if array.dtype.names and array.size == 1 and depth < 4:
-        record = array.reshape(-1)[0]
-        fields = ((f"{name}.{field}", record[field]) for field in array.dtype.names)
-        return [pair for field, part in fields for pair in _flatten(field, part, depth + 1)]
-    if array.dtype == object and array.size == 1 and depth < 4:
-        return _flatten(name, array.reshape(-1)[0], depth + 1)
-    return columns_of(name, array)
-
-
-def _check_size(label: str, declared: int) -> None:
+def check_size(label: str, declared: int) -> None:
     if declared > MAX_BYTES:
         raise DataError(
             f"{label}: declares {declared} bytes, but at most {MAX_BYTES} are read. Split it, or "
@@ -98,7 +53,7 @@ def _check_size(label: str, declared: int) -> None:
         )
 
 
-def _table(label: str, form: str, pairs: list[tuple[str, np.ndarray]]) -> Table:
+def arrays_table(label: str, form: str, pairs: list[tuple[str, np.ndarray]]) -> Table:
     if not pairs:
         raise DataError(
             f"{label}: no array of real numbers with one or two dimensions. Save time, drive and "

@@ -7,8 +7,9 @@ from rapi_jax._errors import DataError
 from rapi_jax.io._safe import StrPath, cause, open_regular, printable
 
 from ._afm import read_afm_tables
-from ._arrays import read_mat_table, read_npy_table, read_npz_table
+from ._arrays import read_npy_table, read_npz_table
 from ._hdf5 import read_hdf5_table
+from ._matlab import read_mat_tables
 from ._table import Table
 from ._tdms import read_tdms_table
 from ._text import read_text_tables
@@ -27,8 +28,8 @@ def read_table(path: StrPath) -> Table:
 def read_tables(path: StrPath) -> list[Table]:
     """The tables of a file: text, `.mat`, `.npy`, `.npz`, HDF5, netCDF-4, TDMS, JPK, Igor.
 
-    Text and files of force curves may hold several, the others one. Raises `DataError` in one line
-    where the file is not there, damaged, hostile or of another kind.
+    Text, MATLAB files and files of force curves may hold several, the others one. Raises
+    `DataError` in one line where the file is not there, damaged, hostile or of another kind.
     """
     path = Path(path)
     label = printable(path)
@@ -49,7 +50,7 @@ def read_tables(path: StrPath) -> list[Table]:
     if start.startswith(b"TDSm"):
         return [read_tdms_table(path)]
     if start.startswith(b"MATLAB 5.0"):
-        return [read_mat_table(path)]
+        return read_mat_tables(path)
     if start.startswith(b"CDF"):
         raise DataError(f"{label}: netCDF-3. Convert it with `nccopy -k nc4`.")
     if path.suffix.lower() == ".ibw":

@@ -16,6 +16,11 @@ _TIMES = {"time", "t", "time_s", "times", "second", "seconds", "zeit", "x", "x-a
 _SHOWN = 24  # columns in a message: the twelve quantities of a ferroelectric tester, and as many
 
 
+def is_time_name(name: str) -> bool:
+    """Whether a name is that of a clock."""
+    return name.lower() in _TIMES
+
+
 @dataclasses.dataclass(frozen=True)
 class Column:
     """What a file says of one column.
@@ -39,7 +44,7 @@ class Column:
     @property
     def is_time(self) -> bool:
         """Whether its name is that of a clock."""
-        return any(name.lower() in _TIMES for name in self.names)
+        return any(is_time_name(name) for name in self.names)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

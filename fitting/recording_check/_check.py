@@ -17,6 +17,7 @@ from rapi_jax import DataError, Identified, Recording
 from rapi_jax.internal import describe_swap, takes
 
 from ._first_periods import find_unsettled
+from ._following import find_unrelated
 from ._questions import Question, ask
 from ._runs import RunSummary
 from ._thresholds import THRESHOLDS as CHECK
@@ -97,6 +98,7 @@ def check_recording(recording: Recording) -> RecordingCheck:
     if any(not run.valid.any() for run in recording.runs):
         raise DataError(unusable[0].message)
     faults = [*unusable, *find_faults(recording), *find_swapped_columns(recording)]
+    faults += find_unrelated(recording) if not faults else []
     if not faults:
         faults = foresee_drive_noise(recording)
     unsettled = [] if faults else find_unsettled(recording.runs)

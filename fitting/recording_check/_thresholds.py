@@ -39,6 +39,46 @@ class RecordingCheckThresholds:
         origin="readings printed in six digits; a tenth: interpolation between samples is seen in "
         "simulated readings without noise, ten times: noise of an excellent reading",
     )
+    follows_level: float = threshold(
+        0.01,
+        unit="recordings",
+        origin="convention: of wrong columns one in 100 is taken for a response; halved and "
+        "doubled, so is that share, while a good recording lies below by orders of magnitude",
+    )
+    follows_harmonics: int = threshold(
+        8,
+        unit="harmonics of the scan rate",
+        origin="a response to a triangle or sine is in the first; 4: a folded one may be missed, "
+        "16: each counts for less",
+    )
+    follows_bins: int = threshold(
+        64, unit="bins a period", origin="eight to the highest harmonic; halved, it is four"
+    )
+    follows_beside: int = threshold(
+        8,
+        unit="frequencies on either side of a harmonic",
+        origin="spectrum taken to be level over so many; 4: less power, 16: a spectrum may slope",
+    )
+    follows_trend: int = threshold(
+        3,
+        unit="order of a polynomial in time",
+        origin="a slow drift repeats in each period; 1: a bent one does, 6: it takes periods along",
+    )
+    follows_share: float = threshold(
+        0.9,
+        unit="of the power that is not a trend",
+        origin="derivation: half of white noise repeats in two periods by chance, and a third in "
+        "three; 0.8: two periods of slow noise pass, 0.95: two of a response that drifts do not",
+    )
+    follows_parts: int = threshold(
+        16, unit="parts of a run", origin="Student's t has 15 degrees of freedom"
+    )
+    follows_explained: float = threshold(
+        0.2,
+        unit="of the variance",
+        origin="set by trial: slow columns that have nothing in common stay below it mostly, and "
+        "each response of a device is above 0.9",
+    )
 
 
 THRESHOLDS = RecordingCheckThresholds()

@@ -58,6 +58,9 @@ def _usage_message(error: CycloptsError) -> str:
     return f"{what} `{command} --help` lists what there is."
 
 
+_RESUMED = ("batch", "blind")  # commands that go on where they were interrupted
+
+
 def _is_list_of_numbers(error: CoercionError) -> bool:
     """Whether one number was wanted, and several are there with commas between."""
     parts = error.token.value.split(",") if error.token else ()
@@ -77,7 +80,10 @@ def run(app: App, arguments: list[str]) -> int:
     except CycloptsError as error:
         return _conclude(USAGE, "usage", _usage_message(error), as_json)
     except KeyboardInterrupt:
-        message = "no file is half-written; run it again to go on."
+        resumes = bool(arguments) and arguments[0] in _RESUMED
+        message = "no file is half-written; " + (
+            "run it again to go on." if resumes else "run again, it begins from the start."
+        )
         return _conclude(INTERRUPTED, "interrupted", message, as_json)
     except BrokenPipeError:  # the reader has what it wants
         _discard_output()

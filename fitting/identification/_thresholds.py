@@ -247,6 +247,12 @@ class IdentificationThresholds:
     generalisation: float = threshold(
         3.0, unit="held-out over in-sample rmse", origin="set by trial; more does not generalise"
     )
+    undetermined: float = threshold(
+        1.0,
+        unit="of the span left out, rms",
+        origin="derivation: a constant at its middle is off by less than half; 0.5: a constant at "
+        "its edge is still told, 2: one beyond it is called a prediction",
+    )
     held_out_error: float = threshold(
         0.01, unit="of the held-out span", origin="convention; a smaller error is no failure"
     )

@@ -45,6 +45,14 @@ class HeldOut:
         return self.rmse > limits
 
     @property
+    def determined(self) -> bool:
+        """Whether the part that was fitted determines the model where the other was left out.
+
+        An error of more than the whole span there is no prediction.
+        """
+        return not self.fraction > THRESHOLDS.undetermined
+
+    @property
     def large(self) -> bool:
         """Whether the error is large beside the span of what was left out."""
         return self.fraction > THRESHOLDS.held_out_error

@@ -65,12 +65,14 @@ def check_misfit(
         ]
     gap, curved = noise.gap(rmse), np.inf if claim is None else claim.curvature
     if gap > THRESHOLDS.poor_gap * curved and gap > THRESHOLDS.exact_fit * span:
-        left = quantity(gap, problem.recording.response_unit)
+        unit = problem.recording.response_unit
+        left, bent = quantity(gap, unit), quantity(curved, unit)
         return [
-            f"poor fit: beyond noise the model leaves {left} rms, {100 * gap / curved:.0f} % of "
-            "what the response curves by, so that a compensated scan would keep as much. More "
-            "plays (`plays`) or order, a drift, a wrong lag, or an effect the model lacks "
-            "(`rapi diagnose`)."
+            f"poor fit: beyond noise the model leaves {left} rms. The response departs from a "
+            f"straight line by {bent} rms, so a scan compensated with this model would still be "
+            f"about {100 * gap / curved:.0f} % as nonlinear as one without. Likely causes: an "
+            "effect the model lacks (`rapi diagnose` names it), a drift, a wrong lag, too few "
+            "plays (`plays`) or too low an order."
         ]
     return []
 
@@ -97,6 +99,11 @@ def check_held_out(
         times = f"{scheme.rmse / usual:.1f} times that of" if usual > 0 else "not the zero of"
         size = quantity(scheme.rmse, unit) if unit else f"{scheme.rmse:.3g}"
         text = f"{scheme.scheme}: held-out rmse {size} is {times} the fitted part"
+        if not scheme.determined:
+            text = (
+                f"{scheme.scheme}: without it the rest does not determine the model (the error "
+                "there is larger than the whole span of what was left out)"
+            )
         if scheme.scheme == "last third" and scheme.large:
             reasons.append(f"does not generalise: {text}. {cure}")
         elif scheme.runs and scheme.inside and scheme.large:

@@ -40,7 +40,8 @@ def find_faults(recording: Recording) -> list[Fault]:
         checks = (check_motion, check_levels, check_clipping, check_frozen)
         faults = [check(run) for check in checks]
         period = check_period(run)
-        faults += [period, check_start(run) if period is None else None, check_reversals(run)]
+        start = check_start(run, recording.response_unit) if period is None else None
+        faults += [period, start, check_reversals(run)]
         found += [fault for fault in faults if fault is not None]
     found += find_copies(recording)
     return found or find_switched(recording)

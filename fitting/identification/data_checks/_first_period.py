@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fitting._units import quantity
 from rapi_jax import Run
 from rapi_jax.internal import white_noise_rms
 
@@ -9,14 +10,17 @@ from ._fault import Fault
 from ._thresholds import THRESHOLDS
 
 
-def check_start(run: Run) -> Fault | None:
-    """A first period that begins elsewhere than where it ends, of a drive with that period."""
+def check_start(run: Run, unit: str = "") -> Fault | None:
+    """A first period that begins elsewhere than where it ends, of a drive with that period.
+
+    `unit`: of the response, in which the difference is told.
+    """
     miss = first_period_miss(run)
     if miss == 0.0:
         return None
     only = "" if run.drive.periods > 1 else " Or the reading drifts, which one period cannot tell."
     text = (
-        f"run {run.name!r}: the response ends its first period {abs(miss):.3g} "
+        f"run {run.name!r}: the response ends its first period {quantity(abs(miss), unit).strip()} "
         f"({100 * abs(miss) / run.span:.2g} % of its span) from where it began: the device came "
         "from rest or another drive, and the model takes each period for the settled one. Let the "
         "drive run for two periods before recording, or cut the first one off (`rapi import "

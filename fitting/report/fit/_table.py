@@ -38,6 +38,7 @@ ORIGIN = (
     "Runs have origins of their own here; that of a run left out is taken from its mean, so its "
     "shape alone is tested."
 )
+UNDETERMINED = "not determined by the rest"
 
 
 def render_tables(
@@ -204,7 +205,7 @@ def _tabulate_runs(result: "FitResult") -> Table:
 
 
 def _tabulate_held_out(result: "FitResult") -> Table:
-    errors = [h.rmse for h in result.held_out]
+    errors = held_out_sizes(result)
     unit, factor = readable_unit(result.recording.response_unit, errors)
     table = Table(title="Left out of the fit, then predicted", title_justify="left")
     if any(h.origin_from_data for h in result.held_out):
@@ -219,14 +220,16 @@ def _tabulate_held_out(result: "FitResult") -> Table:
         table.add_column(name, justify="left" if name == "left out" else "right")
     for h in result.held_out:
         name = escape(h.scheme) + (" (origin from its mean)" if h.origin_from_data else "")
-        table.add_row(
-            name,
-            _format_number(factor * h.rmse),
-            _format_number(factor * h.std),
-            _format_number(100 * h.fraction, 3),
-            _format_number(factor * h.train_rmse),
-        )
+        shown = (factor * h.rmse, 4), (factor * h.std, 4), (100 * h.fraction, 3)
+        cells = [_format_number(*one) for one in shown] if h.determined else [UNDETERMINED, "", ""]
+        table.add_row(name, *cells, _format_number(factor * h.train_rmse))
     return table
+
+
+def held_out_sizes(result: "FitResult") -> list[float]:
+    """The errors, in the response's unit, that set the unit of a table of them."""
+    predicted = [h.rmse for h in result.held_out if h.determined]
+    return predicted or [h.train_rmse for h in result.held_out]
 
 
 def _tabulate_starts(result: "FitResult") -> Table:

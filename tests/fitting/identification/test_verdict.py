@@ -50,6 +50,13 @@ def test_runs_that_do_not_predict_one_another_are_said_to():
     assert not any("no run is predicted" in note for note in notes)
 
 
+def test_an_error_beyond_the_span_left_out_is_no_prediction():
+    far = HeldOut("amplitude 3 V", 6.6e6, 6.6e6, 1.8e5, 0.05, 100, runs=(0,), inside=False)
+    assert not far.determined and HeldOut("rate 5 Hz", 0.2, 0.2, 0.9, 0.05, 100).determined
+    reasons, (note, *_) = check_held_out([far], 1.0, 0.01, repeats=True, unit="GHz")
+    assert reasons == [] and "the rest does not determine the model" in note and "THz" not in note
+
+
 SPAN, NOISE = 50.0, 0.02  # GHz
 
 
@@ -130,6 +137,11 @@ def misfit(problem, rmse, *, span=SPAN, curvature=5.0):
 def test_what_a_model_leaves_is_held_against_curvature_and_variance(problem, rmse, said):
     reasons = misfit(problem, rmse)
     assert reasons == [] if said is None else reasons[0].startswith(said)
+    if rmse == 3.0:
+        assert (
+            "a scan compensated with this model would still be about 60 % as nonlinear"
+            in (reasons[0])
+        )
 
 
 def test_a_response_that_never_changes_is_no_signal(problem):

@@ -16,11 +16,12 @@ def describe_run(drive: Drive, name: str, first: int) -> str:
     ends = (int(inside[0]), drive.size - 1 - int(inside[-1])) if inside.size else (0, 0)
     a_period = drive.step_s * drive.rate
     parts = [
-        f"{n * a_period:.2g} of a period {where}"
-        for n, where in zip(ends, ("before", "after"), strict=True)
+        f"{n * a_period:.2g} of one {where}" if n * a_period < 0.995 else f"nearly one {where}"
+        for n, where in zip(ends, ("before them", "after them"), strict=True)
         if n * a_period >= 0.01
     ]
-    broken = f"; kept beside them, but not fitted: {' and '.join(parts)}" if parts else ""
+    incomplete = " and ".join(parts)
+    broken = f"; incomplete periods are kept, but not fitted: {incomplete}" if parts else ""
     return (
         f"{name}: {where}, {drive.periods} period(s) of a {drive.waveform} at "
         f"{drive.rate:.6g} Hz, swing {drive.u_pp:.4g}{broken}"

@@ -44,7 +44,9 @@ def test_broken_ends_stay_for_settling(tmp_path):
     made = taken(tmp_path, t[part], u[part], y[part])
     (run,) = made.recording.runs
     assert (run.drive.size, run.drive.periods, run.drive.excitation_hz) == (6900, 2, 10.0)
-    assert "kept beside them, but not fitted: 0.75 of a period before and 0.7" in said(made)
+    assert "incomplete periods are kept, but not fitted: 0.75 of one before them and 0.7" in said(
+        made
+    )
 
 
 def test_a_time_without_a_unit_is_told_with_the_rate_that_follows(tmp_path):
@@ -346,3 +348,33 @@ def test_a_run_holds_no_sample_of_the_run_before_it(tmp_path):
         inside = np.flatnonzero(run.drive.period >= 0)
         whole = slice(first, first + round(3 * 8000.0 / run.drive.rate))
         np.testing.assert_array_equal(run.response[inside], y[whole])
+
+
+def test_an_option_that_contradicts_the_files_unit_is_told_and_stays_in_force(tmp_path):
+    t, u, y = scanned((10.0, 3, 4.5))
+    np.savez(tmp_path / "a.npz", **{"time [ms]": 1e3 * t, "drive [V]": u, "response [GHz]": y})
+
+    def notes(**more):
+        return import_recording(tmp_path / "a.npz", ImportOptions(**more))
+
+    assert "the file says" not in said(notes())
+    assert "the file says" not in said(notes(response_unit="GHz", time_unit="ms", drive_unit="V"))
+    assert "the file says" not in said(notes(response_unit="MHz", response_scale=1e3))
+    made = notes(response_unit="MHz", time_unit="s")
+    assert "the file says GHz for the response" in said(made)
+    assert "--response-unit says MHz, which is used" in said(made)
+    assert "the file says ms for the time" in said(made)
+    assert made.recording.runs[0].drive.excitation_hz == 0.01
+    np.testing.assert_allclose(made.recording.runs[0].response, 1e-3 * y)
+
+
+def test_a_temperature_in_degrees_is_no_charge_in_coulombs(tmp_path):
+    t, u, y = scanned((10.0, 3, 4.5))
+    np.savez(tmp_path / "a.npz", **{"time": t, "drive [V]": u, "Temp [C]": y, "charge [C]": y})
+    with pytest.raises(DataError, match=r"'Temp \[C\]' is named like a temperature"):
+        import_recording(tmp_path / "a.npz", ImportOptions(response="Temp"))
+    for options in (
+        ImportOptions(response="charge"),
+        ImportOptions(response="Temp", response_unit="C"),
+    ):
+        assert import_recording(tmp_path / "a.npz", options).recording.response_unit == "uC"

@@ -136,7 +136,7 @@ def fit(
     notes: dict[str, Any] = {}
     out = console(json)
     trusted, failed = True, []
-    for place, data in zip(places, read, strict=True):
+    for place, data, path in zip(places, read, several, strict=True):
         name = place.name
         seconds = estimate_seconds(data, "fit")
         begun = describe_recording(data, seconds)
@@ -163,6 +163,7 @@ def fit(
                 intervals=intervals,
                 report_step=report_step,
                 more=about,
+                source=str(path),
             )
         if failed[-1:] == [name]:
             continue
@@ -174,12 +175,16 @@ def fit(
             tables.append(read_json(written[0]))
             continue
         from fitting.report import render_tables
+        from fitting.report.fit._next_step import describe_next
 
         if recordings:
             out.rule(name)
         notes[name] = result.verdict.notes
         out.print(render_tables(result, ends, notes="none" if recordings else "folded"))
-        out.print(f"written to {place}: {', '.join(path.name for path in written)}", markup=False)
+        names = ", ".join(one.name for one in written)
+        out.print(f"written to {place}: {names}", markup=False)
+        if not result.verdict.trusted:
+            out.print(describe_next(result.verdict, str(path)), markup=False, soft_wrap=True)
     if json:
         print_json(tables if recordings else tables[0])
     elif recordings and any(notes.values()):
@@ -210,11 +215,12 @@ def identify_into(
     intervals: Intervals | None = None,
     report_step: Callable[[str], None] | None = None,
     more: Mapping[str, Any] | None = None,
+    source: str | None = None,
     **settings: Any,
 ) -> tuple[Any, list[Path]]:
     """Identify a model by the options of the command: the result, and its files in `folder`.
 
-    `more`: further keys of `model.json`.
+    `more`: further keys of `model.json`. `source`: where the recording is.
     """
     from fitting.identification._identify import identify
     from fitting.report import write_fit
@@ -226,7 +232,7 @@ def identify_into(
     found = None if intervals is None else find_intervals(result, intervals, report_step)
     more = dict(more or {}) | ({} if found is None else found.table)
     files = {} if found is None else found.files
-    return result, write_fit(result, folder, plots=plots, more=more, files=files)
+    return result, write_fit(result, folder, plots=plots, more=more, files=files, source=source)
 
 
 _CHECKING = {"recording", "recordings", "output", "check", "nan", "plugin", "json"}

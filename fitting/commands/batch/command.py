@@ -153,4 +153,11 @@ def _conclude(records: Sequence["JobRecord"], output: Path, json: bool) -> int:
         if untrusted:
             line += f" ({untrusted} not to be trusted)"
         console(json).print(f"{line}; written to {output}", markup=False, soft_wrap=True)
+        fits = all(one.task == "fit" for one in records)
+        if fits and untrusted and untrusted == counts["done"]:
+            hint = (
+                "no fit is to be trusted: where a model leaves more than noise, `rapi batch` with "
+                "`--do diagnose` says which effect it lacks"
+            )
+            console(json).print(hint, markup=False, soft_wrap=True)
     return DONE if all(one.exit_code == 0 for one in records) else PARTLY_FAILED

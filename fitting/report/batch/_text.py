@@ -51,7 +51,13 @@ def write_headline(rows: list[dict]) -> str:
     else:
         head = f"All {len(rows)}" if done == len(rows) else f"{done} of {len(rows)}"
         text = f"{head} {'recording is' if len(rows) == 1 else 'recordings are'} done"
-    return f"{text}{'; ' if lost else ''}{join_items(lost)}."
+    hint = ""
+    if against and not judged and not any(row.get("verdict") for row in rows):
+        hint = (
+            " Where a model leaves more than noise, `rapi batch ... --do diagnose` with the same "
+            "recordings says which effect it lacks."
+        )
+    return f"{text}{'; ' if lost else ''}{join_items(lost)}.{hint}"
 
 
 def format_p(p: Any) -> str:

@@ -34,10 +34,12 @@ def write_fit(
     plots: bool,
     more: Mapping[str, Any] | None = None,
     files: Mapping[str, bytes] | None = None,
+    source: str | None = None,
 ) -> list[Path]:
     """Write the loadable model, pictures, page and, last, `model.json`; return their paths.
 
     `more`: further keys of `model.json`. `files`: others that belong to the result, by name.
+    `source`: where the recording is, for the command that the page advises.
     """
     recording = result.recording
     pictures = PICTURES if plots else ()
@@ -66,7 +68,7 @@ def write_fit(
             save_figure(figure, folder / name)
             for name, figure in zip(pictures, figures, strict=True)
         ]
-        write_atomic(folder / PAGE, render_page(result))
+        write_atomic(folder / PAGE, render_page(result, source))
         written.append(folder / PAGE)
     for name, content in others.items():
         write_atomic(folder / name, content)

@@ -8,7 +8,15 @@ from fitting._units import quantity, readable_unit
 from fitting._versions import package_versions
 from fitting.report._result_page import Section, list_versions, render_result
 
-from ._table import ORIGIN, describe_model, render_verdict, round_with_error
+from ._next_step import describe_next
+from ._table import (
+    ORIGIN,
+    UNDETERMINED,
+    describe_model,
+    held_out_sizes,
+    render_verdict,
+    round_with_error,
+)
 
 if TYPE_CHECKING:
     from fitting.identification._result import FitResult
@@ -17,8 +25,8 @@ PAGE = "fit.html"
 PAGE_DPI = 80  # keeps a page of twelve runs below 1 MB
 
 
-def render_page(result: "FitResult") -> str:
-    """The fit as one page, with its pictures in it."""
+def render_page(result: "FitResult", source: str | None = None) -> str:
+    """The fit as one page, with its pictures in it; `source`: where the recording is."""
     unit, verdict = result.recording.response_unit, result.verdict
     facts = [("Verdict", "trusted" if verdict.trusted else "not to be trusted")]
     facts.append(("Residual", f"{quantity(result.rmse, unit)} rms"))
@@ -30,7 +38,7 @@ def render_page(result: "FitResult") -> str:
     return render_result(
         title="Fit",
         headline=render_verdict(result).plain.rstrip(":"),
-        advice=_advice(result),
+        advice=describe_next(result.verdict, source),
         cautions=verdict.reasons,
         facts=facts,
         sections=_sections(result),
@@ -41,14 +49,6 @@ def render_page(result: "FitResult") -> str:
             ("Data, SHA-256", result.data_sha256 or result.recording.sha256()),
         ],
     )
-
-
-def _advice(result: "FitResult") -> str:
-    if not result.verdict.trusted:
-        return "Mend what is listed here and fit again; `rapi check` looks at the recording alone."
-    if result.verdict.with_gap:
-        return "The residual is more than noise: `rapi diagnose` finds its cause."
-    return "`rapi compensate` makes drives from this model."
 
 
 def _sections(result: "FitResult") -> list[Section]:
@@ -106,14 +106,12 @@ def _parameter_row(p: Any) -> tuple[str, ...]:
 
 
 def _held_out_rows(result: "FitResult") -> list[tuple[str, ...]]:
-    name, factor = readable_unit(
-        result.recording.response_unit, [held.rmse for held in result.held_out]
-    )
+    name, factor = readable_unit(result.recording.response_unit, held_out_sizes(result))
     return [
         (
             held.scheme + (" (origin from its mean)" if held.origin_from_data else ""),
-            f"{factor * held.rmse:.3g} {name}",
-            f"{100 * held.fraction:.2g} %",
+            f"{factor * held.rmse:.3g} {name}" if held.determined else UNDETERMINED,
+            f"{100 * held.fraction:.2g} %" if held.determined else "",
             f"{factor * held.train_rmse:.3g} {name}",
         )
         for held in result.held_out

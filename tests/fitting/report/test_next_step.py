@@ -1,0 +1,63 @@
+"""What a fit, a batch and an interrupted command say is to be done next."""
+
+import types
+
+import pytest
+from cyclopts import App
+
+from fitting import Verdict
+from fitting.commands.run import INTERRUPTED, run
+from fitting.report.batch._text import write_headline
+from fitting.report.fit._next_step import describe_next
+from fitting.report.fit._table import held_out_sizes
+
+GAP = "poor fit: beyond noise the model leaves 125 MHz rms."
+
+
+def advice(*reasons: str, gap: bool = False) -> str:
+    return describe_next(Verdict(not reasons, reasons, (), with_gap=gap), "lab/my scans")
+
+
+def test_where_the_model_lacks_something_a_diagnosis_comes_first():
+    for reasons in ((GAP,), (GAP, "not predicted: rate 10 Hz")):
+        assert "`rapi diagnose 'lab/my scans' -o diagnosis`" in advice(*reasons)
+        assert "Mend" not in advice(*reasons)
+
+
+def test_where_the_recording_has_a_fault_that_comes_first():
+    assert advice(GAP, "noisy drive: run 'run00'").startswith("Mend what is listed")
+    assert advice("starts disagree: 6 starts").startswith("Mend what is listed")
+
+
+def test_trusted_models():
+    assert "`rapi compensate`" in advice() and "`rapi diagnose" in advice(gap=True)
+
+
+def test_a_batch_without_a_trusted_model_says_how_to_diagnose():
+    row = {"status": "done", "trusted": False}
+    assert "--do diagnose" in write_headline([row, row])
+    assert "--do diagnose" not in write_headline([row, row | {"trusted": True}])
+    assert "--do diagnose" not in write_headline([row | {"verdict": "creep"}])
+
+
+@pytest.mark.parametrize(("command", "goes_on"), [("fit", False), ("batch", True)])
+def test_an_interrupted_command_says_whether_it_goes_on(capsys, command, goes_on):
+    app = App(suppress_keyboard_interrupt=False)
+
+    @app.command(name=command)
+    def stopped() -> None:
+        raise KeyboardInterrupt
+
+    assert run(app, [command]) == INTERRUPTED
+    err = capsys.readouterr().err
+    assert ("to go on" in err) == goes_on and ("from the start" in err) != goes_on
+
+
+def test_a_prediction_that_is_none_does_not_set_the_unit_of_a_table():
+    def held(rmse: float, determined: bool) -> types.SimpleNamespace:
+        return types.SimpleNamespace(rmse=rmse, train_rmse=0.1, determined=determined)
+
+    table = types.SimpleNamespace(held_out=[held(0.2, True), held(6.6e6, False)])
+    assert held_out_sizes(table) == [0.2]  # type: ignore[arg-type]
+    table.held_out = table.held_out[1:]
+    assert held_out_sizes(table) == [0.1]  # type: ignore[arg-type]

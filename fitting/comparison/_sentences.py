@@ -8,6 +8,7 @@ from ._thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
     from ._comparison import Comparison
+    from ._differences import GapChange
 
 SEVERAL = "several"
 _NAMED = 3  # parameters in the sentence; all are in the table
@@ -18,17 +19,37 @@ def describe_comparison(comparison: "Comparison") -> str:
     """What changed, by how much and how sure that is, in one or two sentences."""
     doubt = "" if comparison.trusted else " Not to be relied on: see the notes."
     what = (
-        _describe_misfit(comparison),
+        _describe_new_misfit(comparison),
         _describe_parameters(comparison),
+        _describe_shared_misfit(comparison),
         _describe_effects(comparison),
         doubt,
     )
     return "".join(what).strip()
 
 
-def _describe_misfit(comparison: "Comparison") -> str:
+def _is_shared(misfit: "GapChange") -> bool:
+    """Whether most of what the model leaves was there before and after."""
+    least, most = sorted((misfit.before.value, misfit.after.value))
+    return least > THRESHOLDS.shared_misfit * most
+
+
+def _describe_shared_misfit(comparison: "Comparison") -> str:
+    """Of a model that lacks something in both: what it leaves follows any change of the device."""
     misfit = comparison.misfit
-    if not comparison.misfit_changed or misfit is None:
+    if not comparison.misfit_changed or misfit is None or not _is_shared(misfit):
+        return ""
+    one, two = (quantity(at.value, comparison.unit) for at in (misfit.before, misfit.after))
+    return (
+        f" The model lacks something in both recordings, and leaves {one} rms above noise before "
+        f"and {two} after ({format_p(misfit.p_value)}): a change of what it lacks, or of "
+        "what that makes of another change. `--effects` looks for the effect."
+    )
+
+
+def _describe_new_misfit(comparison: "Comparison") -> str:
+    misfit = comparison.misfit
+    if not comparison.misfit_changed or misfit is None or _is_shared(misfit):
         return ""
     one, two = (quantity(at.value, comparison.unit) for at in (misfit.before, misfit.after))
     larger = misfit.after.value > misfit.before.value
@@ -43,7 +64,8 @@ def _describe_misfit(comparison: "Comparison") -> str:
 def _describe_parameters(comparison: "Comparison") -> str:
     sure = format_p(comparison.p_change)
     if comparison.misfit_changed and not comparison.parameters_changed:
-        return "No parameter is seen to have changed beside it."
+        shared = comparison.misfit is not None and _is_shared(comparison.misfit)
+        return "No parameter is seen to have changed" + ("." if shared else " beside it.")
     if not comparison.changed:
         most = quantity(comparison.response.high, comparison.unit)
         return (

@@ -35,6 +35,12 @@ class ComparisonThresholds:
     joint_gain: float = threshold(
         1e-3, unit="of chi-square", origin="far below 1, which is one standard error"
     )
+    shared_misfit: float = threshold(
+        0.5,
+        unit="of the larger misfit",
+        origin="where the smaller one is more than this, most of what the model lacks was there "
+        "before and after; half or double it and a device with 129 and 131 MHz is told the same",
+    )
     known_relative: float = threshold(
         3.0,
         unit="standard errors",

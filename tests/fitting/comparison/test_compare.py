@@ -107,6 +107,18 @@ def test_of_many_changes_the_sentence_names_three(wider):
     assert f"MHz rms, most at {where} ({1e3 * most['rms']:.3g} MHz)" in text
 
 
+def test_what_a_model_lacks_in_both_is_not_said_to_be_new(wider):
+    def left(before, after):
+        at = [Interval(size, 0.9 * size, 1.1 * size) for size in (before, after)]
+        misfit = dataclasses.replace(wider.gap, before=at[0], after=at[1], p_value=3.4e-8)
+        return dataclasses.replace(wider, misfit=misfit, misfit_changed=True).sentence
+
+    both = left(0.129, 0.131)
+    assert "lacks something in both recordings" in both and "p = 3.4e-08" in both
+    assert both.startswith(wider.sentence) and "is there after" not in both
+    assert "is there after" in left(0.01, 0.131) and "is there before" in left(0.131, 0.01)
+
+
 def test_a_bound_of_the_response_is_told_as_one(wider):
     found = dataclasses.replace(wider, response=Interval(0.0, 0.0, 0.398))
     assert "the response by at most 398 MHz rms, p " in found.sentence

@@ -87,7 +87,7 @@ def bounded_parameters(problem: Problem, solution: Solution) -> np.ndarray:
 
 
 def _banddescribe_open_points(problem: Problem, solution: Solution) -> list[str]:
-    """One note on plays with crossed bounds or a threshold that is not positive, with where."""
+    """One note on plays whose two bounds cross, with where."""
     runs = problem.recording.runs
     ends = np.array([[0.0, run.drive.value.min(), run.drive.value.max()] for run in runs])
     plays, centred = jax.tree_util.tree_map(
@@ -101,8 +101,7 @@ def _banddescribe_open_points(problem: Problem, solution: Solution) -> list[str]
     for row in range(len(runs)):
         band = Band.of(jax.tree_util.tree_map(operator.itemgetter(row), plays))
         zero, low, high = map(float, centred[row])
-        everywhere = [(int(play) + 1, low, high) for play in np.flatnonzero(band.r <= 0)]
-        for play, begin, end in [*everywhere, *band.crossed_stretches(low, high)]:
+        for play, begin, end in band.crossed_stretches(low, high):
             first, last = places.get(play, (np.inf, -np.inf))
             places[play] = min(first, begin - zero), max(last, end - zero)
     if not places:
@@ -113,8 +112,8 @@ def _banddescribe_open_points(problem: Problem, solution: Solution) -> list[str]
         for play, (begin, end) in sorted(places.items())
     )
     return [
-        f"plays without hysteresis on part of the drive's range: {where}. The fit gives them no "
-        "threshold there. Their response stays monotone, and nothing needs to be done."
+        f"plays without hysteresis on part of the drive's range: {where}. Their two bounds "
+        "cross there. Their response stays monotone, and nothing needs to be done."
     ]
 
 

@@ -102,7 +102,7 @@ def test_a_crossed_band_that_bends_is_noted_with_its_ends():
         hold_out=False, throw=False,
     )  # fmt: skip
     (note,) = [n for n in got.verdict.notes if "without hysteresis" in n]  # once for both runs
-    assert "play 1 from 2.5 to 3.5 V" in note and "nothing needs to be done" in note
+    assert "play 1 from 2.29 to 3.71 V" in note and "nothing needs to be done" in note
 
 
 def test_compensate_from_a_saved_model(tmp_path, capsys):

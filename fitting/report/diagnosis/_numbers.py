@@ -8,6 +8,7 @@ from fitting._units import readable_unit
 from fitting.report.fit._table import round_with_error
 
 DASH = "\N{EN DASH}"
+UNDETERMINED = "not determined"
 SPACE = "\N{NO-BREAK SPACE}"
 _MINUS = "\N{MINUS SIGN}"
 _NAMES = {"um": "\N{GREEK SMALL LETTER MU}m"}
@@ -97,7 +98,7 @@ def format_with_error(value: Any, stderr: Any, unit: str) -> str:
     """
     x, error = finite_or_none(value), finite_or_none(stderr)
     if x is not None and error is None:
-        return "not determined"
+        return UNDETERMINED
     if x is None or not error or error < 0:
         return format_quantity(value, unit, digits=4)
     power = math.floor(math.log10(max(abs(x), error)))

@@ -7,6 +7,7 @@ from fitting.report.charts._figure import Table
 from . import _text as words
 from ._numbers import (
     DASH,
+    UNDETERMINED,
     Scale,
     finite_or_none,
     format_interval,
@@ -82,12 +83,22 @@ def _describe_entry(
 
 
 def describe_parameters(found: dict, scale: Scale) -> list[tuple[str, str]]:
-    """Names and values with standard errors; those of the response in the page's unit."""
-    return [
-        (str(key).replace(".", " ").replace("_", " "), _describe_value(p, scale))
-        for key, p in found.items()
-        if isinstance(p, dict)
-    ]
+    """Names and values with standard errors; those of the response in the page's unit.
+
+    Names are without their effect's where there is one effect. What the recording does not
+    determine is named together, in the end.
+    """
+    values = {str(key): p for key, p in found.items() if isinstance(p, dict)}
+    one = len({key.partition(".")[0] for key in values}) == 1
+    shown, open_ = [], []
+    for key, p in values.items():
+        name = (key.partition(".")[2] or key) if one else key.replace(".", " ")
+        text = _describe_value(p, scale)
+        if text == UNDETERMINED:
+            open_.append(name.replace("_", " "))
+        else:
+            shown.append((name.replace("_", " "), text))
+    return [*shown, (UNDETERMINED, ", ".join(open_))] if open_ else shown
 
 
 def _describe_value(p: dict, scale: Scale) -> str:

@@ -20,6 +20,7 @@ from fitting.report.diagnosis._numbers import (
 )
 from fitting.report.diagnosis._page import render_page
 from fitting.report.diagnosis._summary import list_facts
+from fitting.report.diagnosis._which import describe_parameters
 
 SECTIONS = ["verdict", "where", "which", "how-far", "next", "sure"]
 
@@ -305,6 +306,22 @@ def test_unit_of_the_page(unit, size, shown, text):
     scale = Scale.of(unit, [None, size, math.nan])
     assert scale.unit == shown
     assert spaced(scale(size)) == text
+
+
+def test_parameters_that_are_not_determined_are_named_together():
+    """Without the effect's name, where there is one effect."""
+    creep = {
+        "creep.gain": {"value": 0.0142, "stderr": 0.0016, "unit": "1/decade"},
+        "creep.lead_s": {"value": 3.0, "stderr": None, "unit": "s"},
+        "creep.rest": {"value": 0.0, "stderr": None, "unit": "1"},
+    }
+    scale = Scale.of("GHz", [1.0])
+    (gain, left) = describe_parameters(creep, scale)
+    assert gain[0] == "gain" and gain[1].startswith("0.0142")
+    assert left == ("not determined", "lead s, rest")
+    both = creep | {"etalon.spacing": {"value": 9.0, "stderr": 0.01, "unit": "GHz"}}
+    names = [name for name, _ in describe_parameters(both, scale)]
+    assert names == ["creep gain", "etalon spacing", "not determined"]
 
 
 def test_error_sets_the_digits():

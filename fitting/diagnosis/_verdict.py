@@ -188,8 +188,17 @@ def collect_notes(
 
 def describe_family(whitened: WhitenedModel, fitted: FittedBase) -> tuple[str, ...]:
     """A note where the thresholds follow another law than the paper's, with what to do."""
-    if fitted.family is None or not fitted.family.differs:
+    if fitted.family is None:
         return ()
+    if not fitted.family.differs:
+        likelier = fitted.family.likelier
+        if likelier is None:
+            return ()
+        return (
+            f"{likelier} has more evidence than RA-PI's thresholds, but leaves most of the gap as "
+            "well, so the cause was looked for with RA-PI's. Compare the two fits: "
+            f"rapi fit RECORDING --operator {likelier}",
+        )
     unit = whitened.recording.drive_unit
     law = threshold_law(fitted.operator, max(d.u_pp for d in whitened.recording.drives), unit)
     command = f"rapi fit RECORDING --operator {fitted.family.operator.__name__}"

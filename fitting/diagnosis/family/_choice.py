@@ -35,6 +35,13 @@ class FamilyChoice:
         """Whether another law than the paper's was chosen."""
         return self.operator is not RAPI
 
+    @property
+    def likelier(self) -> str | None:
+        """Another of decisively more evidence, not chosen since it leaves most of the excess."""
+        own = self.log_evidence[self.operator.__name__]
+        name = max(self.log_evidence, key=lambda one: self.log_evidence[one])
+        return name if self.log_evidence[name] - own > THRESHOLDS.log_evidence else None
+
 
 def can_compare(operator: AbstractOperator, recording: Recording) -> bool:
     """Whether `operator` is one whose law `recording` could tell from another."""

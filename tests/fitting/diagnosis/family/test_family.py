@@ -8,6 +8,7 @@ from threshold_devices import classical, record, session
 
 from fitting import diagnose
 from fitting.diagnosis.base_misfit._columns import _runs
+from fitting.diagnosis.family._choice import FamilyChoice
 from fitting.diagnosis.family._law import threshold_law
 from fitting.diagnosis.noise._periods import decimate
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
@@ -56,6 +57,16 @@ def test_the_base_has_the_devices_law(name):
     assert type(fitted.operator) is expected
     assert fitted.family.operator is expected
     assert fitted.family.differs == (expected is not RAPI)
+
+
+@pytest.mark.parametrize(
+    ("chosen", "fixed", "likelier"),
+    [(RAPI, -80.0, "FixedRAPI"), (RAPI, -95.0, None), (FixedRAPI, -80.0, None)],
+)
+def test_a_law_of_more_evidence_that_was_not_taken_is_known(chosen, fixed, likelier):
+    """By odds that are decisive: 10 in the natural logarithm."""
+    choice = FamilyChoice(chosen, {"RAPI": -100.0, "FixedRAPI": fixed})
+    assert choice.likelier == likelier
 
 
 def test_without_a_gap_no_other_law_is_tried_and_with_one_amplitude_none_can_be():

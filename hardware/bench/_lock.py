@@ -14,7 +14,12 @@ _NEEDED = ("filelock", "platformdirs", "pyvisa", "pyvisa_py")
 
 
 def missing_packages() -> list[str]:
-    """Which packages of the extra `lab` that a client of instruments needs are not installed."""
+    """Which packages of the extra `lab` that a client of instruments needs are not installed.
+
+    >>> from hardware import missing_packages
+    >>> "numpy" in missing_packages()  # which is no part of the extra
+    False
+    """
     return [name for name in _NEEDED if importlib.util.find_spec(name) is None]
 
 

@@ -75,7 +75,7 @@ def test_a_drive_that_the_certificate_does_not_list_is_refused(drives):
 def test_a_certificate_is_read_with_its_own_drives_alone(drives):
     (one,), claim, units = read_certificate(drives / "certificate.json")
     assert (one.drive.excitation_hz, claim.rms) == (pytest.approx(10.0), 0.02)
-    assert units == {"response_unit": "GHz", "drive_unit": "V"}
+    assert (units["response_unit"], units["drive_unit"]) == ("GHz", "V")
     (drive,) = triangle(10.0, amplitude=4.1, bias=3.0, samples=100)
     write_drive(drive, drives / "drive_10Hz.csv")
     with pytest.raises(DataError, match="is not the file that certificate.json"):

@@ -19,14 +19,14 @@ from ._clock import even_clock, is_even, resample
 from ._decimate import decimate
 from ._join import all_recordings, join_recordings
 from ._options import ImportOptions
-from ._own_clocks import own_clocks
 from ._repeats import check_repeats
-from ._skip import skip_start
 from .cleaning._clean import clean_drives
 from .fringes._read import FringeOptics, read_fringe_run
 from .runs._cut import cut_record
 from .runs._describe import describe_run
 from .runs._overlap import without_overlap
+from .runs._own_clocks import own_clocks
+from .runs._skip import skip_start
 
 WRITER = "rapi import"
 

@@ -117,7 +117,7 @@ def test_the_model_that_is_the_truth_scans_straight():
 def test_a_refused_compensation_is_said():
     found = linearity_gain(OurLaser(PICKUP), session(), (PICKUP, BASE), SURE)
     assert "NotInvertible" in found["refused"]
-    assert "Pickup" in found["refused"]
+    assert "effect pickup cannot be undone" in found["refused"]
 
 
 @pytest.fixture

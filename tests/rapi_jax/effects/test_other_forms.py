@@ -77,7 +77,7 @@ def test_a_gain_may_change_in_any_way_that_is_slower_than_a_run():
     about = 36.0  # GHz: 12 GHz/V at 3 V, about which the loop is symmetrical
     drifting = GainDrift.at(rate=0.01)
     added = 0.01 * TIME * (RESPONSE - about)
-    (functions,) = drifting.other_forms(contribution(added))
+    functions = next(iter(drifting.other_forms(contribution(added))))
 
     def of_the_gain(gain):
         return left(np.vstack([functions, RESPONSE - about]), gain * (RESPONSE - about))

@@ -163,7 +163,7 @@ def test_effects_are_undone_with_the_operator():
 
 def test_an_effect_that_cannot_be_undone_is_named():
     (target,) = linear_scan(20.0, span=70.0)
-    with pytest.raises(NotInvertible, match="Lossy cannot be undone"):
+    with pytest.raises(NotInvertible, match="lossy cannot be undone"):
         compensate(ECDL(paper_device().operator, (Lossy(),)), target, limits=LIMITS, bias=3.0)
 
 
@@ -249,7 +249,7 @@ def test_creep_is_undone_as_it_is_long_after_the_start():
 @pytest.mark.parametrize(
     ("effect", "message"),
     [
-        (Quantisation(step=0.01), "Quantisation cannot be undone"),
+        (Quantisation(step=0.01), "quantisation cannot be undone"),
         (Saturation(high=4.0), r"saturation passes -inf to 4 V.*Scan less, or move"),
         (SlewLimit(limit=100.0), r"slew_limit passes at most 100 V/s.*Scan less, more slowly"),
         (ModelEtalon(amplitude=2.0, spacing=7.0), "turns the response back"),

@@ -3,11 +3,10 @@
 import numpy as np
 from jaxtyping import Float
 
+from rapi_jax.io.imports._clock import Stretch, is_even
+from rapi_jax.io.imports._thresholds import THRESHOLDS
+from rapi_jax.io.imports.cycles._cycles import find_cycles
 from rapi_jax.sampling._clock import even_stretches
-
-from ._clock import Stretch, is_even
-from ._thresholds import THRESHOLDS
-from .cycles._cycles import find_cycles
 
 Samples = Float[np.ndarray, " samples"]
 

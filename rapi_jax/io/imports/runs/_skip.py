@@ -5,9 +5,8 @@ import dataclasses
 import numpy as np
 
 from rapi_jax._errors import DataError
+from rapi_jax.io.imports._options import ImportOptions
 from rapi_jax.recording._drive import Drive
-
-from ._options import ImportOptions
 
 
 def skip_start(drive: Drive, name: str, options: ImportOptions) -> tuple[Drive, int, list[str]]:
@@ -18,7 +17,7 @@ def skip_start(drive: Drive, name: str, options: ImportOptions) -> tuple[Drive, 
 
     >>> from rapi_jax import triangle
     >>> from rapi_jax.io import ImportOptions
-    >>> from rapi_jax.io.imports._skip import skip_start
+    >>> from rapi_jax.io.imports.runs._skip import skip_start
     >>> (drive,) = triangle(10.0, amplitude=4.0, bias=3.0, samples=300, periods=3)
     >>> later, samples, _ = skip_start(drive, "run00", ImportOptions(skip_periods=1))
     >>> later.periods, samples, later.start_s  # s

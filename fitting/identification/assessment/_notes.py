@@ -72,7 +72,7 @@ def describe_open_points(
             f"each run has an origin of its own: {problem.constant} is their mean, and says "
             "nothing."
         )
-    notes += _banddescribe_open_points(problem, solution)
+    notes += _describe_crossed_bounds(problem, solution)
     return notes
 
 
@@ -86,7 +86,7 @@ def bounded_parameters(problem: Problem, solution: Solution) -> np.ndarray:
     return solution.solver.at_bound[: problem.vector.size] & problem.free & ~problem.linear
 
 
-def _banddescribe_open_points(problem: Problem, solution: Solution) -> list[str]:
+def _describe_crossed_bounds(problem: Problem, solution: Solution) -> list[str]:
     """One note on plays whose two bounds cross, with where."""
     runs = problem.recording.runs
     ends = np.array([[0.0, run.drive.value.min(), run.drive.value.max()] for run in runs])

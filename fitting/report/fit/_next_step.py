@@ -1,10 +1,19 @@
 """What to do after a fit, by its verdict."""
 
 import shlex
-from typing import TYPE_CHECKING
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from fitting.identification.assessment._verdict import Verdict
+
+class Verdict(Protocol):
+    """What is read of a fit's verdict."""
+
+    @property
+    def trusted(self) -> bool: ...
+    @property
+    def with_gap(self) -> bool: ...
+    @property
+    def reasons(self) -> tuple[str, ...]: ...
+
 
 # Reasons that say nothing against the recording: the model lacks something.
 _OF_THE_MODEL = ("poor fit", "does not generalise", "not predicted", "starts disagree")
@@ -16,7 +25,7 @@ def lacks_an_effect(reasons: tuple[str, ...] | list[str]) -> bool:
     return "poor fit" in kinds and all(kind in _OF_THE_MODEL for kind in kinds)
 
 
-def describe_next(verdict: "Verdict", source: str | None = None) -> str:
+def describe_next(verdict: Verdict, source: str | None = None) -> str:
     """The next step, a sentence or two; `source`: where the recording is, for the command."""
     where = "RECORDING" if source is None else shlex.quote(source)
     command = f"`rapi diagnose {where} -o diagnosis`"

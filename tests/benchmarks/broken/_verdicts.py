@@ -95,8 +95,8 @@ VERDICTS = (
     Mutation(
         "claim: held where one of several did",
         "fitting/claim_check/_check.py",
-        "        return all(one.held is not False",
-        "        return any(one.held is not False",
+        "        return all(judged) if judged else None",
+        "        return any(judged) if judged else None",
         _CLAIMS,
     ),
     Mutation(

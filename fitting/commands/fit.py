@@ -184,7 +184,9 @@ def fit(
         names = ", ".join(one.name for one in written)
         out.print(f"written to {place}: {names}", markup=False)
         if not result.verdict.trusted:
-            out.print(describe_next(result.verdict, str(path)), markup=False, soft_wrap=True)
+            verdict = result.verdict
+            said = describe_next(verdict.reasons, with_gap=verdict.with_gap, source=str(path))
+            out.print(said, markup=False, soft_wrap=True)
     if json:
         print_json(tables if recordings else tables[0])
     elif recordings and any(notes.values()):

@@ -1,41 +1,35 @@
 """What to do after a fit, by its verdict."""
 
 import shlex
-from typing import Protocol
-
-
-class Verdict(Protocol):
-    """What is read of a fit's verdict."""
-
-    @property
-    def trusted(self) -> bool: ...
-    @property
-    def with_gap(self) -> bool: ...
-    @property
-    def reasons(self) -> tuple[str, ...]: ...
-
+from collections.abc import Sequence
 
 # Reasons that say nothing against the recording: the model lacks something.
 _OF_THE_MODEL = ("poor fit", "does not generalise", "not predicted", "starts disagree")
 
 
-def lacks_an_effect(reasons: tuple[str, ...] | list[str]) -> bool:
+def lacks_an_effect(reasons: Sequence[str]) -> bool:
     """Whether the model leaves more than noise and nothing is wrong with the recording."""
     kinds = [reason.split(":")[0] for reason in reasons]
     return "poor fit" in kinds and all(kind in _OF_THE_MODEL for kind in kinds)
 
 
-def describe_next(verdict: Verdict, source: str | None = None) -> str:
-    """The next step, a sentence or two; `source`: where the recording is, for the command."""
+def describe_next(
+    reasons: Sequence[str], *, with_gap: bool = False, source: str | None = None
+) -> str:
+    """The next step, a sentence or two, by the reasons of a verdict: none where it is trusted.
+
+    `with_gap`: whether a trusted fit leaves more than noise. `source`: where the recording is, for
+    the command.
+    """
     where = "RECORDING" if source is None else shlex.quote(source)
     command = f"`rapi diagnose {where} -o diagnosis`"
-    if lacks_an_effect(verdict.reasons):
+    if lacks_an_effect(reasons):
         return (
             f"Nothing was found wrong with the recording: the model lacks something. {command} "
             "says which effect it is, and adds it to the model."
         )
-    if not verdict.trusted:
+    if reasons:
         return "Mend what is listed here and fit again; `rapi check` looks at the recording alone."
-    if verdict.with_gap:
+    if with_gap:
         return f"The residual is more than noise: {command} finds its cause."
     return "`rapi compensate` makes drives from this model."

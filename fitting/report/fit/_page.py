@@ -38,7 +38,9 @@ def render_page(result: "FitResult", source: str | None = None) -> str:
     return render_result(
         title="Fit",
         headline=render_verdict(result).plain.rstrip(":"),
-        advice=describe_next(result.verdict, source),
+        advice=describe_next(
+            result.verdict.reasons, with_gap=result.verdict.with_gap, source=source
+        ),
         cautions=verdict.reasons,
         facts=facts,
         sections=_sections(result),

@@ -5,7 +5,6 @@ import types
 import pytest
 from cyclopts import App
 
-from fitting import Verdict
 from fitting.commands.run import INTERRUPTED, run
 from fitting.report.batch._text import write_headline
 from fitting.report.fit._next_step import describe_next
@@ -15,7 +14,7 @@ GAP = "poor fit: beyond noise the model leaves 125 MHz rms."
 
 
 def advice(*reasons: str, gap: bool = False) -> str:
-    return describe_next(Verdict(not reasons, reasons, (), with_gap=gap), "lab/my scans")
+    return describe_next(reasons, with_gap=gap, source="lab/my scans")
 
 
 def test_where_the_model_lacks_something_a_diagnosis_comes_first():

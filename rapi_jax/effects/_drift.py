@@ -1,6 +1,5 @@
 """Drift of the optical frequency in the course of a session."""
 
-from collections.abc import Iterable
 from typing import ClassVar
 
 import jax.numpy as jnp
@@ -10,11 +9,8 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
-from ._thresholds import THRESHOLDS
 from .base._by_place import AbstractOpticalEffect
-from .base._contribution import Contribution
 from .base._first_guess import fit_amplitude
-from .base._random_walk import anew_in_each_run, random_walk
 from .base._residual_summary import ResidualSummary
 
 
@@ -48,15 +44,6 @@ class Drift(AbstractOpticalEffect):
     ) -> Float[Array, " time"]:
         since = jnp.maximum(t - self.start, 0.0)
         return nu - self.amplitude * jnp.expm1(-since / self.tau)
-
-    def other_forms(self, here: Contribution) -> Iterable[Float[np.ndarray, "functions samples"]]:
-        """A random walk in the session's time."""
-        count = min(THRESHOLDS.walk_functions, THRESHOLDS.walk_values // here.time.size)
-        return [here.scaled(random_walk(here.time, max(count, 1)))]
-
-    def rival_forms(self, here: Contribution) -> Iterable[Float[np.ndarray, "functions samples"]]:
-        """What begins anew with each run: an effect of how it is driven."""
-        return map(here.scaled, anew_in_each_run(here.time, here.run))
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Drift]":

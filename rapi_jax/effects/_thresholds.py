@@ -131,15 +131,6 @@ class EffectThresholds:
     )
 
     # Other forms of a mechanism
-    walk_functions: int = threshold(
-        400,
-        unit="functions",
-        origin="of a random walk with 8 times the noise and some 200 steps in a session: 0.96 of "
-        "chi-square a line is left; what is faster than the last one is noise",
-    )
-    walk_values: int = threshold(
-        20_000_000, unit="samples times functions", origin="160 MB, of which a few copies are made"
-    )
     slow_functions: int = threshold(
         2,
         unit="functions a run",

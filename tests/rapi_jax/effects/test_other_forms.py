@@ -9,7 +9,6 @@ import pytest
 from rapi_jax.effects import (
     ALL,
     Contribution,
-    Drift,
     Etalon,
     GainDrift,
     Law,
@@ -61,15 +60,6 @@ def test_the_series_of_a_wiener_process_has_its_covariance():
     covariance = 2.0 / np.pi**2 * functions.T @ functions
     share = (time - 2.0) / 4.0
     np.testing.assert_allclose(covariance, np.minimum.outer(share, share), atol=1e-4)
-
-
-def test_a_drift_may_be_a_random_walk():
-    """Of 60 steps; a line of the mains is none."""
-    rng = np.random.default_rng(3)
-    walk = np.interp(TIME, np.linspace(0.0, 0.8, 61), np.cumsum(rng.standard_normal(61)))
-    (functions,) = Drift.at(amplitude=0.2, tau=1.0).other_forms(contribution(0.2 * TIME))
-    assert left(functions, walk - walk[0]) < 0.01
-    assert left(functions, np.sin(2.0 * np.pi * 400.0 * TIME)) > 0.9
 
 
 def test_a_gain_may_change_in_any_way_that_is_slower_than_a_run():
@@ -145,7 +135,7 @@ def test_at_two_rates_the_power_law_is_any_law():
     assert not RateLaw.at(exponent=0.7).other_forms(contribution(0.1 * DRIVE, rates=(10.0, 40.0)))
 
 
-HAVE_FORMS = {"pickup", "drift", "gain_drift", "etalon", "rate_law", "quantisation"}
+HAVE_FORMS = {"pickup", "gain_drift", "etalon", "rate_law", "quantisation"}
 
 
 @pytest.mark.parametrize("cls", ALL, ids=lambda cls: cls.name)
@@ -157,11 +147,10 @@ def test_every_effect_says_which_or_none(cls):
     assert bool(sets) == (cls.name in HAVE_FORMS)
 
 
-@pytest.mark.parametrize("cls", [Drift, GainDrift], ids=lambda cls: cls.name)
-def test_what_begins_anew_with_each_run_is_told_from_a_drift(cls):
+def test_what_begins_anew_with_each_run_is_told_from_a_drift_of_the_gain():
     """Levels, or what fades in each run; a cycle over runs is neither."""
-    shape = np.ones(TIME.size) if cls is Drift else RESPONSE - 36.0
-    rivals = list(cls.at().rival_forms(contribution(np.ones(TIME.size))))
+    shape = RESPONSE - 36.0
+    rivals = list(GainDrift.at().rival_forms(contribution(np.ones(TIME.size))))
     since = TIME - np.where(RUN == 0, 0.0, 0.4)
 
     def least(gain):

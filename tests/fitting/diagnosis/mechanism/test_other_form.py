@@ -21,7 +21,6 @@ from rapi_jax.effects import (
     AbstractLawEffect,
     Creep,
     Delay,
-    Drift,
     Etalon,
     GainDrift,
     Law,
@@ -54,13 +53,6 @@ def pulses(time: np.ndarray, drive: np.ndarray, response: np.ndarray) -> np.ndar
         * np.where(number % 2, -1.0, 1.0)
         * np.exp(-(((time - 0.004 - 0.01 * number) / 8e-4) ** 2))
     )
-
-
-def walk(time: np.ndarray, drive: np.ndarray, response: np.ndarray) -> np.ndarray:
-    """A random walk of 0.1 GHz every 10 ms."""
-    del drive, response
-    steps = 0.1 * np.random.default_rng(5).standard_normal(1000)
-    return np.interp(time, 0.01 * np.arange(1000), np.cumsum(steps))
 
 
 def cycle_of_the_gain(time: np.ndarray, drive: np.ndarray, response: np.ndarray) -> np.ndarray:
@@ -155,7 +147,6 @@ def test_functions_of_which_the_errors_are_a_sum_leave_the_noise(stood):
     ("cls", "rival", "make"),
     [
         (Pickup, Etalon, lambda: with_added(pulses)),
-        (Drift, Creep, lambda: with_added(walk)),
         (GainDrift, Creep, lambda: with_added(cycle_of_the_gain)),
         (Etalon, ModeHop, lambda: with_added(two_cavities)),
         (RateLaw, GainDrift, at_four_rates),

@@ -140,7 +140,7 @@ class EffectThresholds:
     etalon_beat_steps: float = threshold(
         6.0,
         unit="spacings tried a cycle in the span",
-        origin="half way between two, a sine and its slope leave 0.5 % of its power",
+        origin="set by trial: two simulated pairs of cavities are explained; fewer cost less time",
     )
     etalon_beat_apart: float = threshold(
         0.3,

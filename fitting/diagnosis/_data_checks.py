@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from fitting.identification._options import default_free, solver_options
+from fitting.identification._options import default_free
 from fitting.identification._parameter_vector import ParameterVector
 from fitting.identification._posed import Posed
 from fitting.identification.data_checks._data_checks import check_usable, find_faults
@@ -97,7 +97,7 @@ def find_inconsistencies(
         posed = Posed.of(model, recording, None, "uniform", history=True, drift=None)
     except DataError:  # too few samples to tell
         return []
-    return posed.suspicions(model, solver_options(THRESHOLDS.consistency_steps))
+    return posed.suspicions(model, THRESHOLDS.consistency_steps)
 
 
 def _hides_effects(fault: Fault, recording: Recording) -> bool:

@@ -10,7 +10,7 @@ class DiagnosisThresholds:
     """Limits of the data checks."""
 
     consistency_steps: int = threshold(
-        120, unit="steps", origin="as in a fit; from the base, which is near"
+        60, unit="steps", origin="set by trial; from the base, which is near, it takes 2 to 20"
     )
     least_explained: float = threshold(
         0.5,

@@ -117,10 +117,11 @@ class Posed:
         error = solution.error
         return error if self.reweighting is None else despike(error, self.problem.data.use)
 
-    def suspicions(self, model: ECDL, options: SolverOptions) -> list[Fault]:
+    def suspicions(self, model: ECDL, steps: int) -> list[Fault]:
         """As `inconsistencies`, of a `model` that was fitted nearly so.
 
-        Fitted anew only where runs may be changed, exchanged or reversed.
+        Fitted anew, in at most so many `steps`, only where runs may be changed, exchanged or
+        reversed.
         """
         problem, weight = self.problem, self.weight
         near = problem.evaluate(problem.start(model), weight)
@@ -130,11 +131,15 @@ class Posed:
             (may_be_exchanged, find_exchanged_runs),
             (may_be_reversed, find_reversed_time),
         )
+
+        def refine(problem: Problem, start: np.ndarray, weight: np.ndarray) -> Evaluation:
+            return problem.refine(start, weight, steps)
+
         likely = [] if found else [search for asks, search in searches if asks(near)]
         if likely:
-            end = problem.solve(near.start, weight, options)
+            end = refine(problem, near.start, weight)
             for search in likely:
-                found = found or search(problem, weight, end, options)
+                found = found or search(problem, weight, end, refine)
         return found
 
     def _plain_inconsistencies(self, model: Evaluation) -> list[Fault]:
@@ -144,12 +149,16 @@ class Posed:
 
     def inconsistencies(self, solution: Solution, options: SolverOptions) -> list[Fault]:
         """Drives and readings that do not belong together, as one model for all runs shows."""
+
+        def fit(problem: Problem, start: np.ndarray, weight: np.ndarray) -> Evaluation:
+            return problem.solve(start, weight, options)
+
         problem, weight = self.problem, self.weight
         return (
             self._plain_inconsistencies(solution)
-            or find_changed_runs(problem, weight, solution, options)
-            or find_exchanged_runs(problem, weight, solution, options)
-            or find_reversed_time(problem, weight, solution, options)
+            or find_changed_runs(problem, weight, solution, fit)
+            or find_exchanged_runs(problem, weight, solution, fit)
+            or find_reversed_time(problem, weight, solution, fit)
         )
 
 

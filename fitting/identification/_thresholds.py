@@ -25,6 +25,15 @@ class IdentificationThresholds:
         origin="a third of 1e-8, to which costs are to agree; measured: with kinks of the noise a "
         "fifth to a half fewer steps, to the same cost within 1e-9",
     )
+    refined_gain: float = threshold(
+        1e-3,
+        unit="of the sum of squares",
+        origin="a step that gains less counts as slow, and two such end a refinement: what a check "
+        "of the data explains is asked to 5 in 100",
+    )
+    refined_to_bound: float = threshold(
+        0.9, unit="of the way", origin="a step there: on a bound itself other values say nothing"
+    )
     solver_chi_square: float = threshold(
         0.05,
         unit="of chi-square, of white noise as large as what is left",

@@ -87,8 +87,12 @@ class DataCheckThresholds:
     permuted_runs: int = threshold(
         4, unit="runs", origin="24 orders; of more runs only pairs and the reverse are tried"
     )
-    exchanged_orders: int = threshold(
-        40, unit="orders", origin="time; each costs a guess and a fit"
+    exchanged_orders: int = threshold(40, unit="orders", origin="time; each costs a projection")
+    fitted_orders: int = threshold(
+        3,
+        unit="orders",
+        origin="each costs a guess and a fit; 24 sessions of 2 to 15 runs, most with an effect, a "
+        "pair or all exchanged: to first order the right order is the best but once, then second",
     )
     outlier_size: float = threshold(
         15.0,

@@ -26,6 +26,7 @@ from rapi_jax.internal import Batch, DriveBatch, to_batch
 from ._drift import session_decades
 from ._linear_part import LinearPart, linear_columns
 from ._minimise import minimise
+from ._refine import refine
 from ._run_residual import Data, RunResidual
 from ._solution import Evaluation, Solution
 
@@ -186,6 +187,10 @@ class Problem:
         """Fit from the vector `start`; `weight` as from `weights`. Call with 64-bit types on."""
         own, move = self.own_vector(start)
         return self.solution(own, move, weight, minimise(self, own, weight, move, ties, options))
+
+    def refine(self, start: np.ndarray, weight: np.ndarray, max_steps: int) -> Evaluation:
+        """Nearly the same with nothing to compile but derivatives, see `refine`."""
+        return refine(self, start, weight, max_steps)
 
     def evaluate(self, start: np.ndarray, weight: np.ndarray) -> Evaluation:
         """At the vector `start`, without a fit."""

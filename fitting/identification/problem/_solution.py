@@ -1,6 +1,7 @@
 """A problem evaluated at some values, as at the end of a fit, and what follows from it."""
 
 import dataclasses
+from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -43,6 +44,11 @@ class Evaluation:
         """Model less data, "runs time"; also where it was not fitted."""
         return self._solved[1]
 
+    @property
+    def squares(self) -> float:
+        """The weighted sum of squared errors."""
+        return float(np.sum((self.weight * self.error) ** 2))
+
     @cached_property
     @float64
     def jacobian(self) -> np.ndarray:
@@ -83,3 +89,7 @@ class Solution(Evaluation):
     def cost(self) -> float:
         """Half the weighted sum of squares."""
         return self.solver.cost
+
+
+# A fit of a problem from a vector under weights, as far as a check of the data needs it.
+Fit = Callable[["Problem", np.ndarray, np.ndarray], Evaluation]

@@ -1,8 +1,7 @@
 """Readings in another place: copied from a run, exchanged between runs, or in reverse order."""
 
 import dataclasses
-from collections.abc import Sequence
-from itertools import combinations, permutations
+from itertools import combinations
 
 import numpy as np
 
@@ -10,13 +9,14 @@ from fitting.identification._starts import candidates
 from fitting.identification._thresholds import THRESHOLDS as FITTING
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks._thresholds import THRESHOLDS
-from fitting.identification.problem._problem import Problem, Solution
-from fitting.solver._least_squares import SolverOptions
+from fitting.identification.problem._problem import Problem
+from fitting.identification.problem._solution import Evaluation, Fit
 from rapi_jax import Recording, Run
 from rapi_jax.internal import waveform_miss
 
 from ._backward_cause import describe_backward
 from ._gap import squared_gap, squared_gap_and_noise
+from ._orders import likeliest_orders, reordered, same_drive
 
 
 def find_copied_readings(recording: Recording) -> list[Fault]:
@@ -25,7 +25,7 @@ def find_copied_readings(recording: Recording) -> list[Fault]:
     for one, other in combinations(recording.runs, 2):
         if not _has_noise(one.response) or waveform_miss(one, one.response) < FITTING.exact_fit:
             continue  # a command may be the same in several runs
-        if _same_readings(one, other) and not _same_drive(one, other):
+        if _same_readings(one, other) and not same_drive(one, other):
             text = (
                 f"runs {one.name!r} and {other.name!r} hold the same readings, noise included, "
                 "under different drives: one was copied over the other. Give each run its own."
@@ -48,50 +48,24 @@ def _same_readings(one: Run, other: Run) -> bool:
     return same and np.array_equal(one.response, other.response, equal_nan=True)
 
 
-def _same_drive(one: Run, other: Run) -> bool:
-    return (
-        one.drive.rate == other.drive.rate
-        and np.array_equal(one.drive.value, other.drive.value)
-        and np.array_equal(one.drive.time, other.drive.time)
-    )
-
-
 def find_exchanged_runs(
-    problem: Problem, weight: np.ndarray, solution: Solution, options: SolverOptions
+    problem: Problem, weight: np.ndarray, solution: Evaluation, fit: Fit
 ) -> list[Fault]:
     """The order of the readings in which all runs fit one model, where they do not as they are."""
     start, noise = squared_gap_and_noise(problem, weight, solution)
     if not start > THRESHOLDS.changed_runs_gap**2 * noise:
         return []
     best, order = start, ()
-    for new in orders(problem.recording.runs):
-        other = problem.with_recording(_reordered(problem.recording, new))
+    for new in likeliest_orders(problem, weight, solution)[: THRESHOLDS.fitted_orders]:
+        other = problem.with_recording(reordered(problem.recording, new))
         # From a first guess: the end may rest at a bound, where exchanged runs have sent it.
         _, model = next(candidates(problem.ecdl, other.recording, 1))
-        gap = squared_gap(other, weight, other.solve(other.start(model), weight, options))
+        gap = squared_gap(other, weight, fit(other, other.start(model), weight))
         if gap < best:
             best, order = gap, new
     if 1.0 - best / start < THRESHOLDS.changed_runs_explained:
         return []
     return [_exchange_fault(problem.recording, order, 1.0 - best / start)]
-
-
-def orders(runs: Sequence[Run]) -> list[tuple[int, ...]]:
-    """Orders to try: all of up to four runs, else each pair exchanged, and the reverse."""
-    count = len(runs)
-    natural = tuple(range(count))
-    if count <= THRESHOLDS.permuted_runs:
-        found = list(permutations(natural))
-    else:
-        pairs = combinations(natural, 2)
-        swaps = [{i: j, j: i} for i, j in pairs]
-        found = [tuple(swap.get(k, k) for k in natural) for swap in swaps] + [natural[::-1]]
-    return [
-        order
-        for order in found
-        if order != natural
-        and all(_exchangeable(runs[i], runs[j]) for i, j in enumerate(order) if i != j)
-    ][: THRESHOLDS.exchanged_orders]
 
 
 def _exchange_fault(recording: Recording, order: tuple[int, ...], explained: float) -> Fault:
@@ -106,26 +80,8 @@ def _exchange_fault(recording: Recording, order: tuple[int, ...], explained: flo
     return Fault("exchanged runs", runs[moved[0]].name, text, places)
 
 
-def _exchangeable(one: Run, other: Run) -> bool:
-    """Whether their readings could stand under each other's drives."""
-    return (
-        one.drive.size == other.drive.size
-        and one.drive.periods == other.drive.periods
-        and one.drive.waveform == other.drive.waveform
-        and not _same_drive(one, other)
-    )
-
-
-def _reordered(recording: Recording, order: tuple[int, ...]) -> Recording:
-    runs = tuple(
-        dataclasses.replace(run, response=recording.runs[place].response)
-        for run, place in zip(recording.runs, order, strict=True)
-    )
-    return dataclasses.replace(recording, runs=runs)
-
-
 def find_reversed_time(
-    problem: Problem, weight: np.ndarray, solution: Solution, options: SolverOptions
+    problem: Problem, weight: np.ndarray, solution: Evaluation, fit: Fit
 ) -> list[Fault]:
     """A recording of which nearly all that is left goes where its samples are read backwards.
 
@@ -137,7 +93,7 @@ def find_reversed_time(
     other = problem.with_recording(backwards(problem.recording))
     _, model = next(candidates(problem.ecdl, other.recording, 1))
     again = other.weights(weight.max(axis=1) ** 2)
-    gap = squared_gap(other, again, other.solve(other.start(model), again, options))
+    gap = squared_gap(other, again, fit(other, other.start(model), again))
     explained = 1.0 - gap / start
     if explained < THRESHOLDS.changed_runs_explained:
         return []

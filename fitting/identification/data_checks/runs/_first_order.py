@@ -10,10 +10,11 @@ import numpy as np
 from fitting.identification.data_checks._thresholds import THRESHOLDS
 from fitting.identification.problem._solution import Evaluation
 
-from ._exchanged_runs import backwards, orders
+from ._exchanged_runs import backwards
 from ._gap import squared_gap_and_noise
 from ._law_cuts import amplitude_cuts
 from ._likely_changes import changes_of_groups
+from ._orders import orders
 from ._run_columns import KINDS, change_columns
 
 

@@ -4,9 +4,8 @@ import numpy as np
 from jaxtyping import Float
 
 from fitting.identification.data_checks._thresholds import THRESHOLDS
-from fitting.identification.problem._problem import Problem, Solution
-from fitting.identification.problem._solution import Evaluation
-from fitting.solver._least_squares import SolverOptions
+from fitting.identification.problem._problem import Problem
+from fitting.identification.problem._solution import Evaluation, Fit
 
 from ._change import Change
 from ._gap import squared_gap
@@ -14,7 +13,7 @@ from ._run_columns import KINDS, change_columns
 
 
 def changes_of_one(
-    problem: Problem, weight: np.ndarray, solution: Solution, options: SolverOptions
+    problem: Problem, weight: np.ndarray, solution: Evaluation, fit: Fit
 ) -> list[Change]:
     """For each kind the best change of one run, by a model of the others: right if large, too.
 
@@ -26,7 +25,7 @@ def changes_of_one(
         others[row] = 0.0
         if (others > 0).sum() <= problem.free_count:
             continue
-        end = problem.solve(solution.start, others, options)
+        end = fit(problem, solution.start, others)
         error = weight[row] * end.error[row]
         for kind in KINDS:
             column = weight[row] * change_columns(problem, end, kind)[row, row]

@@ -12,8 +12,8 @@ import numpy as np
 
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks._thresholds import THRESHOLDS
-from fitting.identification.problem._problem import Problem, Solution
-from fitting.solver._least_squares import SolverOptions
+from fitting.identification.problem._problem import Problem
+from fitting.identification.problem._solution import Evaluation, Fit
 
 from ._change import Change, undo
 from ._change_fault import describe_change
@@ -24,7 +24,7 @@ from ._run_columns import change_columns
 
 
 def find_changed_runs(
-    problem: Problem, weight: np.ndarray, solution: Solution, options: SolverOptions
+    problem: Problem, weight: np.ndarray, solution: Evaluation, fit: Fit
 ) -> list[Fault]:
     """The change that makes all runs fit one model, as a fault; none where there is none.
 
@@ -35,7 +35,7 @@ def find_changed_runs(
     if runs < 2 or not start > THRESHOLDS.changed_runs_gap**2 * noise:
         return []
     likely = [
-        *changes_of_one(problem, weight, solution, options),
+        *changes_of_one(problem, weight, solution, fit),
         *changes_of_groups(problem, weight, solution),
     ]
     laws = amplitude_cuts(problem.recording)
@@ -46,7 +46,7 @@ def find_changed_runs(
     ]
     best = None
     for first in likely:
-        found = _confirm(problem, weight, solution, first, start, options)
+        found = _confirm(problem, weight, solution, first, start, fit)
         if found is not None and (best is None or found.explained > best.explained):
             best = found
     if best is None or best.explained < THRESHOLDS.changed_runs_explained:
@@ -57,10 +57,10 @@ def find_changed_runs(
 def _confirm(
     problem: Problem,
     weight: np.ndarray,
-    solution: Solution,
+    solution: Evaluation,
     first: Change,
     start: float,
-    options: SolverOptions,
+    fit: Fit,
 ) -> Change | None:
     """The change with its size at the optimum of model and change, and what it explains."""
     size, end = first.size, solution
@@ -75,12 +75,12 @@ def _confirm(
             return None
         now = problem.with_recording(undo(problem.recording, dataclasses.replace(first, size=size)))
         begins = [end.start] if count else [end.start, problem.start(problem.ecdl)]
-        end = min((now.solve(b, weight, options) for b in begins), key=lambda one: one.cost)
+        end = min((fit(now, b, weight) for b in begins), key=lambda one: one.squares)
     gap = squared_gap(now, weight, end)
     return dataclasses.replace(first, size=float(size), explained=1.0 - gap / start)
 
 
-def _size(problem: Problem, weight: np.ndarray, solution: Solution, change: Change) -> float:
+def _size(problem: Problem, weight: np.ndarray, solution: Evaluation, change: Change) -> float:
     basis = column_range(solution.jacobian)
     columns = change_columns(problem, solution, change.kind)[:, list(change.rows)].sum(axis=1)
     column = (weight * columns).ravel()

@@ -16,19 +16,28 @@ from tests.support.spoiled import WAYS, healthy
 OPTIONS = solver_options(120)
 
 
+def solved(problem, start, weight):
+    return problem.solve(start, weight, OPTIONS)
+
+
+def refined(problem, start, weight):
+    return problem.refine(start, weight, 60)
+
+
 @float64
-def exchanged(columns):
+def exchanged(columns, fit=solved):
     recording = columns.recording()
     model = ECDL(RAPI.guess(recording))
     posed = Posed.of(model, recording, None, "hysteresis", history=True, drift=None)
     end = posed.problem.solve(posed.problem.start(model), posed.weight, OPTIONS)
-    return find_exchanged_runs(posed.problem, posed.weight, end, OPTIONS)
+    return find_exchanged_runs(posed.problem, posed.weight, end, fit)
 
 
-def test_responses_in_the_reverse_order_are_put_right():
+@pytest.mark.parametrize("fit", [solved, refined])
+def test_responses_in_the_reverse_order_are_put_right(fit):
     columns = healthy(31)
     WAYS["responses in another order"](columns)
-    (fault,) = exchanged(columns)
+    (fault,) = exchanged(columns, fit)
     assert fault.kind == "exchanged runs"
     for one, other in (("run00", "run03"), ("run01", "run02")):
         assert f"'{one}' those of '{other}'" in fault.message

@@ -47,17 +47,18 @@ def posed_of(recording) -> tuple[Posed, ECDL]:
     ],
 )
 def test_a_fault_of_the_runs_is_searched_for_and_found(way, kind, asks):
-    """As by the searches themselves; the last of these ways they do not find in every recording."""
+    """As by the searches of a whole fit, which do not find the last of these ways here."""
     columns = healthy(81)
     WAYS[way](columns)
     posed, model = posed_of(columns.recording())
     problem, weight = posed.problem, posed.weight
     near = problem.evaluate(problem.start(model), weight)
     assert asks(near)
-    found = posed.suspicions(model, STEPS)
-    assert found == posed.inconsistencies(problem.solve(near.start, weight, STEPS), STEPS)
-    if way != "sign flipped, one run":
-        assert [fault.kind for fault in found] == [kind]
+    found = posed.suspicions(model, 60)
+    assert [fault.kind for fault in found] == [kind]
+    searched = posed.inconsistencies(problem.solve(near.start, weight, STEPS), STEPS)
+    assert all((one.kind, one.run) == (found[0].kind, found[0].run) for one in searched)
+    assert searched or way == "sign flipped, one run"
 
 
 @float64
@@ -75,8 +76,9 @@ def test_what_an_effect_leaves_no_change_of_runs_explains(name):
 def test_a_model_that_leaves_noise_is_not_fitted_once_more(monkeypatch):
     session = drives((10.0, 20.0, 40.0), amplitudes=(3.0, 2.0))
     posed, model = posed_of(record(session, *ordered(())))
-    monkeypatch.setattr(Problem, "solve", lambda *_, **__: pytest.fail("fitted once more"))
-    assert posed.suspicions(model, STEPS) == []
+    for name in ("solve", "refine"):
+        monkeypatch.setattr(Problem, name, lambda *_, **__: pytest.fail("fitted once more"))
+    assert posed.suspicions(model, 60) == []
 
 
 @float64

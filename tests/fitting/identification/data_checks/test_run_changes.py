@@ -24,9 +24,17 @@ def ended(columns: Columns):
     return posed.problem, posed.weight, end
 
 
+def solved(problem, start, weight):
+    return problem.solve(start, weight, OPTIONS)
+
+
+def refined(problem, start, weight):
+    return problem.refine(start, weight, 60)
+
+
 @float64
-def faults(columns: Columns):
-    return find_changed_runs(*ended(columns), OPTIONS)
+def faults(columns: Columns, fit=solved):
+    return find_changed_runs(*ended(columns), fit)
 
 
 def spoiled(way: str, seed: int = 11) -> Columns:
@@ -35,6 +43,7 @@ def spoiled(way: str, seed: int = 11) -> Columns:
     return columns
 
 
+@pytest.mark.parametrize("fit", [solved, refined])
 @pytest.mark.parametrize(
     ("way", "runs", "words"),
     [
@@ -46,8 +55,8 @@ def spoiled(way: str, seed: int = 11) -> Columns:
         ("one clock wrong", ("run02",), "+25 %"),
     ],
 )
-def test_the_change_is_named_with_its_runs_and_its_size(way, runs, words):
-    (fault,) = faults(spoiled(way))
+def test_the_change_is_named_with_its_runs_and_its_size(way, runs, words, fit):
+    (fault,) = faults(spoiled(way), fit)
     assert fault.kind == "run does not belong"
     named = fault.message.split(":")[0]
     assert all((name in named) == (name in runs) for name in ("run00", "run01", "run02", "run03"))

@@ -18,7 +18,7 @@ def measure(
     drive: Path,
     *drives: Path,
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
-    periods: Periods = 1,
+    periods: Periods = 3,
     waveform: Literal["triangle", "sine", "multisine"] = "triangle",
     raw: Path | None = None,
     plugin: Plugins = (),
@@ -41,8 +41,8 @@ def measure(
     output
         Folder for the recording, or a file that ends in .nc; with `--dry-run`, for the bytes.
     periods
-        How many periods are recorded; from three on a fit and a check can tell noise from the
-        rest.
+        How many periods are recorded of each drive; with fewer than three a fit and a check cannot
+        tell noise from what repeats.
     waveform
         What the drives are.
     raw

@@ -50,6 +50,10 @@ class Diagnosis:
     >>> diagnosis = diagnose(None, recording, candidates=(), scan=False)
     >>> diagnosis.verdict.name, diagnosis.verdict.judged
     ('none', True)
+    >>> diagnosis.to_dataframe().probability.idxmax()
+    'none'
+    >>> diagnosis.plot.answers().axes[0].get_xlabel()
+    'probability'
     >>> [path.name for path in diagnosis.save("monday")]
     ['diagnosis.json', 'report.html', 'model.rapi']
     """
@@ -103,6 +107,37 @@ class Diagnosis:
         path = Path(folder)
         path.mkdir(parents=True, exist_ok=True)
         return write_diagnosis(self, path, name=name, more=more)
+
+    @property
+    def plot(self) -> Any:
+        """Pictures: `diagnosis.plot.signature()`, `.answers()`, `.runs()`; see `DiagnosisPlots`."""
+        from fitting.report.diagnosis._plots import DiagnosisPlots
+
+        return DiagnosisPlots(self)
+
+    def to_dataframe(self) -> Any:
+        """A pandas `DataFrame` with a row for each answer, the likeliest first.
+
+        `probability`; `closed`, `closed_low`, `closed_high`: the share of the gap that it closes on
+        held-out data, with its 95 % interval; `in_set`: whether the credible set holds it.
+        """
+        import pandas as pd
+
+        rows = []
+        for one in self.content["hypotheses"]:
+            closed = one.get("closed_fraction") or {}
+            rows.append(
+                {
+                    "probability": one["probability"],
+                    "mechanism": one["mechanism"],
+                    "closed": closed.get("value"),
+                    "closed_low": closed.get("low"),
+                    "closed_high": closed.get("high"),
+                    "in_set": one["name"] in self.verdict.set,
+                }
+            )
+        names = [one["name"] for one in self.content["hypotheses"]]
+        return pd.DataFrame(rows, index=pd.Index(names, name="name"))
 
     def summary(self) -> str:
         """The diagnosis in a few lines, for people."""

@@ -23,7 +23,7 @@ from ._runs import RunSummary
 from ._thresholds import THRESHOLDS as CHECK
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class RecordingCheck:
     """What `check_recording` found.
 
@@ -37,6 +37,8 @@ class RecordingCheck:
     >>> checked = check_recording(recording)
     >>> [question.answer for question in checked.questions][0]
     'yes'
+    >>> checked
+    <RecordingCheck: sound, 4 run(s), 0 note(s)>
     """
 
     recording: Recording
@@ -55,6 +57,24 @@ class RecordingCheck:
         """Rms of the noise over all runs, in the response's unit."""
         weight = [run.samples - run.masked for run in self.runs]
         return float(np.sqrt(np.average([run.noise**2 for run in self.runs], weights=weight)))
+
+    def summary(self, name: str = "recording") -> str:
+        """The same as text for people; `name`: of the recording."""
+        from fitting.report.recording_check._terminal import render_text
+
+        return render_text(self, name)
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def __repr__(self) -> str:
+        state = "sound" if self.sound else f"{len(self.faults)} fault(s)"
+        return f"<RecordingCheck: {state}, {len(self.runs)} run(s), {len(self.notes)} note(s)>"
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        return f"<pre>{escape(self.summary())}</pre>"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, text and lists, as `rapi check --json` prints them."""

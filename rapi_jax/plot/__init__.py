@@ -5,6 +5,9 @@ Most take `ax=`: axes of your own to draw one picture, or one run, into.
 
 from matplotlib.figure import Figure as Figure
 
+from ._diagnoses import answers as answers
+from ._diagnoses import gap_of_runs as gap_of_runs
+from ._diagnoses import signature as signature
 from ._fits import convergence as convergence
 from ._fits import correlation as correlation
 from ._fits import residuals as residuals

@@ -94,11 +94,12 @@ def _kind(task: str) -> str:
 def name_jobs(paths: Iterable[str | Path], taken: Iterable[str] = ()) -> list[str]:
     """A folder name for each path, none twice: the last part of it; those of one name are numbered.
 
+    A link gives its own name, which is the one that was typed, not that of what it leads to.
     `taken`: names that are given already.
     """
     plain = []
     for path in paths:
-        whole = Path(path).resolve()
+        whole = Path(os.path.abspath(path))
         name = whole.name if whole.is_dir() else whole.stem
         if whole.name == MODEL:
             name = whole.parent.name

@@ -90,7 +90,7 @@ COMMANDS = {
         "Play a drive on a bench, real or simulated, and record the response.",
         (
             "rapi measure bench.toml drives/drive_40Hz.csv -o sent --dry-run",
-            "rapi measure bench.toml drives/drive_40Hz.csv --periods 3 -o recording",
+            "rapi measure bench.toml drives/drive_40Hz.csv -o recording",
         ),
     ),
     "bench": Command(

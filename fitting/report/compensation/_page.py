@@ -70,7 +70,7 @@ def render_page(report: dict[str, Any], picture: bytes) -> str:
 
 
 def _advice(expected: dict[str, Any] | None) -> str:
-    play = "Play them (`rapi measure --periods 3`)"
+    play = "Play them (`rapi measure`)"
     check = "`rapi fit NEW-SCANS --check THIS-FOLDER`"
     if expected is None:
         return (

@@ -1,8 +1,9 @@
 """A checked recording on a terminal: its runs, its faults, what may be asked of it."""
 
+import io
 from typing import TYPE_CHECKING
 
-from rich.console import Group, RenderableType
+from rich.console import Console, Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
@@ -39,6 +40,16 @@ def render_recording_check(check: "RecordingCheck", name: str) -> Group:
             line.append(f" {question.record}", style="bold default")
         rows.append(line)
     return Group(*rows)
+
+
+def render_text(check: "RecordingCheck", name: str) -> str:
+    """The same as plain text."""
+    buffer = io.StringIO()
+    console = Console(
+        file=buffer, width=110, color_system=None, highlight=False, force_jupyter=False
+    )
+    console.print(render_recording_check(check, name))
+    return buffer.getvalue()
 
 
 def _tabulate(check: "RecordingCheck") -> Table:

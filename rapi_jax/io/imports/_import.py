@@ -31,7 +31,7 @@ from .runs._skip import skip_start
 WRITER = "rapi import"
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Imported:
     """A recording made from files; `notes`: what was found, done and assumed, a sentence each.
 
@@ -45,10 +45,18 @@ class Imported:
     >>> made = import_recording("scope.csv", ImportOptions(drive="CH1", response="CH2"))
     >>> made.notes[0]
     "scope.csv: text, separated by commas; columns 0 'TIME (s)', 1 'CH1 (V)', 2 'CH2 (V)'"
+    >>> repr(made).startswith("<Imported: <Recording: 1 run")
+    True
     """
 
     recording: Recording
     notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return f"<Imported: {self.recording!r}, {len(self.notes)} note(s)>"
+
+    def __str__(self) -> str:
+        return "\n".join([repr(self.recording), *(f"- {note}" for note in self.notes)])
 
 
 def import_recording(

@@ -20,27 +20,55 @@ _MOST = 100  # columns of one data set
 _DAMAGED = "Export the file again, or save its arrays as .npz."
 
 
-def read_hdf5_table(path: Path) -> Table:
-    """The data sets of numbers in an HDF5 file, by path; of two dimensions, by `path:column`."""
+def read_hdf5_tables(path: Path) -> list[Table]:
+    """The data sets of numbers in an HDF5 file, by path; of two dimensions, by `path:column`.
+
+    Of a structure array of MATLAB 7.3 each element is a table, with its fields as columns; of a
+    file that holds several the first one is read.
+    """
     label = printable(path)
-    listed = _ask(path, label, [])[0]
-    columns: list[Column] = []
-    places: list[tuple[str, int | None]] = []
-    for one in listed:
-        for name, place in _spread(one):
-            columns.append(Column(name, name.rpartition("/")[2], one["unit"]))
-            places.append(place)
-    if not columns:
+    said, _ = _ask(path, label, [])
+    listed = {one["path"]: one for one in said["columns"]}
+    for array in said["structures"]:
+        runs = [
+            {field: listed[place] for field, place in element.items() if place in listed}
+            for element in array["elements"]
+        ]
+        name = printable(array["path"], 40)
+        if all(runs):
+            return [
+                _table(path, f"{label}, {name}({k + 1})", "MATLAB", fields)
+                for k, fields in enumerate(runs)
+            ]
+        if any(runs):
+            empty = next(k for k, fields in enumerate(runs) if not fields)
+            raise DataError(
+                f"{label}: element {empty + 1} of the structure array '{name}' has no field that "
+                "is an array of real numbers with one or two dimensions. Give each element its "
+                "time, drive and response as such arrays."
+            )
+    if not listed:
         raise DataError(
             f"{label}: no data set of real numbers with one or two dimensions. Save time, drive "
             "and response as plain data sets."
         )
+    return [_table(path, label, "HDF5", listed)]
+
+
+def _table(path: Path, label: str, form: str, named: dict[str, dict[str, Any]]) -> Table:
+    """The data sets `named` as columns of a table."""
+    columns: list[Column] = []
+    places: list[tuple[str, int | None]] = []
+    for title, one in named.items():
+        for name, column in _spread(title, one["shape"]):
+            columns.append(Column(name, name.rpartition("/")[2], one["unit"]))
+            places.append((one["path"], column))
 
     def load(use: Sequence[int]) -> list[np.ndarray]:
         wanted = sorted({places[i][0] for i in use})
         said, body = _ask(path, label, wanted)
         arrays, at = {}, 0
-        for one in said:
+        for one in said["columns"]:
             size = int(np.prod(one["shape"]))
             values = np.frombuffer(body, dtype="<f8", count=size, offset=8 * at)
             arrays[one["path"]] = _upright(values.reshape(one["shape"]))
@@ -50,15 +78,14 @@ def read_hdf5_table(path: Path) -> Table:
             for name, k in (places[i] for i in use)
         ]
 
-    return Table(label, "HDF5", tuple(columns), load)
+    return Table(label, form, tuple(columns), load)
 
 
-def _spread(one: dict[str, Any]) -> Sequence[tuple[str, tuple[str, int | None]]]:
-    path, shape = one["path"], one["shape"]
+def _spread(name: str, shape: Sequence[int]) -> Sequence[tuple[str, int | None]]:
+    """Names of a data set's columns, with their numbers where there are several."""
     if len(shape) == 1 or min(shape) == 1:
-        return [(path, (path, None))]
-    count = min(min(shape), _MOST)
-    return [(f"{path}:{k}", (path, k)) for k in range(count)]
+        return [(name, None)]
+    return [(f"{name}:{k}", k) for k in range(min(*shape, _MOST))]
 
 
 def _upright(array: np.ndarray) -> np.ndarray:
@@ -68,7 +95,7 @@ def _upright(array: np.ndarray) -> np.ndarray:
     return array.T if array.ndim == 2 and array.shape[0] < array.shape[1] else array
 
 
-def _ask(path: Path, label: str, wanted: list[str]) -> tuple[list[dict[str, Any]], bytes]:
+def _ask(path: Path, label: str, wanted: list[str]) -> tuple[dict[str, Any], bytes]:
     script = Path(__file__).with_name("_hdf5_columns.py")
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "HDF5_USE_FILE_LOCKING": "FALSE"}
     with open_regular(path) as file:
@@ -88,4 +115,4 @@ def _ask(path: Path, label: str, wanted: list[str]) -> tuple[list[dict[str, Any]
     if "damaged" in said:
         reason = printable(str(said["damaged"]).split("\n")[0])
         raise DataError(f"{label}: damaged or cut short ({reason}). {_DAMAGED}")
-    return said["columns"], body
+    return said, body

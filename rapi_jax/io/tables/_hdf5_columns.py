@@ -47,6 +47,40 @@ def list_columns(file: h5py.File, checks: Any) -> list[dict[str, Any]]:
     return found
 
 
+def list_structures(file: h5py.File) -> list[dict[str, Any]]:
+    """Structure arrays of MATLAB: of each element, the paths of what its fields refer to.
+
+    A group whose data sets all hold references, as many of each; in the order in which MATLAB
+    counts the elements, which is that of the file, its axes being reversed there.
+    """
+    found: list[dict[str, Any]] = []
+
+    def visit(name: str, item: Any) -> None:
+        fields = dict(item.items()) if isinstance(item, h5py.Group) else {}
+        if not fields or len(found) >= _MOST or not all(map(_refers, fields.values())):
+            return
+        counts = {field.size for field in fields.values()}
+        if len(counts) != 1 or not 1 < min(counts) <= _MOST:
+            return
+        paths = {
+            key: [_target(file, one) for one in field[...].ravel()] for key, field in fields.items()
+        }
+        elements = [dict(zip(paths, one, strict=True)) for one in zip(*paths.values(), strict=True)]
+        found.append({"path": name, "elements": elements})
+
+    file.visititems(visit)
+    return found
+
+
+def _refers(item: Any) -> bool:
+    return isinstance(item, h5py.Dataset) and h5py.check_ref_dtype(item.dtype) is h5py.Reference
+
+
+def _target(file: h5py.File, reference: Any) -> str:
+    """The path of what a reference leads to; empty where it leads nowhere."""
+    return str(file[reference].name or "").lstrip("/") if reference else ""
+
+
 def _values(file: h5py.File, path: str) -> np.ndarray:
     item = file[path]
     if not isinstance(item, h5py.Dataset):
@@ -65,6 +99,7 @@ def main(stored: int, wanted: list[str]) -> None:
             columns = list_columns(file, checks)
             kept = [column for column in columns if column["path"] in wanted]
             said: dict[str, Any] = {"columns": kept if wanted else columns}
+            said["structures"] = [] if wanted else list_structures(file)
             size = sum(8 * math.prod(column["shape"]) for column in kept)
             checks.limit(declared + size)
             data = [_values(file, column["path"]).tobytes() for column in kept]

@@ -8,7 +8,7 @@ from rapi_jax.io._safe import StrPath, cause, open_regular, printable
 
 from ._afm import read_afm_tables
 from ._arrays import read_npy_table, read_npz_table
-from ._hdf5 import read_hdf5_table
+from ._hdf5 import read_hdf5_tables
 from ._matlab import read_mat_tables
 from ._table import Table
 from ._tdms import read_tdms_table
@@ -28,8 +28,9 @@ def read_table(path: StrPath) -> Table:
 def read_tables(path: StrPath) -> list[Table]:
     """The tables of a file: text, `.mat`, `.npy`, `.npz`, HDF5, netCDF-4, TDMS, JPK, Igor.
 
-    Text, MATLAB files and files of force curves may hold several, the others one. Raises
-    `DataError` in one line where the file is not there, damaged, hostile or of another kind.
+    Text, MATLAB files (also of version 7.3) and files of force curves may hold several, the others
+    one. Raises `DataError` in one line where the file is not there, damaged, hostile or of another
+    kind.
     """
     path = Path(path)
     label = printable(path)
@@ -42,7 +43,7 @@ def read_tables(path: StrPath) -> list[Table]:
     if not start:
         raise DataError(f"{label}: the file is empty. Record or export it again.")
     if start.startswith(_HDF5) or start[512:520] == _HDF5:  # MATLAB 7.3 puts 512 bytes before
-        return [read_hdf5_table(path)]
+        return read_hdf5_tables(path)
     if start.startswith(b"\x93NUMPY"):
         return [read_npy_table(path)]
     if start.startswith(b"PK\x03\x04"):

@@ -67,6 +67,12 @@ def test_names_are_unique_and_safe():
     assert name_jobs(["x/a"], ["a"]) == ["a_1"]
 
 
+def test_a_link_gives_the_name_that_was_typed(tmp_path):
+    (tmp_path / "2026-03-01_raw").mkdir()
+    (tmp_path / "monday").symlink_to(tmp_path / "2026-03-01_raw")
+    assert name_jobs([tmp_path / "monday"]) == ["monday"]
+
+
 def test_a_key_holds_data_options_and_the_content_of_paths(here):
     base = job_key("fit", {"plays": 10}, here / "day/a")
     assert base == job_key("fit", {"plays": 10}, here / "day/b")  # equal data

@@ -69,7 +69,7 @@ def test_served_and_measured(tmp_path, served, capsys):
     served("dfb", meanwhile)
     assert not (tmp_path / "none").exists()
     (measured,) = read_recording(tmp_path / "recording").runs
-    off = measured.response + SimulatedBench.dfb().truth(drive)
+    off = measured.response + SimulatedBench.dfb().truth(measured.drive)
     assert np.nanstd(off) < 2e-4 * measured.span
 
 

@@ -1,5 +1,6 @@
 """MATLAB files that hold several runs: structure arrays, and matrices of one shape."""
 
+import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -35,6 +36,48 @@ def test_the_elements_of_a_structure_array_are_runs(tmp_path, nested):
         array[0, k]["rate"] = RATES[k]
     savemat(tmp_path / "a.mat", {"lab": {"scan": array}} if nested else {"scan": array})
     check(import_recording(tmp_path / "a.mat", OPTIONS))
+
+
+def write_matlab_73(path, elements, group="scan"):
+    """A structure array as MATLAB writes it with `save -v7.3`: references into `#refs#`."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        values, structure = file.create_group("#refs#"), file.create_group(group)
+        for field in elements[0]:
+            places = []
+            for k, element in enumerate(elements):
+                target = values.create_dataset(f"{field}{k}", data=element[field])
+                places.append(target.ref)
+            refers = np.array(places, dtype=h5py.ref_dtype)[:, None]
+            structure.create_dataset(field, data=refers, dtype=h5py.ref_dtype)
+    with open(path, "r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
+
+
+@pytest.mark.parametrize("group", ["scan", "lab/scan"])
+def test_so_are_those_of_version_73(tmp_path, group):
+    names = ("t", "u", "freq")
+    elements = [
+        {n: c[None] for n, c in zip(names, columns, strict=True)} | {"rate": [[RATES[k]]]}
+        for k, columns in enumerate(runs())
+    ]
+    write_matlab_73(tmp_path / "a.mat", elements, group)
+    check(import_recording(tmp_path / "a.mat", OPTIONS))
+
+
+def test_an_element_of_version_73_without_arrays_is_named(tmp_path):
+    good = {"t": np.arange(9.0)[None], "u": np.arange(9.0)[None]}
+    text = {"t": np.zeros((1, 0)), "u": np.zeros((1, 0))}
+    write_matlab_73(tmp_path / "a.mat", [good, text])
+    with pytest.raises(DataError, match="element 2 of the structure array 'scan' has no field"):
+        import_recording(tmp_path / "a.mat", OPTIONS)
+
+
+def test_a_reference_that_leads_nowhere_is_no_crash(tmp_path):
+    write_matlab_73(tmp_path / "a.mat", [{"t": np.arange(9.0)[None]}] * 2)
+    with h5py.File(tmp_path / "a.mat", "r+") as file:
+        del file["#refs#/t1"]
+    with pytest.raises(DataError, match="element 2 of the structure array 'scan' has no field"):
+        import_recording(tmp_path / "a.mat", OPTIONS)
 
 
 def test_an_element_without_arrays_is_named_with_the_fields(tmp_path):

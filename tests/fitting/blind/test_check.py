@@ -26,7 +26,7 @@ def scored_bank(root, tier, count):
     """A bank that was made and scored."""
     assert rapi("make", root, "--tier", tier, "--count", count, "--seed", SEED) == 0
     assert rapi("predict", root, "--no-baselines") == 0
-    assert rapi("score", root, "--follow", count // 10) == 0
+    assert rapi("score", root, "--follow", 1) == 0
     return BankFolder(root)
 
 
@@ -108,7 +108,7 @@ def the_same_is_said_without_answers(bank, first, other):
 
 @pytest.mark.bank
 def test_a_bank_of_all_kinds_from_end_to_end(tmp_path):
-    bank = scored_bank(tmp_path / "bank", "open", 10)
+    bank = scored_bank(tmp_path / "bank", "open", 6)
     pairs = answers_and_predictions(bank)
     every_recording_has_a_prediction(pairs)
     no_diagnosis_reached_for_an_answer(pairs)

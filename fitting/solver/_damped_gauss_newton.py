@@ -11,6 +11,9 @@ from collections.abc import Callable
 from typing import TypeVar
 
 import numpy as np
+from jaxtyping import Float
+
+from ._bounded_step import bounded_step
 
 State = TypeVar("State")
 
@@ -39,6 +42,35 @@ class Linearisation:
     step: Callable[[float], np.ndarray]
     uses_secants: bool = False
     decrease: Callable[[np.ndarray], float] = lambda step: np.inf
+
+    @classmethod
+    def of(
+        cls,
+        matrix: Float[np.ndarray, "unknowns unknowns"],
+        gradient: Float[np.ndarray, " unknowns"],
+        room: tuple[Float[np.ndarray, " unknowns"], Float[np.ndarray, " unknowns"]],
+        *,
+        uses_secants: bool = False,
+    ) -> "Linearisation":
+        """Those of half the cost, with columns of unit length.
+
+        `room`: how far each unknown may step down (not above 0) and up.
+        """
+        length = np.sqrt(np.diag(matrix))
+        alive = length > 0
+        unit = np.where(alive, length, 1.0)
+        scaled = matrix / unit[:, None] / unit[None, :]
+        pull = np.where(alive, gradient / unit, 0.0)
+        least, most = (np.where(alive, side * unit, 0.0) for side in room)
+
+        def step(damping: float) -> np.ndarray:
+            damped = scaled + damping * np.eye(unit.size) + np.diag(np.where(alive, 0.0, 1.0))
+            return np.where(alive, bounded_step(damped, pull, least, most) / unit, 0.0)
+
+        def decrease(step: np.ndarray) -> float:
+            return float(-step @ (2.0 * gradient + matrix @ step))
+
+        return cls(step, uses_secants, decrease)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -5,18 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from ..display._signature_axes import signature_axis
 from ._style import DOWN, MEASURED, PALETTE, UP, fine_unit, one_axis
 
 MOST_ROWS = 4  # curves of a signature that can be told apart
 MOST_ANSWERS = 8
 LEAST_PROBABILITY = 1e-3
-QUANTITIES = {
-    "phase": "phase of the period",
-    "since_turn": "time since the turning point (ms)",
-    "session": "time in the session (s)",
-    "gain": "time in the session (s)",
-    "drive": "drive",
-}
 
 
 def answers(found: Sequence[tuple[str, float]], *, ax: Any = None) -> Any:
@@ -56,14 +50,14 @@ def signature(found: Mapping[str, Any], unit: str, *, ax: Any = None) -> Any:
     >>> row = {"row": "up", "x": [0.0, 1.0, 2.0], "without": [0.1, -0.1, 0.1], "with": [0, 0, 0]}
     >>> entry = {"effect": "etalon", "axis": "response", "unit": "GHz", "rows": [row]}
     >>> plot.signature(entry, "GHz").axes[0].get_xlabel()
-    'response (GHz)'
+    'optical frequency (GHz)'
     """
     gain = found["axis"] == "gain"
     parts = sorted((_curves(row) for row in found["rows"]), key=lambda p: -_explained(p))
     shown = parts[:MOST_ROWS]
     largest = max((float(np.nanmax(np.abs(p["without"]), initial=0.0)) for p in shown), default=0.0)
     out, factor = ("%", 100.0) if gain else fine_unit(largest, unit)
-    scale = 1e3 if found["axis"] == "since_turn" else 1.0
+    x_unit, scale = ("ms", 1e3) if found["axis"] == "since_turn" else (found["unit"], 1.0)
     figure, axis = one_axis(ax)
     for k, part in enumerate(shown):
         colour, x = PALETTE[k], scale * part["x"]
@@ -76,10 +70,8 @@ def signature(found: Mapping[str, Any], unit: str, *, ax: Any = None) -> Any:
     axis.axhline(0.0, lw=0.8, color="black")
     if found["axis"] == "since_turn":
         axis.set_xscale("log")
-    plain = f"{found['axis']} ({found['unit']})"
-    over = QUANTITIES.get(found["axis"], plain)
-    over = plain if found["axis"] == "drive" else over
-    axis.set_xlabel(f"{over}, folded" if found.get("period") else over)
+    over = signature_axis(found["axis"], unit) + (", folded" if found.get("period") else "")
+    axis.set_xlabel(over if x_unit == "1" else f"{over} ({x_unit})")
     axis.set_ylabel("slope of the residual (%)" if gain else f"mean residual ({out})")
     axis.set_title(f"{found['effect'].replace('_', ' ')} in the data", fontsize=10)
     axis.legend(frameon=False, fontsize=8)

@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.diagnosis.noise._whitening import Whitener
-from fitting.solver._bounded_step import bounded_step
 from fitting.solver._damped_gauss_newton import (
     Damping,
     Linearisation,
@@ -230,7 +229,7 @@ class Refit:
     def _linearise(self, state: State, step_scale: float) -> Linearisation:
         """The damped normal equations at `state`."""
         matrix, gradient, effects = self.normal_equations(state, step_scale)
-        return _damped_equations(
+        return Linearisation.of(
             matrix, gradient, self._room(state), uses_secants=bool(effects.any())
         )
 
@@ -245,7 +244,7 @@ class Refit:
         def linearise(state: State, step_scale: float) -> Linearisation:
             gradient = jacobian.T @ state.errors.all
             gradient[:n] += self._prior_gradient(state)
-            return _damped_equations(matrix, gradient, self._room(state))
+            return Linearisation.of(matrix, gradient, self._room(state))
 
         return linearise
 
@@ -292,28 +291,3 @@ class Refit:
             )
             effects = with_values(effects, np.where(np.isfinite(new), new, now))
         return self.evaluate(values, effects)
-
-
-def _damped_equations(
-    matrix: Float[np.ndarray, "unknowns unknowns"],
-    gradient: Float[np.ndarray, " unknowns"],
-    room: tuple[Float[np.ndarray, " unknowns"], Float[np.ndarray, " unknowns"]],
-    *,
-    uses_secants: bool = False,
-) -> Linearisation:
-    """Steps for each damping, within `room`, with columns of unit length."""
-    length = np.sqrt(np.diag(matrix))
-    alive = length > 0
-    unit = np.where(alive, length, 1.0)
-    scaled = matrix / unit[:, None] / unit[None, :]
-    pull = np.where(alive, gradient / unit, 0.0)
-    least, most = (np.where(alive, side * unit, 0.0) for side in room)
-
-    def step(damping: float) -> np.ndarray:
-        damped = scaled + damping * np.eye(unit.size) + np.diag(np.where(alive, 0.0, 1.0))
-        return np.where(alive, bounded_step(damped, pull, least, most) / unit, 0.0)
-
-    def decrease(step: np.ndarray) -> float:
-        return float(-step @ (2.0 * gradient + matrix @ step))
-
-    return Linearisation(step, uses_secants, decrease)

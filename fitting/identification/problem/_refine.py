@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fitting.identification._thresholds import THRESHOLDS
-from fitting.solver._bounded_step import bounded_step
 from fitting.solver._damped_gauss_newton import (
     Damping,
     Linearisation,
@@ -23,6 +22,7 @@ from ._solution import Evaluation
 if TYPE_CHECKING:
     from ._problem import Problem
 
+# As in a refit of a diagnosis, see its thresholds, with fewer attempts.
 _DAMPING = Damping(
     initial=1e-4, decrease=8.0, increase=12.0, smallest=1e-9, largest=1e4, attempts=6,
     shares=(0.3, 0.1),
@@ -49,21 +49,13 @@ def refine(problem: "Problem", start: np.ndarray, weight: np.ndarray, max_steps:
     def linearise(now: Evaluation, _: float) -> Linearisation:
         columns = (now.jacobian[:, places] * move) @ coupling[:, move]
         columns -= basis @ (basis.T @ columns)
-        matrix, pull = columns.T @ columns, columns.T @ (weight * now.error).ravel()
-        length = np.sqrt(np.diag(matrix))
-        alive = length > 0.0
-        unit = np.where(alive, length, 1.0)
-        scaled, slope = matrix / np.outer(unit, unit), np.where(alive, pull / unit, 0.0)
-        room = bounds.bounded(now.own)[move]
-        share = THRESHOLDS.refined_to_bound
-        least = np.where(alive, share * np.minimum(low[move] - room, 0.0) * unit, 0.0)
-        most = np.where(alive, share * np.maximum(high[move] - room, 0.0) * unit, 0.0)
-
-        def step(damping: float) -> np.ndarray:
-            damped = scaled + damping * np.eye(unit.size) + np.diag(np.where(alive, 0.0, 1.0))
-            return bounded_step(damped, slope, least, most) / unit
-
-        return Linearisation(step, decrease=lambda s: float(-s @ (2.0 * pull + matrix @ s)))
+        gradient = columns.T @ (weight * now.error).ravel()
+        here, share = bounds.bounded(now.own)[move], THRESHOLDS.refined_to_bound
+        room = (
+            share * np.minimum(low[move] - here, 0.0),
+            share * np.maximum(high[move] - here, 0.0),
+        )
+        return Linearisation.of(columns.T @ columns, gradient, room)
 
     def moved(now: Evaluation, step: np.ndarray) -> Evaluation:
         bounded = bounds.bounded(now.own)

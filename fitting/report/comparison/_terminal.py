@@ -1,11 +1,12 @@
 """A comparison on a terminal, and as text."""
 
-import io
 from typing import Any
 
-from rich.console import Console, Group
+from rich.console import Group
 from rich.table import Table
 from rich.text import Text
+
+from fitting.report._plain_text import plain_text
 
 from ._tables import HEADS, list_facts, tabulate_effects, tabulate_parameters
 
@@ -35,9 +36,4 @@ def render_lines(content: dict[str, Any]) -> Group:
 
 def render_text(content: dict[str, Any]) -> str:
     """The same as plain text."""
-    buffer = io.StringIO()
-    console = Console(
-        file=buffer, width=110, color_system=None, highlight=False, force_jupyter=False
-    )
-    console.print(render_lines(content))
-    return buffer.getvalue()
+    return plain_text(render_lines(content))

@@ -1,12 +1,13 @@
 """A diagnosis on a terminal: verdict, gap, hypotheses, next scan."""
 
-import io
 from typing import Any
 
-from rich.console import Console, Group
+from rich.console import Group
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
+
+from fitting.report._plain_text import plain_text
 
 from ._detectability import describe_size
 from ._numbers import SPACE, Scale, format_interval, page_scale
@@ -79,9 +80,4 @@ def _tabulate(diagnosis: dict[str, Any], scale: Scale) -> Table:
 
 def render_text(diagnosis: dict[str, Any]) -> str:
     """The same as plain text."""
-    buffer = io.StringIO()
-    console = Console(
-        file=buffer, width=110, color_system=None, highlight=False, force_jupyter=False
-    )
-    console.print(render_lines(diagnosis))
-    return buffer.getvalue()
+    return plain_text(render_lines(diagnosis))

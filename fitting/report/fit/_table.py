@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fitting._units import quantity, readable_unit, significant
+from fitting.report._plain_text import plain_text
 
 if TYPE_CHECKING:
     from fitting.identification._result import FitResult
@@ -245,13 +246,7 @@ def _tabulate_starts(result: "FitResult") -> Table:
 
 def render_text(result: "FitResult") -> str:
     """The tables as plain text."""
-    buffer = io.StringIO()
-    # Without `force_jupyter` rich would show it in a notebook's cell and leave the text empty.
-    console = Console(
-        file=buffer, width=110, color_system=None, highlight=False, force_jupyter=False
-    )
-    console.print(render_tables(result))
-    return buffer.getvalue()
+    return plain_text(render_tables(result))
 
 
 def render_html(result: "FitResult") -> str:

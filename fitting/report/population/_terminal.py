@@ -1,14 +1,14 @@
 """A population and a change on a terminal, and as text."""
 
-import io
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import Console, Group, RenderableType
+from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from fitting.report._plain_text import plain_text
 from fitting.report.fit._table import round_with_error
 
 if TYPE_CHECKING:
@@ -135,9 +135,4 @@ def render_change(change: "Change") -> Group:
 
 def render_text(population: "Population") -> str:
     """The tables of a population as plain text."""
-    buffer = io.StringIO()
-    console = Console(
-        file=buffer, width=110, color_system=None, highlight=False, force_jupyter=False
-    )
-    console.print(render_population(population))
-    return buffer.getvalue()
+    return plain_text(render_population(population))

@@ -1,14 +1,14 @@
 """A checked recording on a terminal: its runs, its faults, what may be asked of it."""
 
-import io
 from typing import TYPE_CHECKING
 
-from rich.console import Console, Group, RenderableType
+from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
 from fitting._units import quantity, readable_unit
+from fitting.report._plain_text import plain_text
 from fitting.report.fit._table import _format_number
 
 if TYPE_CHECKING:
@@ -44,12 +44,7 @@ def render_recording_check(check: "RecordingCheck", name: str) -> Group:
 
 def render_text(check: "RecordingCheck", name: str) -> str:
     """The same as plain text."""
-    buffer = io.StringIO()
-    console = Console(
-        file=buffer, width=110, color_system=None, highlight=False, force_jupyter=False
-    )
-    console.print(render_recording_check(check, name))
-    return buffer.getvalue()
+    return plain_text(render_recording_check(check, name))
 
 
 def _tabulate(check: "RecordingCheck") -> Table:

@@ -8,15 +8,9 @@ from fitting.report.charts._figure import Figure, Panel, Table, finite_values, o
 from fitting.report.charts._marks import draw_dots, draw_line
 from fitting.report.diagnosis._numbers import Scale, finite_or_none, format_number, unit_text
 from fitting.report.diagnosis._text import Labels, describe_hypothesis
+from rapi_jax.internal import signature_axis
 
 _ROWS = 4  # curves in one drawing
-_AXES = {
-    "phase": "phase of the period",
-    "since_turn": "time since the turning point",
-    "session": "time in the session",
-    "gain": "time in the session",
-    "drive": "drive",
-}
 _SHAPES = {
     "phase": "Such an effect has the same shape in every period.",
     "since_turn": "Such an effect starts at each turning point and lasts as long at any rate.",
@@ -57,7 +51,7 @@ def _draw_signature(found: dict, number: int, scale: Scale, labels: Labels) -> F
     if not parts:
         return None
     title = describe_hypothesis(str(found.get("effect") or ""), labels)
-    quantity = _AXES.get(axis, "optical frequency" if scale.recorded.endswith("Hz") else "response")
+    quantity = signature_axis(axis, scale.recorded)
     folded = finite_or_none(found.get("period"))
     over = f"{quantity}, folded" if folded else quantity
     most = sorted(parts, key=lambda p: -_explained(p))[:_ROWS]

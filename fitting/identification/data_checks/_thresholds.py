@@ -92,8 +92,8 @@ class DataCheckThresholds:
         3,
         unit="orders",
         origin="each costs a guess and a fit; 24 sessions of 2 to 15 runs, most with an effect, a "
-        "pair or all exchanged: to first order the right order is the best but once, then second; 1 "
-        "and 6 find the same of 7 faults of runs",
+        "pair or all exchanged: to first order the right order is the best but once, then second; "
+        "1 and 6 find the same of 7 faults of runs",
     )
     outlier_size: float = threshold(
         15.0,

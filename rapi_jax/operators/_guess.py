@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import zip_longest
 from typing import Any, TypeVar
 
 import equinox as eqx
@@ -75,8 +76,10 @@ def evaluate_guesses(
 ) -> list[Trial]:
     """The `count` best shapes of memory function, each with its scale and polynomial solved for.
 
-    `respond` takes drives, rates, peaks to peak and minima of the runs, and gives the response of
-    each shape's memory, in the order of `fields`, and the drives from the origin that all share.
+    The best of all is the first, and each side of symmetry has its best among the next, see
+    `_in_turn`. `respond` takes drives, rates, peaks to peak and minima of the runs, and gives the
+    response of each shape's memory, in the order of `fields`, and the drives from the origin that
+    all share.
     """
     data = to_batch(recording)
     kept = thinned(data)
@@ -104,12 +107,29 @@ def evaluate_guesses(
     scale = np.maximum(orthogonal @ rest, 0.0) / np.where(norm > 0, norm, np.inf)
     cost = ((rest - scale[:, None] * orthogonal) ** 2).sum(axis=1) / power
     found = []
-    for i in np.argsort(cost, kind="stable")[:count]:
+    for i in _in_turn(cost, fields)[:count]:
         solved = np.linalg.lstsq(fixed, y - scale[i] * h[i], rcond=1e-12)[0]
         constants = solved[: fixed.shape[1] - order]
         d_0 = float(constants.mean())
         found.append(Trial(fields[i], d_0, solved[-order:], float(scale[i]), float(cost[i])))
     return found
+
+
+def _in_turn(cost: np.ndarray, fields: Sequence[dict[str, float]]) -> list[int]:
+    """Trials from the least cost up, in turn of plays with `lam` below, about and above 1.
+
+    A fit seldom passes from one of these sides to another: where `lam` is 1 a play is symmetric,
+    and a polynomial makes up for much of what the wrong side bends. By cost alone all guesses may
+    be of one side. At one rate and one swing 2 of 31 simulated devices without effects had only
+    guesses below 1, from which no fit came nearer than 1000 of chi-square a line; from one above
+    1 the same fit reached 1.3 and 29.
+    """
+    sides: dict[int, list[int]] = {}
+    for i in np.argsort(cost, kind="stable").tolist():
+        ratio = np.log(fields[i].get("lam", 1.0)) / np.log(THRESHOLDS.guess_symmetry)
+        sides.setdefault(int(np.clip(np.fix(ratio), -1.0, 1.0)), []).append(i)
+    rows = zip_longest(*sides.values())
+    return [i for row in rows for i in row if i is not None]
 
 
 @eqx.filter_jit

@@ -28,6 +28,13 @@ class OperatorThresholds:
     lam_range: tuple[float, float] = threshold(
         (0.4, 2.5), unit="1", origin="what piezo devices show; drawn evenly in the logarithm"
     )
+    guess_symmetry: float = threshold(
+        1.1,
+        unit="lam, or one over it",
+        origin="plays nearer to 1 count as symmetric: of one simulated device all guesses from "
+        "1.004 up to there ended where those below 1 did, at 1300 of chi-square a line, and 1.62 "
+        "at 1.3",
+    )
     lam_shared: int = threshold(
         4, unit="trials", origin="set by trial: every fourth trial has symmetric plays"
     )

@@ -15,11 +15,19 @@ def corners(
     """Places, in steps from the first sample, and values of the sharp turns between samples.
 
     A turning point counts where the samples on either side lie on two straight lines; it stands
-    where these meet. One that falls on a sample, and a smooth turn, add nothing.
+    where these meet. One that falls on a sample, and a smooth turn, add nothing. Beyond its ends a
+    signal goes on as straight as between its last two samples.
     """
-    turn = direction_changes(value)
+    if value.size < 2:
+        return np.empty(0), np.empty(0)
+    beyond = THRESHOLDS.corner_samples
+    turn = direction_changes(value) + beyond
+    on = np.arange(1, beyond + 1)
+    before = value[0] - (value[1] - value[0]) * on[::-1]
+    after = value[-1] + (value[-1] - value[-2]) * on
     # Near an extreme a corner lies in the step after it, or else in the one before.
-    found = _meeting(value, np.tile(turn, 2), np.concatenate([turn, turn - 1]))
+    longer = np.concatenate([before, value, after])
+    found = _meeting(longer, np.tile(turn, 2), np.concatenate([turn, turn - 1]))
     there, at, height = (part.reshape(2, -1) for part in found)
     at, height = (np.where(there[0], part[0], part[1]) for part in (at, height))
     kept: list[int] = []
@@ -27,7 +35,7 @@ def corners(
         # Midway between two samples both of them are an extreme.
         if not kept or at[k] > at[kept[-1]] + THRESHOLDS.same_sample:
             kept.append(int(k))
-    return at[kept], height[kept]
+    return at[kept] - beyond, height[kept]
 
 
 def periodic_corners(

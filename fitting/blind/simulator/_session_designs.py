@@ -10,6 +10,7 @@ MOST_RUNS, MOST_RATES, MOST_PERIODS = 12, 6, 6
 RATE = (0.5, 150.0)  # Hz
 SAMPLES = (500, 40_000)  # of a session
 OF_A_PERIOD = (60, 4000)
+TABLE = 16_384  # points a period of a waveform that a generator plays: far more than are recorded
 
 
 def draw_session(rng: np.random.Generator) -> tuple[Scan, ...]:
@@ -30,7 +31,7 @@ def draw_session(rng: np.random.Generator) -> tuple[Scan, ...]:
     for k in range(count):
         periods = usual if rng.random() < 0.7 else int(rng.integers(1, MOST_PERIODS + 1))
         samples = int(np.clip(total / count / periods, *OF_A_PERIOD)) // 4 * 4
-        waveform, shape = _draw_waveform(rng, samples)
+        waveform, shape = _draw_waveform(rng)
         swing = swings[k // len(rates) % len(swings)]
         scan = Scan(
             rate_hz=rates[k % len(rates)],
@@ -55,10 +56,10 @@ def _draw_rates(rng: np.random.Generator, count: int) -> list[float]:
     return [first, *np.clip(others, *RATE).tolist()]
 
 
-def _draw_waveform(rng: np.random.Generator, samples: int) -> tuple[str, Array | None]:
+def _draw_waveform(rng: np.random.Generator) -> tuple[str, Array | None]:
     """Its name, and where it is none of those that a name tells, one period from -1/2 to 1/2."""
     kind = rng.choice(["triangle", "sine", "trapezoid", "skewed"], p=[0.7, 0.14, 0.08, 0.08])
-    place = np.arange(samples) / samples
+    place = np.arange(TABLE) / TABLE
     if kind == "trapezoid":
         hold = float(rng.uniform(0.1, 0.3))  # of a period, at each end
         ramp = 0.5 - hold

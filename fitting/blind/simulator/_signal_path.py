@@ -118,29 +118,41 @@ class SignalPath:
 
 
 def drive_with_corners(scan: Scan, local: Array, oversample: int) -> Array:
-    """The drive on the fine clock, with turning points of a triangle that lie between its ticks.
+    """The drive on the fine clock, with its sharp turning points that lie between its ticks.
 
     The tick next to each takes the extreme value, but for ticks that are samples. Missing it by a
     fraction of a tick, plays would turn a millivolt early.
     """
     command = scan.voltage(local)
-    if scan.waveform != "triangle" or scan.table is not None:
-        return command
     step = float(local[1] - local[0])
-    half = 0.5 / scan.rate_hz
-    first = np.ceil((local[0] + scan.phase / scan.rate_hz) / half)
-    last = np.floor((local[-1] + scan.phase / scan.rate_hz) / half)
-    turn = np.arange(first, last + 1)
-    place = (turn * half - scan.phase / scan.rate_hz - local[0]) / step
-    near = np.rint(place)
-    off = place - near
-    missed = np.abs(off) > 1e-6
-    near += np.where(near % oversample == 0, np.sign(off), 0.0)
-    inside = missed & (near >= 0) & (near < len(local))
-    top = turn % 2 == 1
-    extreme = scan.bias + scan.swing * np.where(top, 0.5, -0.5)
-    command[near[inside].astype(int)] = extreme[inside]
+    for phase, extreme in _sharp_turns(scan):
+        first = np.ceil(scan.rate_hz * local[0] + scan.phase - phase)
+        last = np.floor(scan.rate_hz * local[-1] + scan.phase - phase)
+        at = (np.arange(first, last + 1) + phase - scan.phase) / scan.rate_hz
+        place = (at - local[0]) / step
+        near = np.rint(place)
+        off = place - near
+        missed = np.abs(off) > 1e-6
+        near += np.where(near % oversample == 0, np.sign(off), 0.0)
+        inside = missed & (near >= 0) & (near < len(local))
+        command[near[inside].astype(int)] = extreme
     return command
+
+
+def _sharp_turns(scan: Scan) -> list[tuple[float, float]]:
+    """Phases at which the drive turns at a corner, and its value there, V; none on a plateau."""
+    if scan.table is not None:
+        size = len(scan.table)
+        ends = [int(np.argmin(scan.table)), int(np.argmax(scan.table))]
+        same = 1e-9 * float(np.ptp(scan.table))
+        return [
+            (at / size, float(scan.table[at]))
+            for at in ends
+            if np.count_nonzero(np.abs(scan.table - scan.table[at]) <= same) == 1
+        ]
+    if scan.waveform == "triangle":
+        return [(0.0, scan.bias - scan.swing / 2), (0.5, scan.bias + scan.swing / 2)]
+    return []
 
 
 def mean_at_crossings(operator_response: Array, drive: Array, volts: float) -> float:

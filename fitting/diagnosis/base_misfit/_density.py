@@ -18,6 +18,7 @@ from fitting.diagnosis.refit.jacobian._operator_jacobian import Linearised
 from fitting.diagnosis.which.screening._base_remainder import orthonormal_basis
 
 from ._columns import density_columns
+from ._start_columns import start_columns
 from ._thresholds import THRESHOLDS
 
 _RANK = 1e-9  # of the longest direction: rounding
@@ -27,7 +28,8 @@ _RANK = 1e-9  # of the longest direction: rounding
 class PlayDensity:
     """The plays' responses beyond the tangent of the base, by principal directions.
 
-    - `tangent`: orthonormal, of the base's own values. `directions`: orthonormal, and at right
+    - `tangent`: orthonormal, of the base's own values, and of what an unknown start may change, see
+      `start_columns`. `directions`: orthonormal, and at right
       angles to it. `power`: variance along each at scale 1.
     """
 
@@ -54,7 +56,14 @@ class PlayDensity:
         ]
         plays = np.concatenate(columns, axis=1)
         plays = plays[:, np.isfinite(plays).all(axis=0)]
-        tangent = orthonormal_basis(refit.jacobian_base(state))
+        moved = [refit.jacobian_base(state)]
+        if not known.all():
+            part = whitened.at_first_period(
+                state.effects, start_columns(np.asarray(given.u), known)
+            )
+            both = Linearised(response, part)
+            moved.append(whitened.jacobian_operator(refit.whitener, state.effects, both))
+        tangent = orthonormal_basis(np.concatenate(moved, axis=1))
         plays -= tangent @ (tangent.T @ plays)
         power, turn = np.linalg.eigh(plays.T @ plays)
         kept = power * max(THRESHOLDS.scale_range) ** 2 > THRESHOLDS.least_variance

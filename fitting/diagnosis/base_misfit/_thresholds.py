@@ -59,6 +59,14 @@ class MisfitThresholds:
     remainder_sigmas: float = threshold(
         4.0, unit="standard deviations of chi-square a line", origin="chance, 1 in 30 000"
     )
+    start_points: int = threshold(
+        24,
+        unit="points",
+        origin="on the way from an unknown start to both ends of the drive's range",
+    )
+    range_end: float = threshold(
+        1e-3, unit="of the drive's range", origin="nearer to its end the drive counts as there"
+    )
 
 
 THRESHOLDS = MisfitThresholds()

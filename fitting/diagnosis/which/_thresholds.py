@@ -161,6 +161,13 @@ class WhichThresholds:
         4, unit="effects", origin=f"{_TRIAL}; refitted on the flexible base besides the best"
     )
     flexible_steps: int = threshold(20, unit="steps", origin=f"{_TRIAL}; at most")
+    alone_steps: int = threshold(
+        80,
+        unit="steps",
+        origin="at most, of a flexible operator from which those of all effects begin. Of a "
+        "simulated device without effects it left 11.1, 5.0, 1.6 and 1.4 of chi-square a line "
+        "after 20, 40, 80 and 200, and the device was called `unlisted`; two others end within 25",
+    )
     flexible_tolerance: float = threshold(
         2e-3, unit="of the excess", origin=f"{_TRIAL}; two smaller falls in a row end a refit"
     )
@@ -198,6 +205,11 @@ class WhichThresholds:
         unit="rounds",
         origin="of the effects on a density about the operator, then of the operator: an amplitude "
         "law leaves 2902, 2973, 2895 and 2881 of chi-square after 1, 2, 3 and 4",
+    )
+    density_tolerance: float = threshold(
+        1e-2,
+        unit="of the excess",
+        origin="two smaller falls in a row end a refit of the base about which a density is taken",
     )
     density_round_gain: float = threshold(
         0.05, unit="of chi-square on the base", origin="a smaller fall moves no density"

@@ -6,7 +6,9 @@ import pytest
 from fitting.blind.protocol._answers import answer_record, read_spec
 from fitting.blind.protocol._exchange import to_recording
 from fitting.blind.protocol._tiers import bank_entries
-from fitting.blind.simulator._session_designs import draw_session
+from fitting.blind.simulator._scan import Scan
+from fitting.blind.simulator._session_designs import TABLE, draw_session
+from fitting.blind.simulator._signal_path import drive_with_corners
 from fitting.blind.simulator._simulated_device import draw_device
 
 
@@ -51,3 +53,17 @@ def test_the_tier_holds_all_kinds_and_its_answers_draw_the_same_devices():
     assert again.name == device.name
     for a, b in zip(again.runs, device.runs, strict=True):
         np.testing.assert_array_equal(a.response, b.response)
+
+
+@pytest.mark.parametrize("rise", [0.613, 0.777])
+def test_corners_of_a_tables_ramps_are_reached_between_the_ticks(rise):
+    """Else plays turn early, by up to half a tick of the ramp, and no model knows it."""
+    place = np.arange(TABLE) / TABLE
+    table = np.interp(place, [0.0, rise, 1.0], [1.0, 4.0, 1.0])
+    scan = Scan(5.0, 3.0, 2.5, "other", periods=3, samples=60, phase=0.25, table=table)
+    step = scan.step_s / 8
+    local = np.arange(3 * 60 * 8) * step
+    drive = drive_with_corners(scan, local, 8)
+    assert drive.max() == table.max() and drive.min() == table.min()
+    changed = np.flatnonzero(drive != scan.voltage(local))
+    assert 2 <= changed.size <= 6 and not (changed % 8 == 0).any()

@@ -97,6 +97,23 @@ def test_nothing_is_added_where_no_sharp_corner_is_known(value):
     assert corners(value)[0].size == 0
 
 
+@pytest.mark.parametrize("behind", [2, 3, 5, 40])
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_corner_near_an_end_of_the_record_is_exact(behind, way):
+    """Two samples tell a line; with one the corner cannot be told, and none is made up."""
+    step, corner = np.arange(60.0), 59.0 - behind + 0.4
+    value = np.where(step < corner, 0.1 * step, 0.1 * corner - 0.3 * (step - corner))[::way]
+    at, height = corners(value)
+    np.testing.assert_allclose(at, [corner if way > 0 else 59.0 - corner], atol=1e-9)
+    np.testing.assert_allclose(height, [0.1 * corner], atol=1e-9)
+
+
+@pytest.mark.parametrize("behind", range(1, 7))
+def test_a_smooth_turn_near_an_end_of_the_record_is_no_corner(behind):
+    step = np.arange(60.0)
+    assert corners(np.cos(2.0 * np.pi * (step - 59.4 + behind) / 40.0))[0].size == 0
+
+
 def test_a_corner_midway_between_two_samples_is_one_corner():
     at, value = corners(np.tile(wave(np.arange(79) / 79), 3))
     np.testing.assert_allclose(at, 39.5 + 79 * np.arange(3), rtol=0, atol=1e-8)

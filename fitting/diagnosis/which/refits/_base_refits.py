@@ -16,8 +16,9 @@ from fitting.diagnosis.which.screening._screened_effects import ScreenedEffects
 
 from ._effect_refit import (
     full_refit,
-    refit_from_no_hysteresis,
+    refit_with_plays,
     refit_without_hysteresis,
+    refit_without_plays,
     short_refit,
 )
 
@@ -53,14 +54,18 @@ def refit_all_short(
 
 
 def _most_explained(item: tuple[str, list[Screened]]) -> float:
-    return max(one.flexible_score for one in item[1])
+    return max((one.flexible_score for one in item[1]), default=0.0)
 
 
 def refit_all_without_hysteresis(
     refit: Refit, start: Candidate, guesses: InitialGuesses, screened: ScreenedEffects
 ) -> list[Refitted]:
-    """At one rate: refits of each effect from no hysteresis, where it stands alone."""
-    if start.effects or not _has_one_rate(refit):
+    """At one rate: refits of each effect from no hysteresis, where it stands alone.
+
+    The effects first, beside the polynomial; those then go on, with hysteresis, that take away a
+    share of what the best of them does. None where the flexible base leaves nothing to explain.
+    """
+    if start.effects or screened.nothing_left or not _has_one_rate(refit):
         return []  # beside another effect the hysteresis is what that one left of it
     without = refit_without_hysteresis(refit, start.eta_fixed)
     if without is None:
@@ -68,13 +73,22 @@ def refit_all_without_hysteresis(
     refit_polynomial, state = without
     polynomial = orthonormal_basis(refit_polynomial.jacobian_base(state))
     alone = BaseRemainder.beyond_tangent(state, polynomial)
-    out: list[Refitted] = []
-    for name, each in screened.guesses.items():
-        beside = screen_effect(*without, guesses[name], polynomial, alone)
-        found = refit_from_no_hysteresis(refit, without, beside)
+    beside = {
+        name: screen_effect(*without, guesses[name], polynomial, alone) for name in screened.guesses
+    }
+    begun: list[Refitted] = []
+    best: State | None = None
+    for name, each in sorted(beside.items(), key=_most_explained, reverse=True):
+        found = refit_without_plays(without, each, best)
         if found is not None:
-            out.append((found, each[0].unabsorbed_fraction))
-    return out
+            begun.append((found, screened.guesses[name][0].unabsorbed_fraction))
+            best = found if best is None else min(best, found, key=lambda end: end.cost)
+    share = THRESHOLDS.full_refit_fall
+    return [
+        (refit_with_plays(refit, found), fraction)
+        for found, fraction in begun
+        if best is not None and (found is best or is_competitive(found, best, state, share))
+    ]
 
 
 def refit_all_in_full(

@@ -44,23 +44,41 @@ def refit_on_density(
     """The refit on the base, and that on a density about it: the base and the effects in turn.
 
     The base is fitted beside effects that are held, and these with the base and the plays' weights
-    integrated out. Fitted together the effects would follow what the base misfits. `free`: with all
-    of the operator free; `values`, `effects`: where it begins. `cost_without`: chi-square on the
-    density without the further effect.
+    integrated out; last both together on the base, about which the density is taken once more.
+    Fitted together from the first the effects would follow what the base misfits; in turn alone
+    they creep along what the two share. Of all these densities the one that leaves least is the
+    result. `free`: with all of the operator free; `values`, `effects`: where it begins.
+    `cost_without`: chi-square on the density without the further effect.
     """
     steps = THRESHOLDS.free_eta_steps
+    tolerance = THRESHOLDS.density_tolerance if effects else None
+    least = 1.0 - THRESHOLDS.density_round_gain
     held = dataclasses.replace(free, hold_effects=True)
-    base = held.minimise(held.evaluate(values, effects), steps)
-    marginal = FlexibleBase.about(free, base).marginal
-    best = refit_and_search(marginal, marginal.evaluate(base.values, effects), cost_without)
-    for _ in range(THRESHOLDS.density_rounds - 1 if effects else 0):
-        moved = held.minimise(held.evaluate(base.values, best.effects), steps)
-        if not moved.cost < (1.0 - THRESHOLDS.density_round_gain) * base.cost:
+    base = held.minimise(held.evaluate(values, effects), steps, tolerance)
+    best = _refit_about(free, base, base.effects, cost_without)
+    if not effects:
+        return (base, *best)
+    for _ in range(THRESHOLDS.density_rounds - 1):
+        moved = held.minimise(held.evaluate(base.values, best[1].effects), steps, tolerance)
+        if not moved.cost < least * base.cost:
             break
         base = moved
-        about = FlexibleBase.about(free, base).marginal
-        end = refit_and_search(about, about.evaluate(base.values, best.effects), cost_without)
-        if end.cost < best.cost:
-            marginal, best = about, end
-    together = free.evaluate(base.values, best.effects)
-    return free.minimise(together, steps), marginal, best
+        best = min(best, _refit_about(free, base, best[1].effects, cost_without), key=_cost)
+    together = free.minimise(free.evaluate(base.values, best[1].effects), steps, tolerance)
+    if together.cost < least * base.cost:
+        best = min(best, _refit_about(free, together, together.effects, cost_without), key=_cost)
+    return (together, *best)
+
+
+def _refit_about(
+    free: Refit, base: State, effects: Effects, cost_without: float
+) -> tuple[Refit, State]:
+    """`effects` refitted on a density about `base`."""
+    marginal = FlexibleBase.about(free, base).marginal
+    return marginal, refit_and_search(
+        marginal, marginal.evaluate(base.values, effects), cost_without
+    )
+
+
+def _cost(refitted: tuple[Refit, State]) -> float:
+    return refitted[1].cost

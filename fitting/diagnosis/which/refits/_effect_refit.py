@@ -40,18 +40,21 @@ def free_eta(refit: Refit, eta_fixed: State) -> State:
     return refit.minimise(eta_fixed, THRESHOLDS.free_eta_steps)
 
 
-def refit_from_no_hysteresis(
-    refit: Refit, without: tuple[Refit, State], screened: list[Screened]
+def refit_without_plays(
+    without: tuple[Refit, State], screened: list[Screened], best: State | None
 ) -> State | None:
-    """A joint refit that starts without hysteresis: the effect first, then a few steps together.
+    """One effect beside the polynomial alone, from its most promising guesses.
 
     At one rate a lag and a loop look alike, and a refit that starts with the loop keeps it.
-    `without`: see `refit_without_hysteresis`. What is promising is refitted in full, as any other.
+    `without`: see `refit_without_hysteresis`. `best`: of another effect, see `short_refit`.
     """
-    polynomial, state = without
     steps = THRESHOLDS.long_short_factor * THRESHOLDS.short_steps
-    start = _refit_guesses(polynomial, state, screened, steps)
-    return None if start is None else refit.minimise(start, steps)
+    return _refit_guesses(*without, screened, steps, best)
+
+
+def refit_with_plays(refit: Refit, start: State) -> State:
+    """A joint refit from `refit_without_plays`; in full, as any other, where it is promising."""
+    return refit.minimise(start, THRESHOLDS.long_short_factor * THRESHOLDS.short_steps)
 
 
 def refit_without_hysteresis(refit: Refit, state: State) -> tuple[Refit, State] | None:

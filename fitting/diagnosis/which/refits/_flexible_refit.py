@@ -54,7 +54,7 @@ def refit_flexible_operator(
         steps, tolerance = THRESHOLDS.flexible_steps, THRESHOLDS.flexible_tolerance
         least = THRESHOLDS.predictor_least_gain * flexible.whitener.used_lines
         return flexible, refit_beside_jumps(flexible, start, steps, tolerance, least)
-    return flexible, refit_and_search(flexible, start, on_base.cost)
+    return flexible, refit_and_search(flexible, start, on_base.cost, THRESHOLDS.alone_steps)
 
 
 def refit_from_either(
@@ -85,12 +85,14 @@ def refit_from_either(
     return first, end
 
 
-def refit_and_search(refit: Refit, state: State, cost_without: float) -> State:
+def refit_and_search(
+    refit: Refit, state: State, cost_without: float, steps: int = THRESHOLDS.flexible_steps
+) -> State:
     """A refit on the flexible base; where an effect jumps, with another search for its position.
 
-    On the base itself the position was fitted to what its misfit left.
+    On the base itself the position was fitted to what its misfit left. At most `steps` each.
     """
-    steps, tolerance = THRESHOLDS.flexible_steps, THRESHOLDS.flexible_tolerance
+    tolerance = THRESHOLDS.flexible_tolerance
     end = refit_beside_jumps(refit, state, steps, tolerance)
     if all(type(effect).smooth for effect in end.effects):
         return end

@@ -30,23 +30,33 @@ MANIFEST = "manifest.toml"
 _LIMIT = 64 * 2**20  # bytes of such a list
 
 
-def begin_result(folder: Path, name: str, files: Iterable[str]) -> dict[str, str | None]:
+def begin_result(folder: Path, name: str, files: Iterable[str]) -> list[str]:
     """Put a list of `files` that are not yet written in the place of the list `name`.
 
-    Returns what else an earlier result of that name has left in the folder, to be listed as no part
-    of the new one. Where this fails, `OutputError` is raised and the earlier result is whole.
-    What is there and is no part of an earlier result of that name is refused, see `check_output`.
+    Returns the names of what else an earlier result of that name has left in the folder, for
+    `list_files`: they are no part of the new one. Where this fails, `OutputError` is raised and the
+    earlier result is whole. What is there and is no part of an earlier result of that name is
+    refused, see `check_output`.
     """
     files = set(files)
     check_output(folder, name, files, changed=True)
-    earlier: dict[str, str | None] = {
-        file: None
+    earlier = [
+        file
         for file in _listed(folder / name)[1]
         if file not in files and (folder / file).is_file()
-    }
+    ]
     unwritten = dict.fromkeys([*sorted(files), *earlier])
     write_atomic(folder / name, json_text({"schema": UNFINISHED, "files": unwritten}))
     return earlier
+
+
+def list_files(written: Iterable[Path], earlier: Iterable[str] = ()) -> dict[str, Any]:
+    """The keys of a list of a result: `files`, the hashes of what was written.
+
+    Where an earlier result has left others in the folder, they are named by `earlier_files`.
+    """
+    left = {"earlier_files": list(earlier)}
+    return {"files": hash_files(written)} | (left if left["earlier_files"] else {})
 
 
 def check_output(
@@ -96,7 +106,7 @@ def _is_ours(path: Path) -> bool:
     return False
 
 
-def hash_files(paths: Iterable[Path]) -> dict[str, str | None]:
+def hash_files(paths: Iterable[Path]) -> dict[str, str]:
     """The SHA-256 of each file by its name, for the list of a result."""
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
 
@@ -165,11 +175,16 @@ def listed_files(path: Path) -> set[str]:
 
 
 def _listed(path: Path) -> tuple[Any, dict[str, Any]]:
-    """Schema and files of a list; nothing where it is not one of ours."""
+    """Schema and files of a list; nothing where it is not one of ours.
+
+    A file that is not yet written, or is of an earlier result, has no hash.
+    """
     with contextlib.suppress(OSError, ValueError, AttributeError, RecursionError):
         if path.is_file() and path.stat().st_size <= _LIMIT:
             content = json.loads(path.read_text(encoding="utf-8"))
             files = content.get("files")
             if isinstance(files, dict):
-                return content.get("schema"), files
+                earlier = content.get("earlier_files", [])
+                left = [name for name in earlier if isinstance(name, str)]
+                return content.get("schema"), dict.fromkeys(left) | files
     return None, {}

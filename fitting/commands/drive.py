@@ -138,7 +138,7 @@ def _write(
 ) -> tuple[list[Path], list[str]]:
     """All files, or none, and the names of those removed; `report` comes last, with hashes."""
     from fitting._json import json_text
-    from fitting._result_files import begin_result, check_output, hash_files
+    from fitting._result_files import begin_result, check_output, list_files
     from fitting.commands.shared._out import output_folder
     from fitting.commands.shared.files._drive_files import (
         check_no_other_drives,
@@ -157,12 +157,12 @@ def _write(
     removed = earlier_files(folder, names, LIST)
     earlier = begin_result(folder, LIST, names)
     remove_earlier(folder, removed)
-    earlier = {file: kept for file, kept in earlier.items() if file not in removed}
+    earlier = [file for file in earlier if file not in removed]
     for one, wave in zip(made, waves, strict=True):
         write_drive(one, folder / f"{file_stem(one.rate)}.csv")
         write_afg(wave, folder / f"{file_stem(one.rate)}.afg")
     written = [folder / name for name in names]
-    report["files"] = hash_files(written) | earlier
+    report |= list_files(written, earlier)
     write_atomic(folder / LIST, json_text(report))
     return [*written, folder / LIST], removed
 

@@ -49,7 +49,7 @@ def predict(
     """
     options = dict(locals())
     from fitting._json import json_text, replace_nonfinite
-    from fitting._result_files import begin_result, check_output, hash_files
+    from fitting._result_files import begin_result, check_output, list_files
     from fitting.commands.shared._model import load_model
     from fitting.commands.shared._out import console, output_folder, print_json
     from fitting.commands.shared._plugins import plugin_effects, plugin_operators
@@ -74,7 +74,7 @@ def predict(
         "data_sha256": data.sha256(),
         "provenance": provenance("rapi predict", options, ("model", "recording")),
     }
-    listed = report | {"files": hash_files(written) | earlier}
+    listed = report | list_files(written, earlier)
     write_atomic(folder / LIST, json_text(replace_nonfinite(listed)))
     if json:
         print_json(report)

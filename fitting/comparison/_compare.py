@@ -17,7 +17,7 @@ from rapi_jax.internal import float64, takes
 
 from ._check_pair import cautions, check_pair
 from ._comparison import Comparison
-from ._difference_test import DifferenceTest, compare_estimates
+from ._difference_test import DifferenceTest, compare_estimates, detectable_changes
 from ._differences import Interval, ParameterDifference
 from ._effects import named_effects
 from ._estimates import PairEstimates, estimate_pair
@@ -78,7 +78,9 @@ def compare(
     presence = None
     if effects:
         ecdl, presence = named_effects(ecdl, given, pair, candidates, report)
-    estimates = estimate_pair(ecdl, pair, without, report)
+    names_of = {type(effect).name: type(effect).__name__ for effect in ecdl.effects}
+    only_in = {names_of[e.effect]: e.only_in for e in presence or () if e.only_in}
+    estimates = estimate_pair(ecdl, pair, without, report, only_in=only_in)
     report("both together")
     names, alone = list(estimates.names), estimates.values
     errors = shared_errors(estimates)
@@ -97,6 +99,10 @@ def compare(
     p_change = min(p_parameters, p_misfit)
     parameters_changed = p_parameters < THRESHOLDS.change_level
     misfit_changed = p_misfit < THRESHOLDS.change_level
+    tests = 2 if misfit is None else 3
+    detectable = detectable_changes(test, tests)
+    slopes = np.concatenate([e.slopes(p, steps) for e, p in zip(errors, about, strict=True)])
+    detectable_response = float(np.max(detectable * np.sqrt(np.mean(slopes**2, axis=0))))
     z, statistic, found = test.change / test.change_stderr, test.statistic, test
     if parameters_changed:
         report("which parameter changed")
@@ -122,10 +128,13 @@ def compare(
         p_value=test.p_value,
         statistic=test.statistic,
         degrees=test.degrees,
-        parameters=tuple(_differences(estimates, values, covariances, found, test, probabilities)),
+        parameters=tuple(
+            _differences(estimates, values, covariances, found, test, probabilities, detectable)
+        ),
         probabilities=probabilities,
         set=likely,
         response=response_change(errors, alone, about, covariances),
+        detectable_response=detectable_response,
         response_by_drive=tuple(change_by_drive(errors, alone)),
         gap=gap_change(reference, (model, model), pair),
         misfit=misfit,
@@ -155,6 +164,7 @@ def _differences(
     found: DifferenceTest,
     test: DifferenceTest,
     probabilities: dict[str, float],
+    detectable: np.ndarray,
 ) -> list[ParameterDifference]:
     """Estimates as `found`; p-values given the others by `test`, which is about the joint fit."""
     half = float(stats.t.ppf(0.5 + 0.5 * THRESHOLDS.interval_level, found.degrees[1]))
@@ -181,6 +191,7 @@ def _differences(
             p_given_others=float(test.p_given[j]),
             p_given_others_holm=float(test.p_given_holm[j]),
             probability=probabilities[name],
+            detectable=float(detectable[j]),
         )
         for j, name in enumerate(pair.names)
     ]

@@ -10,7 +10,7 @@ from fitting._json import replace_nonfinite
 from fitting._versions import package_versions
 
 from ._differences import EffectPresence, GapChange, Interval, ParameterDifference
-from ._sentences import describe_comparison
+from ._sentences import list_details, write_headline
 from ._thresholds import THRESHOLDS
 
 SCHEMA = "rapi.comparison/1"
@@ -26,7 +26,8 @@ class Comparison:
     - `probabilities`: of "none", each parameter alone, and "several"; they sum to 1. `set`: given a
       change, the most probable ones that hold 95 % together.
     - `response`: rms of the change of the response over both recordings' drives, in `unit`;
-      `response_by_drive`: at each rate and swing.
+      `response_by_drive`: at each rate and swing. `detectable_response`: a change of any one
+      parameter that moves the response by so much is found in 95 % of cases.
     - `gap`: of one model in both, where periods show the noise; `misfit`: that of the own fit of
       each, which changes where an effect comes up that the model lacks. `effects`: named by a
       diagnosis, where that was asked for.
@@ -36,7 +37,7 @@ class Comparison:
     >>> from rapi_jax.examples import paper_device, paper_recording
     >>> runs = [paper_recording(samples=400, periods=2, seed=k)[0] for k in (0, 1)]
     >>> comparison = compare(*runs, ecdl=paper_device())
-    >>> comparison.sentence.split(" (")[0]
+    >>> comparison.headline.split(":")[0]
     'Nothing changed that these recordings show'
     >>> comparison["zeta"].p_value > 0.05
     True
@@ -53,6 +54,7 @@ class Comparison:
     probabilities: dict[str, float]
     set: tuple[str, ...]
     response: Interval
+    detectable_response: float
     response_by_drive: tuple[dict[str, Any], ...]
     gap: GapChange | None
     misfit: GapChange | None
@@ -74,9 +76,19 @@ class Comparison:
         raise KeyError(f"no parameter {name!r}; there are {names}")
 
     @property
+    def headline(self) -> str:
+        """What changed and by how much, or that nothing did and what would have shown."""
+        return write_headline(self)
+
+    @property
+    def details(self) -> tuple[str, ...]:
+        """The sentences that follow it: how sure that is, which parameters, where most."""
+        return tuple(list_details(self))
+
+    @property
     def sentence(self) -> str:
-        """What changed, by how much and how sure that is, in one or two sentences."""
-        return describe_comparison(self)
+        """The headline and the sentences that follow it."""
+        return " ".join((self.headline, *self.details))
 
     def to_dict(self) -> dict[str, Any]:
         """The comparison as in `comparison.json` (schema `rapi.comparison/1`)."""
@@ -85,13 +97,15 @@ class Comparison:
         effects = self.effects
         return replace_nonfinite(
             {"schema": SCHEMA, "unit": self.unit, "drive_unit": self.drive_unit}
-            | {"sentence": self.sentence, "level": THRESHOLDS.change_level}
+            | {"headline": self.headline, "details": list(self.details), "sentence": self.sentence}
+            | {"level": THRESHOLDS.change_level, "power": THRESHOLDS.detection_power}
             | {key: getattr(self, key) for key in kept}
             | {
                 "degrees": list(self.degrees),
                 "set": list(self.set),
                 "parameters": {p.name: p.to_dict() for p in self.parameters},
                 "response_change": dataclasses.asdict(self.response) | {"unit": self.unit},
+                "detectable_response": self.detectable_response,
                 "response_by_drive": list(self.response_by_drive),
                 "gap": None
                 if self.gap is None

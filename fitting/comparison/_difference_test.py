@@ -14,6 +14,8 @@ from scipy import stats
 
 from fitting._multiple_tests import adjust_holm
 
+from ._thresholds import THRESHOLDS
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class DifferenceTest:
@@ -73,3 +75,15 @@ def compare_estimates(
         p_value=p_value,
         p_change=min(1.0, 2.0 * min(p_value, float(p_given_holm.min()))),
     )
+
+
+def detectable_changes(test: DifferenceTest, tests: int) -> Float[np.ndarray, " parameters"]:
+    """How much each parameter alone must change so that a change is found in 95 % of cases.
+
+    That is by its own test, for all parameters and for so many `tests` beside each other; the test
+    of all parameters together can only find more.
+    """
+    size, degrees = test.degrees
+    level = THRESHOLDS.change_level / (tests * size)
+    needed = stats.t.isf(0.5 * level, degrees) + stats.t.ppf(THRESHOLDS.detection_power, degrees)
+    return float(needed) * test.change_stderr

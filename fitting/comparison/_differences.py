@@ -1,6 +1,7 @@
 """What differs between two recordings, one by one: parameters, effects, the gap."""
 
 import dataclasses
+import math
 import re
 from typing import Any
 
@@ -9,6 +10,7 @@ from fitting._units import significant
 from ._thresholds import THRESHOLDS
 
 _MOST_PERCENT, _LEAST_PERCENT = 990.0, 0.01  # of a change, between which it is told
+_MOST_DECIMALS = 3  # of a change in per cent
 
 
 @dataclasses.dataclass(frozen=True)
@@ -28,6 +30,8 @@ class ParameterDifference:
       together.
     - `change`: the same if no other parameter changed; `p_given_others` of it.
     - `probability`: that this parameter changed, and it alone.
+    - `detectable`: the change, if no other parameter changed, that such recordings show in 95 % of
+      cases.
     """
 
     name: str
@@ -46,6 +50,7 @@ class ParameterDifference:
     p_given_others: float
     p_given_others_holm: float
     probability: float
+    detectable: float
 
     @property
     def relative(self) -> bool:
@@ -62,6 +67,18 @@ class ParameterDifference:
         if self.relative:
             return self._share(self.difference)
         return _signed(f"{self.difference.value:+.3g}{self._unit}")
+
+    def describe_percent(self, amount: Interval) -> str:
+        """An amount with interval in per cent; in its unit where that has no meaning."""
+        scale = 100.0 / abs(self.before) if self.before else math.inf
+        ends = [scale * x for x in (amount.value, amount.low, amount.high)]
+        far = max(abs(x) for x in ends) >= _MOST_PERCENT or abs(ends[0]) < _LEAST_PERCENT
+        if not self.relative or far:
+            return self.describe(amount)
+        spread = max(0.5 * (ends[2] - ends[1]), 10.0**-_MOST_DECIMALS)
+        decimals = max(0, -math.floor(math.log10(spread)))
+        value, low, high = (f"{x:+.{decimals}f}" for x in ends)
+        return _signed(f"{value} % ({low} to {high})")
 
     @property
     def _unit(self) -> str:

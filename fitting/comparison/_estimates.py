@@ -1,7 +1,7 @@
 """One model fitted to each of two recordings, with the same parameters free in both."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from rapi_jax.internal import follow
 from ._thresholds import THRESHOLDS
 
 Pair = tuple[Recording, Recording]
+_LABELS = ("before", "after")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -63,21 +64,27 @@ class PairEstimates:
 
 
 def estimate_pair(
-    ecdl: ECDL, pair: Pair, without: tuple[str, ...], report: Callable[[str], None]
+    ecdl: ECDL,
+    pair: Pair,
+    without: tuple[str, ...],
+    report: Callable[[str], None],
+    *,
+    only_in: Mapping[str, str] | None = None,
 ) -> PairEstimates:
     """Fits of `ecdl` to both recordings, less the parameters `without` among `names`.
 
     A number that one of them does not fix, or only at a bound, is held in both, at what that one
-    ended with: the other parameters then mean the same in both. Raises `ModelError` where no
-    parameter is left.
+    ended with: the other parameters then mean the same in both. `only_in`: classes of effects that
+    one recording alone has ("before" or "after"), which says what is held of theirs. Raises
+    `ModelError` where no parameter is left.
     """
     free = _free_in_both(ecdl, pair)
-    labels, notes = ("before", "after"), []
+    notes: list[str] = []
     for number in range(THRESHOLDS.rounds):
         report("each recording alone" if not number else "each alone, with what both fix")
         first, second = fit_many(ecdl, list(pair), free=_selector(free))
         records = read_record(first, 0), read_record(second, 1)
-        held, told = _known_in_one(free, records, labels)
+        held, told = _known_in_one(free, records, only_in or {})
         notes += told
         if not held or len(held) == len(free):
             break
@@ -134,9 +141,13 @@ def _put(ecdl: ECDL, paths: list[Any], values: list[float]) -> ECDL:
 
 
 def _known_in_one(
-    free: list[Parameter], records: tuple[Record, Record], labels: tuple[str, str]
+    free: list[Parameter], records: tuple[Record, Record], only_in: Mapping[str, str]
 ) -> tuple[dict[str, float], list[str]]:
-    """Numbers that one recording alone fixes, at the value of the other, and notes on them."""
+    """Numbers that one recording alone fixes, at the value of the other, and notes on them.
+
+    Those of an effect that one recording alone has are held at what it has there: the other has
+    none of it, and where its fit ended along what it lacks says nothing.
+    """
     held, notes = {}, []
     for part in free:
         if part.shape:
@@ -146,8 +157,10 @@ def _known_in_one(
         if fixed[0] == fixed[1]:
             continue
         which = fixed.index(False)
-        value = float(records[which].values[at])
+        owner = part.name.partition(".")[0]
+        source = _LABELS.index(only_in[owner]) if owner in only_in else which
+        value = float(records[source].values[at])
         why = "at a bound" if records[which].at_bound[at] else "not fixed by the data"
         held[part.name] = value
-        notes.append(f"`{part.name}` is {why} {labels[which]}: held at {value:.4g} in both.")
+        notes.append(f"`{part.name}` is {why} {_LABELS[which]}: held at {value:.4g} in both.")
     return held, notes

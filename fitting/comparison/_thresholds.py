@@ -17,6 +17,13 @@ class ComparisonThresholds:
     interval_level: float = threshold(
         0.95, unit="probability", origin="convention; of all intervals of a comparison"
     )
+    detection_power: float = threshold(
+        0.95,
+        unit="probability",
+        origin="convention, as of a diagnosis's detection limits: of a change of the size said to "
+        "be detectable; with nine parameters that size is 0.65 times as large for 0.5, and "
+        "1.15 times for 0.99 (normal quantiles)",
+    )
     rounds: int = threshold(
         4,
         unit="refits",

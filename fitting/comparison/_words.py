@@ -32,3 +32,8 @@ def describe_parameter(name: str) -> str:
     if base == "d" and number.isdigit():
         return f"nonlinearity of the tuning of order {number}"
     return f"{_WORDS[base]}, play {number}" if base in _WORDS and number.isdigit() else name
+
+
+def briefly(words: str) -> str:
+    """A parameter in words, without what stands in brackets behind them."""
+    return words.partition(" (")[0]

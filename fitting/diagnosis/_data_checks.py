@@ -10,8 +10,8 @@ from fitting.identification._options import default_free
 from fitting.identification._parameter_vector import ParameterVector
 from fitting.identification._posed import Posed
 from fitting.identification.data_checks._data_checks import check_usable, find_faults
-from fitting.identification.data_checks._drive_noise import find_swapped_columns
 from fitting.identification.data_checks._fault import Fault
+from fitting.identification.data_checks.drives._drive_noise import find_swapped_columns
 from fitting.identification.data_checks.holds._sweeps import single_sweep
 from fitting.identification.data_checks.runs._exchanged_runs import find_copied_readings
 from rapi_jax import ECDL, AbstractOperator, DataError, ModelError, Recording

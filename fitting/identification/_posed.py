@@ -15,13 +15,13 @@ from ._weights import run_weights
 from .assessment._ends import Start
 from .assessment._estimates import cut_to_runs
 from .data_checks._data_checks import check_usable
-from .data_checks._drive_noise import find_drive_noise
 from .data_checks._fault import Fault
 from .data_checks._outliers import (
     few_outliers,
     find_outliers,
     leave_out,
 )
+from .data_checks.drives._drive_noise import find_drive_noise
 from .data_checks.runs._exchanged_runs import (
     find_copied_readings,
     find_exchanged_runs,

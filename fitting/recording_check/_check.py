@@ -5,13 +5,18 @@ from typing import Any
 
 import numpy as np
 
+from fitting._units import quantity
 from fitting.identification.data_checks._data_checks import check_usable, find_faults
-from fitting.identification.data_checks._drive_noise import (
+from fitting.identification.data_checks._fault import Fault
+from fitting.identification.data_checks._thresholds import THRESHOLDS
+from fitting.identification.data_checks.drives._drive_noise import (
     find_swapped_columns,
     foresee_drive_noise,
 )
-from fitting.identification.data_checks._fault import Fault
-from fitting.identification.data_checks._thresholds import THRESHOLDS
+from fitting.identification.data_checks.drives._drive_reading import (
+    describe_cure,
+    find_reading_noise,
+)
 from fitting.identification.data_checks.holds._sweeps import describe_creep, single_sweep
 from rapi_jax import DataError, Identified, Recording
 from rapi_jax.internal import describe_swap, takes
@@ -134,7 +139,12 @@ def check_recording(recording: Recording) -> RecordingCheck:
         runs,
         tuple(faults),
         tuple(questions),
-        (*notes, *_swap_notes(recording, faults), *_sampling_notes(runs)),
+        (
+            *notes,
+            *_swap_notes(recording, faults),
+            *_drive_notes(recording, runs, faults),
+            *_sampling_notes(runs),
+        ),
     )
 
 
@@ -155,6 +165,30 @@ def _swap_notes(recording: Recording, faults: list[Fault]) -> list[str]:
         return []
     said = describe_swap(recording.runs, THRESHOLDS.commanded_ratio, CHECK.commanded)
     return [] if said is None else [f"columns: {said}."]
+
+
+def _drive_notes(
+    recording: Recording, runs: tuple[RunSummary, ...], faults: list[Fault]
+) -> list[str]:
+    """Noise of the drive's reading that a fit does not refuse, but will leave."""
+    noise = {run.name: run.noise for run in runs}
+    large = [
+        one
+        for one in ([] if faults else find_reading_noise(recording))
+        if one.in_response > CHECK.drive_noise_share * noise[one.run.name]
+    ]
+    if not large:
+        return []
+    most = max(large, key=lambda one: one.in_response)
+    count, unit = len(large), recording.response_unit
+    where = f"run {most.run.name!r}" if count == 1 else f"{count} runs, most in {most.run.name!r}"
+    size, own = (quantity(x, unit) for x in (most.in_response, noise[most.run.name]))
+    return [
+        f"drive noise: the drive as written carries noise of {most.rms:.2g} "
+        f"{recording.drive_unit} rms ({where}) that the response does not follow: noise of its "
+        f"reading, or the steps of its converter. A model makes {size} rms of it, beside noise of "
+        f"the response of {own}. {describe_cure(most.run)}"
+    ]
 
 
 def _sampling_notes(runs: tuple[RunSummary, ...]) -> list[str]:

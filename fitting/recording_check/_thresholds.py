@@ -12,6 +12,12 @@ class RecordingCheckThresholds:
     enough_periods: int = threshold(
         3, unit="periods", origin="two repeat; three also tell a first period from rest and a drift"
     )
+    drive_noise_share: float = threshold(
+        0.5,
+        unit="of the response's noise",
+        origin="what a fit leaves is then 12 % larger (root of 1.25); 0.25: 3 %, which no one "
+        "would mend, 1: 41 %",
+    )
     swings_apart: float = threshold(
         1.2, unit="factor", origin="as for scan rates; swings within it do not show their law"
     )

@@ -40,6 +40,24 @@ def test_a_whole_result_is_read_and_lists_its_files(results):
     load_model(folder)
 
 
+def test_files_lists_what_was_written_and_others_are_named_beside_it(results, tmp_path):
+    """Pictures of an earlier fit that a new one without pictures leaves are no part of it."""
+    _, result = results[0]
+    result.save(tmp_path)
+    result.save(tmp_path, plots=False)
+    listed = json.loads((tmp_path / "model.json").read_text())
+    assert "model.rapi" in listed["files"] and None not in listed["files"].values()
+    assert "loops.png" in listed["earlier_files"]
+    assert {p.name for p in tmp_path.iterdir()} == {
+        *listed["files"], *listed["earlier_files"], "model.json"
+    }  # fmt: skip
+    with pytest.raises(DataError, match="is of an earlier result than model.json"):
+        check_belongs(tmp_path / "loops.png")
+    result.save(tmp_path)
+    again = json.loads((tmp_path / "model.json").read_text())
+    assert "earlier_files" not in again and "loops.png" in again["files"]
+
+
 @pytest.mark.fault(name="a model of another fit beside a result", promise="exit 3, one line")
 def test_a_model_of_another_fit_is_refused(results, tmp_path):
     (one, _), (other, _) = results
@@ -149,11 +167,13 @@ def test_a_drive_that_its_certificate_was_not_made_with_is_not_played(drives, tm
     name="a drive of an earlier result beside a new certificate",
     promise="exit 3, one line, not played",
 )
-def test_a_drive_of_an_earlier_result_is_not_played(drives, tmp_path, play):
-    """Where a certificate lists it as no part of its own."""
+@pytest.mark.parametrize("null", [False, True])
+def test_a_drive_of_an_earlier_result_is_not_played(drives, tmp_path, play, null):
+    """Where a certificate names it as no part of its own; `null`: as earlier versions did."""
     shutil.copytree(drives / "first", folder := tmp_path / "again")
     content = json.loads((drives / "second" / "certificate.json").read_text())
-    content["files"]["drive_30Hz.csv"] = None
+    name = "drive_30Hz.csv"
+    content |= {"files": content["files"] | {name: None}} if null else {"earlier_files": [name]}
     (folder / "certificate.json").write_text(json.dumps(content))
     code, error = play(folder / "drive_30Hz.csv")
     assert code == 3 and "of an earlier result than certificate.json" in error

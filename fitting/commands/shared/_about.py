@@ -15,22 +15,34 @@ class TimeThresholds:
     """What an estimate of the time is made of."""
 
     fit_s: float = threshold(
-        7.0, unit="s", origin="measured, two cores: a first fit of 20 000 samples, compilation too"
+        18.0,
+        unit="s of one core",
+        origin="measured by `rapi fit` on six simulated recordings of 1 to 10 runs and 1200 to "
+        "800 000 samples, two cores: 23 to 61 s of processor time with `--no-compile-cache`, 16 to "
+        "34 s with the programs of an earlier fit; all twelve within a factor of 1.8 of the "
+        "estimate. Half or twice as large, five or more are not within two",
+    )
+    fit_s_per_run: float = threshold(
+        1.2, unit="s of one core a run", origin="from the same fits: 10 runs take 11 s more than 1"
     )
     fit_s_per_sample: float = threshold(
-        7.5e-6, unit="s/sample", origin="measured: 400 000 samples take 3 s more than 20 000"
+        1e-5, unit="s/sample", origin="from the same fits: 800 000 samples take 7 s more than 9600"
     )
     dense_fit_s_per_sample: float = threshold(
-        4e-3,
+        2.5e-3,
         unit="s/sample",
-        origin="measured: 20 000 samples of a drive that turns every few take 91 s in a cold "
-        "process, of processor time",
+        origin="measured: 9600 samples of a drive that turns every few take 61 s of processor "
+        "time, and 31 s without noise; 20 000 take 91 s",
     )
     diagnose_s: float = threshold(
-        18.0, unit="s", origin="measured, two cores: a first diagnosis, compilation too"
+        26.0,
+        unit="s of one core",
+        origin="measured by `rapi diagnose --no-compile-cache` on seven simulated recordings of 1 "
+        "to 10 runs and 1200 to 800 000 samples: 24 to 36 s of processor time, all within a "
+        "factor of 1.4 of the estimate; half or twice as large, four or more are not within two",
     )
     diagnose_s_per_sample: float = threshold(
-        1e-4, unit="s/sample", origin="measured: 21 s for 31 200 samples in a cold process"
+        1e-4, unit="s/sample used", origin="measured: 24 s for 4500 samples, 34 s for 64 000"
     )
     diagnose_longest: float = threshold(
         9.0,
@@ -44,17 +56,20 @@ THRESHOLDS = TimeThresholds()
 
 
 def estimate_seconds(recording: Any, work: Work) -> float:
-    """About how long `work` on `recording` takes in a process that has compiled nothing yet, s."""
-    from fitting.identification.data_checks._thinning import thin, turns_densely
+    """About how long `work` on `recording` takes in a process that has done none yet, s."""
+    from fitting.diagnosis.noise._periods import decimate
+    from fitting.identification.data_checks._thinning import has_dense_turns, thin
 
+    if work == "diagnose":
+        used = sum(run.drive.size for run in decimate(recording).runs)
+        return THRESHOLDS.diagnose_s + THRESHOLDS.diagnose_s_per_sample * used
     samples = sum(run.drive.size for run in recording.runs)
-    fit = THRESHOLDS.fit_s + THRESHOLDS.fit_s_per_sample * samples
-    if turns_densely(recording):
+    fit = THRESHOLDS.fit_s + THRESHOLDS.fit_s_per_run * len(recording.runs)
+    fit += THRESHOLDS.fit_s_per_sample * samples
+    if has_dense_turns(recording):
         fitted = sum(run.drive.size for run in thin(recording)[0].runs)
         fit += THRESHOLDS.dense_fit_s_per_sample * fitted
-    if work == "fit":
-        return fit
-    return THRESHOLDS.diagnose_s + THRESHOLDS.diagnose_s_per_sample * samples
+    return fit
 
 
 def describe_recording(recording: Any, seconds: float, longest: float | None = None) -> str:

@@ -4,6 +4,11 @@ import numpy as np
 
 from fitting._units import quantity
 from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification.data_checks.drives._drive_reading import (
+    DriveNoise,
+    describe_cure,
+    find_reading_noise,
+)
 from fitting.identification.problem._problem import Problem, Solution
 
 from ._claim import Claim
@@ -67,6 +72,16 @@ def check_misfit(
     if gap > THRESHOLDS.poor_gap * curved and gap > THRESHOLDS.exact_fit * span:
         unit = problem.recording.response_unit
         left, bent = quantity(gap, unit), quantity(curved, unit)
+        if (read := _drive_noise(problem)) is not None and read.in_response >= gap:
+            made = quantity(read.in_response, unit)
+            return [
+                f"noisy drive: beyond noise the model leaves {left} rms, too much for a scan "
+                f"that is to be straight (the response departs from a straight line by {bent}). "
+                f"The drive as written carries noise of {read.rms:.2g} "
+                f"{problem.recording.drive_unit} rms, of which the model makes {made} and the "
+                "device nothing: noise of its reading, which also makes parameters come out too "
+                f"small. {describe_cure(read.run)}"
+            ]
         return [
             f"poor fit: beyond noise the model leaves {left} rms. The response departs from a "
             f"straight line by {bent} rms, so a scan compensated with this model would still be "
@@ -75,6 +90,12 @@ def check_misfit(
             "plays (`plays`) or too low an order."
         ]
     return []
+
+
+def _drive_noise(problem: Problem) -> DriveNoise | None:
+    """The drive's noise that the device does not follow, of the run with most of it."""
+    found = find_reading_noise(problem.recording)
+    return max(found, key=lambda one: one.in_response, default=None)
 
 
 def check_held_out(

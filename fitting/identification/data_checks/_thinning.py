@@ -43,13 +43,16 @@ def thin(recording: Recording) -> tuple[Recording, str | None]:
 
 
 def turns_densely(recording: Recording) -> bool:
-    """Whether a drive turns every few samples, as one with noise does, in many samples.
+    """Whether a drive turns every few samples, as one with noise does, in many samples."""
+    return _samples(recording) > THRESHOLDS.dense_samples and has_dense_turns(recording)
+
+
+def has_dense_turns(recording: Recording) -> bool:
+    """Whether a drive turns every few samples, in however many.
 
     Plays over few monotone stretches of a drive are summed in closed form; where nearly each sample
     turns, all of them are stepped through, which takes about 100 times as long.
     """
-    if _samples(recording) <= THRESHOLDS.dense_samples:
-        return False
     return any(
         run.drive.size < THRESHOLDS.dense_turn * turning_places(run.drive.value).size
         for run in recording.runs

@@ -119,6 +119,13 @@ class DataCheckThresholds:
         unit="correlation of third differences",
         origin="half of what is left from sample to sample; of 2000 samples of noise 0.03",
     )
+    drive_noise_unanswered: float = threshold(
+        0.5,
+        unit="of the slope of the response",
+        origin="1 where the device does not follow the drive from sample to sample, 0 where it "
+        "does; with drive noise of half the response's it is known to 0.05 in 1600 samples, so "
+        "0.25 and 0.75 tell the two apart as well",
+    )
     commanded: float = threshold(
         1e-9, unit="of the span, from sample to sample", origin="rounding of a command"
     )

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from fitting._json import json_text
-from fitting._result_files import begin_result, hash_files
+from fitting._result_files import begin_result, list_files
 from rapi_jax.io import write_atomic
 
 from ._page import render_page
@@ -32,6 +32,6 @@ def write_comparison(
     content = content | {"recordings": recordings}
     earlier = begin_result(folder, COMPARISON, [PAGE])
     write_atomic(folder / PAGE, render_page(content))
-    files = hash_files([folder / PAGE]) | earlier
-    write_atomic(folder / COMPARISON, json_text(content | dict(more or {}) | {"files": files}))
+    files = list_files([folder / PAGE], earlier)
+    write_atomic(folder / COMPARISON, json_text(content | dict(more or {}) | files))
     return [folder / COMPARISON, folder / PAGE]

@@ -29,6 +29,7 @@ _WIDE = Markup(
     " .comparison .whisker { min-width: 7rem; width: 7rem; }"
     " @media (max-width: 34rem) { .comparison tbody th { min-width: 8rem; }"
     " .dot { display: none; } } #parameters h3 { margin-top: 1.8rem; }"
+    " #verdict h1 { margin-bottom: 0.6em; }"
 )
 
 
@@ -37,7 +38,8 @@ def render_page(content: dict[str, Any]) -> str:
     unit, gap = content["unit"], content["gap"]
     return _load_template().render(
         title="What changed",
-        headline=content["sentence"].replace("`", ""),
+        headline=content["headline"].replace("`", ""),
+        details=[line.replace("`", "") for line in content["details"]],
         facts=list_facts(content),
         heads=HEADS,
         alone=ALONE,
@@ -64,6 +66,7 @@ def render_page(content: dict[str, Any]) -> str:
         p_value=state_p(content["p_value"]),
         statistic=significant(content["statistic"], 4),
         degrees=[f"{x:.4g}" for x in content["degrees"]],
+        power=f"{100 * content['power']:g}",
         level=f"{100 * content['level']:g}",
         provenance=_list_provenance(content),
         style=read_style(),

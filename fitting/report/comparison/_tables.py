@@ -59,6 +59,12 @@ def format_size(interval: dict[str, Any], unit: str) -> str:
     return f"{format_quantity(interval['value'], unit)} ({low} to {high})"
 
 
+def format_size_of(value: Any, unit: str) -> str:
+    """A number in a parameter's unit."""
+    end = "" if unit in ("", "1") else f"{SPACE}{unit_text(unit)}"
+    return f"{format_number(value, 2)}{end}"
+
+
 def tabulate_parameters(content: dict[str, Any]) -> list[dict[str, Any]]:
     """A row a parameter: `name`, `words`, `cells`, whether `changed`, and `whisker` for a page.
 
@@ -89,6 +95,7 @@ def tabulate_parameters(content: dict[str, Any]) -> list[dict[str, Any]]:
                     format_range(row["change"], row["unit"]),
                     format_p(row["p_given_others_holm"]),
                     format_percent(row["probability"]),
+                    format_size_of(row["detectable"], row["unit"]),
                 ],
                 "whisker": dict(
                     zip(
@@ -117,6 +124,7 @@ HEADS = (
     "if it alone changed",
     "p of that",
     "probability",
+    "found from",
 )
 
 

@@ -15,7 +15,7 @@ _SHOWN = (2, 3, 4, 7)  # of the columns: a terminal is narrow
 
 def render_lines(content: dict[str, Any]) -> Group:
     """The comparison for a rich console, from the dictionary of `comparison.json`."""
-    head = Text(content["sentence"], style="bold red" if content["changed"] else "bold green")
+    head = Text(content["headline"], style="bold red" if content["changed"] else "bold green")
     table = Table(title="Parameters, after less before (p for all together)", title_justify="left")
     table.add_column("name")
     for k in _SHOWN:
@@ -24,7 +24,7 @@ def render_lines(content: dict[str, Any]) -> Group:
         cells = [row["cells"][k] for k in _SHOWN]
         texts = [Text(cell.replace("\N{NO-BREAK SPACE}", " ")) for cell in (row["name"], *cells)]
         table.add_row(*texts, style="bold" if row["changed"] else "")
-    rows: list[Any] = [head, table]
+    rows: list[Any] = [head, *(Text(line) for line in content["details"]), table]
     rows += [Text(f"{name.lower()}: {text}") for name, text in list_facts(content)]
     rows += [
         Text(f"{label}: {before} before, {after} after, {where}")

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fitting._json import json_text
-from fitting._result_files import begin_result, hash_files
+from fitting._result_files import begin_result, list_files
 from fitting._versions import package_versions
 from fitting.report.fit._files import MODEL
 from rapi_jax import Identified
@@ -49,7 +49,7 @@ def write_diagnosis(
         data_sha256=recording.sha256(),
     )
     write_atomic(folder / PAGE, render_page(content, diagnosis.labels))
-    files = hash_files([folder / MODEL, folder / PAGE]) | earlier
-    whole = content | dict(more or {}) | {"files": files}
+    files = list_files([folder / MODEL, folder / PAGE], earlier)
+    whole = content | dict(more or {}) | files
     write_atomic(folder / DIAGNOSIS, json_text(whole))
     return [folder / DIAGNOSIS, folder / PAGE, folder / MODEL]

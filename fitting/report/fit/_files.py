@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fitting._json import json_text
-from fitting._result_files import begin_result, hash_files
+from fitting._result_files import begin_result, list_files
 from fitting._versions import package_versions
 from rapi_jax import Identified
 from rapi_jax.io import write_atomic, write_model
@@ -73,6 +73,6 @@ def write_fit(
     for name, content in others.items():
         write_atomic(folder / name, content)
         written.append(folder / name)
-    table = result.to_dict() | dict(more or {}) | {"files": hash_files(written) | earlier}
+    table = result.to_dict() | dict(more or {}) | list_files(written, earlier)
     write_atomic(folder / TABLE, json_text(table))
     return [folder / TABLE, *written]

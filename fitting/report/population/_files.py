@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fitting._json import json_text
-from fitting._result_files import begin_result, hash_files
+from fitting._result_files import begin_result, list_files
 from fitting.report.fit._files import save_figure
 from rapi_jax.io import write_atomic
 
@@ -38,6 +38,6 @@ def write_population(
     written = [folder / name for name in names]
     content = population.to_dict()
     content["change"] = None if change is None else change.to_dict()
-    files = hash_files(written) | earlier
-    write_atomic(folder / POPULATION, json_text(content | dict(more or {}) | {"files": files}))
+    files = list_files(written, earlier)
+    write_atomic(folder / POPULATION, json_text(content | dict(more or {}) | files))
     return [folder / POPULATION, *written]

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fitting._json import json_text
-from fitting._result_files import begin_result, hash_files
+from fitting._result_files import begin_result, list_files
 from fitting.report.fit._files import save_figure
 from rapi_jax.io import write_atomic
 
@@ -44,8 +44,8 @@ def write_range(
         picture = plot.png(figure)
         save_figure(figure, folder / PICTURE)
     write_atomic(folder / PAGE, render_page(content, picture))
-    files = hash_files([folder / name for name in names]) | earlier
-    write_atomic(folder / RANGE, json_text(content | {"files": files}))
+    files = list_files([folder / name for name in names], earlier)
+    write_atomic(folder / RANGE, json_text(content | files))
     return [folder / RANGE, *(folder / name for name in names)]
 
 

@@ -1,10 +1,11 @@
 """Tables in HDF5 and netCDF-4 files of other programs, MATLAB 7.3 among them."""
 
+import functools
 import json
 import os
 import subprocess  # noqa: S404
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,11 @@ import numpy as np
 from rapi_jax._errors import DataError
 from rapi_jax.io._safe import bytes_on_disk, open_regular, printable
 
+from ._runs_in_matrices import find_runs
 from ._table import Column, Table
 
 _TIMEOUT = 600.0  # s; the process limits itself to far less
+_MATLAB = b"MATLAB 7.3"
 _MOST = 100  # columns of one data set
 _DAMAGED = "Export the file again, or save its arrays as .npz."
 
@@ -23,11 +26,13 @@ _DAMAGED = "Export the file again, or save its arrays as .npz."
 def read_hdf5_tables(path: Path) -> list[Table]:
     """The data sets of numbers in an HDF5 file, by path; of two dimensions, by `path:column`.
 
-    Of a structure array of MATLAB 7.3 each element is a table, with its fields as columns; of a
-    file that holds several the first one is read.
+    Of a structure array of MATLAB 7.3 each element is a table, with its fields as columns, and so
+    is each column of matrices of one shape beside a clock in a file of MATLAB 7.3, as in an older
+    file; of a file that holds several of these the first one is read.
     """
     label = printable(path)
     said, _ = _ask(path, label, [])
+    matlab = _is_matlab(path)
     listed = {one["path"]: one for one in said["columns"]}
     for array in said["structures"]:
         runs = [
@@ -52,33 +57,88 @@ def read_hdf5_tables(path: Path) -> list[Table]:
             f"{label}: no data set of real numbers with one or two dimensions. Save time, drive "
             "and response as plain data sets."
         )
-    return [_table(path, label, "HDF5", listed)]
+    if matlab and (runs := _columns_as_runs(path, label, listed)):
+        return runs
+    return [_table(path, label, "MATLAB" if matlab else "HDF5", listed, matlab=matlab)]
 
 
-def _table(path: Path, label: str, form: str, named: dict[str, dict[str, Any]]) -> Table:
+def _is_matlab(path: Path) -> bool:
+    """Whether MATLAB wrote the file, whose matrices then have their axes reversed."""
+    with open_regular(path) as file:
+        return file.read(len(_MATLAB)) == _MATLAB
+
+
+def _columns_as_runs(path: Path, label: str, listed: dict[str, dict[str, Any]]) -> list[Table]:
+    """Tables of the runs that are columns of matrices of one shape; none where there are none.
+
+    All runs of a file are read by one process, and kept while the tables are.
+    """
+
+    @functools.cache
+    def read(wanted: tuple[str, ...]) -> dict[str, np.ndarray]:
+        return _load(path, label, wanted, matlab=True)
+
+    shapes = [(name, _upright(np.empty(one["shape"], "V0")).shape) for name, one in listed.items()]
+    found = find_runs(shapes, lambda name: read((name,))[name])
+    if found is None:
+        return []
+    one_for_all = len(dict(shapes)[found.time]) == 1
+    return [
+        _named_columns(
+            f"{label}, columns {k + 1}",
+            "MATLAB",
+            [
+                (name, name, None if one_for_all and name == found.time else k, listed[name])
+                for name in (found.time, *found.others)
+            ],
+            read,
+        )
+        for k in range(found.width)
+    ]
+
+
+def _table(
+    path: Path, label: str, form: str, named: dict[str, dict[str, Any]], *, matlab: bool = True
+) -> Table:
     """The data sets `named` as columns of a table."""
-    columns: list[Column] = []
-    places: list[tuple[str, int | None]] = []
-    for title, one in named.items():
-        for name, column in _spread(title, one["shape"]):
-            columns.append(Column(name, name.rpartition("/")[2], one["unit"]))
-            places.append((one["path"], column))
+    columns = [
+        (name, one["path"], column, one)
+        for title, one in named.items()
+        for name, column in _spread(title, one["shape"])
+    ]
+    read = functools.partial(_load, path, label, matlab=matlab)
+    return _named_columns(label, form, columns, read)
+
+
+def _named_columns(
+    label: str,
+    form: str,
+    named: Sequence[tuple[str, str, int | None, dict[str, Any]]],
+    read: Callable[[tuple[str, ...]], dict[str, np.ndarray]],
+) -> Table:
+    """A table of columns of data sets: name, path, number of the column, what is known of it."""
 
     def load(use: Sequence[int]) -> list[np.ndarray]:
-        wanted = sorted({places[i][0] for i in use})
-        said, body = _ask(path, label, wanted)
-        arrays, at = {}, 0
-        for one in said["columns"]:
-            size = int(np.prod(one["shape"]))
-            values = np.frombuffer(body, dtype="<f8", count=size, offset=8 * at)
-            arrays[one["path"]] = _upright(values.reshape(one["shape"]))
-            at += size
+        arrays = read(tuple(sorted({named[i][1] for i in use})))
         return [
             np.array(arrays[name] if k is None else arrays[name][:, k], dtype=np.float64)
-            for name, k in (places[i] for i in use)
+            for _, name, k, _ in (named[i] for i in use)
         ]
 
+    columns = [Column(name, name.rpartition("/")[2], one["unit"]) for name, _, _, one in named]
     return Table(label, form, tuple(columns), load)
+
+
+def _load(path: Path, label: str, wanted: Sequence[str], *, matlab: bool) -> dict[str, np.ndarray]:
+    """The data sets at the paths `wanted`, samples along the first axis."""
+    said, body = _ask(path, label, wanted)
+    arrays, at = {}, 0
+    for one in said["columns"]:
+        size = int(np.prod(one["shape"]))
+        values = np.frombuffer(body, dtype="<f8", count=size, offset=8 * at).reshape(one["shape"])
+        arrays[one["path"]] = _upright(values.T if matlab else values)
+        at += size
+    return arrays
 
 
 def _spread(name: str, shape: Sequence[int]) -> Sequence[tuple[str, int | None]]:
@@ -95,7 +155,7 @@ def _upright(array: np.ndarray) -> np.ndarray:
     return array.T if array.ndim == 2 and array.shape[0] < array.shape[1] else array
 
 
-def _ask(path: Path, label: str, wanted: list[str]) -> tuple[dict[str, Any], bytes]:
+def _ask(path: Path, label: str, wanted: Sequence[str]) -> tuple[dict[str, Any], bytes]:
     script = Path(__file__).with_name("_hdf5_columns.py")
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "HDF5_USE_FILE_LOCKING": "FALSE"}
     with open_regular(path) as file:

@@ -11,8 +11,8 @@ from rapi_jax._errors import DataError
 from rapi_jax.io._safe import cause, open_regular, printable
 
 from ._arrays import DAMAGED, arrays_table, check_size
-from ._table import Table, columns_of, is_time_name
-from ._units import split_unit
+from ._runs_in_matrices import find_runs, last_part
+from ._table import Table, columns_of
 
 _OPAQUE = (
     "it holds an object of MATLAB (a timeseries, a table or one of a class), which only MATLAB can "
@@ -92,30 +92,17 @@ def _elements(value: Any) -> list[Any] | None:
 
 
 def _columns_as_runs(content: dict[str, Any]) -> list[Pairs]:
-    """The runs that stand beside each other in matrices of one shape; none where it may be else.
-
-    A single matrix may hold time, drive and response in its columns. Several that a time belongs to
-    hold a run in each.
-    """
+    """The runs that stand beside each other in matrices of one shape; none where it may be else."""
     arrays = [pair for name, value in content.items() for pair in _arrays(name, value)]
-    for name, time in arrays:
-        if not is_time_name(_last(name)) or time.shape[0] < 3:
-            continue
-        clocks = time if time.ndim == 2 else time[:, None]
-        others = [
-            (other, value)
-            for other, value in arrays
-            if other != name and value.ndim == 2 and value.shape[0] == time.shape[0]
-        ]
-        width = clocks.shape[1] if time.ndim == 2 else others[0][1].shape[1] if others else 0
-        others = [(other, value) for other, value in others if value.shape[1] == width]
-        if len(others) > 1 and width > 1 and bool((np.diff(clocks, axis=0) > 0).all()):
-            clocks = np.broadcast_to(clocks, (time.shape[0], width))
-            return [
-                [(name, clocks[:, k]), *((other, value[:, k]) for other, value in others)]
-                for k in range(width)
-            ]
-    return []
+    values = dict(arrays)
+    found = find_runs([(name, array.shape) for name, array in arrays], values.__getitem__)
+    if found is None:
+        return []
+    names = found.time, *found.others
+    return [
+        [(name, values[name] if values[name].ndim == 1 else values[name][:, k]) for name in names]
+        for k in range(found.width)
+    ]
 
 
 def _arrays(name: str, value: Any, depth: int = 0) -> Pairs:
@@ -146,11 +133,9 @@ def _flatten(name: str, value: Any, depth: int = 0) -> Pairs:
 def _named(table: Table) -> Table:
     """The table with columns that may be called by the last part of their names alone."""
     columns = [
-        dataclasses.replace(column, bare=_last(column.bare)) if ":" not in column.name else column
+        dataclasses.replace(column, bare=last_part(column.bare))
+        if ":" not in column.name
+        else column
         for column in table.columns
     ]
     return dataclasses.replace(table, columns=tuple(columns))
-
-
-def _last(name: str) -> str:
-    return split_unit(name)[0].rpartition(".")[2]

@@ -100,7 +100,39 @@ def test_a_drive_that_turns_densely_is_announced_to_take_longer():
         for drive in drives
     ]
     turning = Recording.of(noisy, [drive.value for drive in drives])
-    assert estimate_seconds(turning, "fit") > 5.0 * estimate_seconds(still, "fit")
+    more = estimate_seconds(turning, "fit") - estimate_seconds(still, "fit")
+    assert more == pytest.approx(2.5e-3 * 16000, rel=1e-6)  # s, as measured
+    few = [drive_of(turning, k, 1000) for k in range(2)]  # noise costs time in few samples, too
+    less = Recording.of(few, [drive.value for drive in few])
+    assert estimate_seconds(less, "fit") > 4.0 + 18.0
+
+
+def drive_of(recording, k, samples):
+    """The first samples of a run's drive."""
+    drive = recording.drives[k]
+    return dataclasses.replace(drive, time=drive.time[:samples], value=drive.value[:samples])
+
+
+# Samples a period, periods, rates, swings, and what they took: processor seconds of `rapi fit`
+# without and with earlier programs, and of `rapi diagnose` without.
+MEASURED = {
+    "one rate": (400, 3, (10.0,), (4.5,), 23.0, 16.5, 28.6),
+    "three rates": (500, 3, (10.0, 20.0, 40.0), (4.5,), 29.6, 18.8, 24.4),
+    "two swings": (400, 4, (10.0, 20.0, 40.0), (2.5, 4.5), 30.7, 24.9, 24.7),
+    "many samples": (4000, 4, (5.0, 10.0, 20.0, 40.0), (2.5, 4.5), 35.9, 23.1, 33.8),
+    "very many": (20000, 4, (5.0, 10.0, 20.0, 30.0, 40.0), (2.5, 4.5), 43.0, 33.6, 27.5),
+}
+
+
+@pytest.mark.parametrize("name", MEASURED)
+def test_the_time_announced_is_within_a_factor_of_two_of_that_measured(name):
+    samples, periods, rates, swings, cold, warm, diagnosed = MEASURED[name]
+    shape = {"bias": 3.0, "samples": samples * periods, "periods": periods}
+    drives = [d for swing in swings for d in triangle(list(rates), amplitude=swing, **shape)]
+    data = Recording.of(drives, [drive.value for drive in drives])
+    fitted = estimate_seconds(data, "fit")
+    assert 0.5 < fitted / cold < 2.0 and 0.5 < fitted / warm < 2.0
+    assert 0.5 < estimate_seconds(data, "diagnose") / diagnosed < 2.0
 
 
 def test_progress_without_a_terminal_is_a_line_now_and_then(capsys, monkeypatch):

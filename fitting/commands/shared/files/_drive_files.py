@@ -120,7 +120,7 @@ def write_drives(
 ) -> tuple[list[Path], list[str]]:
     """Write the drives in the place of earlier ones: the files, and the names of those removed."""
     from fitting._json import json_text
-    from fitting._result_files import begin_result, hash_files
+    from fitting._result_files import begin_result, list_files
     from fitting.report import save_figure
     from fitting.report.compensation._page import PAGE, render_page
     from rapi_jax import Recording, Run
@@ -133,7 +133,7 @@ def write_drives(
     removed = earlier_files(folder, names)
     earlier = begin_result(folder, CERTIFICATE, names)  # no certificate, no drive
     remove_earlier(folder, removed)
-    earlier = {file: kept for file, kept in earlier.items() if file not in removed}
+    earlier = [file for file in earlier if file not in removed]
     for i, one in enumerate(made):
         stem = file_stem(one.drive.rate)
         paths = [folder / f"{stem}.{kind}" for kind in kinds]
@@ -164,6 +164,6 @@ def write_drives(
         written.append(save_figure(figure, folder / "compensation.png"))
         write_atomic(folder / PAGE, render_page(report, written[-1].read_bytes()))
         written.append(folder / PAGE)
-    report["files"] = hash_files(written) | earlier
+    report |= list_files(written, earlier)
     write_atomic(folder / CERTIFICATE, json_text(report))
     return [*written, folder / CERTIFICATE], removed

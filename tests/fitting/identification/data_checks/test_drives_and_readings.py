@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from fitting.identification.data_checks._data_checks import find_faults
-from fitting.identification.data_checks._drive_noise import find_drive_noise, find_swapped_columns
+from fitting.identification.data_checks.drives._drive_noise import (
+    find_drive_noise,
+    find_swapped_columns,
+)
 from rapi_jax import predict
 from tests.support.spoiled import WAYS, healthy
 

@@ -1,4 +1,4 @@
-"""How far standard errors let a compensated scan be off a straight line, for certificates."""
+"""How far a compensated scan may be off a straight line, for certificates."""
 
 import json
 from pathlib import Path
@@ -11,7 +11,8 @@ def scan_bands(model: Path, ecdl: Any, made: list[Any]) -> tuple[list[Any], str 
     """A band for each drive in `made`, `None` where there is none; and a note that says why.
 
     `model`: as given on the command line. Standard errors are read from the `model.json` there,
-    which names the model's own file; without one there is no band.
+    which names the model's own file; without one there is no band. So is the error of the model in
+    runs that were left out, its claim: without one the bands are those of standard errors alone.
     """
     from fitting.report import MODEL, TABLE
     from fitting.uncertainty.bands._draws import laplace_draws_of
@@ -27,6 +28,14 @@ def scan_bands(model: Path, ecdl: Any, made: list[Any]) -> tuple[list[Any], str 
         if not isinstance(table, dict) or MODEL not in (table.get("files") or {}):
             return none, None
         draws = laplace_draws_of(ecdl, table, draws=DRAWS)
-        return [nonlinearity_band(draws, one).to_dict() for one in made], None
+        misfit = _held_out_error(table.get("claim"))
+        return [nonlinearity_band(draws, one, misfit=misfit).to_dict() for one in made], None
     except (ModelError, DataError, OSError, ValueError, RecursionError) as error:
         return none, f"no band on the nonlinearity: {error}"
+
+
+def _held_out_error(claim: Any) -> float:
+    """The rms error beyond noise in runs that were left out; 0 where none were, or it is noise."""
+    if not isinstance(claim, dict):
+        return 0.0
+    return max(float(claim["rms"]) ** 2 - float(claim["noise"]) ** 2, 0.0) ** 0.5

@@ -19,7 +19,8 @@ class NonlinearityBand:
     """The rms nonlinearity of a scan, in the response's unit (GHz), up and down.
 
     - `model`: of the fitted model, up and down. `up`, `down`: of each draw. `level`: of intervals.
-    - `method`: what was drawn from.
+    - `method`: what was drawn from. `misfit`: rms of the model's own error, a share of which is in
+      the upper ends of the intervals.
 
     >>> from fitting import fit, nonlinearity_band
     >>> from rapi_jax import triangle
@@ -37,25 +38,44 @@ class NonlinearityBand:
     down: Float[np.ndarray, " draws"]
     level: float
     method: str
+    misfit: float = 0.0
 
     @property
     def up_interval(self) -> tuple[float, float]:
         """The central interval of the up-scan's, GHz."""
-        return interval(self.up, self.level)
+        return self._ends(self.up)
 
     @property
     def down_interval(self) -> tuple[float, float]:
         """The central interval of the down-scan's, GHz."""
-        return interval(self.down, self.level)
+        return self._ends(self.down)
+
+    def _ends(self, rms: Float[np.ndarray, " draws"]) -> tuple[float, float]:
+        """From none of the misfit to the upper end with a share of it."""
+        return interval(rms, self.level)[0], interval(self._with_misfit(rms), self.level)[1]
+
+    def _with_misfit(self, rms: Float[np.ndarray, " draws"]) -> Float[np.ndarray, " draws"]:
+        """With a share of the misfit, any as likely as another."""
+        shares = (np.arange(rms.size) + 0.5) / rms.size
+        return np.hypot(rms, self.misfit * np.random.default_rng(0).permutation(shares))
 
     def to_dict(self) -> dict[str, Any]:
         """As in `certificate.json`."""
         ends = {"up": self.up_interval, "down": self.down_interval}
         spread = {"up": self.up, "down": self.down}
         return {
-            name: {"median": float(np.median(spread[name])), "low": low, "high": high}
+            name: {
+                "median": float(np.median(self._with_misfit(spread[name]))),
+                "low": low,
+                "high": high,
+            }
             for name, (low, high) in ends.items()
-        } | {"level": self.level, "method": self.method, "draws": int(self.up.size)}
+        } | {
+            "level": self.level,
+            "method": self.method,
+            "draws": int(self.up.size),
+            "misfit": self.misfit,
+        }
 
 
 @takes(source=FitResult | ModelDraws, scan=Compensation | Drive)
@@ -69,16 +89,23 @@ def nonlinearity_band(
     level: float = 0.95,
     draws: int = 1000,
     seed: int = 0,
+    misfit: float = 0.0,
 ) -> NonlinearityBand:
     """The rms nonlinearity under the drive of `scan`, made from the fitted model.
 
     The device has the parameters of a draw, and the drive stays what it is: so the straight scan of
-    the model is bent by the difference of both. Only the uncertainty of parameters counts: what no
-    parameters of the model describe is the claim's, and noise of readings comes on top. The region
-    of interest is that of the fitted model's scan.
+    the model is bent by the difference of both. What no parameters of the model describe comes on
+    top by `misfit` alone, and noise of readings is in none of it. The region of interest is that of
+    the fitted model's scan.
 
-    `source`, `method`, `posterior`, `draws`, `seed`: as for `prediction_band`. Raises `ModelError`
-    for a drive with fewer samples than a scan is judged by, and what that raises.
+    `source`, `method`, `posterior`, `draws`, `seed`: as for `prediction_band`. `misfit`: rms by
+    which a model of this structure misses runs that it was not fitted to, beyond noise, GHz; by
+    default 0, for a device that the model describes exactly. Each branch is judged about a line of
+    its own, which takes from nothing to all of such an error: the upper end has a share of it, any
+    as likely as another, the lower end none.
+
+    Raises `ModelError` for a drive with fewer samples than a scan is judged by, `ValueError` for a
+    `misfit` below 0 or not finite, and what `prediction_band` raises.
 
     >>> from fitting import fit, nonlinearity_band
     >>> from rapi_jax import triangle
@@ -91,12 +118,14 @@ def nonlinearity_band(
     [0.4, 3.2]
     """
     check_level(level)
+    if not 0.0 <= misfit < np.inf:
+        raise ValueError(f"Argument `misfit` must be 0 or more and finite, but is {misfit}.")
     drive = scan.drive if isinstance(scan, Compensation) else scan
     models = draws_of(source, method, posterior, draws, seed)
     found, predicted = responses(models, drive)
     own = branches(drive, predicted)
     rms = np.array([branches(drive, one, own.turning).rms_ghz for one in found])
-    return NonlinearityBand(own.rms_ghz, rms[:, 0], rms[:, 1], level, models.method)
+    return NonlinearityBand(own.rms_ghz, rms[:, 0], rms[:, 1], level, models.method, misfit)
 
 
 def branches(

@@ -16,6 +16,7 @@ from fitting import (
     prediction_band,
 )
 from fitting._json import json_text
+from fitting.commands.shared._nonlinearity_band import _held_out_error
 from fitting.uncertainty.bands._draws import laplace_draws_of
 from rapi_jax import Identified, ModelError, Run, compensate, linear_scan, linearity, predict
 from rapi_jax.ranging.budget import Conditions, interpolation_spread
@@ -95,6 +96,34 @@ def test_bands_hold_the_truth_as_often_as_they_say():
             hits[1 + side] += ends[0] <= value <= ends[1]
         assert max(straight.model) < straight.up_interval[1]  # the model itself scans straighter
     assert (hits >= 9).all()
+
+
+def test_a_misfit_of_the_model_widens_the_upper_end_alone(result):
+    """By a share of it from nothing to all: 97.5 % of it where parameters add nothing to it."""
+    exact = nonlinearity_band(result, DRIVE, draws=400)
+    small, large = (nonlinearity_band(result, DRIVE, draws=400, misfit=x) for x in (1e-6, 100.0))
+    assert exact.misfit == 0.0 and large.misfit == 100.0
+    assert np.array_equal(exact.up, large.up)
+    assert small.up_interval == pytest.approx(exact.up_interval, rel=1e-6)
+    for side in ("up_interval", "down_interval"):
+        assert getattr(large, side)[0] == getattr(exact, side)[0]
+        assert getattr(large, side)[1] == pytest.approx(97.5, rel=0.01)
+    assert large.to_dict()["up"]["median"] == pytest.approx(50.0, rel=0.02)
+    for wrong in (-1.0, np.nan, np.inf):
+        with pytest.raises(ValueError, match="Argument `misfit` must be 0 or more and finite"):
+            nonlinearity_band(result, DRIVE, misfit=wrong)
+
+
+@pytest.mark.parametrize(
+    ("claim", "misfit"),
+    [
+        (None, 0.0),
+        ({"rms": 0.019, "noise": 0.02}, 0.0),  # noise is all of it
+        ({"rms": 0.05, "noise": 0.03}, 0.04),
+    ],
+)
+def test_the_misfit_of_a_certificate_is_the_error_in_runs_left_out(claim, misfit):
+    assert _held_out_error(claim) == pytest.approx(misfit)
 
 
 def test_draws_from_a_model_file(result):

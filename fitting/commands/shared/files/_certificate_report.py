@@ -15,9 +15,11 @@ from ._unclaimed import left_out_notes, reading_nonlinearity, reading_notes, why
 _MEANINGS = {
     "nonlinearity": "rms off a straight line, of the model's own response to the drive: what the "
     "inverse leaves. Rounding where it is 1e-12 of the span or less.",
-    "nonlinearity_band": "rms off a straight line, of a device with the model's structure whose "
-    "parameters are off by their standard errors (95 %). Wide where the recordings leave a "
-    "parameter open, and no bound on the device.",
+    "nonlinearity_band": "rms off a straight line to be expected of the device (95 %), noise "
+    "apart: parameters off by their standard errors, and a share of `misfit`, the rms by which the "
+    "model missed runs that were left out. Wide where the recordings leave a parameter open. A "
+    "`misfit` of 0 where no run was left out or noise is all that it was missed by: then of a "
+    "device with exactly the model's structure.",
     "unclaimed": "why nothing is claimed of how straight the device will scan; null where "
     "`expected` is claimed.",
     "left_out": "effects of the model that were not inverted (`--without`). Readings that have "

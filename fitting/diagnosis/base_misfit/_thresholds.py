@@ -62,7 +62,8 @@ class MisfitThresholds:
     start_points: int = threshold(
         24,
         unit="points",
-        origin="on the way from an unknown start to both ends of the drive's range",
+        origin="on the way from an unknown start to both ends of the drive's range: a simulated "
+        "device leaves 1.05, 0.87, 0.84 and 0.83 of chi-square a line with 6, 12, 24 and 48",
     )
     range_end: float = threshold(
         1e-3, unit="of the drive's range", origin="nearer to its end the drive counts as there"

@@ -17,7 +17,7 @@ from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import fit_base
 from fitting.diagnosis.which._forward_selection import without_effects
 from fitting.diagnosis.which.refits._density_refit import refit_on_density
-from rapi_jax.effects import Delay
+from rapi_jax.effects import Delay, RateLaw
 
 DELAY = Delay.at(tau=1e-4)
 
@@ -96,7 +96,8 @@ def test_a_density_about_the_joint_refit_is_tried():
     specs = bank(777, 64)
     spec = dataclasses.replace(specs[0], any_session=True)
     assert spec.effect == "rate_law"
-    found = diagnose(None, to_recording(spec.draw().runs), scan=False)
+    recording = to_recording(spec.draw().runs)
+    found = diagnose(None, recording, candidates=(RateLaw,), scan=False)
     assert found.verdict.name == "rate_law" and found.verdict.probability > 0.95
 
 

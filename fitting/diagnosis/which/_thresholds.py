@@ -209,8 +209,8 @@ class WhichThresholds:
     density_tolerance: float = threshold(
         1e-2,
         unit="of the excess",
-        origin="two smaller falls in a row end a refit about which a density is taken. Of 24 leading "
-        "effects of 7 simulated devices the density left what it does at 1e-4 to 0.1 % in 16, and "
+        origin="two smaller falls in a row end a refit about which a density is taken. Of 24 "
+        "leading effects of 7 simulated devices the density left what it does at 1e-4 to 0.1 % in 16, and "
         "9 % more at most, in half to all of the time; at 2e-3 and at 5e-2 the same effect of each "
         "device left least",
     )

@@ -92,13 +92,3 @@ def describe_cure(run: Run) -> str:
         "Write the drive that was sent in place of its readings, or import it again with averages "
         "of its samples (`--decimate 10`)."
     )
-
-
-def _smooth_response(run: Run, lag_s: float) -> np.ndarray:
-    """A cubic in the drive, nearest to the response: its value at every sample."""
-    drive = run.drive.delayed(lag_s).value
-    if run.drive.u_pp == 0 or run.valid.sum() < THRESHOLDS.outlier_samples:
-        return np.zeros(drive.size)
-    scaled = (drive - drive.mean()) / run.drive.u_pp
-    columns = np.stack([scaled**power for power in range(4)], axis=1)
-    return columns @ np.linalg.lstsq(columns[run.valid], run.response[run.valid], rcond=None)[0]

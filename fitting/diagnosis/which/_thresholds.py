@@ -210,9 +210,9 @@ class WhichThresholds:
         1e-2,
         unit="of the excess",
         origin="two smaller falls in a row end a refit about which a density is taken. Of 24 "
-        "leading effects of 7 simulated devices the density left what it does at 1e-4 to 0.1 % in 16, and "
-        "9 % more at most, in half to all of the time; at 2e-3 and at 5e-2 the same effect of each "
-        "device left least",
+        "leading effects of 7 simulated devices the density left what it does at 1e-4 to 0.1 % in "
+        "16, and 9 % more at most, in half to all of the time; at 2e-3 and at 5e-2 the same "
+        "effect of each device left least",
     )
     density_round_gain: float = threshold(
         0.05, unit="of chi-square on the base", origin="a smaller fall moves no density"

@@ -88,7 +88,9 @@ def test_what_is_about_to_be_worked_on():
     assert text == "4 runs of 4 periods at 10 to 40 Hz, two swings, noise 20 MHz rms; about 60 s"
     assert describe_recording(data, 190.0).endswith("about 3 minutes")
     assert describe_recording(data, 20.0, 160.0).endswith("rms; about 20 s to 3 minutes")
-    assert estimate_seconds(data, "fit") < estimate_seconds(data, "diagnose")
+    fewer = dataclasses.replace(data, runs=data.runs[:2])
+    for work in ("fit", "diagnose"):  # which of them takes longer is not known: see MEASURED
+        assert estimate_seconds(fewer, work) < estimate_seconds(data, work)
 
 
 def test_a_drive_that_turns_densely_is_announced_to_take_longer():

@@ -29,8 +29,8 @@ class PlayDensity:
     """The plays' responses beyond the tangent of the base, by principal directions.
 
     - `tangent`: orthonormal, of the base's own values, and of what an unknown start may change, see
-      `start_columns`. `directions`: orthonormal, and at right
-      angles to it. `power`: variance along each at scale 1.
+      `start_columns`. `directions`: orthonormal, and at right angles to it.
+    - `power`: variance along each direction at scale 1.
     """
 
     tangent: Float[np.ndarray, "lines values"]

@@ -54,7 +54,26 @@ def refit_flexible_operator(
         steps, tolerance = THRESHOLDS.flexible_steps, THRESHOLDS.flexible_tolerance
         least = THRESHOLDS.predictor_least_gain * flexible.whitener.used_lines
         return flexible, refit_beside_jumps(flexible, start, steps, tolerance, least)
-    return flexible, refit_and_search(flexible, start, on_base.cost, THRESHOLDS.alone_steps)
+    end = refit_and_search(flexible, start, on_base.cost)
+    if _misfits(end) and follows_drive(flexible, end):
+        end = refit_and_search(flexible, end, on_base.cost, THRESHOLDS.alone_steps)
+    return flexible, end
+
+
+def follows_drive(refit: Refit, state: State) -> bool:
+    """Whether the response turns where the drive turns, as hysteresis does and a lag does not.
+
+    Right after a turn no play moves, and the slope is the polynomial's. Where that runs against the
+    drive, plays with negative weights or narrow thresholds draw what a lag does.
+    """
+    operator = refit.whitened.set_values(refit.base.operator, state.values)
+    coefficients = np.asarray(operator.coefficients, dtype=float)
+    slope = np.polynomial.Polynomial([0.0, *coefficients]).deriv()
+    runs = refit.whitened.recording.runs
+    ends = [(float(run.drive.value.min()), float(run.drive.value.max())) for run in runs]
+    after_turns = slope(np.asarray(operator.centred(np.array(ends))))
+    rises = [np.cov(run.drive.value[run.valid], run.response[run.valid])[0, 1] for run in runs]
+    return bool((after_turns * np.sign(sum(rises)) >= 0.0).all())
 
 
 def refit_from_either(

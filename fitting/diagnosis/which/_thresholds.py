@@ -167,7 +167,7 @@ class WhichThresholds:
         origin="at most, of a flexible operator from which those of all effects begin. Of a "
         "simulated device without effects it left 11.1, 5.0, 1.6 and 1.4 of chi-square a line "
         "after 20, 40, 80 and 200; two others end within 25. Only where it turns with the drive: "
-        "one against it draws the lag of a servo: 6.6 and 0.2 after 20 and 80, a delay beside it 1.7",
+        "one against it draws a servo's lag: 6.6 and 0.2 after 20 and 80, a delay beside it 1.7",
     )
     flexible_tolerance: float = threshold(
         2e-3, unit="of the excess", origin=f"{_TRIAL}; two smaller falls in a row end a refit"

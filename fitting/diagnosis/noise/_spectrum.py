@@ -75,14 +75,18 @@ class Spectrum:
         return float(weight @ self.of_lines(lines) / max(weight.sum(), 1.0))
 
 
-def measure_spectrum(errors: list[Float[np.ndarray, "_ _"]], blocks: list[PeriodBlock]) -> Spectrum:
+def measure_spectrum(
+    errors: list[Float[np.ndarray, "_ _"]], blocks: list[PeriodBlock], *, of_fit: bool = False
+) -> Spectrum:
     """The noise spectrum of the runs from `errors` ("periods phases"), robust against effects.
 
     Medians over lines that do not repeat, so single lines (pickup) do not count, and without the
-    slowest lines of each run (drift, creep). Simulated readings without noise count as rounded to
-    a millionth of their span: what a refit leaves of them is no gap.
+    slowest lines of each run (drift, creep). `of_fit`: whether the errors are a fit's; then runs
+    that do not repeat tell the noise where no other does, see `fast_lines`. Simulated readings
+    without noise count as rounded to a millionth of their span: what a refit leaves of them is no
+    gap.
     """
-    found = _measure(errors, blocks)
+    found = _measure(errors, blocks, of_fit)
     least = (THRESHOLDS.resolution * max(float(np.ptp(b.data)) for b in blocks)) ** 2
     if found.white >= least:
         return found
@@ -99,20 +103,63 @@ def noise_lines(lines: SpectralLines) -> np.ndarray:
     return ~lines.synchronous & ~slow & (lines.multiplicity == 2)
 
 
-def _measure(errors: list[np.ndarray], blocks: list[PeriodBlock]) -> Spectrum:
+def fast_lines(blocks: list[PeriodBlock]) -> list[np.ndarray]:
+    """Lines above all that repeating runs show, in the fastest part of runs that do not repeat.
+
+    Readings sampled faster than those of any run that repeats hold noise of which that run says
+    only how much there is, not at which frequencies. A model misses little so fast.
+    """
+    lines = [SpectralLines.of(block) for block in blocks]
+    repeating = [each.hertz[-1] for each, b in zip(lines, blocks, strict=True) if b.periods > 1]
+    band = max(repeating, default=np.inf)
+    return [
+        (each.hertz > band) & (np.arange(each.hertz.size) > _first_fast(each)) & (b.periods == 1)
+        for each, b in zip(lines, blocks, strict=True)
+    ]
+
+
+def _first_fast(lines: SpectralLines) -> float:
+    return THRESHOLDS.fastest_fraction * lines.hertz.size
+
+
+def _measure(errors: list[np.ndarray], blocks: list[PeriodBlock], of_fit: bool) -> Spectrum:
     measured = any(b.periods > 1 for b in blocks)
     runs = []
     for error, block in zip(errors, blocks, strict=True):
-        lines, power = SpectralLines.of(block), np.abs(to_lines(error)) ** 2
+        lines = SpectralLines.of(block)
         if measured:
             pick = noise_lines(lines) & (block.periods > 1)
         else:
-            pick = np.arange(power.size) > THRESHOLDS.fastest_fraction * power.size
-        runs.append(RunLines(block.step_s, block.size, np.flatnonzero(pick), power[pick]))
+            pick = np.arange(lines.hertz.size) > _first_fast(lines)
+        runs.append(_run_lines(error, block, pick))
     power = np.concatenate([run.power for run in runs])
     if power.size < THRESHOLDS.least_lines or not power.max() > 0:
         floor = float(np.mean(power)) if power.size else 0.0
         return Spectrum.of_white(max(floor, _TINY), measured=measured)
     if not measured:
         return Spectrum.of_white(float(np.median(power)) / EXPONENTIAL_MEDIAN, measured=False)
-    return Spectrum(*estimate_shared_noise(runs), True)
+    runs = [run for run in runs if run.line.size]
+    found = Spectrum(*estimate_shared_noise(runs), True)
+    fast = _fast_noise(errors, blocks, found.total) if of_fit else []
+    return Spectrum(*estimate_shared_noise(runs + fast), True) if fast else found
+
+
+def _fast_noise(
+    errors: list[np.ndarray], blocks: list[PeriodBlock], total: float
+) -> list[RunLines]:
+    """The fast lines of runs in which they hold no more than `total`, the variance of a reading.
+
+    What holds more is not noise of runs whose readings vary by that alone: the fit misses it.
+    """
+    out = []
+    for error, block, pick in zip(errors, blocks, fast_lines(blocks), strict=True):
+        run = _run_lines(error, block, pick)
+        if run.line.size:
+            held = np.median(run.power) / EXPONENTIAL_MEDIAN * run.line.size / pick.size
+            out += [run] if held <= total else []
+    return out
+
+
+def _run_lines(error: np.ndarray, block: PeriodBlock, pick: np.ndarray) -> RunLines:
+    power = np.abs(to_lines(error)) ** 2
+    return RunLines(block.step_s, block.size, np.flatnonzero(pick), power[pick])

@@ -7,8 +7,9 @@ import numpy as np
 from fitting.diagnosis._data_checks import check_enough
 from fitting.diagnosis.family._choice import FamilyChoice, can_compare, choose_family
 from fitting.diagnosis.noise._detrend import detrend
+from fitting.diagnosis.noise._lines import SpectralLines
 from fitting.diagnosis.noise._periods import PeriodBlock
-from fitting.diagnosis.noise._spectrum import Spectrum, measure_spectrum
+from fitting.diagnosis.noise._spectrum import Spectrum, fast_lines, measure_spectrum
 from fitting.diagnosis.noise._whitening import Whitener
 from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._effect_vector import Effects
@@ -106,11 +107,26 @@ def _fit_with_noise(
     """The best fit from `starts`, and the noise; without repeats it is read off what is left."""
     while True:
         refit, state = _fit_starts(whitened, starts, effects, spectrum)
-        better = _background_spectrum(state.errors.raw, whitened.blocks)
-        if spectrum.measured or better.white > THRESHOLDS.noise_update * spectrum.white:
+        better = _background_spectrum(state.errors.raw, whitened.blocks, of_fit=True)
+        if not _is_news(better, spectrum, whitened.blocks):
             return (refit, state), spectrum
-        spectrum = better
         starts = [whitened.set_values(refit.base.operator, state.values)]
+        if spectrum.measured:  # what repeats is the same; once more where nothing else is
+            return _fit_starts(whitened, starts, effects, better), better
+        spectrum = better
+
+
+def _is_news(better: Spectrum, before: Spectrum, blocks: list[PeriodBlock]) -> bool:
+    """Whether the noise that a fit leaves is known better than what was known before it."""
+    if not before.measured:
+        return better.white < THRESHOLDS.noise_update * before.white
+    for block, fast in zip(blocks, fast_lines(blocks), strict=True):
+        if fast.any():
+            lines = SpectralLines.of(block)
+            ratio = better.of_lines(lines)[fast].mean() / before.of_lines(lines)[fast].mean()
+            if not THRESHOLDS.noise_update < ratio < 1.0 / THRESHOLDS.noise_update:
+                return True
+    return False
 
 
 def _fit_starts(
@@ -167,18 +183,20 @@ def _has_individual_plays(operator: AbstractOperator) -> bool:
     return any(np.ndim(getattr(operator, name)) > 0 for name in operator.tied_first)
 
 
-def _background_spectrum(errors: list[np.ndarray], blocks: list[PeriodBlock]) -> Spectrum:
+def _background_spectrum(
+    errors: list[np.ndarray], blocks: list[PeriodBlock], *, of_fit: bool = False
+) -> Spectrum:
     """The noise spectrum without slow changes and non-synchronous tones, which leak into it."""
-    spectrum = measure_spectrum(errors, blocks)
+    spectrum = measure_spectrum(errors, blocks, of_fit=of_fit)
     if not spectrum.measured:
         return spectrum
     detrended = detrend(errors, blocks, spectrum)
     if detrended is not errors:
-        spectrum = measure_spectrum(detrended, blocks)
+        spectrum = measure_spectrum(detrended, blocks, of_fit=of_fit)
     tones = find_tones(detrended, blocks, spectrum)
     if not tones:
         return spectrum
-    return measure_spectrum(remove_tones(detrended, blocks, tones), blocks)
+    return measure_spectrum(remove_tones(detrended, blocks, tones), blocks, of_fit=of_fit)
 
 
 def _starts(recording: Recording, ecdl: ECDL | None) -> list[AbstractOperator]:

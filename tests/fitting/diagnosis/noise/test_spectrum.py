@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 from silent import noise, session, usual_step
 
 from fitting.diagnosis.noise._lines import SpectralLines, to_lines
-from fitting.diagnosis.noise._periods import period_blocks
+from fitting.diagnosis.noise._periods import PeriodBlock, period_blocks
 from fitting.diagnosis.noise._spectrum import Spectrum, measure_spectrum
 from fitting.diagnosis.noise._whitening import Whitener
 from fitting.noise import Processes
@@ -163,3 +163,60 @@ def test_masks_are_kept():
     _, parts = session(rates=(10.0,))
     assert parts[0].use.all()
     assert dataclasses.replace(parts[0], use=parts[0].use * 0).size == 780
+
+
+def _two_samplings() -> list[PeriodBlock]:
+    """Five periods of 5 Hz at 60 samples each, and one of 8 times as many samples a second."""
+    _, slow = session(rates=(5.0,), periods=5, phases=60)
+    _, fast = session(rates=(5.0,), periods=1, phases=480)
+    return [*slow, *fast]
+
+
+def _ratios(corner_hz: float | None, *, of_fit: bool) -> np.ndarray:
+    """Power in quarters of the fast run's lines over what is expected: geometric mean, 60 sessions.
+
+    A quarter holds 60 lines, a session's ratio so 0.13 of chance alone, the mean 0.02.
+    """
+    parts = _two_samplings()
+    lines, found = SpectralLines.of(parts[-1]), []
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        errors = [_drawn(rng, b, corner_hz) for b in parts]
+        expected = measure_spectrum(errors, parts, of_fit=of_fit).of_lines(lines)
+        power = np.abs(to_lines(errors[-1])) ** 2
+        quarters = np.array_split(np.arange(1, power.size), 4)
+        found.append([np.log(power[q].mean() / expected[q].mean()) for q in quarters])
+    return np.exp(np.mean(found, axis=0))
+
+
+@pytest.mark.parametrize("of_fit", [False, True])
+def test_what_looks_white_in_runs_that_repeat_is_white_in_faster_ones(of_fit):
+    """Not a relaxation that only a faster run could tell from it, which held half to twice."""
+    np.testing.assert_allclose(_ratios(None, of_fit=of_fit), 1.0, atol=0.1)
+
+
+def test_noise_faster_than_runs_that_repeat_is_read_off_the_others():
+    """It falls from 400 Hz on; the runs that repeat are sampled at 300 Hz, and see it as white."""
+    np.testing.assert_allclose(_ratios(400.0, of_fit=True), 1.0, atol=0.2)
+    assert _ratios(400.0, of_fit=False).max() > 1.5
+
+
+def _drawn(rng: np.random.Generator, block: PeriodBlock, corner_hz: float | None) -> np.ndarray:
+    fresh = rng.standard_normal(block.size)
+    if corner_hz is None:
+        return fresh.reshape(block.left.shape)
+    rho = np.exp(-2.0 * np.pi * corner_hz * block.step_s)
+    out = lfilter([np.sqrt(1.0 - rho**2)], [1.0, -rho], fresh, zi=[rho * rng.standard_normal()])[0]
+    return out.reshape(block.left.shape)
+
+
+def test_what_a_fit_misses_fast_is_no_noise():
+    """Jumps 40 times the noise in the run that does not repeat: the noise stays as measured."""
+    parts = _two_samplings()
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        errors = [rng.standard_normal(b.left.shape) for b in parts]
+        measured = measure_spectrum(errors, parts)
+        errors[-1] += 40.0 * np.sign(np.sin(1.7 * np.arange(parts[-1].size)))
+        found = measure_spectrum(errors, parts, of_fit=True)
+        assert found.total == measured.total and found.total == pytest.approx(1.0, rel=0.4)

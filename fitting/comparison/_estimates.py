@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from fitting.identification._fit_many import fit_many
 from fitting.identification._options import default_free
@@ -73,10 +74,10 @@ def estimate_pair(
 ) -> PairEstimates:
     """Fits of `ecdl` to both recordings, less the parameters `without` among `names`.
 
-    A number that one of them does not fix, or only at a bound, is held in both, at what that one
-    ended with: the other parameters then mean the same in both. `only_in`: classes of effects that
-    one recording alone has ("before" or "after"), which says what is held of theirs. Raises
-    `ModelError` where no parameter is left.
+    A number that one of them does not fix, or only at a bound, or not apart from the others, is
+    held in both, at what that one ended with: the other parameters then mean the same in both.
+    `only_in`: classes of effects that one recording alone has ("before" or "after"), which says
+    what is held of theirs. Raises `ModelError` where no parameter is left.
     """
     free = _free_in_both(ecdl, pair)
     notes: list[str] = []
@@ -85,6 +86,8 @@ def estimate_pair(
         first, second = fit_many(ecdl, list(pair), free=_selector(free))
         records = read_record(first, 0), read_record(second, 1)
         held, told = _known_in_one(free, records, only_in or {})
+        if not held:
+            held, told = _redundant(free, records)
         notes += told
         if not held or len(held) == len(free):
             break
@@ -164,3 +167,37 @@ def _known_in_one(
         held[part.name] = value
         notes.append(f"`{part.name}` is {why} {_LABELS[which]}: held at {value:.4g} in both.")
     return held, notes
+
+
+def _redundant(
+    free: list[Parameter], records: tuple[Record, Record]
+) -> tuple[dict[str, float], list[str]]:
+    """The number that one recording tells least from all others, at its value there, and a note.
+
+    Its error is that of the others together, far beyond what a model is linear over; with it held,
+    they are known.
+    """
+    inflations = [_inflations(record) for record in records]
+    worst = 0 if inflations[0].max(initial=0.0) > inflations[1].max(initial=0.0) else 1
+    at = int(np.argmax(inflations[worst]))
+    record, name = records[worst], records[worst].names[at]
+    if inflations[worst][at] < THRESHOLDS.redundant or name not in {p.name for p in free}:
+        return {}, []
+    value = float(record.values[at])
+    note = (
+        f"`{name}` cannot be told from the other parameters {_LABELS[worst]}: held at {value:.4g} "
+        "in both."
+    )
+    return {name: value}, [note]
+
+
+def _inflations(record: Record) -> Float[np.ndarray, " parameters"]:
+    """Standard error of each number, over what it would be were all others known.
+
+    The root of the variance inflation factor (D. W. Marquardt, Technometrics 12, 591, 1970).
+    """
+    out, free = np.zeros(record.values.size), np.flatnonzero(record.free)
+    size, axes = np.linalg.eigh(record.correlation[np.ix_(free, free)])
+    least = np.finfo(np.float64).eps * free.size
+    out[free] = np.sqrt((axes**2 / np.maximum(size, least)).sum(axis=1))
+    return out

@@ -36,6 +36,13 @@ class ComparisonThresholds:
         origin="central differences: small beside the curvature of the response, large beside "
         "rounding; a tenth moves no printed digit",
     )
+    redundant: float = threshold(
+        1e4,
+        unit="of the standard error with all others known",
+        origin="beyond it a parameter is held: 130 at most in three fits that tell all parameters, "
+        "3.5e7 where two rates cannot tell the growth of thresholds from their scale; half and "
+        "twice as much decide alike there",
+    )
     joint_steps: int = threshold(
         20, unit="steps", origin="of Gauss-Newton from the mean of two fits; four in trials"
     )

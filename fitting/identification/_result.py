@@ -12,7 +12,7 @@ from rapi_jax.internal import quantity
 
 from ._content import model_content
 from .assessment._claim import Claim
-from .assessment._cross_validation import HeldOut
+from .assessment._cross_validation import HeldOut, no_run_is_predicted
 from .assessment._ends import Start, describe_starts
 from .assessment._estimates import Estimate, RunFit
 from .assessment._verdict import Verdict
@@ -70,6 +70,12 @@ class FitResult:
             if scheme.scheme == "last third":
                 return scheme.rmse
         return float("nan")
+
+    @property
+    def predicts_no_run(self) -> bool:
+        """Whether no run is predicted by a fit to all others, so that only its own are."""
+        span = max(run.span for run in self.recording.runs)
+        return self.claim is not None and no_run_is_predicted(self.held_out, self.claim.noise, span)
 
     @property
     def swings_joined(self) -> bool:

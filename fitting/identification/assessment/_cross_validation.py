@@ -1,7 +1,7 @@
 """How well a model predicts what it was not fitted to: periods, scan rates, amplitudes."""
 
 import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -56,6 +56,12 @@ class HeldOut:
     def large(self) -> bool:
         """Whether the error is large beside the span of what was left out."""
         return self.fraction > THRESHOLDS.held_out_error
+
+
+def no_run_is_predicted(held_out: Sequence[HeldOut], noise: float, span: float) -> bool:
+    """Whether of several runs that were left out one by one the others predict none."""
+    alone = [scheme for scheme in held_out if len(scheme.runs) == 1]
+    return len(alone) > 1 and all(s.large and s.exceeds(noise, span) for s in alone)
 
 
 def last_third(recording: Recording, problem: Problem) -> np.ndarray:

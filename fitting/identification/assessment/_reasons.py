@@ -13,7 +13,7 @@ from fitting.identification.problem._problem import Problem, Solution
 
 from ._claim import Claim
 from ._convergence import gain_tolerance, remaining_step
-from ._cross_validation import HeldOut
+from ._cross_validation import HeldOut, no_run_is_predicted
 from ._ends import Start
 from ._noise import Noise
 
@@ -134,8 +134,7 @@ def check_held_out(
             )
         elif scheme.large or scheme.rmse > THRESHOLDS.extrapolation * usual:
             notes.append(f"{text}: do not extrapolate there.")
-    alone = [scheme for scheme in held_out if len(scheme.runs) == 1]
-    if len(alone) > 1 and all(s.large and s.exceeds(noise, span) for s in alone):
+    if no_run_is_predicted(held_out, noise, span):
         notes.append(
             "no run is predicted from the others: the model holds at the rates and swings "
             "recorded. That they are of one device is assumed, and so is what lies between them: "

@@ -115,6 +115,8 @@ def render_verdict(result: "FitResult") -> Text:
     rms, low, high, noise = (
         _format_number(factor * x, 2) for x in (claim.rms, claim.low, claim.high, claim.noise)
     )
+    if result.predicts_no_run:
+        text = f"{text} at the rates and swings recorded, not between them"
     return Text(
         f"{text}: it predicts another run within {rms} {scale} rms ({low} to {high} in 95 %), "
         f"noise of {noise} {scale} included.",

@@ -286,3 +286,16 @@ def test_each_parameter_that_changed_is_found(name):
     assert all(one.changed for one in found)
     assert sum(one.set == (name,) for one in found) >= 7
     assert sum(one[name].change.low <= truth <= one[name].change.high for one in found) >= 6
+
+
+def test_a_parameter_that_cannot_be_told_from_the_others_is_held():
+    """One swing, and thresholds that do not grow with the rate: any opening fits with some scale.
+
+    Its standard error is then thousands of times its value, where no model is linear any more.
+    """
+    session = drives(rates=(10.0, 30.0), amplitudes=(4.5,), periods=3)
+    pair = [record(session, seed, zeta=0.0) for seed in (1, 2)]
+    found = compare(*pair, ecdl=changed_device(zeta=0.0))
+    assert not found.changed
+    assert any("cannot be told from the other parameters" in note for note in found.notes)
+    assert all(np.isfinite([p.change.low, p.change.high]).all() for p in found.parameters)

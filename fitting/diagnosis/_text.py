@@ -69,7 +69,7 @@ def verdict_sentence(
     helps = closed is None or closed["low"] > 0.0  # else held-out data may be predicted no better
     verb = "is" if probability > 0.5 and helps else "may be"
     if closed is None:
-        return f"The gap {verb} {what} ({sure})."
+        return f"The gap {verb} {what} ({sure}).{_held_out_alike(shrinkage, unit)}"
     sizes = shrinkage["before"], shrinkage["after"]
     shown, factor = readable_unit(unit, sizes)
     before, after = (f"{factor * size:.3g}" for size in sizes)
@@ -82,6 +82,19 @@ def verdict_sentence(
     return (
         f"The gap {verb} {what} ({sure}). Added to the model, it closes {_share(closed)} of the "
         f"gap on held-out data: the residual falls from {before} to {after} {shown} rms."
+    )
+
+
+def _held_out_alike(shrinkage: dict[str, Any], unit: str) -> str:
+    """What held-out data say of an effect without which they are predicted to noise."""
+    sizes = shrinkage.get("before"), shrinkage.get("after")
+    if not shrinkage.get("held_out") or None in (*sizes, shrinkage.get("floor")):
+        return ""
+    shown, factor = readable_unit(unit, sizes)
+    before, after = (f"{factor * size:.3g}" for size in sizes)
+    return (
+        f" Held-out data do not show it: a hysteresis fitted without it predicts them within "
+        f"{before} {shown} rms, not surely more than noise, and with it within {after}."
     )
 
 

@@ -24,8 +24,9 @@ _SLOPE = (0.01, 2000.0)  # GHz/V
 _LOOSE = (1e-9, 1e9)
 UNITS_CHECKED = "units_checked"  # of a provenance: "true" where the units stand as they are
 _OVERRULE = (
-    "That is the manifest's word; `rapi import` has --response-unit and --drive-unit. If the units "
-    f"are right all the same, say so: `{UNITS_CHECKED} = true` in the manifest, or `rapi import "
+    "A manifest has `response_unit` and `drive_unit`, `rapi import` --response-unit and "
+    f"--drive-unit. If the units are right all the same, say so: `{UNITS_CHECKED} = true` in the "
+    "manifest, or `rapi import "
     "--units-checked`."
 )
 _LONGEST = 1e9  # s

@@ -54,7 +54,12 @@ def describe_closed(diagnosis: dict, floor: float | None) -> str:
     if known:
         return format_interval(closed)
     # Without a floor nobody can say whether there was a gap.
-    return "not known" if floor is None else "no gap above the noise"
+    if floor is None:
+        return "not known"
+    held_out = (diagnosis.get("shrinkage") or {}).get("held_out")
+    if named != "none" and held_out:
+        return "not seen on held-out data, predicted to noise without it"
+    return "no gap above the noise"
 
 
 def list_cautions(diagnosis: dict) -> list[str]:

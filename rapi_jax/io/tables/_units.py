@@ -85,6 +85,8 @@ def _refusal(option: str, unit: str, allowed: dict) -> str:
     scale = option.replace("unit", "scale")
     near = [one for one in allowed if one.lower() == unit.strip().lower()]
     meant = f" Did you mean {' or '.join(near)}?" if near else ""
+    if option == "--drive-unit" and known_unit(unit) in RESPONSES:
+        meant = f"{meant} That is a unit of a response: are --drive and --response exchanged?"
     cure = (
         ""
         if option == "--time-unit"

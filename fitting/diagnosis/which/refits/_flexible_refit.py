@@ -13,6 +13,7 @@ from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._thresholds import THRESHOLDS
 from fitting.diagnosis.which.jumps._jump_search import search_jump_parameters
+from fitting.identification._parameter_vector import as_device
 from rapi_jax import parameters
 
 from ._effect_refit import refit_beside_jumps
@@ -71,7 +72,7 @@ def follows_drive(refit: Refit, state: State) -> bool:
     slope = np.polynomial.Polynomial([0.0, *coefficients]).deriv()
     runs = refit.whitened.recording.runs
     ends = [(float(run.drive.value.min()), float(run.drive.value.max())) for run in runs]
-    after_turns = slope(np.asarray(operator.centred(np.array(ends))))
+    after_turns = slope(np.asarray(operator.centred(as_device(np.ravel(ends)))))
     rises = [np.cov(run.drive.value[run.valid], run.response[run.valid])[0, 1] for run in runs]
     return bool((after_turns * np.sign(sum(rises)) >= 0.0).all())
 

@@ -204,6 +204,15 @@ def test_a_unit_of_another_quantity_says_what_to_give(tmp_path):
         import_recording(tmp_path / "a.npz", options)
 
 
+def test_a_unit_of_a_response_for_the_drive_asks_whether_they_are_exchanged(tmp_path):
+    t, u, y = scanned((10.0, 3, 4.5), sample_hz=2000.0)
+    table = "\n".join(f"{a!r},{b!r},{1e3 * c!r}" for a, b, c in np.stack([t, u, y], 1).tolist())
+    (tmp_path / "a.csv").write_text(f"t (s),piezo (V),nu (MHz)\n{table}\n", encoding="utf-8")
+    options = ImportOptions(drive="nu", response="piezo")
+    with pytest.raises(DataError, match="not 'MHz'.*are --drive and --response exchanged"):
+        import_recording(tmp_path / "a.csv", options)
+
+
 def test_a_drive_file_without_times_is_named(tmp_path):
     t, u, y = scanned((10.0, 3, 4.5), sample_hz=2000.0)
     np.savez(tmp_path / "a.npz", time=t, D1=y)

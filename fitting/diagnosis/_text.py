@@ -87,9 +87,10 @@ def verdict_sentence(
 
 def _held_out_alike(shrinkage: dict[str, Any], unit: str) -> str:
     """What held-out data say of an effect without which they are predicted to noise."""
-    sizes = shrinkage.get("before"), shrinkage.get("after")
-    if not shrinkage.get("held_out") or None in (*sizes, shrinkage.get("floor")):
+    known = [shrinkage.get(key) for key in ("before", "after", "floor")]
+    if not shrinkage.get("held_out") or None in known:
         return ""
+    sizes = float(shrinkage["before"]), float(shrinkage["after"])
     shown, factor = readable_unit(unit, sizes)
     before, after = (f"{factor * size:.3g}" for size in sizes)
     return (

@@ -66,10 +66,12 @@ def verdict_sentence(
         return f"The gap is real, but none of the known effects explains it ({sure})."
     what = describe_effects(effects, unit)
     closed = shrinkage.get("closed_fraction")
-    helps = closed is None or closed["low"] > 0.0  # else held-out data may be predicted no better
+    alike = _held_out_alike(shrinkage, unit) if closed is None else ""
+    # Else held-out data may be predicted no better.
+    helps = not alike if closed is None else closed["low"] > 0.0
     verb = "is" if probability > 0.5 and helps else "may be"
     if closed is None:
-        return f"The gap {verb} {what} ({sure}).{_held_out_alike(shrinkage, unit)}"
+        return f"The gap {verb} {what} ({sure}).{alike}"
     sizes = shrinkage["before"], shrinkage["after"]
     shown, factor = readable_unit(unit, sizes)
     before, after = (f"{factor * size:.3g}" for size in sizes)

@@ -26,8 +26,7 @@ UNITS_CHECKED = "units_checked"  # of a provenance: "true" where the units stand
 _OVERRULE = (
     "A manifest has `response_unit` and `drive_unit`, `rapi import` --response-unit and "
     f"--drive-unit. If the units are right all the same, say so: `{UNITS_CHECKED} = true` in the "
-    "manifest, or `rapi import "
-    "--units-checked`."
+    "manifest, or `rapi import --units-checked`."
 )
 _LONGEST = 1e9  # s
 # s from the session's zero: Unix time is 2e9, and there a float64 still tells microseconds apart.

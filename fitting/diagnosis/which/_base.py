@@ -104,7 +104,10 @@ def _fit_with_noise(
     effects: Effects,
     spectrum: Spectrum,
 ) -> tuple[tuple[Refit, State], Spectrum]:
-    """The best fit from `starts`, and the noise; without repeats it is read off what is left."""
+    """The best fit from `starts`, and the noise, of which what a fit leaves tells more.
+
+    Where nothing repeats all of it is read off that; else what is faster than all that repeats.
+    """
     while True:
         refit, state = _fit_starts(whitened, starts, effects, spectrum)
         better = _background_spectrum(state.errors.raw, whitened.blocks, of_fit=True)

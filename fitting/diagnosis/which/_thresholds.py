@@ -30,7 +30,8 @@ class WhichThresholds:
     noise_update: float = threshold(
         0.5,
         unit="of the noise spectrum before",
-        origin=f"{_TRIAL}; where noise is unknown: a smaller fall ends its re-estimation",
+        origin=f"{_TRIAL}; where noise is unknown a smaller fall ends its re-estimation, and where "
+        "it is measured a smaller change of what is faster is left as it was",
     )
     more_plays: int = threshold(
         16,

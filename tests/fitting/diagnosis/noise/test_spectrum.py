@@ -191,7 +191,7 @@ def _ratios(corner_hz: float | None, *, of_fit: bool) -> np.ndarray:
 
 @pytest.mark.parametrize("of_fit", [False, True])
 def test_what_looks_white_in_runs_that_repeat_is_white_in_faster_ones(of_fit):
-    """Not a relaxation that only a faster run could tell from it, which held half to twice."""
+    """Not a relaxation that only a faster run could tell from it: then they are 0.6 to 2.2."""
     np.testing.assert_allclose(_ratios(None, of_fit=of_fit), 1.0, atol=0.1)
 
 

@@ -24,8 +24,8 @@ class NoiseThresholds:
     fastest_fraction: float = threshold(
         0.6,
         unit="lines of a run",
-        origin="set by trial; noise is read off the lines above where nothing repeats, or only what "
-        "is sampled more slowly; no other was tried",
+        origin="set by trial; noise is read off the lines above where nothing repeats, or only "
+        "what is sampled more slowly; no other was tried",
     )
     resolution: float = threshold(
         1e-6, unit="span of the readings", origin="set by trial; no reading is better than this"

@@ -128,6 +128,12 @@ def check_recording(recording: Recording) -> RecordingCheck:
         faults = foresee_drive_noise(recording)
     unsettled = [] if faults else find_unsettled(recording.runs)
     late = {one.run for one in unsettled}
+    late |= {
+        run.name
+        for run in recording.runs
+        for fault in faults
+        if (fault.kind, fault.run) == ("unsettled start", run.name) and run.drive.periods > 2
+    }
     runs = tuple(
         RunSummary.of(run, recording.response_lag_s, settled=run.name not in late)
         for run in recording.runs

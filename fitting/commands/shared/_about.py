@@ -81,7 +81,7 @@ def estimate_seconds(recording: Any, work: Work) -> float:
 def describe_recording(recording: Any, seconds: float, longest: float | None = None) -> str:
     """Such as `5 runs of 4 periods at 10 to 40 Hz, two swings, noise 20 MHz rms; about 30 s`.
 
-    `longest`: what it may take, s, where that is more.
+    `longest`: what it takes at most, s, of a device that no model describes.
     """
     import numpy as np
 
@@ -103,7 +103,7 @@ def describe_recording(recording: Any, seconds: float, longest: float | None = N
         noise = [RunSummary.of(run, recording.response_lag_s).noise for run in runs]
         whole = float(np.sqrt(np.mean(np.square(noise))))
         text += f", noise {quantity(float(f'{whole:.2g}'), recording.response_unit)} rms"
-    more = "" if longest is None else f" to {_round_seconds(longest)}"
+    more = "" if longest is None else f", up to {_round_seconds(longest)} where no model fits"
     return f"{text}; about {_round_seconds(seconds)}{more}"
 
 

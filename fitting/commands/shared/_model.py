@@ -59,13 +59,20 @@ def load_model(
     `effects`, `operators`: classes that the model names and that are not the package's own.
     Raises `ModelError` where there is no such file.
     """
-    from fitting._result_files import check_belongs
+    from fitting._result_files import MANIFEST, check_belongs
     from fitting.report import MODEL, TABLE
     from rapi_jax.io import read_model
 
     path = model / MODEL if model.is_dir() else model
     path = path.with_name(MODEL) if path.name == TABLE else path  # the readable one, beside it
     if not path.exists():
-        raise ModelError(f"{path}: no such model. Give a folder that `rapi fit` wrote.")
+        exchanged = (
+            f" {model} is a recording: are the model and the recording exchanged?"
+            if (model / MANIFEST).is_file()
+            else ""
+        )
+        raise ModelError(
+            f"{path}: no such model. Give a folder that `rapi fit` wrote.{exchanged}"
+        )
     check_belongs(path)
     return read_model(path, effects=effects, operators=operators)

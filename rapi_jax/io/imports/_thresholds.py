@@ -102,6 +102,14 @@ class ImportThresholds:
         unit="of the swing",
         origin="as `same_level`; a broken end that differs by less is of the run",
     )
+    repeats_again: float = threshold(
+        1.5,
+        unit="times the largest change from period to period within a run",
+        origin="derivation: noise of 1000 samples rarely exceeds the largest of 1000 others by half",
+    )
+    equal: float = threshold(
+        1e-9, unit="of the range", origin="rounding of numbers; a drive so near repeats exactly"
+    )
     period_samples: int = threshold(
         500, unit="samples a period", origin="as a fit thins; it loses nothing of the shape"
     )

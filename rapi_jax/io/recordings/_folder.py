@@ -27,6 +27,12 @@ def read_folder(folder: Path, *, nan: NanPolicy) -> Recording:
 
     label = printable(folder / MANIFEST)
     if not os.path.lexists(folder / MANIFEST):
+        if model := next(iter(sorted(folder.glob("*.rapi"))), None):
+            raise DataError(
+                f"{printable(folder)}: this folder holds a model, {printable(model.name)}, and no "
+                "recording: are the recording and the model exchanged? A recording is a folder "
+                f"with a {MANIFEST}, or a netCDF file."
+            )
         raise DataError(
             f"{printable(folder)}: no {MANIFEST} in this folder, so it is no recording"
             f"{_contents(folder)}. `rapi import FILE... -o my-recording` makes one from files of "

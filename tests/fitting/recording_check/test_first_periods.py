@@ -74,6 +74,16 @@ def test_a_lag_that_starts_from_rest_is_told_with_its_size_and_the_cure(periods)
         np.testing.assert_allclose(run.noise, 0.02, rtol=0.08)
 
 
+def test_noise_is_not_that_of_a_start_that_is_refused():
+    runs = []
+    for run in recorded(np.random.default_rng(4), white).runs:
+        start = 0.05 * run.span * np.exp(-run.drive.time / LAG_S)
+        runs.append(dataclasses.replace(run, response=run.response + start))
+    found = check_recording(Recording(tuple(runs)))
+    assert {fault.kind for fault in found.faults} == {"unsettled start"}
+    np.testing.assert_allclose(found.noise, 0.02, rtol=0.05)
+
+
 def test_the_size_is_that_of_what_decays():
     recording = recorded(np.random.default_rng(1), white, settled=False, noise=1e-3)
     run = recording.runs[0]

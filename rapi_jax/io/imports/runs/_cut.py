@@ -77,16 +77,19 @@ def _extend(drive: Samples, group: list[Cycle], rate: float, step_s: float) -> t
     """The ends of a run: its cycles, and as much before and after as the drive repeats."""
     first, last = group[0].first, group[-1].last
     period = 1.0 / (rate * step_s)
-    least = THRESHOLDS.repeats * max(cycle.swing for cycle in group)
     at = np.arange(drive.size)
+    change = np.abs(drive - np.interp(at - period, at, drive))  # from a period before
+    within = change[int(np.ceil(first + period)) : last + 1]
+    least = THRESHOLDS.repeats * max(cycle.swing for cycle in group)
+    if within.size > period / 2.0:  # the next rate departs from the same turn, at first by little
+        again = THRESHOLDS.repeats_again * float(within.max())
+        least = min(least, again + THRESHOLDS.equal * float(np.ptp(drive)))
     for _ in range(int(period)):
         if first == 0 or abs(drive[first - 1] - np.interp(first - 1 + period, at, drive)) > least:
             break
         first -= 1
     for _ in range(int(period)):
-        if last + 1 >= drive.size:
-            break
-        if abs(drive[last + 1] - np.interp(last + 1 - period, at, drive)) > least:
+        if last + 1 >= drive.size or change[last + 1] > least:
             break
         last += 1
     return first, last

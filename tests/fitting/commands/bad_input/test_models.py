@@ -95,6 +95,13 @@ def test_no_model(rapi, fitted, tmp_path):
         code, _, err = rapi("predict", place, fitted / "recording", "-o", tmp_path / "o")
         assert code == 3
         assert_one_line(err, "no such model", "`rapi fit` wrote")
+        assert ("exchanged?" in err) == (place == fitted / "recording")
+
+
+def test_model_and_recording_exchanged(rapi, fitted, tmp_path):
+    code, _, err = rapi("check", fitted)
+    assert code == 3
+    assert_one_line(err, "holds a model, model.rapi", "exchanged?", "netCDF")
 
 
 @pytest.mark.fault(name="a model of another unit than the recording", promise="exit 3, one line")

@@ -49,6 +49,23 @@ def test_broken_ends_stay_for_settling(tmp_path):
     )
 
 
+@pytest.mark.parametrize("noise", [0.0, 5e-3])  # V
+@pytest.mark.parametrize("digits", [1, 4, 12])
+def test_a_rate_that_follows_from_a_turn_begins_a_run_of_its_own(tmp_path, noise, digits):
+    """Both triangles leave the turn together, and differ by 3 % of the swing 15 samples later."""
+    t, u, y = scanned((10.0, 4, 4.5), (30.0, 6, 4.5))
+    rng = np.random.default_rng(3)
+    made = taken(tmp_path, t, np.round(u + noise * rng.normal(size=u.size), digits), y)
+    slow, fast = made.recording.runs
+    assert (slow.drive.excitation_hz, fast.drive.excitation_hz) == (10.0, 30.0)
+    step = t[1] - t[0]
+    turn = round(4 / 10.0 / step)
+    apart = 2 * 4.5 * (30.0 - 10.0) * step  # V a sample
+    late = 2 + 1.5 * (6.0 * noise + 10.0**-digits) / apart
+    assert slow.drive.size - turn <= late
+    assert abs(round(fast.drive.start_s / step) - turn) <= late
+
+
 def test_a_time_without_a_unit_is_told_with_the_rate_that_follows(tmp_path):
     t, u, y = scanned((10.0, 3, 4.5))
     table = "".join(f"{1e3 * a:.4f},{b:.6f},{c:.6f}\n" for a, b, c in zip(t, u, y, strict=True))

@@ -69,8 +69,8 @@ def describe_open_points(
         notes.append(f"standard error larger than the value: {', '.join(weak)}.")
     if recording.response_origin == "run":
         notes.append(
-            f"each run has an origin of its own: {problem.constant} is their mean, and says "
-            "nothing."
+            f"the zero of the response is another in each run: {problem.constant} is the mean of "
+            "what the runs have, and says nothing of the device."
         )
     notes += _describe_crossed_bounds(problem, solution)
     return notes

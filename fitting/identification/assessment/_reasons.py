@@ -136,8 +136,8 @@ def check_held_out(
             notes.append(f"{text}: do not extrapolate there.")
     if no_run_is_predicted(held_out, noise, span):
         notes.append(
-            "no run is predicted from the others: the model holds at the rates and swings "
-            "recorded. That they are of one device is assumed, and so is what lies between them: "
-            "record a run between to test it."
+            "no run is predicted from the others, so the model is tested only at the rates and "
+            "swings recorded. Record a run between two of them; if that is missed as well, the "
+            "runs may be of different devices."
         )
     return reasons, notes

@@ -84,9 +84,9 @@ class DriveLimits:
                 i = int(np.argmax(step))
                 raise LimitError(
                     f"the step {where.format(i=i)} is {step[i] / per:.6g} {unit}, but `{name}` is "
-                    f"{getattr(self, name):g} {unit} ({over.sum()} such step(s)). Scan more slowly, "
-                    "smooth the corners more, or widen the limit if the device allows it; a smaller "
-                    "span needs less, unless the slope of the model itself is small there."
+                    f"{getattr(self, name):g} {unit} ({over.sum()} such step(s)). Scan more "
+                    "slowly, smooth the corners more, or widen the limit if the device allows it. "
+                    "A smaller span needs less, unless the model's own slope is small there."
                 )
 
 

@@ -40,6 +40,7 @@ class CurrentCoupling(AbstractCouplingEffect):
 
     name: ClassVar[str] = "current_coupling"
     label: ClassVar[str] = "coupling of the drive into the diode current"
+    pointwise: ClassVar[bool] = True
     signature_axis: ClassVar = "since_turn"
     remedy: ClassVar[str] = (
         "Compensate with the corrected model; look at the current driver's ground."

@@ -32,6 +32,7 @@ class Drift(AbstractOpticalEffect):
 
     name: ClassVar[str] = "drift"
     label: ClassVar[str] = "drift of the optical frequency"
+    pointwise: ClassVar[bool] = True
     signature_axis: ClassVar = "session"
     remedy: ClassVar[str] = "Stabilise temperature and current; repeat the zero before each scan."
     amplitude: Float[Array, ""] = parameter(unit="{x}", default=0.0)  # A

@@ -44,6 +44,7 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
 
     name: ClassVar[str] = "etalon"
     label: ClassVar[str] = "an etalon in the light path"
+    pointwise: ClassVar[bool] = True
     signature_axis: ClassVar = "response"
     remedy: ClassVar[str] = (
         "Tilt or coat what reflects. Where it stands between the laser and the interferometer that "

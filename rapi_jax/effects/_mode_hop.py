@@ -42,6 +42,7 @@ class ModeHop(AbstractSwitch):
 
     name: ClassVar[str] = "mode_hop"
     label: ClassVar[str] = "mode hops"
+    pointwise: ClassVar[bool] = True
     signature_axis: ClassVar = "response"
     remedy: ClassVar[str] = "Scan less or move the bias, so that the hop lies outside."
     size: Float[Array, ""] = parameter(unit="{x}", default=0.0)

@@ -37,6 +37,7 @@ class Pickup(AbstractOpticalEffect):
 
     name: ClassVar[str] = "pickup"
     label: ClassVar[str] = "pickup at a fixed frequency in time"
+    pointwise: ClassVar[bool] = True
     signature_axis: ClassVar = "session"
     remedy: ClassVar[str] = (
         "Find the source by its frequency: mains, pump, fan; shield or decouple."

@@ -71,8 +71,6 @@ def load_model(
             if (model / MANIFEST).is_file()
             else ""
         )
-        raise ModelError(
-            f"{path}: no such model. Give a folder that `rapi fit` wrote.{exchanged}"
-        )
+        raise ModelError(f"{path}: no such model. Give a folder that `rapi fit` wrote.{exchanged}")
     check_belongs(path)
     return read_model(path, effects=effects, operators=operators)

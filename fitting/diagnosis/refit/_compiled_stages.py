@@ -126,15 +126,3 @@ def apply_optical_effect(
 ) -> Float[Array, "runs time"]:
     """The response behind an effect."""
     return optical_side((effect,), drives, nu)
-
-
-@jax.jit
-def linearise_optical_effect(
-    effect: AbstractEffect,
-    drives: DriveBatch,
-    nu: Float[Array, "runs time"],
-    columns: Float[Array, "values runs time"],
-) -> tuple[Float[Array, "runs time"], Float[Array, "values runs time"]]:
-    """The response behind an effect, and the derivatives `columns` of the response there."""
-    nu, push = jax.linearize(lambda nu: optical_side((effect,), drives, nu), nu)
-    return nu, jax.vmap(push)(columns)

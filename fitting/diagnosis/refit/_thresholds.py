@@ -101,6 +101,9 @@ class RefitThresholds:
     least_row_length: int = threshold(
         512, unit="samples", origin="set by trial; a longer row saves compiling and costs memory"
     )
+    columns_bucket: int = threshold(
+        64, unit="columns", origin="set by trial; columns are added up to a multiple, as runs are"
+    )
     run_multiple: int = threshold(
         2, unit="runs", origin="set by trial; rows are added up to a multiple, to save compiling"
     )

@@ -29,7 +29,6 @@ from ._compiled_stages import (
     apply_optical_effect,
     combine_laws,
     gather_samples,
-    linearise_optical_effect,
     linearise_response,
     respond,
     set_values,
@@ -41,6 +40,7 @@ from ._recent import Recent
 from ._sampling_grids import FirstPeriod, SamplingGrids
 from ._thresholds import THRESHOLDS
 from .jacobian._operator_jacobian import Linearised, linearise_in_closed_form
+from .jacobian._optical_jacobian import linearise_optical_effects
 
 _KEPT = 8  # inputs and responses; a state and its secants ask again for as many
 
@@ -275,12 +275,9 @@ class WhitenedModel:
         Linear effects multiply by their transfer functions, as if they came last.
         """
         drives = self._first_period_drives(effects)
-        nu, columns = operator
-        for effect in effects:
-            if not acts_before_operator(effect) and not is_linear(effect):
-                nu, columns = linearise_optical_effect(effect, drives, nu, columns)
-        rows = np.asarray(columns)
-        linear = [effect for effect in effects if is_linear(effect)]
+        behind = [e for e in effects if not acts_before_operator(e)]
+        rows = linearise_optical_effects([e for e in behind if not is_linear(e)], drives, operator)
+        linear = [effect for effect in behind if is_linear(effect)]
         parts = []
         for k, (block, begin) in enumerate(zip(self.blocks, self._first_period.first, strict=True)):
             row, share = rows[:, k, :], block.fraction[0]

@@ -29,6 +29,9 @@ class AbstractEffect(eqx.Module):
       for others.
     - `smooth`: false where the response jumps as a parameter changes, so that a fit needs a search
       without derivatives before Gauss-Newton steps.
+    - `pointwise`: whether a sample of the changed response follows, of all samples of the response,
+      from that one alone, so that the derivative by the response is a factor for each sample. What
+      it remembers of the drive, or of a threshold that was passed, has no such derivative.
     - `mechanism`: the name of what causes it, by default its own; effects that are different
       equations of one cause share it.
     - `strength`: the parameters that say how strong it is, of which any one is enough; by default
@@ -47,6 +50,7 @@ class AbstractEffect(eqx.Module):
     remedy: ClassVar[str] = "Compensate with the corrected model."
     in_reading_alone: ClassVar[str] = ""
     smooth: ClassVar[bool] = True
+    pointwise: ClassVar[bool] = False
     mechanism: ClassVar[str]
     strength: ClassVar[tuple[str, ...]] = ()
     signature_axis: ClassVar[SignatureAxis] = "phase"

@@ -105,7 +105,7 @@ class ImportThresholds:
     repeats_again: float = threshold(
         1.5,
         unit="times the largest change from period to period within a run",
-        origin="derivation: noise of 1000 samples rarely exceeds the largest of 1000 others by half",
+        origin="derivation: noise rarely exceeds the largest of as many other samples by half",
     )
     equal: float = threshold(
         1e-9, unit="of the range", origin="rounding of numbers; a drive so near repeats exactly"

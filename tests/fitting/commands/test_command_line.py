@@ -87,7 +87,9 @@ def test_what_is_about_to_be_worked_on():
     text = describe_recording(data, 58.0)
     assert text == "4 runs of 4 periods at 10 to 40 Hz, two swings, noise 20 MHz rms; about 60 s"
     assert describe_recording(data, 190.0).endswith("about 3 minutes")
-    assert describe_recording(data, 20.0, 160.0).endswith("about 20 s, up to 3 minutes where no model fits")
+    assert describe_recording(data, 20.0, 160.0).endswith(
+        "about 20 s, up to 3 minutes where no model fits"
+    )
     fewer = dataclasses.replace(data, runs=data.runs[:2])
     for work in ("fit", "diagnose"):  # which of them takes longer is not known: see MEASURED
         assert estimate_seconds(fewer, work) < estimate_seconds(data, work)

@@ -21,8 +21,8 @@ from fitting.identification.data_checks.holds._sweeps import describe_creep, sin
 from rapi_jax import DataError, Identified, Recording
 from rapi_jax.internal import describe_swap, takes
 
-from ._first_periods import find_unsettled
 from ._following import find_unrelated
+from ._odd_periods import find_odd_periods, find_unsettled
 from ._questions import Question, ask
 from ._runs import RunSummary
 from ._thresholds import THRESHOLDS as CHECK
@@ -101,6 +101,9 @@ class RecordingCheck:
         }
 
 
+_FAULTS = "_faults"  # as a bench writes them into a recording's provenance
+
+
 @takes(recording=Recording)
 def check_recording(recording: Recording) -> RecordingCheck:
     """What is in `recording`, what is wrong with it, and what it allows; without a fit.
@@ -149,6 +152,8 @@ def check_recording(recording: Recording) -> RecordingCheck:
             *notes,
             *_swap_notes(recording, faults),
             *_drive_notes(recording, runs, faults),
+            *_period_notes(recording, faults),
+            *_readout_notes(recording),
             *_sampling_notes(runs),
         ),
     )
@@ -195,6 +200,38 @@ def _drive_notes(
         f"reading, or the steps of its converter. A model makes {size} rms of it, beside noise of "
         f"the response of {own}. {describe_cure(most.run)}"
     ]
+
+
+def _period_notes(recording: Recording, faults: list[Fault]) -> list[str]:
+    """Single periods that are unlike the others of their run."""
+    notes = []
+    for one in [] if faults else find_odd_periods(recording.runs):
+        run = next(run for run in recording.runs if run.name == one.run)
+        begin, end = (run.drive.time[run.drive.period == one.period][i] for i in (0, -1))
+        most, shift = (quantity(x, recording.response_unit) for x in (one.most, abs(one.shift)))
+        notes.append(
+            f"odd period: period {one.period + 1} of run {one.run!r} ({begin:.4g} to {end:.4g} s) "
+            f"is unlike its other periods, by {most} at most, besides a shift of {shift}: more "
+            "than noise explains. The device jumped there, or the reading did. Look at the record "
+            "there; where it is the reading, record that run again."
+        )
+    return notes
+
+
+def _readout_notes(recording: Recording) -> list[str]:
+    """What a measurement wrote of its own reading of fringes."""
+    notes = []
+    for name, text in recording.provenance.items():
+        if not name.endswith(_FAULTS):
+            continue
+        lines = [line.strip() for line in text.split(";")]
+        more = f", and {len(lines) - 2} more of this kind in the manifest" if lines[2:] else ""
+        notes.append(
+            f"fringes: reading run {name.removesuffix(_FAULTS)!r} was doubtful: "
+            f"{'; '.join(lines[:2])}{more}. Where its noise is larger than that of the other runs, "
+            "record it again."
+        )
+    return notes
 
 
 def _sampling_notes(runs: tuple[RunSummary, ...]) -> list[str]:

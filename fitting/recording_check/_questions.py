@@ -11,7 +11,7 @@ from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks.holds._sweeps import single_sweep
 from rapi_jax import Recording
 
-from ._first_periods import FirstPeriod
+from ._odd_periods import OddPeriod
 from ._runs import RunSummary
 from ._thresholds import THRESHOLDS
 
@@ -40,7 +40,7 @@ def ask(
     recording: Recording,
     runs: Sequence[RunSummary],
     faults: Sequence[Fault],
-    unsettled: Sequence[FirstPeriod] = (),
+    unsettled: Sequence[OddPeriod] = (),
 ) -> list[Question]:
     """Every question, in the order in which a laboratory meets them.
 
@@ -94,7 +94,7 @@ def _name_runs(some: Sequence[RunSummary], runs: Sequence[RunSummary]) -> str:
     return f"run {named} has" if len(some) == 1 else f"runs {named}{more} have"
 
 
-def _ask_settled(recording: Recording, unsettled: Sequence[FirstPeriod]) -> Question:
+def _ask_settled(recording: Recording, unsettled: Sequence[OddPeriod]) -> Question:
     unit = recording.response_unit
 
     def shown(size: float) -> str:

@@ -1,4 +1,4 @@
-"""Whether a device had settled: first periods that are as the later ones, and others."""
+"""Periods that are as the others of their run, and others: unsettled devices, and jumps."""
 
 import dataclasses
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting import check_recording
-from fitting.recording_check._first_periods import compare_first_period, find_unsettled
+from fitting.recording_check._odd_periods import compare_periods, find_odd_periods, find_unsettled
 from rapi_jax import Recording, Run, triangle
 
 ASKED = "whether the device had settled"
@@ -53,10 +53,45 @@ def test_settled_recordings_are_told_to_be_unsettled_once_in_a_hundred(make_nois
     assert alarms <= 4  # of 40: by chance once in 1500 of such tests at a rate of 1 %
 
 
+@pytest.mark.parametrize("make_noise", [white, walk])
+@pytest.mark.parametrize("periods", [3, 5])
+def test_periods_that_are_alike_are_told_to_be_odd_once_in_a_hundred(make_noise, periods):
+    rng = np.random.default_rng(5)
+    alarms = sum(
+        bool(find_odd_periods(recorded(rng, make_noise, periods=periods).runs)) for _ in range(40)
+    )
+    assert alarms <= 4  # as above
+
+
+@pytest.mark.parametrize("period", [1, 2])
+def test_a_jump_within_a_later_period_is_told_with_its_place_and_size(period):
+    recording = recorded(np.random.default_rng(7), white, periods=3)
+    run = recording.runs[1]
+    jump = np.where(run.drive.time > (period + 0.2) / 20.0, 1.5, 0.0)
+    if period == 1:  # and back again: period 3 is as the first
+        jump[run.drive.period > 1] = 0.0
+    runs = (recording.runs[0], dataclasses.replace(run, response=run.response + jump))
+    (one,) = find_odd_periods(runs)
+    assert (one.run, one.period) == ("run01", period)
+    np.testing.assert_allclose(one.shift, 0.8 * 1.5, rtol=0.03)
+    (note,) = check_recording(Recording(runs)).notes
+    assert note.startswith(f"odd period: period {period + 1} of run 'run01'")
+    assert "GHz" in note and "record that run again" in note
+
+
+def test_what_a_bench_found_doubtful_is_told():
+    noted = dataclasses.replace(
+        recorded(np.random.default_rng(8), white),
+        provenance={"run02_faults": "cavity: peak at 1 s; cavity: peak at 2 s; a third; a fourth"},
+    )
+    (note,) = check_recording(noted).notes
+    assert "run 'run02' was doubtful: cavity: peak at 1 s" in note and "2 more" in note
+
+
 def test_p_values_of_settled_runs_are_uniform():
     rng = np.random.default_rng(4)
     runs = [run for _ in range(60) for run in recorded(rng, white).runs]
-    values = np.sort([one.p for run in runs if (one := compare_first_period(run)) is not None])
+    values = np.sort([compare_periods(run)[0].p for run in runs])
     even = (np.arange(values.size) + 0.5) / values.size
     # Kolmogorov's distance that chance exceeds once in 1000
     assert values.size == 180 and np.abs(values - even).max() < 1.95 / np.sqrt(values.size)
@@ -87,10 +122,9 @@ def test_noise_is_not_that_of_a_start_that_is_refused():
 def test_the_size_is_that_of_what_decays():
     recording = recorded(np.random.default_rng(1), white, settled=False, noise=1e-3)
     run = recording.runs[0]
-    one = compare_first_period(run)
+    one = compare_periods(run)[0]
     time = run.drive.time[run.drive.period == 0]
     decay = LAG_SHARE * run.span * np.exp(-time / LAG_S)
-    assert one is not None
     np.testing.assert_allclose(one.rms, np.std(decay), rtol=0.1)
 
 
@@ -98,7 +132,7 @@ def test_nothing_is_asked_of_settled_or_short_runs():
     rng = np.random.default_rng(2)
     assert ASKED not in [q.name for q in check_recording(recorded(rng, white)).questions]
     short = recorded(rng, white, settled=False, periods=2)
-    assert all(compare_first_period(run) is None for run in short.runs)
+    assert all(compare_periods(run) == [] for run in short.runs)
 
 
 def test_a_steady_drift_and_a_rate_that_is_slightly_off_are_no_settling():

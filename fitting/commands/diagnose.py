@@ -123,11 +123,12 @@ def diagnose(
             continue
         reports.append(read_json(written[0]))
         if not json:
+            from fitting.diagnosis._text import effect_labels
             from fitting.report.diagnosis._terminal import render_lines
 
             if recordings:
                 out.rule(name)
-            out.print(render_lines(reports[-1]))
+            out.print(render_lines(reports[-1], effect_labels(candidates, data.response_unit)))
             out.print(f"written to {place}: {', '.join(p.name for p in written)}", markup=False)
     if json:
         print_json(reports if recordings else reports[0])

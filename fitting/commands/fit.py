@@ -183,9 +183,11 @@ def fit(
         out.print(render_tables(result, ends, notes="none" if recordings else "folded"))
         names = ", ".join(one.name for one in written)
         out.print(f"written to {place}: {names}", markup=False)
-        if not result.verdict.trusted:
-            verdict = result.verdict
-            said = describe_next(verdict.reasons, with_gap=verdict.with_gap, source=str(path))
+        verdict = result.verdict
+        if not verdict.trusted or verdict.with_gap:
+            said = describe_next(
+                verdict.reasons, with_gap=verdict.with_gap, source=str(path), notes=verdict.notes
+            )
             out.print(said, markup=False, soft_wrap=True)
     if json:
         print_json(tables if recordings else tables[0])

@@ -28,7 +28,7 @@ from ._data_checks import (
     shown_faults,
 )
 from ._diagnosis import Diagnosis
-from ._text import effect_label
+from ._text import effect_labels
 from ._verdict import (
     blame_data,
     collect_notes,
@@ -227,7 +227,7 @@ def diagnose(
     notes += collect_notes(whitened, fitted, top, flexible=flexible)
     seconds = time.perf_counter() - began
     drive = None if next_scan is None else next_scan.drive
-    labels = {cls.name: effect_label(cls, recording.response_unit) for cls in classes}
+    labels = effect_labels(classes, recording.response_unit)
     return Diagnosis(recording, model, base, verdict, content, notes, seconds, drive, labels)
 
 

@@ -143,7 +143,7 @@ class Diagnosis:
         """The diagnosis in a few lines, for people."""
         from fitting.report.diagnosis._terminal import render_text
 
-        return render_text(self.to_dict())
+        return render_text(self.to_dict(), self.labels)
 
     def __str__(self) -> str:
         return self.summary()

@@ -44,13 +44,18 @@ def effect_label(effect: AbstractEffect | type[AbstractEffect], unit: str) -> st
     return effect.label if unit == "GHz" else _OF_A_SENSOR.get(effect.name, (effect.label,))[0]
 
 
+def effect_labels(effects: Effects, unit: str) -> dict[str, str]:
+    """What effects are called in text, by their names."""
+    return {effect.name: effect_label(effect, unit) for effect in effects}
+
+
 def _remedy(effect: AbstractEffect | type[AbstractEffect], unit: str) -> str:
     return effect.remedy if unit == "GHz" else _OF_A_SENSOR.get(effect.name, (effect.remedy,))[-1]
 
 
 def describe_effects(effects: Effects, unit: str = "GHz") -> str:
     """Effects by their labels: "creep of the piezo and drift of the optical frequency"."""
-    labels = {effect.name: effect_label(effect, unit) for effect in effects}
+    labels = effect_labels(effects, unit)
     return describe_hypothesis("+".join(effect.name for effect in sort_effects(effects)), labels)
 
 
@@ -134,7 +139,7 @@ def verdict_advice(
     hypothesis. `unit`: of the response.
     """
     if len(tied) > 1:
-        labels = {effect.name: effect_label(effect, unit) for effect in (*ALL, *effects)}
+        labels = effect_labels((*ALL, *effects), unit)
         apart = f"tell {join_items([describe_hypothesis(n, labels) for n in tied], 'from')}"
         if scan is not None:
             return f"These data cannot yet {apart}: record the next scan given below."

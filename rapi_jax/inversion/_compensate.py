@@ -13,7 +13,7 @@ from rapi_jax._limits import DriveLimits
 from rapi_jax._precision import as_float64, float64
 from rapi_jax.display._one_line import describe_compensation
 from rapi_jax.display._results import summarise_compensation
-from rapi_jax.effects import AbstractCouplingEffect
+from rapi_jax.effects import AbstractCouplingEffect, AbstractLawEffect
 from rapi_jax.operators._inverse_rapi import InverseRAPI
 from rapi_jax.recording._drive import Drive
 
@@ -119,7 +119,8 @@ def compensate(
 
     Raises `NotInvertible` where the model is not monotone on the range needed, or has an effect
     that cannot be undone; `LimitError` where the drive would leave `limits`; `ModelError` where it
-    leaves the identified range. A drive is refused whole, never clipped.
+    leaves the identified range, or the target has another unit. A drive is refused whole, never
+    clipped.
 
     >>> import numpy as np
     >>> from rapi_jax import DriveLimits, Run, compensate, linear_scan, linearity, predict
@@ -131,6 +132,11 @@ def compensate(
     >>> max(scan.rms_ghz) < 1e-6  # GHz off a straight line
     True
     """
+    if identified is not None and identified.response_unit not in ("", target.unit):
+        raise ModelError(
+            f"the target is in {target.unit}, but the model answers in {identified.response_unit}: "
+            f"give `linear_scan(..., unit={identified.response_unit!r})`."
+        )
     if limits is None:
         if identified is None:
             raise ValueError("Give `limits`, or `identified` from which to take them.")
@@ -204,10 +210,13 @@ def _exact(scan: Scan) -> tuple[np.ndarray, Certificate, np.ndarray]:
         last = state
         state = scan.next(mixing, state, new)
     scan.certified(found, last)
+    kinds = AbstractCouplingEffect | AbstractLawEffect
+    names = [e.name for e in ecdl.effects if isinstance(e, kinds)] or [e.name for e in ecdl.effects]
     raise NotInvertible(
         "the amplitude of the drive does not settle with these effects around the operator: each "
-        "round changes the thresholds, or what couples into the response, again. Leave out the "
-        "strongest of them."
+        "round changes the thresholds, or what couples into the response, again. Leave out "
+        f"{' or '.join(names)} (`rapi compensate --without {names[0]}`, in Python "
+        f"`ecdl.without({names[0]!r})`)."
     )
 
 

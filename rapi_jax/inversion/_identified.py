@@ -20,7 +20,8 @@ class Identified:
 
     `swings_joined`: whether what was recorded at one amplitude was seen to predict the others, so
     that swings between them are inside, too. Without `amplitudes` no swing is outside.
-    `drive_unit`: in place of V, where it is no voltage.
+    `drive_unit`: in place of V, where it is no voltage. `response_unit`: of the recording, empty
+    where it is not known.
 
     >>> from rapi_jax import Identified
     >>> from rapi_jax.examples import paper_recording
@@ -37,6 +38,7 @@ class Identified:
     amplitudes: tuple[float, ...]
     swings_joined: bool = True
     drive_unit: str = "V"
+    response_unit: str = ""
 
     @classmethod
     @takes(recording=Recording)
@@ -51,6 +53,7 @@ class Identified:
             amplitudes=tuple(recording.amplitudes),
             swings_joined=swings_joined,
             drive_unit=recording.drive_unit,
+            response_unit=recording.response_unit,
         )
 
     @classmethod
@@ -65,6 +68,7 @@ class Identified:
                 amplitudes=tuple(map(float, fields["amplitudes"])),
                 swings_joined=bool(fields.get("swings_joined", True)),
                 drive_unit=str(fields.get("drive_unit", "V")),
+                response_unit=str(fields.get("response_unit", "")),
             )
         except (KeyError, TypeError, ValueError) as error:
             raise ModelError(
@@ -81,6 +85,7 @@ class Identified:
             "amplitudes": list(self.amplitudes),
             "swings_joined": self.swings_joined,
             "drive_unit": self.drive_unit,
+            "response_unit": self.response_unit,
         }
 
     @property

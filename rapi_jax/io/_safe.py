@@ -53,7 +53,9 @@ def open_regular(path: StrPath, max_bytes: int = MAX_BYTES) -> Iterator[BinaryIO
         flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
         handle = os.open(path, flags)
     except FileNotFoundError:
-        raise DataError(f"{label}: no such file. Check the path and the manifest.") from None
+        raise DataError(
+            f"{label}: no such file. Check the path, and a manifest that names it."
+        ) from None
     except (OSError, ValueError) as error:
         raise DataError(
             f"{label}: cannot be opened ({cause(error)}). Check its permissions and its path."

@@ -119,7 +119,7 @@ def _draw_loop(axis: Any, recording: Recording, run: Any, model: np.ndarray | No
         axis.plot(u[thin], bent[thin], "-", lw=1.2, color=MODEL, label="model")
         error = model[keep] - y
         off = quantity(float(np.sqrt(np.mean(error**2))), unit)
-        name += f": the model is off by {off} rms"
+        name += f"\nthe model is off by {off} rms"
         name += " in the last period" if keep.sum() < run.valid.sum() else ""
     axis.set_title(name, fontsize=10)
     axis.set_xlabel(f"drive ({recording.drive_unit})")

@@ -141,7 +141,7 @@ def draw_spread(
     window = max(WINDOW, x.size // GROUPS)
     begin = np.linspace(0, x.size - window, min(GROUPS, x.size // 6)).astype(int)
     part = begin[:, None] + np.arange(window)
-    at = x[part].mean(1)
+    at = np.median(x[part], axis=1)  # a reading from across the period moves a mean
     low, middle, high = np.percentile(y[part], (2.5, 50.0, 97.5), axis=1, method="median_unbiased")
     axis.fill_between(at, low, high, color=colour, alpha=0.25, lw=0)
     axis.plot(at, middle, lw=1.2, color=colour, label=label)

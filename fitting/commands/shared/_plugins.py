@@ -1,10 +1,11 @@
 """Classes of the user's own: operators, effects and drivers in a Python file named on the line."""
 
+import difflib
 import functools
 import hashlib
 import importlib.util
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from inspect import isabstract
 from pathlib import Path
 from types import ModuleType
@@ -86,6 +87,15 @@ def plugin_operators(paths: Sequence[Path]) -> "tuple[type[AbstractOperator], ..
     return plugin_classes(load_plugins(paths), AbstractOperator)
 
 
+def _concrete(found: Mapping[str, object], base: type) -> list[str]:
+    """The names of classes that can be used as they are."""
+    return [
+        name
+        for name, cls in found.items()
+        if isinstance(cls, type) and issubclass(cls, base) and not isabstract(cls)
+    ]
+
+
 def find_operator(name: str, paths: Sequence[Path]) -> "type[AbstractOperator]":
     """The operator called `name`, of the files or of this package; `ModelError` where none is."""
     from rapi_jax import ModelError, operators
@@ -95,8 +105,11 @@ def find_operator(name: str, paths: Sequence[Path]) -> "type[AbstractOperator]":
     cls = own.get(name, getattr(operators, name, None))
     base = operators.AbstractOperator
     if not (isinstance(cls, type) and issubclass(cls, base)) or isabstract(cls):
+        known = sorted({*own, *_concrete(vars(operators), base)})
+        near = difflib.get_close_matches(name, known, 1, cutoff=0.5)
+        meant = f" Did you mean {near[0]}?" if near else ""
         raise ModelError(
-            f"operator {printable(name)} is not known. Name one of this package, such as RAPI, or "
-            "one that a `--plugin FILE` defines."
+            f"operator {printable(name)} is not known.{meant} There are {', '.join(known)}, and "
+            "those that a `--plugin FILE` defines."
         )
     return cls

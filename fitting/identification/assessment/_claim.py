@@ -20,8 +20,9 @@ class Claim:
     """The rms error to expect in a run like those recorded, in the response's unit.
 
     - `rms`: of the runs left out. `low`, `high`: the 95 % interval for another run's.
-    - `noise`: of the readings, part of all three. `curvature`: the rms of the response about a
-      straight line in the drive, which compensation is to take away.
+    - `noise`: of the readings of those runs, part of all three.
+    - `curvature`: the rms of the response about a straight line in the drive, which compensation is
+      to take away.
     - `rates_hz`, `swings`, `hours`: between which the runs lay, and how long the session was.
     - `runs`: how many errors the interval rests on.
 
@@ -97,8 +98,10 @@ def make_claim(
     rates, swings = recording.rates, recording.amplitudes
     drives = recording.drives
     end = max(float(d.start_s + d.time[-1]) for d in drives) - min(d.start_s for d in drives)
+    rows = sorted({row for runs in errors for row in runs})
+    own = float(np.sqrt(np.mean(noise.rms[rows] ** 2))) if rows else noise.total
     return Claim(
-        rms, low, high, noise.total, curvature,
+        rms, low, high, own, curvature,
         (min(rates), max(rates)), (min(swings), max(swings)), float(end) / 3600.0, found.size,
     )  # fmt: skip
 

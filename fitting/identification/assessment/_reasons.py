@@ -133,7 +133,11 @@ def check_held_out(
                 "runs. Look at that run, or record more there."
             )
         elif scheme.large or scheme.rmse > THRESHOLDS.extrapolation * usual:
-            notes.append(f"{text}: do not extrapolate there.")
+            notes.append(
+                f"{text}: the other runs alone do not tell how the device behaves there. With "
+                "these runs the model is fitted there, too; beyond the recorded rates and swings "
+                "do not trust it."
+            )
     if no_run_is_predicted(held_out, noise, span):
         notes.append(
             "no run is predicted from the others, so the model is tested only at the rates and "

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fitting._units import quantity
 from fitting.identification._model_order import guess_from
 from fitting.identification._options import solver_options
 from fitting.identification._posed import Posed
@@ -66,10 +67,10 @@ def suggest_law(
         return None
     best = min(found, key=lambda kind: found[kind])
     law = _LAWS[best].format(unit=recording.drive_unit)
-    unit = recording.response_unit
+    then, now = (quantity(size, recording.response_unit) for size in (found[best], rmse))
     return (
-        f"{law} describe these runs better, {found[best]:.3g} {unit} rms from a first guess and "
-        f"not {rmse:.3g}: rapi fit RECORDING --operator {best.__name__}"
+        f"{law} describe these runs better, {then} rms from a first guess and not {now}: "
+        f"rapi fit RECORDING --operator {best.__name__}"
     )
 
 

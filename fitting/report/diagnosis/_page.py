@@ -84,6 +84,9 @@ def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
         "title": " · ".join(filter(None, ["Diagnosis", name])),
         "subtitle": write_subtitle(diagnosis, drive_unit),
         "headline": words.write_headline(diagnosis, labels),
+        "place": words.to_sentence(str(gap.get("sentence") or ""))
+        if gap.get("significant")
+        else "",
         "advice": words.write_advice(diagnosis, drive_unit, labels),
         "cautions": list_cautions(diagnosis),
         "facts": list_facts(diagnosis, scale, labels),

@@ -11,16 +11,19 @@ from fitting.report._plain_text import plain_text
 
 from ._detectability import describe_size
 from ._numbers import SPACE, Scale, format_interval, page_scale
-from ._text import describe_nonlinearity, list_alternatives, packaged_labels
+from ._text import Labels, describe_nonlinearity, list_alternatives, packaged_labels
 from ._which import describe_parameters
 
 _LEAST_SHOWN = 5e-4  # probability; less is 0.000 in the table
 
 
-def render_lines(diagnosis: dict[str, Any]) -> Group:
-    """The diagnosis for a rich console, from the dictionary of `diagnosis.json`."""
+def render_lines(diagnosis: dict[str, Any], labels: Labels | None = None) -> Group:
+    """The diagnosis for a rich console, from the dictionary of `diagnosis.json`.
+
+    `labels`: of effects by name, where they are other than the package's own.
+    """
     verdict, scale = diagnosis["verdict"], page_scale(diagnosis)
-    labels = packaged_labels()
+    labels = packaged_labels() | dict(labels or {})
     rows: list[Any] = [Text(verdict["sentence"], style="bold"), Text(verdict["advice"])]
     rows += [Text(_describe_gap(diagnosis["gap"], scale)), _tabulate(diagnosis, scale)]
     if nonlinearity := describe_nonlinearity(diagnosis, scale):
@@ -78,6 +81,6 @@ def _tabulate(diagnosis: dict[str, Any], scale: Scale) -> Table:
     return table
 
 
-def render_text(diagnosis: dict[str, Any]) -> str:
+def render_text(diagnosis: dict[str, Any], labels: Labels | None = None) -> str:
     """The same as plain text."""
-    return plain_text(render_lines(diagnosis))
+    return plain_text(render_lines(diagnosis, labels))

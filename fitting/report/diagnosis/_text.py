@@ -16,7 +16,7 @@ from ._numbers import (
 
 SPECIAL = {
     "none": "no effect beyond the model",
-    "unlisted": "none of the known effects",
+    "unlisted": "an effect that is not among those known here",
 }
 
 
@@ -181,9 +181,20 @@ def describe_nonlinearity(diagnosis: dict, scale: Scale) -> str:
         text += _describe_range(*(scale.value(after.get(key)) for key in ("low", "high")))
         parts.append(f"{text} at {format_setting(found['excitation_hz'], 'Hz')}")
     if isinstance(gain, dict) and finite_or_none(gain.get("value")) is not None:
-        text = f"{format_number(gain['value'])} times less"
-        parts.append(text + _describe_range(gain.get("low"), gain.get("high")))
+        less = float(gain["value"])
+        if less >= 1.0:
+            ends = gain.get("low"), gain.get("high")
+            parts.append(f"{format_number(less)} times less{_describe_range(*ends)}")
+        else:  # of the factor the other way the ends change places
+            low, high = (_inverse(gain.get(key)) for key in ("high", "low"))
+            text = f"{format_number(_inverse(less))} times more{_describe_range(low, high)}"
+            parts.append(f"{text}: do not compensate with these effects")
     return "; ".join(parts)
+
+
+def _inverse(value: Any) -> float | None:
+    number = finite_or_none(value)
+    return None if not number else 1.0 / number
 
 
 def _describe_range(low: Any, high: Any) -> str:

@@ -67,8 +67,9 @@ def _headline(check: "ClaimCheck", colour: str) -> Text:
         most = quantity(max(one.bound for one in above), check.unit)
         left = f" ({beside} not judged)" if beside else ""
         return Text(
-            f"{len(judged) - len(above)} of {len(judged)} within the interval claimed{left}; of "
-            f"{len(judged)}, one may reach {most}, so the claim is not refuted.",
+            f"The claim is not refuted: {len(above)} of {len(judged)} lie above the interval that "
+            f"is claimed for one{left}, but below {most}, which the largest of {len(judged)} "
+            "exceeds as seldom.",
             style=f"bold {colour}",
         )
     words = "The claim held" if check.held else "The claim did NOT hold"

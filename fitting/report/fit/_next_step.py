@@ -1,5 +1,6 @@
 """What to do after a fit, by its verdict."""
 
+import re
 import shlex
 from collections.abc import Sequence
 
@@ -14,15 +15,26 @@ def lacks_an_effect(reasons: Sequence[str]) -> bool:
 
 
 def describe_next(
-    reasons: Sequence[str], *, with_gap: bool = False, source: str | None = None
+    reasons: Sequence[str],
+    *,
+    with_gap: bool = False,
+    source: str | None = None,
+    notes: Sequence[str] = (),
 ) -> str:
     """The next step, a sentence or two, by the reasons of a verdict: none where it is trusted.
 
     `with_gap`: whether a trusted fit leaves more than noise. `source`: where the recording is, for
-    the command.
+    the command. `notes`: of the verdict, one of which may advise another operator.
     """
     where = "RECORDING" if source is None else shlex.quote(source)
     command = f"`rapi diagnose {where} -o diagnosis`"
+    advised = re.search(r"--operator (\w+)", " ".join(notes))
+    if advised and (lacks_an_effect(reasons) or (with_gap and not reasons)):
+        return (
+            "Another law of the thresholds describes these runs better: "
+            f"`rapi fit {where} -o result --operator {advised[1]}`. What is left then is for "
+            "`rapi diagnose`."
+        )
     if lacks_an_effect(reasons):
         return (
             f"Nothing was found wrong with the recording: the model lacks something. {command} "

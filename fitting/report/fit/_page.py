@@ -39,7 +39,7 @@ def render_page(result: "FitResult", source: str | None = None) -> str:
         title="Fit",
         headline=render_verdict(result).plain.rstrip(":"),
         advice=describe_next(
-            result.verdict.reasons, with_gap=result.verdict.with_gap, source=source
+            verdict.reasons, with_gap=verdict.with_gap, source=source, notes=verdict.notes
         ),
         cautions=verdict.reasons,
         facts=facts,

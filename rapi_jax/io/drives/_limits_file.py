@@ -30,8 +30,8 @@ def read_limits(path: StrPath) -> DriveLimits:
     """Read `low_v`, `high_v`, `slew_v_per_s` and, if wanted, `step_v`, `max_frequency_hz`.
 
     For a drive in um the keys are `low_um`, `high_um`, `slew_um_per_s` and `step_um`, and so is
-    the unit of the limits. Raises `DataError`, in one line, where one is missing, misspelt or not a
-    number.
+    the unit of the limits. They may stand in a table `limits`, as in the file of a bench. Raises
+    `DataError`, in one line, where one is missing, misspelt or not a number.
 
     >>> from rapi_jax.io import read_limits
     >>> with open("limits.toml", "w") as file:
@@ -43,7 +43,7 @@ def read_limits(path: StrPath) -> DriveLimits:
     label = printable(path)
     table = read_toml(Path(path), label)
     with located(label):
-        return limits_of(table)
+        return limits_of(table.get("limits", table))
 
 
 def limits_of(table: object) -> DriveLimits:

@@ -58,7 +58,8 @@ def _check_commas(lines: list[str], first: int, label: str) -> None:
     names = len(_cells(lines[first - 1], ",")) if first else 0
     rows = [_cells(line, ",") for line in lines[first : first + _ALIKE] if line.strip()]
     halves = all(
-        len(row) == 2 * names
+        len(row) > names
+        and len(row) % 2 == 0
         and all(_INTEGER.fullmatch(cell) for cell in row[::2])
         and all(_FRACTION.fullmatch(cell) for cell in row[1::2])
         for row in rows
@@ -66,7 +67,7 @@ def _check_commas(lines: list[str], first: int, label: str) -> None:
     if names and halves:
         raise DataError(
             f"{label}: a comma is both the separator and the decimal sign: each row has "
-            f"{2 * names} cells under {names} names. Export it with decimal points, or with "
+            f"{len(rows[0])} cells under {names} names. Export it with decimal points, or with "
             "semicolons or tabs between the columns."
         )
 

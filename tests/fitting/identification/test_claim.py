@@ -59,7 +59,7 @@ def held(rmse, *runs, scheme="run"):
 
 def claim(*parts):
     recording, _ = paper_recording(samples=400)
-    noise = Noise(np.full(4, 0.02), np.ones(4, bool), np.ones((4, 400), bool))
+    noise = Noise(np.full(8, 0.02), np.ones(8, bool), np.ones((8, 400), bool))
     return make_claim(recording, list(parts), noise, 5.0)
 
 
@@ -86,6 +86,14 @@ def test_the_interval_allows_for_what_errors_scatter_by_chance(beyond):
         found = claim(*(held(e, i) for i, e in enumerate(errors[:4])))
         inside += found.low <= errors[4] <= found.high
     assert 0.92 < inside / trials < 0.99
+
+
+def test_the_noise_of_a_claim_is_that_of_its_runs():
+    """Not of one that was misread, and so lies beyond what is claimed."""
+    recording, _ = paper_recording(samples=400)
+    noise = Noise(np.array([0.02, 0.03, 0.02, 5.0]), np.ones(4, bool), np.ones((4, 400), bool))
+    found = make_claim(recording, [held(0.04, 0), held(0.05, 1)], noise, 5.0)
+    assert found.noise == pytest.approx(np.sqrt((0.02**2 + 0.03**2) / 2)) and found.gap > 0.03
 
 
 def test_a_claim_is_of_runs_left_out_one_by_one():

@@ -80,7 +80,7 @@ def test_a_run_among_the_others_that_is_not_predicted_speaks_against_the_fit():
 def test_a_run_beyond_the_others_that_is_not_predicted_is_a_note():
     one = scheme("rate 40 Hz", 5.0, fraction=0.1, runs=(3,), inside=False)
     reasons, notes = check_held_out([one], SPAN, NOISE, repeats=True)
-    assert reasons == [] and notes[0].endswith("do not extrapolate there.")
+    assert reasons == [] and notes[0].endswith("do not trust it.")
 
 
 def test_what_is_predicted_is_not_spoken_of():

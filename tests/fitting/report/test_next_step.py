@@ -32,6 +32,16 @@ def test_trusted_models():
     assert "`rapi compensate`" in advice() and "`rapi diagnose" in advice(gap=True)
 
 
+def test_another_law_of_the_thresholds_comes_before_a_diagnosis():
+    note = "thresholds fixed in V describe these runs better: rapi fit R --operator FixedRAPI"
+    wanted = "`rapi fit 'lab/my scans' -o result --operator FixedRAPI`"
+    for reasons, gap in (((GAP,), False), ((), True)):
+        said = describe_next(reasons, with_gap=gap, source="lab/my scans", notes=(note,))
+        assert wanted in said
+    assert wanted not in describe_next(("noisy drive: r",), source="lab/my scans", notes=(note,))
+    assert wanted not in describe_next((), source="lab/my scans", notes=(note,))
+
+
 def test_a_batch_without_a_trusted_model_says_how_to_diagnose():
     row = {"status": "done", "trusted": False}
     assert "--do diagnose" in write_headline([row, row])

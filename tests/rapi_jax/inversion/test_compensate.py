@@ -48,6 +48,13 @@ def identified():
     return Identified.of(paper_recording(samples=400)[0])
 
 
+def test_a_target_in_another_unit_is_refused(identified):
+    seen = dataclasses.replace(identified, response_unit="um")
+    (target,) = linear_scan(20.0, span=60.0, samples=512)
+    with pytest.raises(ModelError, match=r"in GHz, but the model answers in um.*unit='um'"):
+        compensate(paper_device(), target, identified=seen)
+
+
 @pytest.mark.parametrize(("rise", "corner"), [(0.5, 0.02), (0.5, 0.0), (0.9, 0.05), (0.3, 0.1)])
 def test_linear_scan_is_straight_between_its_corners(rise, corner):
     (scan,) = linear_scan(25.0, span=60.0, rise=rise, corner=corner, samples=5000)

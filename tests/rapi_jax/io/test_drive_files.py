@@ -125,6 +125,9 @@ def test_limits_are_read(tmp_path):
     path = tmp_path / "limits.toml"
     path.write_text("low_v = 0.0\nhigh_v = 6.5\nslew_v_per_s = 900.0\n")
     assert read_limits(path) == DriveLimits(0.0, 6.5, 900.0)
+    bench = tmp_path / "bench.toml"
+    bench.write_text(f'schema = "rapi.bench/1"\n[limits]\n{path.read_text()}')
+    assert read_limits(bench) == read_limits(path)
     path.write_text("low_um = 0.0\nhigh_um = 90.0\nslew_um_per_s = 900.0\nstep_um = 1.0\n")
     assert read_limits(path) == DriveLimits(0.0, 90.0, 900.0, 1.0, unit="um")
     path.write_text("low_v = 0.0\nhigh_v = 6.5\nslew_v_per_s = 900.0\n")

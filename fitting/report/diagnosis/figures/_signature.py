@@ -58,6 +58,7 @@ def _draw_signature(found: dict, number: int, scale: Scale, labels: Labels) -> F
     shown = [p for p in parts if p in most]
     every_x = [v for p in shown for v in p["x"]]
     every_y = [v for p in shown for k in ("without", "with") for v in p[k]]
+    every_y += [v for p in shown for v in _difference(p)]
     x_title = f"{over} ({x_unit})" if x_unit else over
     x_axis = (make_log_axis if axis == "since_turn" else make_axis)(x_title, every_x)
     y_axis = make_axis(f"mean residual ({unit})", every_y, margin=0.08, zero=True)

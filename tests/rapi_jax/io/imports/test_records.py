@@ -100,13 +100,17 @@ def test_a_file_that_is_given_twice_is_refused(tmp_path):
         import_recording([tmp_path / "r", tmp_path / "r"])
 
 
-def test_commas_that_part_columns_and_mark_decimals_are_told(tmp_path):
+@pytest.mark.parametrize(
+    "names",
+    ["t,drive,resp", "X,CH1,CH2,Start,Increment\nSecond,Volt,Volt,0.000000E+00,2.500000E-04"],
+)
+def test_commas_that_part_columns_and_mark_decimals_are_told(tmp_path, names):
     t, u, y = scanned((10.0, 3, 4.5))
     rows = [
-        "t,drive,resp",
         *(",".join(f"{x:.6e}" for x in row) for row in zip(t, u, y, strict=True)),
     ]
-    (tmp_path / "german.csv").write_text("\n".join(rows).replace(".", ","))
+    table = "\n".join(rows).replace(".", ",")
+    (tmp_path / "german.csv").write_text(f"{names}\n{table}")
     with pytest.raises(
         DataError, match="comma is both the separator and the decimal sign: each row"
     ):

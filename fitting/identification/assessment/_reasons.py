@@ -132,6 +132,11 @@ def check_held_out(
                 f"not predicted: {text}, though its rate and swing lie among those of the other "
                 "runs. Look at that run, or record more there."
             )
+        elif scheme.scheme == "last third" and scheme.rmse > THRESHOLDS.extrapolation * usual:
+            notes.append(
+                f"{text}: the last periods are unlike those before them. `rapi check` names a "
+                "period that stands out."
+            )
         elif scheme.large or scheme.rmse > THRESHOLDS.extrapolation * usual:
             notes.append(
                 f"{text}: the other runs alone do not tell how the device behaves there. With "

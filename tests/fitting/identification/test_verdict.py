@@ -37,6 +37,12 @@ def test_the_error_of_held_out_data_is_given_in_times_that_of_the_fitted_part():
     assert "held-out rmse 200 nm is 10.0 times" in reason
 
 
+def test_last_periods_that_are_unlike_the_others_are_looked_at_by_check():
+    held_out = [HeldOut("last third", 0.3, 0.3, 0.01, 0.003, 100)]
+    reasons, notes = check_held_out(held_out, 100.0, 0.01, repeats=True)
+    assert reasons == [] and "unlike those before them. `rapi check` names" in notes[0]
+
+
 def test_runs_that_do_not_predict_one_another_are_said_to():
     """Two devices in one recording, or two rates and swings too far apart to tell."""
     missed = [

@@ -28,6 +28,7 @@ from ._data_checks import (
     shown_faults,
 )
 from ._diagnosis import Diagnosis
+from ._repetition import with_repetition
 from ._text import effect_labels
 from ._verdict import (
     blame_data,
@@ -114,7 +115,7 @@ def diagnose(
     report = progress or (lambda line: None)
     check_candidates(candidates)
     check_data(ecdl, recording)
-    whitened = WhitenedModel.of(decimate(recording))
+    whitened = WhitenedModel.of(decimate(with_repetition(recording)))
     blocks = whitened.blocks
 
     report("base model")

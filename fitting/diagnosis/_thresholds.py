@@ -20,6 +20,12 @@ class DiagnosisThresholds:
         unit="variance of the readings",
         origin="set by trial; a model that explains less is named as a fault of the data",
     )
+    repeats: float = threshold(
+        1e-3,
+        unit="of the drive's range",
+        origin="derivation: a commanded drive repeats to rounding, 2.4e-4 for 12 bits; a noisy one "
+        "of 8 bits does not, and stays as it was said to be",
+    )
     least_samples_a_period: float = threshold(
         8.0,
         unit="samples a period",

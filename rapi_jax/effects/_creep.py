@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
+from ._thresholds import THRESHOLDS
 from .base._by_place import AbstractInvertible, AbstractOpticalEffect
 from .base._derived import Derived, ScanRange
 from .base._first_order_lags import invert_linear, respond_from_rest
@@ -94,14 +95,20 @@ class Creep(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Creep]":
-        # The amplitude is a share of the response, and the time scales are the piezo's.
-        middle = float(summary.response.min() + summary.response.max()) / 2.0
-        rest = (middle - float(summary.response[0])) / max(summary.span, 1e-300)
-        rest = min(max(rest, -0.9), 0.9)
+        """Long driven or fresh without rests; and rested at the middle, by where a run begins.
+
+        The amplitude is a share of the response, and the time scales are the piezo's.
+        """
         driven = [(g, {"history": h}) for g in (0.01, 0.04) for h in (0.05, 0.95)]
         rested = [
-            (g, {"history": 0.05, "rest": rest, "lead_s": lead})
-            for g in (0.01, 0.04)
-            for lead in (0.07, 0.25)
+            (0.03, {"history": 0.05, "rest": rest, "lead_s": lead})
+            for rest in (0.5, 0.0, -0.5)  # a run begins at its least, its middle, its largest
+            for lead in _leads(summary)
         ]
         return [cls.at(gain=g, **past) for g, past in driven + rested]
+
+
+def _leads(summary: ResidualSummary) -> list[float]:
+    """How long a drive may have been on before a run, s: a settling time, or two slow periods."""
+    slowest = min((rate for rate in summary.rates if rate > 0), default=8.0)
+    return [THRESHOLDS.creep_lead_s, max(2.0 / slowest, 2.0 * THRESHOLDS.creep_lead_s)]

@@ -77,6 +77,9 @@ class EffectThresholds:
     hop_apart: float = threshold(
         0.03, unit="of the span", origin="least distance of two steps; set by trial"
     )
+    creep_lead_s: float = threshold(
+        0.1, unit="s", origin="convention: a drive is on for about so long, or two periods, first"
+    )
     hop_settled: float = threshold(1e-9, unit="s", origin="a shorter settling time counts as none")
     hop_sudden: float = threshold(
         1e-8, unit="s", origin="settling time to start from for a sudden hop, just above none"

@@ -17,7 +17,7 @@ from ._candidate import Candidate
 from ._effect_sets import added_effects
 from ._excess import excess, nonsynchronous_excess, reduces_nonsynchronous
 from ._thresholds import THRESHOLDS
-from .refits._density_refit import refit_on_density, refit_on_flexible_base
+from .refits._density_refit import nearest_base, refit_on_density, refit_on_flexible_base
 from .refits._effect_refit import free_eta, refit_beside_jumps
 from .refits._flexible_refit import refit_and_search
 
@@ -92,7 +92,9 @@ def _refit_on_density(
         _is_far_above(near, there) and _is_far_above(known.on_flexible_base, there)
     ):
         return None
-    on_base, refit, end = refit_on_density(refits[1], pair.on_base.values, near.effects, none.cost)
+    bases = (pair.on_base.values, none.on_base.values)  # the pair's may follow what is left out
+    values = nearest_base(refits[1], bases, near.effects)
+    on_base, refit, end = refit_on_density(refits[1], values, near.effects, none.cost)
     if near.cost < end.cost:
         refit, end = pair.flexible_refit, near
     return on_base, (on_base, refit, end)

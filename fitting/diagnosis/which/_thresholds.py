@@ -101,6 +101,14 @@ class WhichThresholds:
         origin="guesses below it are not refitted with the base integrated out; an amplitude law "
         "rose from below 4 % of a pickup's to 67 %, a quantisation from 20 % of one to 180 %",
     )
+    other_kind_share: float = threshold(
+        0.5,
+        unit="of the best score",
+        origin="set by trial: a creep with rests scored 0.84 of one without, and explained more",
+    )
+    other_kind_alike: float = threshold(
+        0.95, unit="1", origin="set by trial; cosine of two guesses that a refit takes to one end"
+    )
     refined_steps: int = threshold(
         4, unit="steps", origin="of an effect's few parameters, from its best guess"
     )

@@ -5,6 +5,7 @@ measured noise a density has no scale: then an operator with many plays is searc
 """
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -33,6 +34,21 @@ def refit_on_flexible_base(
         return (on_base, *refit_flexible_operator(free, on_base))
     lacking = without.flexible_refit, without.on_flexible_base
     return (on_base, *refit_from_either(free, on_base, lacking))
+
+
+def nearest_base(
+    free: Refit, bases: Sequence[Float[np.ndarray, " values"]], effects: Effects
+) -> Float[np.ndarray, " values"]:
+    """Of the values of several bases those that a short refit beside `effects` leaves least from.
+
+    The effects are held. `free`: with all of the operator free.
+    """
+    held = dataclasses.replace(free, hold_effects=True)
+    begins = [held.evaluate(values, effects) for values in bases]
+    ends = [
+        held.minimise(state, THRESHOLDS.short_steps) for state in begins if np.isfinite(state.cost)
+    ]
+    return min(ends, key=lambda state: state.cost).values if ends else bases[0]
 
 
 def refit_on_density(

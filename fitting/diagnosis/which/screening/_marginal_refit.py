@@ -18,8 +18,11 @@ def refine_guesses(
     """The guesses of each effect, and its best refitted beside `state`'s, where it gains by that.
 
     A score is linear in one size: of an effect with several parameters, or one that jumps, it may
-    be a small share of what the effect explains. Effects that explain next to nothing of what the
-    best one does are left as they are. `marginal`: see `FlexibleBase.marginal`.
+    be a small share of what the effect explains. Beside its best guess one of another kind is
+    refitted that scores nearly as well, as of a creep with and without rests between runs. Effects
+    that explain next to nothing of what the best one does are left as they are.
+
+    `marginal`: see `FlexibleBase.marginal`.
     """
     without = marginal.evaluate(state.values, state.effects)
     if state.effects:  # their own refit beside that base is not another effect's doing
@@ -29,13 +32,29 @@ def refine_guesses(
     least = max(THRESHOLDS.refined_share * most, THRESHOLDS.screened_chance)
     out = dict(guesses)
     for name, one in best.items():
-        if one.flexible_score >= least:
-            refined = _refit(marginal, without, one)
-            if refined.effect is one.effect:
-                out[name] = [refined if guess is one else guess for guess in guesses[name]]
+        if one.flexible_score < least:
+            continue
+        other = _of_another_kind(guesses[name], one)
+        for begin in [one] if other is None else [one, other]:
+            refined = _refit(marginal, without, begin)
+            if refined.effect is begin.effect:
+                out[name] = [refined if guess is begin else guess for guess in out[name]]
             else:
-                out[name] = [*guesses[name], refined]
+                out[name] = [*out[name], refined]
     return out
+
+
+def _of_another_kind(guesses: list[Screened], best: Screened) -> Screened | None:
+    """The guess with the largest score among those that change the response otherwise."""
+    share, alike = THRESHOLDS.other_kind_share, THRESHOLDS.other_kind_alike
+    found = [
+        one
+        for one in guesses
+        if type(one.effect).smooth
+        and one.flexible_score > share * best.flexible_score
+        and abs(float(one.direction @ best.direction)) < alike
+    ]
+    return max(found, key=lambda one: one.flexible_score, default=None)
 
 
 def _refit(marginal: Refit, without: State, one: Screened) -> Screened:

@@ -83,7 +83,10 @@ class Pickup(AbstractOpticalEffect):
         close = 0.5 / max(summary.duration_s, 1e-6)
         hertz: list[float] = []
         for f in best:
-            if all(abs(f - other) > close for other in hertz):
+            # What repeats with every scan is no tone of its own.
+            slip = THRESHOLDS.pickup_slip / max(summary.duration_s, 1e-6)
+            locked = all(_is_harmonic(f, rate, slip) for rate in summary.rates or (0.0,))
+            if not locked and all(abs(f - other) > close for other in hertz):
                 hertz.append(float(np.clip(f, 2 * _LOW, _HIGH / 2)))
         sizes = np.sqrt(
             2.0 * np.maximum(summary.sines(summary.time, hertz), 1e-6) * residual_power(summary)
@@ -93,6 +96,12 @@ class Pickup(AbstractOpticalEffect):
             for f, a in zip(hertz, sizes, strict=True)
             for phase in np.arange(4) * np.pi / 2
         ]
+
+
+def _is_harmonic(hertz: float, rate: float, slip: float) -> bool:
+    """Whether a frequency is a multiple of a scan rate, to within `slip` (Hz)."""
+    order = round(hertz / rate) if rate > 0 else 0
+    return bool(order > 0 and abs(hertz - order * rate) < slip)
 
 
 def _find_lines(summary: ResidualSummary, residual: np.ndarray, count: int) -> list[float]:

@@ -108,6 +108,9 @@ class EffectThresholds:
     pickup_cells: int = threshold(
         2**21, unit="cells", origin="of the session's clock at most; larger costs memory and time"
     )
+    pickup_slip: float = threshold(
+        0.1, unit="cycles a session", origin="a tone that slips by less repeats with every scan"
+    )
     pickup_lines: int = threshold(
         2, unit="lines", origin="from each spectrum and from the mains' harmonics; set by trial"
     )

@@ -211,6 +211,16 @@ class DataCheckThresholds:
         8, unit="levels", origin="three bits: a step of an eighth of the span, as wide as a play"
     )
 
+    switched_near: float = threshold(
+        0.1, unit="of the drive's range", origin="convention; noise of a few percent about a level"
+    )
+    switched_share: float = threshold(
+        0.95,
+        unit="of the readings",
+        origin="derivation: a sine has 0.41 of its readings so near the ends, a trapezoid that "
+        "holds for a third of the period at each end 0.74; a square wave all but its edges",
+    )
+
     # The first period
     first_period_miss: float = threshold(
         0.02,

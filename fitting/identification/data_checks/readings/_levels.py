@@ -30,7 +30,8 @@ def check_levels(run: Run) -> Fault | None:
 
 def find_switched(recording: Recording) -> list[Fault]:
     """Drives that are at one of two levels, where no other run says what lies between."""
-    if any(_levels(run.drive.value) != 2 or run.drive.size < 4 for run in recording.runs):
+    drives = [run.drive.value for run in recording.runs]
+    if not all(u.size >= 4 and (_levels(u) == 2 or _is_square(u)) for u in drives):
         return []
     run = recording.runs[0]
     text = (
@@ -44,3 +45,13 @@ def _levels(values: np.ndarray) -> int:
     """How many values there are, to a millionth of their span."""
     span = float(np.ptp(values)) if values.size else 0.0
     return np.unique(np.round((values - values.min()) / span, 6)).size if span > 0 else 1
+
+
+def _is_square(values: np.ndarray) -> bool:
+    """Whether nearly all readings of a drive are near either end of its range, with noise."""
+    span = float(np.ptp(values))
+    if not span > 0:
+        return False
+    at = (values - values.min()) / span
+    ends = np.minimum(at, 1.0 - at) < THRESHOLDS.switched_near
+    return bool(ends.mean() > THRESHOLDS.switched_share)

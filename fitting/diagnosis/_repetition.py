@@ -11,9 +11,7 @@ import numpy as np
 
 from fitting.identification.data_checks._first_period import check_start
 from fitting.identification.data_checks._period import check_period
-from fitting.identification.data_checks._thresholds import THRESHOLDS as DATA_CHECKS
 from rapi_jax import Drive, Recording, Run
-from rapi_jax.internal import white_noise_rms
 
 from ._thresholds import THRESHOLDS
 
@@ -31,7 +29,7 @@ def _with_repetition(run: Run) -> Run:
     said = dataclasses.replace(run, drive=periodic)
     if not periodic.periods or not _repeats(periodic):
         return run
-    return run if check_period(said) or check_start(said) or not _returns(said) else said
+    return run if check_period(said) or check_start(said) else said
 
 
 def _repeats(drive: Drive) -> bool:
@@ -52,17 +50,3 @@ def _repeats(drive: Drive) -> bool:
     beyond = u[-1] + (u[-1] - u[-2])
     step = max(abs(u[1] - u[0]), abs(u[-1] - u[-2]))
     return bool(abs(beyond - u[0]) <= least + step)
-
-
-def _returns(run: Run) -> bool:
-    """Whether the response of a single period, a step beyond its last sample, is where it began.
-
-    Of more periods `check_start` tells.
-    """
-    y = run.response
-    if run.drive.size * run.drive.step_s * run.drive.rate > 1.5 or not run.valid.all():
-        return True
-    moves = max(abs(y[1] - y[0]), abs(y[-1] - y[-2]))
-    limits = DATA_CHECKS
-    least = limits.first_period_noise * white_noise_rms(y) + limits.first_period_miss * run.span
-    return bool(abs(2.0 * y[-1] - y[-2] - y[0]) <= moves + least)

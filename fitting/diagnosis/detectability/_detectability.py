@@ -130,7 +130,7 @@ class SizeSearch:
 
     def _reported(self, ray: ScaledEffect, strength: float, ranges: SearchRanges) -> SmallestSize:
         guess, p = ray.guess, ray.parameter
-        inside = np.isfinite(strength) and ray.at(strength) is not None
+        inside = strength < THRESHOLDS.strongest and ray.at(strength) is not None
         pairs = zip(free_parameters(guess), effect_values((guess,)), strict=True)
         others = {
             str(q.path[0]): {"value": float(value), "unit": q.unit.format(**self.units)}

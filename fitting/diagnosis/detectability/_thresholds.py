@@ -22,6 +22,12 @@ class DetectabilityThresholds:
         origin="set by trial; at least, evenly over all: the median of their sizes is said",
     )
     rounds: int = threshold(6, unit="rounds", origin="set by trial; of the search, at most")
+    strongest: float = threshold(
+        1e4,
+        unit="times the first guess",
+        origin="convention: what shows only when so strong is not seen in the recording; sizes of "
+        "1e15 and more were told of effects that a recording cannot show",
+    )
     accuracy: float = threshold(
         0.02, unit="of the size", origin="a fiftieth is less than the spread of noise"
     )

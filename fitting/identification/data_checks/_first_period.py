@@ -44,7 +44,7 @@ def first_period_miss(run: Run) -> float:
         return 0.0
     begin = int(np.flatnonzero(drive.period == 0)[0])
     places = begin + samples * np.arange(drive.periods + 1)
-    places = places[places <= drive.size - 1 + 1e-6]
+    places = places[places <= drive.size + 1e-6]  # the next period may begin a step after the last
     if places.size < 2:
         return 0.0
     at = np.arange(drive.size)

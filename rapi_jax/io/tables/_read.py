@@ -73,6 +73,8 @@ def _read_archive(path: Path, label: str) -> list[Table]:
         return read_afm_tables(path)
     if any(name.endswith(".npy") for name in names):
         return [read_npz_table(path)]
+    if any(name.startswith("xl/") for name in names):
+        raise DataError(f"{label}: an Excel workbook. Save the sheet with the samples as CSV.")
     shown = ", ".join(printable(name, 40) for name in names[:3]) or "nothing"
     raise DataError(
         f"{label}: a ZIP archive without arrays of NumPy (it holds {shown}). Unpack it, and give "

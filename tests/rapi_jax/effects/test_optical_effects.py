@@ -82,6 +82,40 @@ def test_creep_is_the_usual_form_with_another_gain():
     np.testing.assert_allclose(on(Creep.at(gain=g), t, x), usual, rtol=0, atol=1e-10)
 
 
+@pytest.mark.parametrize("begin", [0.0, 0.25, 0.5])  # of a period after the minimum
+@pytest.mark.parametrize("rate", [1.5, 12.0])  # Hz
+def test_a_creep_with_rests_is_among_its_guesses_wherever_runs_begin(begin, rate):
+    """It rests in the middle, and each run has been on for two periods, or a tenth of a second."""
+    samples, starts, device = 200, (0.0, 4.0, 11.0), straight()
+    time = np.arange(3 * samples) / (samples * rate)
+    value = 3.0 - 2.0 * scipy.signal.sawtooth(2.0 * np.pi * (time * rate + begin + 0.5), 0.5)
+    drives = [Drive(time, value, rate, "triangle", start) for start in starts]
+    clean = [np.asarray(predict(device, drive)) for drive in drives]
+    data = to_batch(Recording.of(drives, clean), lead=True)
+    rows, use = data.device(), data.use
+
+    def signature(creep):
+        """What it adds, beside a gain and a constant."""
+        added = np.asarray(_respond(straight(creep), rows) - _respond(device, rows))[use]
+        known = np.stack([np.ones(use.sum()), data.u[use]], axis=1)
+        return added - known @ np.linalg.lstsq(known, added, rcond=None)[0]
+
+    rest = (3.0 - value[0]) / np.ptp(value)
+    lead = max(2.0, np.ceil(0.1 * rate)) / rate
+    wanted = signature(Creep.at(gain=0.04, history=0.0, rest=rest, lead_s=lead))
+    none = np.zeros(use.sum())
+    summary = ResidualSummary(
+        data.time[use], data.u[use], data.y[use], none, np.nonzero(use)[0],
+        (rate,) * 3, (4.0,) * 3, float(time[1]), 0.02, float(np.ptp(clean)),
+    )  # fmt: skip
+    alike = [
+        float(wanted @ one) / float(np.linalg.norm(wanted) * np.linalg.norm(one))
+        for one in (signature(guess) for guess in Creep.initial_guesses(summary))
+        if np.linalg.norm(one) > 0
+    ]
+    assert max(alike) > 0.95
+
+
 def test_creep_remembers_the_run_before():
     """A hold after scans, and the same without them; `history` says what came before the first."""
     scans = triangle(10.0, amplitude=3.0, bias=3.0, samples=2000, periods=4)[0]

@@ -50,7 +50,8 @@ def _of_another_kind(guesses: list[Screened], best: Screened) -> Screened | None
     found = [
         one
         for one in guesses
-        if type(one.effect).smooth
+        if one is not best
+        and type(one.effect).smooth
         and one.flexible_score > share * best.flexible_score
         and abs(float(one.direction @ best.direction)) < alike
     ]

@@ -54,3 +54,21 @@ def test_what_explains_next_to_nothing_of_the_best_is_left_as_it_is(marginal):
     found = refine_guesses(refit, state, guesses)
     assert found["delay"] is guesses["delay"]
     assert not dataclasses.replace(found["delay"][0]).refined
+
+
+@pytest.mark.parametrize(
+    ("score", "direction", "count"),
+    [(900.0, (0.0, 1.0), 2), (400.0, (0.0, 1.0), 1), (900.0, (-1.0, 0.0), 1)],
+)
+def test_a_guess_of_another_kind_that_scores_nearly_as_well_is_refitted_too(
+    marginal, score, direction, count
+):
+    refit, state = marginal
+    first = guess(Etalon(amplitude=0.1, spacing=7.05, phase=0.0), 1e3)
+    second = guess(Etalon(amplitude=0.1, spacing=6.95, phase=0.5), score)
+    each = [
+        dataclasses.replace(first, direction=np.array([1.0, 0.0])),
+        dataclasses.replace(second, direction=np.array(direction)),
+    ]
+    found = refine_guesses(refit, state, {"etalon": each})["etalon"]
+    assert found[:2] == each and sum(one.refined for one in found) == count

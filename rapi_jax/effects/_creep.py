@@ -37,9 +37,10 @@ class Creep(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
     `gain` is that of a decade in time, as a share of the settled response. The lags outlast a run,
     and continue from one to the next by their times in the session. What a recording does not show
     is a parameter: `history`, the state before the session, from 0, at rest, to 1, long driven as
-    in the first run; `lead_s`, how long each run's drive was on before its first sample, after a
-    rest (long: it was on since the run before, without rests); `rest`, the response at rest,
-    counted from the first run's first value as a share of its range.
+    in the first run; `lead_s` and `lead_periods`, how long each run's drive was on before its first
+    sample, after a rest, in seconds and in periods besides (`lead_s` long: it was on since the run
+    before, without rests); `rest`, the response at rest, counted from the first run's first value
+    as a share of its range.
 
     Creep as a sum of first-order lags: Actuators 13, 534.
 
@@ -65,7 +66,11 @@ class Creep(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
         unit="s", default=_NO_RESTS_S, bounds=(0.0, 2 * _NO_RESTS_S)
     )
     rest: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(-1.0, 1.0))
+    lead_periods: Float[Array, ""] = parameter(unit="1", default=0.0, bounds=(0.0, 20.0))
     fastest_s: Float[Array, ""] = parameter(unit="s", default=FASTEST_S, bounds=(2e-4, 0.2))
+
+    def kind(self) -> str:
+        return "without rests" if float(self.lead_s) > ALWAYS_ON_S else "with rests"
 
     @float64
     def modes(self) -> Modes:
@@ -74,7 +79,7 @@ class Creep(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
         return Modes(tau, jnp.full((_LAGS,), self.gain * decades / (_LAGS - 1)))
 
     def past(self) -> Past:
-        return Past(self.history, self.rest, self.lead_s)
+        return Past(self.history, self.rest, self.lead_s, self.lead_periods)
 
     @float64
     def __call__(
@@ -100,15 +105,10 @@ class Creep(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
         The amplitude is a share of the response, and the time scales are the piezo's.
         """
         driven = [(g, {"history": h}) for g in (0.01, 0.04) for h in (0.05, 0.95)]
+        leads = zip(THRESHOLDS.creep_lead_s, THRESHOLDS.creep_lead_periods, strict=True)
         rested = [
-            (0.03, {"history": 0.05, "rest": rest, "lead_s": lead})
+            (0.03, {"history": 0.05, "rest": rest, "lead_s": lead_s, "lead_periods": periods})
+            for lead_s, periods in leads
             for rest in (0.5, 0.0, -0.5)  # a run begins at its least, its middle, its largest
-            for lead in _leads(summary)
         ]
         return [cls.at(gain=g, **past) for g, past in driven + rested]
-
-
-def _leads(summary: ResidualSummary) -> list[float]:
-    """How long a drive may have been on before a run, s: a settling time, or two slow periods."""
-    slowest = min((rate for rate in summary.rates if rate > 0), default=8.0)
-    return [THRESHOLDS.creep_lead_s, max(2.0 / slowest, 2.0 * THRESHOLDS.creep_lead_s)]

@@ -77,8 +77,11 @@ class EffectThresholds:
     hop_apart: float = threshold(
         0.03, unit="of the span", origin="least distance of two steps; set by trial"
     )
-    creep_lead_s: float = threshold(
-        0.1, unit="s", origin="convention: a drive is on for about so long, or two periods, first"
+    creep_lead_s: tuple[float, float] = threshold(
+        (0.1, 0.01), unit="s", origin="convention: a drive is on first for a tenth of a second, or"
+    )
+    creep_lead_periods: tuple[float, float] = threshold(
+        (0.1, 2.0), unit="periods", origin="convention: for two periods"
     )
     hop_settled: float = threshold(1e-9, unit="s", origin="a shorter settling time counts as none")
     hop_sudden: float = threshold(

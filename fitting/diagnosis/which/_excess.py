@@ -32,6 +32,13 @@ def is_unexplained(state: State) -> bool:
     return bool(state.synchronous > limit + chance) or _exceeds_chance(state.errors.nonsynchronous)
 
 
+def exceeds_noise(state: State) -> bool:
+    """Whether clearly more is left than noise, by a base that misfits, too."""
+    lines = state.errors.synchronous.size
+    chance = THRESHOLDS.explained_synchronous_sigmas * np.sqrt(2.0 * lines)
+    return bool(state.synchronous > THRESHOLDS.pair_enough * lines + chance)
+
+
 def _exceeds_chance(nonsynchronous: Float[np.ndarray, " lines"]) -> bool:
     lines = nonsynchronous.size
     limit = THRESHOLDS.explained_nonsynchronous * lines

@@ -13,7 +13,7 @@ from ._backward_check import check_backward
 from ._base import FittedBase
 from ._candidate import Candidate
 from ._effect_search import Progress, search_one_effect
-from ._excess import excess, is_unexplained
+from ._excess import exceeds_noise, excess, is_unexplained
 from ._nested_costs import nest_costs
 from ._thresholds import THRESHOLDS
 from .refits._density_refit import refit_on_flexible_base
@@ -60,7 +60,7 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
             progress(f"{first.name} and another")
             found = _refit_pairs(refits, first, none, classes)
             pairs += found
-            if not all(is_unexplained(pair.on_flexible_base) for pair in found):
+            if not all(exceeds_noise(pair.on_flexible_base) for pair in found):
                 break  # the strongest effect and another are enough: none else is looked for
         singles, pairs = check_backward(refits, none, singles, pairs)
     every = [forms.get(c.name, c) for c in nest_costs(none, [*singles, *pairs])]

@@ -106,9 +106,6 @@ class WhichThresholds:
         unit="of the best score",
         origin="set by trial: a creep with rests scored 0.84 of one without, and explained more",
     )
-    other_kind_alike: float = threshold(
-        0.95, unit="1", origin="set by trial; cosine of two guesses that a refit takes to one end"
-    )
     refined_steps: int = threshold(
         4, unit="steps", origin="of an effect's few parameters, from its best guess"
     )
@@ -234,6 +231,12 @@ class WhichThresholds:
     )
 
     # What is left, and what counts as gain.
+    pair_enough: float = threshold(
+        1.1,
+        unit="chi-square a line",
+        origin="set by trial: creep beside a slew limit left 1.29 where drift beside it, searched "
+        "next, leaves 0.92; a right pair 1.04",
+    )
     explained_synchronous: float = threshold(
         1.25,
         unit="chi-square a synchronous line",

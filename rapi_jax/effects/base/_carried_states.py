@@ -35,9 +35,10 @@ class Places(NamedTuple):
         runs, last = jnp.arange(t.shape[1]), t.shape[0] - 1
         began_s, joined = t[history.lead, runs], jnp.isfinite(history.gap_s)
         gap_s = jnp.where(joined, history.gap_s, 0.0)
-        longest = jnp.where(joined, gap_s, past.lead_s)
+        lead_s = past.lead_s + past.lead_periods * history.period_s
+        longest = jnp.where(joined, gap_s, lead_s)
         rests = past.lead_s < ALWAYS_ON_S
-        on_s = jnp.where(rests, jnp.minimum(past.lead_s, longest), gap_s)
+        on_s = jnp.where(rests, jnp.minimum(lead_s, longest), gap_s)
         repeats = history.period_s > 0
         at_s = began_s - jnp.where(repeats, on_s % jnp.where(repeats, history.period_s, 1.0), 0.0)
         i = jnp.clip((t <= at_s[None]).sum(axis=0) - 1, 0, last - 1)

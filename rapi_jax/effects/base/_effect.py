@@ -97,6 +97,13 @@ class AbstractEffect(eqx.Module):
         del here
         return ()
 
+    def kind(self) -> str:
+        """Of which kind it is, where it has several that no small step leads between; one here.
+
+        Guesses of each kind are refitted apart.
+        """
+        return ""
+
     def signature_period(self) -> float | None:
         """Period of its signature along `signature_axis`; by default it has none."""
         return None

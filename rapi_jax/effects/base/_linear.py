@@ -40,16 +40,19 @@ class Past(NamedTuple):
     - `lead_s`: for how long each run's drive has been on when its first sample is taken, after a
       rest; beyond `ALWAYS_ON_S` there is no rest: a run's drive is on from the end of the run
       before, and the first one's begins with its first sample.
+    - `lead_periods`: for how many periods besides, of a run that repeats.
     """
 
     settled: Float[Array, ""]
     rest: Float[Array, ""]
     lead_s: Float[Array, ""]
+    lead_periods: Float[Array, ""]
 
     @classmethod
     def of(cls, settled: float) -> "Past":
         """No rests between runs; `settled` before the first."""
-        return cls(jnp.asarray(settled), jnp.zeros(()), jnp.asarray(2.0 * ALWAYS_ON_S))
+        zero = jnp.zeros(())
+        return cls(jnp.asarray(settled), zero, jnp.asarray(2.0 * ALWAYS_ON_S), zero)
 
 
 ALWAYS_ON_S = 1e4

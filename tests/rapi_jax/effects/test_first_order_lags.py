@@ -283,8 +283,9 @@ def test_steps_and_holds_in_several_runs():
     assert np.abs(alone - want).max() > 10.0 * slack
 
 
+@pytest.mark.parametrize("in_periods", [0.0, 0.4])  # of the lead
 @pytest.mark.parametrize("lead_s", [0.02, 0.13, 0.5])
-def test_a_rest_between_runs_and_before_the_first(lead_s):
+def test_a_rest_between_runs_and_before_the_first(lead_s, in_periods):
     """Rest, a run whose drive was on for `lead_s`, a rest, and another, as one long record."""
     step, period, periods, rest, gap = 5e-4, 0.05, 3, 0.35, 1.3
     count, lead = round(periods * period / step), round(lead_s / step)
@@ -304,7 +305,10 @@ def test_a_rest_between_runs_and_before_the_first(lead_s):
     sizes = np.cumsum([p.size for p in parts])
     wanted = [want[e - count : e] for e in (sizes[1], sizes[3])]
     times = np.stack([t, t + (count - 1) * step + gap])
-    past = Past(jnp.zeros(()), jnp.asarray(rest), jnp.asarray(lead_s))
+    past = Past(
+        jnp.zeros(()), jnp.asarray(rest), jnp.asarray((1.0 - in_periods) * lead_s),
+        jnp.asarray(in_periods * lead_s / period),
+    )  # fmt: skip
     y = rows(
         real(), times, np.stack(runs),
         period=period, lead=per, gap=[np.inf, gap], session=True, past=past,

@@ -29,10 +29,15 @@ def refit_leading(
     for name in screened.leading_on_flexible_base:
         progress(f"{name} on the flexible base")
         one = screened.best_on_flexible_base(name)
-        base = _best_start(free, start, screened.tied_on_flexible_base(name))
-        if base is not None:
-            ends = refit_on_density(free, base.values, base.effects, start.cost)
-            out.append(make_candidate(none, free, ends[0], ends, one.unabsorbed_fraction))
+        bases = [_best_start(free, start, each) for each in screened.starts_on_flexible_base(name)]
+        ends = [
+            refit_on_density(free, base.values, base.effects, start.cost)
+            for base in bases
+            if base is not None
+        ]
+        if ends:
+            best = min(ends, key=lambda end: end[2].cost)
+            out.append(make_candidate(none, free, best[0], best, one.unabsorbed_fraction))
     return out
 
 

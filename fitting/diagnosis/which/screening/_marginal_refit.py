@@ -10,6 +10,7 @@ from fitting.diagnosis.which._thresholds import THRESHOLDS
 from fitting.diagnosis.which.jumps._jump_search import search_jump_parameters
 
 from ._screen import Screened
+from ._screened_effects import best_of_each_kind
 
 
 def refine_guesses(
@@ -18,9 +19,9 @@ def refine_guesses(
     """The guesses of each effect, and its best refitted beside `state`'s, where it gains by that.
 
     A score is linear in one size: of an effect with several parameters, or one that jumps, it may
-    be a small share of what the effect explains. Beside its best guess one of another kind is
-    refitted that scores nearly as well, as of a creep with and without rests between runs. Effects
-    that explain next to nothing of what the best one does are left as they are.
+    be a small share of what the effect explains. The best guess of each kind is refitted that
+    scores nearly as well, as of a creep with and without rests between runs. Effects that explain
+    next to nothing of what the best one does are left as they are.
 
     `marginal`: see `FlexibleBase.marginal`.
     """
@@ -34,28 +35,13 @@ def refine_guesses(
     for name, one in best.items():
         if one.flexible_score < least:
             continue
-        other = _of_another_kind(guesses[name], one)
-        for begin in [one] if other is None else [one, other]:
+        for begin in best_of_each_kind(guesses[name]):
             refined = _refit(marginal, without, begin)
             if refined.effect is begin.effect:
                 out[name] = [refined if guess is begin else guess for guess in out[name]]
             else:
                 out[name] = [*out[name], refined]
     return out
-
-
-def _of_another_kind(guesses: list[Screened], best: Screened) -> Screened | None:
-    """The guess with the largest score among those that change the response otherwise."""
-    share, alike = THRESHOLDS.other_kind_share, THRESHOLDS.other_kind_alike
-    found = [
-        one
-        for one in guesses
-        if one is not best
-        and type(one.effect).smooth
-        and one.flexible_score > share * best.flexible_score
-        and abs(float(one.direction @ best.direction)) < alike
-    ]
-    return max(found, key=lambda one: one.flexible_score, default=None)
 
 
 def _refit(marginal: Refit, without: State, one: Screened) -> Screened:

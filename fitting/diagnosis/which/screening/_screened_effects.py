@@ -29,6 +29,19 @@ def may_explain(guesses: list[Screened], whole: float, nonsynchronous: float = n
     return most * best.flexible_score >= whole or most * loose >= nonsynchronous
 
 
+def best_of_each_kind(guesses: list[Screened]) -> list[Screened]:
+    """Of each kind of an effect the guess that explains most beyond the flexible base.
+
+    Those that explain nearly as much as the best, which comes first.
+    """
+    best: dict[str, Screened] = {}
+    for one in sorted(guesses, key=lambda one: -one.flexible_score):
+        best.setdefault(one.effect.kind(), one)
+    first, *others = best.values()
+    least = THRESHOLDS.other_kind_share * first.flexible_score
+    return [first, *(one for one in others if one.flexible_score > least)]
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class ScreenedEffects:
     """Screened guesses of each effect by its name, the largest score first; none is empty.
@@ -86,18 +99,18 @@ class ScreenedEffects:
         """The guess of an effect with the largest score beyond the flexible base."""
         return max(self.guesses[name], key=lambda one: one.flexible_score)
 
-    def tied_on_flexible_base(self, name: str) -> list[Screened]:
-        """The guesses to begin from: the best, and of one that jumps those that explain as much.
+    def starts_on_flexible_base(self, name: str) -> list[list[Screened]]:
+        """The guesses to begin from: of each kind the best, or, where it jumps, all that are tied.
 
         Steps of many sizes have one signature, as it is sampled, until the base has followed them.
         """
         best = self.best_on_flexible_base(name)
         if type(best.effect).smooth:
-            return [best]
+            return [[one] for one in best_of_each_kind(self.guesses[name])]
         least = THRESHOLDS.tied_share * best.flexible_score
         tied = [one for one in self.guesses[name] if one.flexible_score >= least]
         tied.sort(key=lambda one: -one.flexible_score)
-        return tied[: THRESHOLDS.tied_guesses]
+        return [tied[: THRESHOLDS.tied_guesses]]
 
     def _is_taken_up(self, name: str) -> bool:
         """Whether an effect would explain no more than chance beyond the flexible base.

@@ -12,7 +12,8 @@ from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import fit_base
 from fitting.diagnosis.which.screening._marginal_refit import refine_guesses
 from fitting.diagnosis.which.screening._screen import Screened
-from rapi_jax.effects import Delay, Etalon
+from fitting.diagnosis.which.screening._screened_effects import best_of_each_kind
+from rapi_jax.effects import Creep, Delay, Etalon
 
 TRUTH = Etalon(amplitude=0.3, spacing=7.0, phase=0.3)
 
@@ -56,19 +57,10 @@ def test_what_explains_next_to_nothing_of_the_best_is_left_as_it_is(marginal):
     assert not dataclasses.replace(found["delay"][0]).refined
 
 
-@pytest.mark.parametrize(
-    ("score", "direction", "count"),
-    [(900.0, (0.0, 1.0), 2), (400.0, (0.0, 1.0), 1), (900.0, (-1.0, 0.0), 1)],
-)
-def test_a_guess_of_another_kind_that_scores_nearly_as_well_is_refitted_too(
-    marginal, score, direction, count
-):
-    refit, state = marginal
-    first = guess(Etalon(amplitude=0.1, spacing=7.05, phase=0.0), 1e3)
-    second = guess(Etalon(amplitude=0.1, spacing=6.95, phase=0.5), score)
-    each = [
-        dataclasses.replace(first, direction=np.array([1.0, 0.0])),
-        dataclasses.replace(second, direction=np.array(direction)),
-    ]
-    found = refine_guesses(refit, state, {"etalon": each})["etalon"]
-    assert found[:2] == each and sum(one.refined for one in found) == count
+@pytest.mark.parametrize(("score", "count"), [(900.0, 2), (400.0, 1)])
+def test_the_best_of_each_kind_that_scores_nearly_as_well_is_refitted(score, count):
+    driven = [guess(Creep.at(gain=g), s) for g, s in ((0.01, 1e3), (0.02, 990.0))]
+    rested = [guess(Creep.at(gain=0.01, lead_s=lead), score - lead) for lead in (0.1, 0.2)]
+    found = best_of_each_kind([*rested, *driven])
+    assert found == [driven[0], rested[0]][:count]
+    assert best_of_each_kind([guess(TRUTH, 1.0), guess(TRUTH, 2.0)])[0].score == 2.0

@@ -133,10 +133,10 @@ def test_guesses_of_a_jump_that_score_alike_are_all_begun_from_and_of_a_smooth_e
     smooth = screened((1.0, 100.0), (2.0, 99.0), (3.0, 50.0))
     jumps = [dataclasses.replace(one, effect=ModeHop.at()) for one in smooth]
     found = ScreenedEffects({"delay": smooth, "mode_hop": jumps})
-    assert found.tied_on_flexible_base("delay") == smooth[:1]
-    assert found.tied_on_flexible_base("mode_hop") == jumps[:2]
+    assert found.starts_on_flexible_base("delay") == [smooth[:1]]
+    assert found.starts_on_flexible_base("mode_hop") == [jumps[:2]]
     many = ScreenedEffects({"mode_hop": 9 * jumps[:1]})
-    assert len(many.tied_on_flexible_base("mode_hop")) == THRESHOLDS.tied_guesses
+    assert len(many.starts_on_flexible_base("mode_hop")[0]) == THRESHOLDS.tied_guesses
 
 
 @pytest.mark.slow

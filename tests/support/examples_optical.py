@@ -11,7 +11,7 @@ from rapi_jax.effects._resonance import Resonance
 from rapi_jax.effects.base._effect import AbstractEffect
 
 EXAMPLES: dict[str, AbstractEffect] = {
-    "creep": Creep.at(gain=0.02, history=0.3),
+    "creep": Creep.at(gain=0.02, history=0.3, lead_periods=2.0),
     "resonance": Resonance.at(hertz=700.0, damping=0.05, share=1.0),
     "drift": Drift.at(amplitude=0.8, tau=2.0),
     "gain_drift": GainDrift.at(rate=0.02),

@@ -35,7 +35,7 @@ def is_unexplained(state: State) -> bool:
 def exceeds_noise(state: State) -> bool:
     """Whether clearly more is left than noise, by a base that misfits, too."""
     lines = state.errors.synchronous.size
-    chance = THRESHOLDS.explained_synchronous_sigmas * np.sqrt(2.0 * lines)
+    chance = THRESHOLDS.pair_enough_sigmas * np.sqrt(2.0 * lines)
     return bool(state.synchronous > THRESHOLDS.pair_enough * lines + chance)
 
 

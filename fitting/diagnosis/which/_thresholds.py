@@ -231,8 +231,11 @@ class WhichThresholds:
     )
 
     # What is left, and what counts as gain.
+    pair_enough_sigmas: float = threshold(
+        2.0, unit="standard deviations of chi-square", origin="convention; chance besides"
+    )
     pair_enough: float = threshold(
-        1.1,
+        1.05,
         unit="chi-square a line",
         origin="set by trial: creep beside a slew limit left 1.29 where drift beside it, searched "
         "next, leaves 0.92; a right pair 1.04",

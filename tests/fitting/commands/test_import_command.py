@@ -133,7 +133,7 @@ def missing_reading(folder):
 def wrong_rate(folder):
     t, u, y = scanned((10.0, 3, 4.5), sample_hz=8000.0)
     return (scope(folder, t, u, y), *SCOPE, "--rate", 12), 3, (
-        "the drive repeats at 10 Hz, not at 12 Hz as said", "Correct --rate, or leave it out",
+        "the drive repeats at 10 Hz, not at 12 Hz as said", "Correct --rate (of several one each",
     )  # fmt: skip
 
 

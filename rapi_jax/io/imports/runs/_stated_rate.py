@@ -18,7 +18,7 @@ def stated_rate(found: float, options: ImportOptions, label: str) -> float:
     factor = near / found
     why = "That is a factor of 1000: check --time-unit" if abs(
         abs(np.log10(factor)) - 3.0
-    ) < 0.02 else "Correct --rate, or leave it out"  # fmt: skip
+    ) < 0.02 else "Correct --rate (of several one each: --rate 5 --rate 15), or leave it out"  # fmt: skip
     raise DataError(
         f"{label}: the drive repeats at {found:.5g} Hz, not at {said} Hz as said. {why}."
     )

@@ -94,14 +94,20 @@ def _from_rows(
 def _from_preamble(
     about: dict[str, Sequence[str]], use: Sequence[int]
 ) -> tuple[dict[int, str], dict[int, str], set[int]]:
-    """From a preamble that stands beside the first rows (Tektronix TDS)."""
-    source = next((cells[0] for key, cells in about.items() if key == "source" and cells), "")
-    names = {use[0]: "TIME"} | ({use[1]: source} if len(use) > 1 and source else {})
-    units = {}
-    for place, key in zip(use, ("horizontal units", "vertical units"), strict=False):
-        unit = known_unit(about[key][0]) if about.get(key) else None
-        units |= {place: unit} if unit else {}
-    return names, units, set()
+    """From preambles that stand beside the first rows (Tektronix TDS): one, or one a channel."""
+    source = about.get("source", ())
+    begins = [0, *(k + 1 for k, cell in enumerate(source) if cell.lower() == "source")]
+    names: dict[int, str] = {}
+    units: dict[int, str] = {}
+    for begin, end in zip(begins, [*begins[1:], max(use) + 1], strict=True):
+        own = [place for place in use if begin <= place < end]
+        channel = source[begin] if begin < len(source) else ""
+        names |= dict(zip(own, (f"TIME {channel}" if begin else "TIME", channel), strict=False))
+        for place, key in zip(own, ("horizontal units", "vertical units"), strict=False):
+            cells = about.get(key, ())
+            unit = known_unit(cells[begin]) if begin < len(cells) else None
+            units |= {place: unit} if unit else {}
+    return {place: name for place, name in names.items() if name}, units, set()
 
 
 def _name_the_clock(

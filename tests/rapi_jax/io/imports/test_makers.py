@@ -174,3 +174,14 @@ def test_joined_runs_hold_every_sample_once(tmp_path):
     drive, response = joined(import_recording(tmp_path / "a.npz", options()).recording)
     np.testing.assert_array_equal(drive, u)
     np.testing.assert_array_equal(response, y)
+
+
+def test_two_channels_with_a_preamble_each_side_by_side(tmp_path):
+    """DPO series: time and voltage of each channel beside its own preamble."""
+    first = tektronix_beside(T, U).splitlines()
+    second = tektronix_beside(T, Y).replace("Source,CH1", "Source,CH2").splitlines()
+    file = put(tmp_path / "both.csv", "\n".join(map(",".join, zip(first, second, strict=True))))
+    options = ImportOptions(drive="CH1", response="CH2", response_scale=4.5, response_unit="GHz")
+    made = import_recording(file, options).recording
+    np.testing.assert_allclose(made.runs[0].response[:5], 4.5 * Y[:5], atol=1e-6)
+    np.testing.assert_allclose(made.runs[0].drive.value[:5], U[:5], atol=1e-6)

@@ -16,9 +16,12 @@ def stated_rate(found: float, options: ImportOptions, label: str) -> float:
         return near
     said = ", ".join(f"{rate:g}" for rate in options.rates)
     factor = near / found
-    why = "That is a factor of 1000: check --time-unit" if abs(
-        abs(np.log10(factor)) - 3.0
-    ) < 0.02 else "Correct --rate (of several one each: --rate 5 --rate 15), or leave it out"  # fmt: skip
+    thousand = abs(abs(np.log10(factor)) - 3.0) < 0.02
+    why = (
+        "That is a factor of 1000: check --time-unit"
+        if thousand
+        else "Correct --rate (of several one each: --rate 5 --rate 15), or leave it out"
+    )
     raise DataError(
         f"{label}: the drive repeats at {found:.5g} Hz, not at {said} Hz as said. {why}."
     )

@@ -132,11 +132,13 @@ def verdict_advice(
     *,
     unsure: bool = False,
     unit: str = "GHz",
+    straighter: float | None = None,
 ) -> str:
     """What to do next, in one or two sentences.
 
     `tied`: names in the credible set. `unsure`: whether it holds `unlisted` beside one named
-    hypothesis. `unit`: of the response.
+    hypothesis. `unit`: of the response. `straighter`: by what factor at most (97.5 %) a compensated scan
+    is straighter with the effects than without.
     """
     if len(tied) > 1:
         labels = effect_labels((*ALL, *effects), unit)
@@ -158,4 +160,9 @@ def verdict_advice(
     first = ""
     if unsure and scan is not None:
         first = "First record the next scan given below: a second effect may be missing. Then: "
+    if straighter is not None and straighter < 1.0:
+        return (
+            f"{first}Do not compensate with this model: its scans are less straight than without "
+            "the effect."
+        )
     return first + " ".join(_remedy(effect, unit) for effect in sort_effects(effects))

@@ -57,6 +57,7 @@ def give_verdict(
             scan,
             unsure=needs_confirmation(credible),
             unit=recording.response_unit,
+            straighter=(shrinkage.get("straighter") or {}).get("high"),
         ),
     )
 

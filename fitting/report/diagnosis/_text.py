@@ -188,7 +188,7 @@ def describe_nonlinearity(diagnosis: dict, scale: Scale) -> str:
         else:  # of the factor the other way the ends change places
             low, high = (_inverse(gain.get(key)) for key in ("high", "low"))
             text = f"{format_number(_inverse(less))} times more{_describe_range(low, high)}"
-            parts.append(f"{text}: do not compensate with these effects")
+            parts.append(text)
     return "; ".join(parts)
 
 

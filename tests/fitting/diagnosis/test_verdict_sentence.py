@@ -3,7 +3,7 @@
 import pytest
 
 from fitting.diagnosis._diagnosis import Verdict
-from fitting.diagnosis._text import verdict_sentence
+from fitting.diagnosis._text import verdict_advice, verdict_sentence
 from fitting.diagnosis._verdict import doubt_data
 from fitting.identification.data_checks._fault import Fault
 from rapi_jax.effects import Resonance
@@ -29,3 +29,9 @@ def test_where_nothing_explains_data_with_a_fault_that_comes_first():
     said = doubt_data(verdict, [fault])
     assert "cut the first period off. Then diagnose it again." in said.advice
     assert "next scan" not in said.advice and said.sentence == verdict.sentence
+
+
+@pytest.mark.parametrize(("most", "refused"), [(None, False), (6.5, False), (0.8, True)])
+def test_compensation_that_surely_makes_scans_worse_is_advised_against(most, refused):
+    said = verdict_advice("resonance", (Resonance,), ["resonance"], None, straighter=most)
+    assert ("Do not compensate" in said) == refused

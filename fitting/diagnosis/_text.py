@@ -137,8 +137,8 @@ def verdict_advice(
     """What to do next, in one or two sentences.
 
     `tied`: names in the credible set. `unsure`: whether it holds `unlisted` beside one named
-    hypothesis. `unit`: of the response. `straighter`: by what factor at most (97.5 %) a compensated scan
-    is straighter with the effects than without.
+    hypothesis. `unit`: of the response. `straighter`: by what factor at most (97.5 %) a compensated
+    scan is straighter with the effects than without.
     """
     if len(tied) > 1:
         labels = effect_labels((*ALL, *effects), unit)

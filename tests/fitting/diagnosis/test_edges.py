@@ -195,12 +195,18 @@ def test_a_drive_that_does_not_repeat():
 
 
 @pytest.mark.slow
-def test_a_rate_that_need_not_repeat():
+@pytest.mark.parametrize("growth", [0.0, 0.5])  # of the swing a second
+def test_a_rate_that_need_not_repeat(growth):
+    """Where it does all the same, its periods show the noise."""
     t = np.arange(600) / 2000.0
-    u = 3.0 + 1.2 * np.sin(2 * np.pi * 10 * t)
+    u = 3.0 + 1.2 * (1.0 + growth * t) * np.sin(2 * np.pi * 10 * t)
     runs = [Drive(t, u, excitation_hz=10.0, waveform="other", start_s=s) for s in (0.0, 1.0)]
     out = verdict(record(runs))
-    assert out["gap"]["noise_floor"] is None and out["verdict"]["name"] == "none"
+    assert out["verdict"]["name"] == "none"
+    if growth:
+        assert out["gap"]["noise_floor"] is None
+    else:
+        assert out["gap"]["noise_floor"] == pytest.approx(NOISE, rel=0.1)
 
 
 def test_a_model_whose_parameters_are_off_lacks_no_effect(good):

@@ -54,7 +54,8 @@ EXACT = {**TRUTHS, "amplitude_law": OWN}
 # What these truths have none of, or no session this short shows.
 SILENT = {
     ("amplitude_law", "tilt"), ("amplitude_law", "pivot"), ("creep", "lead_s"), ("creep", "rest"),
-    ("creep", "history"), ("saturation", "knee"), ("current_coupling", "lag_s"),
+    ("creep", "history"), ("creep", "lead_periods"), ("saturation", "knee"),
+    ("current_coupling", "lag_s"),
     ("mode_hop", "settle_s"), ("gain_drift", "tau"),
 }  # fmt: skip
 # Straight in time where the constant is long: its reciprocal is what the data bound, about zero.

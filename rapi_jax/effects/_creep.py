@@ -104,7 +104,9 @@ class Creep(AbstractOpticalEffect, AbstractLagEffect, AbstractInvertible):
 
         The amplitude is a share of the response, and the time scales are the piezo's.
         """
-        driven = [(g, {"history": h}) for g in (0.01, 0.04) for h in (0.05, 0.95)]
+        driven = [
+            (g, {"history": h, "lead_periods": 1.0}) for g in (0.01, 0.04) for h in (0.05, 0.95)
+        ]
         leads = zip(THRESHOLDS.creep_lead_s, THRESHOLDS.creep_lead_periods, strict=True)
         rested = [
             (0.03, {"history": 0.05, "rest": rest, "lead_s": lead_s, "lead_periods": periods})

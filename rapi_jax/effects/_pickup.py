@@ -81,10 +81,10 @@ class Pickup(AbstractOpticalEffect):
         share = summary.sines(summary.time, line)
         best = [*free, *whole, *line[np.argsort(-share, kind="stable")[: THRESHOLDS.pickup_lines]]]
         close = 0.5 / max(summary.duration_s, 1e-6)
+        slip = THRESHOLDS.pickup_slip / max(summary.duration_s, 1e-6)
         hertz: list[float] = []
         for f in best:
             # What repeats with every scan is no tone of its own.
-            slip = THRESHOLDS.pickup_slip / max(summary.duration_s, 1e-6)
             locked = all(_is_harmonic(f, rate, slip) for rate in summary.rates or (0.0,))
             if not locked and all(abs(f - other) > close for other in hertz):
                 hertz.append(float(np.clip(f, 2 * _LOW, _HIGH / 2)))

@@ -300,6 +300,15 @@ def test_a_pickup_is_found_among_the_trials():
         assert size[0] == pytest.approx(0.05, rel=0.2)
 
 
+def test_what_repeats_with_every_scan_is_no_pickup():
+    """At one scan rate a multiple of it; with a second rate beside, a tone of its own."""
+    evidence = seen(Pickup.at(amplitude=0.05, hertz=50.0, phase=1.0))
+    slip = 0.1 / evidence.duration_s
+    for rates, told in (((10.0,), False), ((10.0, 17.0), True)):
+        guesses = Pickup.initial_guesses(dataclasses.replace(evidence, rates=rates))
+        assert any(abs(float(p.hertz) - 50.0) < slip for p in guesses) == told
+
+
 @pytest.mark.parametrize("spacing", [1.7, 6.5, 21.0])
 def test_an_etalon_is_found_among_the_trials(spacing):
     evidence = seen(Etalon.at(amplitude=0.1, phase=2.0, spacing=spacing))

@@ -24,6 +24,11 @@ class CoreThresholds:
         unit="periods",
         origin="set by trial; left out next to the turn, where a device is still turning",
     )
+    one_rate: float = threshold(
+        1.2,
+        unit="fastest over slowest scan rate",
+        origin="set by trial; within it a lag and hysteresis look alike",
+    )
     longest_beat: int = threshold(
         1 << 18, unit="samples", origin="memory: a longer beat is refused"
     )

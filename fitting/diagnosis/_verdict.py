@@ -160,7 +160,7 @@ def collect_notes(
             "frequencies: the gap is a lower bound, and the probabilities are less certain. "
             + (describe_repetition(recording) or "Record at least three periods.")
         )
-    if len(recording.rates) == 1:
+    if recording.one_rate:
         which = "One scan rate" if recording.rates[0] > 0 else "No scan rate"
         notes.append(
             f"{which}: a lag cannot be told reliably from rate-dependent thresholds. Record a "

@@ -271,9 +271,6 @@ class IdentificationThresholds:
     outlier_rounds: int = threshold(
         3, unit="fits", origin="set by trial; large outliers hide small ones"
     )
-    one_rate: float = threshold(
-        1.2, unit="factor", origin="set by trial; rates within it show no rate dependence"
-    )
 
     # The paper's inverse
     inverse_order: int = threshold(

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 from fitting._units import quantity
-from fitting.identification._thresholds import THRESHOLDS as FITTING
 from fitting.identification.data_checks._drive_character import describe_repetition
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks.holds._sweeps import single_sweep
@@ -147,7 +146,7 @@ def _more_periods() -> str:
 
 def _ask_rates(recording: Recording) -> Question:
     name, rates = "rate dependence", recording.rates
-    if max(rates) > FITTING.one_rate * min(rates) > 0:
+    if not recording.one_rate and min(rates) > 0:
         return Question(
             name, "yes", f"{len(rates)} scan rates, {min(rates):.6g} to {max(rates):.6g} Hz."
         )
@@ -210,8 +209,7 @@ def _ask_effects(
     missing = []
     if min(run.periods for run in runs) < THRESHOLDS.enough_periods:
         missing.append("three periods")
-    rates = recording.rates
-    if not max(rates) > FITTING.one_rate * min(rates):
+    if recording.one_rate:
         missing.append("several rates")
     if not _swings_differ(recording):
         missing.append("two swings")

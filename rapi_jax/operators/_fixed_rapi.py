@@ -108,7 +108,7 @@ class FixedRAPI(AbstractRAPI):
         )
 
     def held(self, recording: Recording) -> set[str]:
-        alike = len(recording.rates) == 1
+        alike = recording.one_rate
         held = held_thresholds(self, recording, scale="rho", alike=alike)
         # With a threshold for each play, one rate does not tell its growth from itself.
         return held | {"zeta"} if alike and jnp.ndim(self.rho) > 0 else held

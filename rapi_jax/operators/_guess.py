@@ -175,7 +175,7 @@ def draw(recording: Recording, trial: int) -> dict[str, float]:
     u_pp = max(max(d.u_pp for d in recording.drives), 1e-12)
     fastest = max(recording.rates)
     alpha = _draw_logarithmic(rng, limits.alpha_range)
-    grows = len(recording.rates) > 1 and fastest > 0
+    grows = not recording.one_rate and fastest > 0
     growth = float(rng.uniform(*limits.growth_range)) if grows else 0.0
     lam = _draw_logarithmic(rng, limits.lam_range) if trial % limits.lam_shared else 1.0
     decay = float(rng.uniform(*limits.decay_range)) if trial % limits.decay_absent else 0.0

@@ -171,7 +171,7 @@ class InverseRAPI(AbstractOperator):
         """The origin `v_0`; with one rate `kappa` and `eta` (one a play: `s_1` to `s_3`)."""
         thresholds = ("s_1", "s_2", "s_3")
         held = {"v_0", *thresholds[: max(3 - self.count, 0)]}
-        if len(recording.rates) == 1:
+        if recording.one_rate:
             held |= {"kappa"} | (set(thresholds) if jnp.ndim(self.eta) > 0 else {"eta"})
         return held
 

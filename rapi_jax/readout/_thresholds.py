@@ -33,6 +33,18 @@ class ReadoutThresholds:
         unit="fringes",
         origin="farther from a turn the analytic signal alone is used; set by trial",
     )
+    vanished_blocks: int = threshold(
+        3, unit="blocks of four fringes", origin="a shorter stretch may be a turn of the laser"
+    )
+    vanished_span: float = threshold(
+        0.25, unit="of the usual span", origin="fringes; dust and misalignment leave more of them"
+    )
+    vanished_lag: float = threshold(
+        0.06, unit="periods", origin="by which a laser's turn may follow the drive's"
+    )
+    vanished_move: float = threshold(
+        0.4, unit="of the usual move", origin="of the drive; a laser's slope halves after a turn"
+    )
 
 
 THRESHOLDS = ReadoutThresholds()

@@ -9,6 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from rapi_jax._errors import DataError
+from rapi_jax._thresholds import THRESHOLDS
 from rapi_jax.display._one_line import describe_recording
 from rapi_jax.display._recording import (
     recording_dataframe,
@@ -93,6 +94,14 @@ class Recording:
     def rates(self) -> list[float]:
         """The distinct scan rates, Hz, ascending."""
         return sorted({run.drive.rate for run in self.runs})
+
+    @property
+    def one_rate(self) -> bool:
+        """Whether all runs have about one scan rate: within a factor of 1.2, or none at all.
+
+        Hysteresis that grows with the rate cannot then be told from a lag.
+        """
+        return max(self.rates) <= THRESHOLDS.one_rate * min(self.rates)
 
     @property
     def amplitudes(self) -> list[float]:

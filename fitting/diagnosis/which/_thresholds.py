@@ -123,11 +123,6 @@ class WhichThresholds:
     initial_weight: float = threshold(
         0.02, unit="of the weights", origin=f"{_TRIAL}; what is left where a refit starts without"
     )
-    equal_rates: float = threshold(
-        1.2,
-        unit="fastest over slowest rate",
-        origin=f"{_TRIAL}; below it a lag and hysteresis look alike",
-    )
 
     # Search over parameters of effects that jump.
     jump_size: float = threshold(

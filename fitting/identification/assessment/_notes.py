@@ -7,7 +7,6 @@ import jax
 import numpy as np
 
 from fitting.identification._parameter_vector import as_device
-from fitting.identification._thresholds import THRESHOLDS
 from fitting.identification.data_checks._clock_jitter import describe_jitter
 from fitting.identification.data_checks._drive_character import describe_repetition
 from fitting.identification.data_checks.holds._sweeps import describe_creep
@@ -27,7 +26,7 @@ def describe_open_points(
         for row, run in enumerate(recording.runs)
     ]
     notes += describe_jitter(recording, errors)
-    if max(recording.rates) <= THRESHOLDS.one_rate * min(recording.rates):
+    if recording.one_rate:
         which = "one scan rate" if max(recording.rates) > 0 else "no scan rate"
         notes.append(
             f"{which}: the rate dependence{_named(problem, 'zeta', 'kappa')} rests on the "

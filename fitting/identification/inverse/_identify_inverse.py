@@ -83,7 +83,7 @@ def fit_inverse(
     progress: Progress | None = None,
 ) -> FitResult:
     """The same on a recording that is already swapped; `forward` gives the first guess."""
-    one_loop = len(swapped.rates) == 1 and len(swapped.amplitudes) == 1
+    one_loop = swapped.one_rate and len(swapped.amplitudes) == 1
     order = _default_order(one_loop) if order is None else order
     each = (() if one_loop else ("lam",)) if each is None else each
     guesses = InverseRAPI.guess_inverses(forward, swapped, plays=plays, order=order, each=each)

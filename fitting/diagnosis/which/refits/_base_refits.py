@@ -65,7 +65,7 @@ def refit_all_without_hysteresis(
     The effects first, beside the polynomial; those then go on, with hysteresis, that take away a
     share of what the best of them does. None where the flexible base leaves nothing to explain.
     """
-    if start.effects or screened.nothing_left or not _has_one_rate(refit):
+    if start.effects or screened.nothing_left or not refit.whitened.recording.one_rate:
         return []  # beside another effect the hysteresis is what that one left of it
     without = refit_without_hysteresis(refit, start.eta_fixed)
     if without is None:
@@ -128,9 +128,3 @@ def choose_leaders(full: list[Refitted], without: State, best: State | None) -> 
         ) or reduces_nonsynchronous(state, without, THRESHOLDS.full_refit_fall):
             leaders.append((state, fraction))
     return leaders or (full[:1] if best is None else [])
-
-
-def _has_one_rate(refit: Refit) -> bool:
-    """Whether all runs have about one rate: a lag and hysteresis then look alike."""
-    rates = refit.whitened.recording.rates
-    return bool(max(rates) <= THRESHOLDS.equal_rates * min(rates))

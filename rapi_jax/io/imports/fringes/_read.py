@@ -14,7 +14,7 @@ from rapi_jax.recording._run import Run
 from ._optics import cavity_spacing_ghz, interferometer_delay_s
 
 if TYPE_CHECKING:
-    from rapi_jax.readout import Readout
+    from rapi_jax.readout import Fringes, Readout
 
 Samples = Float[np.ndarray, " samples"]
 
@@ -50,7 +50,9 @@ def read_fringe_run(
     fringes = Fringes(
         light, cavity, 1.0 / drive.step_s, delay_s=optics.delay_s, fsr_ghz=optics.fsr_ghz
     )
-    readout = read_fringes(fringes, quiet_drive(drive))
+    quiet = quiet_drive(drive)
+    check_present(fringes, quiet)
+    readout = read_fringes(fringes, quiet)
     if readout.fringe_noise > THRESHOLDS.fringe_noise:
         raise DataError(
             f"no fringes can be followed: the signal is off them by {readout.fringe_noise:.2g} of "
@@ -61,6 +63,21 @@ def read_fringe_run(
     run = dataclasses.replace(run, response=optics.sign * run.response)
     notes = [_describe(readout), *_undersampled(readout, drive), *readout.faults]
     return run, [f"{name}: {line}" for line in notes]
+
+
+def check_present(fringes: "Fringes", quiet: Drive) -> None:
+    """Raise `DataError` where the fringes are gone for a while: nothing counts them there."""
+    from rapi_jax.readout._vanished import find_vanished
+
+    gone = find_vanished(fringes, quiet)
+    if gone:
+        first, last = (quiet.start_s + at for at in gone[0])
+        more = f" (and {len(gone) - 1} more)" if len(gone) > 1 else ""
+        raise DataError(
+            f"no fringes pass from {first:.6g} to {last:.6g} s of the record{more} although the "
+            "drive moves, so their count is lost. Was the light blocked, the laser off or at its "
+            "limit there? Leave that part out, or record again."
+        )
 
 
 def quiet_drive(drive: Drive) -> Drive:

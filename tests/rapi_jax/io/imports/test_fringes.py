@@ -1,5 +1,7 @@
 """Fringes of an interferometer and a cavity from an oscilloscope, against NumPy's cosine alone."""
 
+import re
+
 import numpy as np
 import pytest
 from scope_files import MAKERS, put
@@ -166,6 +168,20 @@ def test_fringes_that_are_none_or_broken(tmp_path):
     dark = np.random.default_rng(0).standard_normal(t.size)
     path = put_table(tmp_path / "b.csv", t, CH1=u, CH2=dark)
     assert "its light reach the detector" in refused(path, interferometer="24.5 ns")
+
+
+@pytest.mark.parametrize("first, last", [(0.031, 0.034), (0.0255, 0.03)])
+def test_a_stretch_without_fringes_is_named(tmp_path, first, last):
+    t, u, light, _, _ = recorded(40.0)
+    gone = (t > first) & (t < last)  # of a branch of 12.5 ms, in its middle and from its start
+    noise = 0.01 * np.random.default_rng(1).standard_normal(t.size)
+    path = put_table(tmp_path / "scope.csv", t, CH1=u, CH2=np.where(gone, 0.2 + noise, light))
+    text = refused(path, interferometer="24.5 ns")
+    said = re.search(r"no fringes pass from (\S+) to (\S+) s", text)
+    assert said and "light blocked" in text
+    within = 4 * 2.5e-4  # s, two blocks of four fringes
+    assert float(said[1]) == pytest.approx(first, abs=within)
+    assert float(said[2]) == pytest.approx(last, abs=within)
 
 
 def test_few_samples_a_fringe_are_said(tmp_path):

@@ -2,7 +2,9 @@
 
 Its spectrum is that of slow Gaussian noise, so no test of the spectrum sees it. What tells the two
 apart is how the levels change: Gaussian noise of any colour changes by normal steps, jumps change
-seldom and by much.
+seldom and by much. Jumps a few readings apart make no level that lasts: there two tests must agree,
+steps with heavier tails than normal ones between values with lighter tails, as two levels have.
+Gaussian noise has neither, and wrong readings or noise that swells have heavy tails in both.
 """
 
 import dataclasses
@@ -53,6 +55,10 @@ def find_random_jumps(
     lengths = [THRESHOLDS.level_samples * 2**k for k in range(THRESHOLDS.level_lengths)]
     found = [_steps_of_all(parts, length) for length in lengths]
     tests = [(_p_value(unit, length, free), size) for unit, size, length, free in found if unit]
+    levels = _p_value_of_levels(parts)
+    for length in (1, 2, 4):
+        unit, size, _, free = _steps_of_all(parts, length)
+        tests += [(max(_p_value(unit, length, free), levels), size)] if unit else []
     if not tests:
         return RandomJumps(1.0, 0.0)
     p, size = min(tests)
@@ -102,6 +108,17 @@ def _steps_of_all(
     return units, size, length, free / max(count, 1)
 
 
+def _p_value_of_levels(parts: list[tuple[np.ndarray, int]]) -> float:
+    """One-sided, of values with lighter tails than normal ones."""
+    least = THRESHOLDS.least_steps
+    rows = [(row, periods) for row, periods in parts if row.size >= least and np.ptp(row) > 0]
+    if not rows:
+        return 1.0
+    count = sum(row.size for row, _ in rows)
+    free = sum(row.size * (1.0 - 1.0 / periods) for row, periods in rows) / count
+    return _p_value([row / row.std() for row, _ in rows], 1, free, lighter=True)
+
+
 def _steps(row: Float[np.ndarray, " samples"], length: int) -> Float[np.ndarray, " steps"]:
     """At each sample that has room for them."""
     total = np.concatenate([[0.0], np.cumsum(row)])
@@ -113,8 +130,8 @@ def _steps(row: Float[np.ndarray, " samples"], length: int) -> Float[np.ndarray,
     return step[apart:-apart] - (step[: -2 * apart] + step[2 * apart :]) / 2.0
 
 
-def _p_value(units: list[np.ndarray], length: int, free: float) -> float:
-    """One-sided, of excess kurtosis; neighbours that go together count for fewer."""
+def _p_value(units: list[np.ndarray], length: int, free: float, *, lighter: bool = False) -> float:
+    """One-sided, of excess kurtosis or its lack; neighbours that go together count for fewer."""
     every = max(length // THRESHOLDS.level_samples, 1)  # the rest is nearly the same again
     thin = [unit[::every] for unit in units]
     reach = range(1, 8 * THRESHOLDS.level_samples)
@@ -123,6 +140,7 @@ def _p_value(units: list[np.ndarray], length: int, free: float) -> float:
     alike = 1.0 + 2.0 * sum((pair / power) ** 4 for pair in pairs)
     # The same statistic of fewer independent steps is as much less sure.
     statistic = float(kurtosistest(np.concatenate(thin)).statistic)
+    statistic = -statistic if lighter else statistic
     return float(norm.sf(statistic / np.sqrt(alike / free)))
 
 

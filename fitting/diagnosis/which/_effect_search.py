@@ -97,6 +97,7 @@ def _screen_all(
             in_any_case=frozenset(in_any_case & found.keys()),
             least=THRESHOLDS.chance_fall,
             most=THRESHOLDS.pair_leaders,
+            marginal=None if flexible is None else flexible.marginal,
         )
     beyond = max((one.flexible_score for each in found.values() for one in each), default=0.0)
     taken_up = beyond <= THRESHOLDS.chance_fall and is_unexplained(start.on_base)
@@ -108,6 +109,7 @@ def _screen_all(
         telling=measured,
         least=THRESHOLDS.screened_chance,
         in_any_case=in_any_case | (laws if taken_up else frozenset()),
+        marginal=None if flexible is None else flexible.marginal,
         nothing_left=flexible is not None and not is_unexplained(start.on_flexible_base),
     )
 

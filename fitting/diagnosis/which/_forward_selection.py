@@ -18,7 +18,8 @@ from ._nested_costs import nest_costs
 from ._thresholds import THRESHOLDS
 from .refits._density_refit import refit_on_flexible_base
 from .refits._effect_refit import free_eta
-from .screening._screen import initial_guesses, own_search_ranges, search_ranges
+from .refits._joint_refit import refit_pairs_at_once
+from .screening._screen import InitialGuesses, initial_guesses, own_search_ranges, search_ranges
 
 Classes = Sequence[type[AbstractEffect]]
 
@@ -62,6 +63,9 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
             pairs += found
             if not all(exceeds_noise(pair.on_flexible_base) for pair in found):
                 break  # the strongest effect and another are enough: none else is looked for
+        if all(exceeds_noise(pair.on_flexible_base) for pair in pairs):
+            progress("two effects at once")
+            pairs += _refit_pairs_at_once(refits[1], none, guesses)
         singles, pairs = check_backward(refits, none, singles, pairs)
     every = [forms.get(c.name, c) for c in nest_costs(none, [*singles, *pairs])]
     return Attribution(none, tuple(sorted(every, key=lambda c: c.cost)))
@@ -144,6 +148,11 @@ def _refit_pairs(
         if swapped and swapped[0].cost < pair.cost:
             pairs[pairs.index(pair)] = swapped[0]
     return pairs
+
+
+def _refit_pairs_at_once(free: Refit, none: Candidate, guesses: InitialGuesses) -> list[Candidate]:
+    """Pairs of which neither effect need explain anything alone; where noise is measured."""
+    return refit_pairs_at_once(free, none, guesses) if free.whitener.spectrum.measured else []
 
 
 def _without_first(free: Refit, pair: Candidate, other: AbstractEffect, alone: State) -> Candidate:

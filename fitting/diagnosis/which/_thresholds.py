@@ -56,6 +56,14 @@ class WhichThresholds:
         unit="largest over smallest guess",
         origin=f"{_TRIAL}; guesses that spread less do not bound a parameter",
     )
+    joint_pairs: int = threshold(
+        3,
+        unit="pairs",
+        origin=f"{_TRIAL}; of those that explain most at once; the rest is not refitted",
+    )
+    joint_steps: int = threshold(
+        30, unit="steps", origin=f"{_TRIAL}; at most, from a pair's first guesses, where none costs"
+    )
     parallel_cosine: float = threshold(
         0.98, unit="1", origin=f"{_TRIAL}; cosine of signatures from which two guesses are one"
     )

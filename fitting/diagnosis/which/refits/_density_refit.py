@@ -86,6 +86,19 @@ def refit_on_density(
     return (together, *best)
 
 
+def refit_about_or_on_density(
+    free: Refit, marginal: Refit, start: State, cost_without: float
+) -> tuple[State, Refit, State]:
+    """`refit_on_density` from `start`, or the density it is on, `marginal`, where that leaves less.
+
+    A base that is refitted beside effects which are far off follows what they leave, and may end
+    where a density about it leaves more than one about the base without them.
+    """
+    on_base, refit, end = refit_on_density(free, start.values, start.effects, cost_without)
+    near = refit_and_search(marginal, start, cost_without)
+    return (on_base, marginal, near) if near.cost < end.cost else (on_base, refit, end)
+
+
 def _refit_about(
     free: Refit, base: State, effects: Effects, cost_without: float
 ) -> tuple[Refit, State]:

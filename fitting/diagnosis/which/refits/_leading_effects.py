@@ -13,6 +13,7 @@ from fitting.diagnosis.which.screening._screen import Screened
 from fitting.diagnosis.which.screening._screened_effects import ScreenedEffects
 
 from ._density_refit import refit_on_density
+from ._flexible_refit import refit_and_search
 
 Progress = Callable[[str], None]
 
@@ -37,8 +38,24 @@ def refit_leading(
         ]
         if ends:
             best = min(ends, key=lambda end: end[2].cost)
+            if screened.marginal is not None:
+                best = _where_it_began(screened.marginal, start, one, best)
             out.append(make_candidate(none, free, best[0], best, one.unabsorbed_fraction))
     return out
+
+
+def _where_it_began(
+    marginal: Refit, start: Candidate, one: Screened, ends: tuple[State, Refit, State]
+) -> tuple[State, Refit, State]:
+    """`ends`, or the density about the base without the effect where that leaves less beside it.
+
+    `marginal`: see `ScreenedEffects`. See `refit_about_or_on_density`.
+    """
+    effects = insert_effect(start.on_base.effects, one.effect)
+    near = marginal.evaluate(start.on_base.values, effects)
+    if not near.cost < ends[2].cost:
+        return ends
+    return ends[0], marginal, refit_and_search(marginal, near, start.cost)
 
 
 def _best_start(free: Refit, start: Candidate, guesses: list[Screened]) -> State | None:

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.which._thresholds import THRESHOLDS
 
 from ._screen import Screened
@@ -51,6 +52,7 @@ class ScreenedEffects:
     of those it cannot tell. `telling`: whether the flexible base tells anything; where noise is not
     known every effect is promising, and none leads. `least`: the least score beyond it that counts.
     `in_any_case`: effects that are promising whatever their scores. `most`: how many may lead.
+    `marginal`: refits on that flexible base, about the base without the effects, if there is one.
     `nothing_left`: whether the flexible base leaves no more than noise. Then it need not be asked
     what it takes up: the evidence would name no effect that explains no more beyond it.
     """
@@ -61,6 +63,7 @@ class ScreenedEffects:
     in_any_case: frozenset[str] = frozenset()
     most: int | None = None
     nothing_left: bool = False
+    marginal: Refit | None = None
 
     @cached_property
     def promising(self) -> dict[str, list[Screened]]:

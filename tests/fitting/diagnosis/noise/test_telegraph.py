@@ -32,6 +32,11 @@ def quantised(rng: np.random.Generator, size: int) -> np.ndarray:
     return np.round(rng.normal(size=size) * 0.7)
 
 
+def converted(rng: np.random.Generator, size: int) -> np.ndarray:
+    """Readings of a converter whose steps are larger than the noise: uniform errors."""
+    return rng.uniform(-1.0, 1.0, size) + 0.1 * rng.normal(size=size)
+
+
 def telegraph(rng: np.random.Generator, size: int, height: float, mean: float) -> np.ndarray:
     jumps = np.cumsum(rng.exponential(mean, size))
     return height * (np.searchsorted(jumps, np.arange(size)) % 2)
@@ -42,7 +47,7 @@ def p_value(values, blocks) -> float:
     return find_random_jumps(errors, blocks).p_value
 
 
-@pytest.mark.parametrize("noise", [white, slow, quantised])
+@pytest.mark.parametrize("noise", [white, slow, quantised, converted])
 def test_p_values_without_jumps_are_no_smaller_than_they_say(noise, blocks):
     rng = np.random.default_rng(5)
     found = [p_value([noise(rng, b.size) for b in blocks], blocks) for _ in range(200)]
@@ -59,6 +64,23 @@ def test_jumps_of_four_standard_deviations_are_seen(noise, blocks):
         errors = [v.reshape(b.left.shape) for v, b in zip(values, blocks, strict=True)]
         jumps = find_random_jumps(errors, blocks)
         assert jumps.sure and height / 2 < jumps.size < 1.5 * height
+
+
+@pytest.mark.parametrize("mean", [10.0, 20.0])
+def test_jumps_a_few_readings_apart_are_seen(mean, blocks):
+    rng = np.random.default_rng(12)
+    for _ in range(10):
+        values = [white(rng, b.size) + telegraph(rng, b.size, 6.0, mean) for b in blocks]
+        assert p_value(values, blocks) < 1e-6, mean  # at 6 readings 2e-6 to 3e-3, at 4 not seen
+
+
+def test_noise_that_swells_and_wrong_readings_are_no_jumps(blocks):
+    rng = np.random.default_rng(13)
+    for _ in range(20):
+        swelling = [white(rng, b.size) * np.linspace(0.5, 1.5, b.size) for b in blocks]
+        for values in swelling:
+            values[rng.integers(values.size, size=3)] += 15.0
+        assert p_value(swelling, blocks) > 1e-4
 
 
 def test_runs_of_different_lengths_are_tested_together():

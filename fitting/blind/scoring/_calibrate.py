@@ -45,6 +45,7 @@ _LOGARITHMS = {
     "nonsynchronous": 0.7,
     "hysteresis": 0.7,
     "second": 0.7,
+    "law": 0.7,
 }
 _AS_IS = {"named_level": 2.0}
 

@@ -21,6 +21,8 @@ class Calibration:
     - `parameter`: log evidence that one more parameter costs, in units of the logarithm of the
       number of lines, halved.
     - `chance`: log evidence that one more effect costs, for the search over its initial guesses.
+    - `law`: log evidence that an effect which changes the law of thresholds costs besides: a device
+      whose hysteresis is none that a density of plays can make differs from it by such a law, too.
     - `hysteresis`: what an effect must remove for nothing, as a share of what a density of plays
       explains beside it: a device's hysteresis may differ from any such density by so much.
     - `second`: what a second effect must remove for nothing, as a share of what the first explains
@@ -64,6 +66,7 @@ class Calibration:
     hysteresis: float = 0.0
     second: float = 0.0
     determinant: float = 0.0
+    law: float = 0.0
     most_unlisted: float = 1.0
 
     @classmethod

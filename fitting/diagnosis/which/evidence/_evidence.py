@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from fitting.diagnosis.which._candidate import Candidate
 from fitting.diagnosis.which._forward_selection import Attribution
+from rapi_jax.effects import AbstractLawEffect
 
 # Names in files, where they differ from the fields.
 _KEYS = {"synchronous": "locked", "nonsynchronous": "loose"}
@@ -22,6 +23,7 @@ class HypothesisEvidence:
     of the base's values, and of jumps a sample early or late. `parameters`: number of the effects'.
     `identified`: chi-square on the identified base; `difference_errors`: standard errors of the
     differences in chi-square to each of the hypotheses; both `None` where they are not known.
+    `laws`: number of effects that change the law of thresholds, as another hysteresis does.
     """
 
     effects: tuple[str, ...]
@@ -31,6 +33,7 @@ class HypothesisEvidence:
     prior: float
     identified: float | None = None
     difference_errors: tuple[float, ...] | None = None
+    laws: int = 0
 
     @property
     def name(self) -> str:
@@ -108,6 +111,7 @@ def _hypothesis(candidate: Candidate, errors: tuple[float, ...]) -> HypothesisEv
         prior=flexible.prior_cost + flexible.errors.jump_timing_cost,
         identified=base.synchronous + base.nonsynchronous,
         difference_errors=errors,
+        laws=sum(isinstance(effect, AbstractLawEffect) for effect in candidate.effects),
     )
 
 

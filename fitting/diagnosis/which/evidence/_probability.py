@@ -109,6 +109,7 @@ def _listed_weights(evidence: Evidence, calibration: Calibration) -> np.ndarray:
                 + _not_credited(h, evidence, calibration) / misfit
             )
             - calibration.chance * len(h.effects)
+            - calibration.law * h.laws
             for h in found
         ]
     )
@@ -117,7 +118,11 @@ def _listed_weights(evidence: Evidence, calibration: Calibration) -> np.ndarray:
     temperature = calibration.temperature + calibration.form * stake
     log_weight = (log_evidence - log_evidence.max()) / temperature
     if misfit > 1.0 + THRESHOLDS.excess_sigmas * np.sqrt(2.0 / lines) or not evidence.noise_known:
-        price = [penalty * h.parameters + 2.0 * calibration.chance * len(h.effects) for h in found]
+        price = [
+            penalty * h.parameters
+            + 2.0 * (calibration.chance * len(h.effects) + calibration.law * h.laws)
+            for h in found
+        ]
         cost = np.array([h.cost for h in found]) + price
         log_weight = _not_surer_than_lines(log_weight, cost, evidence)
     weight = np.exp(log_weight)

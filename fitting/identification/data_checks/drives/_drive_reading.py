@@ -83,6 +83,11 @@ def describe_cure(run: Run) -> str:
             f"Import it again with `--drive-as fitted`: the {run.drive.waveform} nearest to the "
             "readings takes their place."
         )
+    if run.drive.repeats and _periods_are_alike(run):
+        return (
+            "Its periods are alike, so they were averaged already: write the drive that was sent "
+            "in their place, or record more periods."
+        )
     if run.drive.repeats:
         return (
             "Import it again with `--drive-as averaged`: the mean of its periods takes the place "
@@ -92,3 +97,12 @@ def describe_cure(run: Run) -> str:
         "Write the drive that was sent in place of its readings, or import it again with averages "
         "of its samples (`--decimate 10`)."
     )
+
+
+def _periods_are_alike(run: Run) -> bool:
+    """Whether every period of the drive is the first once more, to the last digit."""
+    value, period = run.drive.value, 1.0 / (run.drive.rate * run.drive.step_s)
+    samples = round(period)
+    if value.size < 2 * samples or abs(period - samples) > 1e-6 * period:
+        return False
+    return float(np.abs(value[samples:] - value[:-samples]).max()) <= 1e-9 * run.drive.u_pp

@@ -10,7 +10,8 @@ from fitting.identification.data_checks.drives._drive_noise import (
     find_drive_noise,
     find_swapped_columns,
 )
-from rapi_jax import predict
+from fitting.identification.data_checks.drives._drive_reading import describe_cure
+from rapi_jax import Drive, Run, predict
 from tests.support.spoiled import WAYS, healthy
 
 
@@ -102,3 +103,15 @@ def test_a_noisy_reading_that_hangs_from_a_turn_on_is_frozen(way):
     (fault,) = find_faults(columns.recording())
     last = 400 + int(float(way.split()[2]) / 100.0 * 1200) - 1
     assert (fault.kind, fault.run, fault.samples) == ("frozen reading", "run02", ((400, last),))
+
+
+def test_a_drive_that_was_averaged_already_is_not_averaged_again():
+    rng = np.random.default_rng(4)
+    u = np.cumsum(rng.normal(size=200))
+    u -= np.linspace(0.0, u[-1], 200)
+    noise = 0.01 * rng.normal(size=600)
+    cures = []
+    for value in (np.tile(u, 3), np.tile(u, 3) + noise):
+        drive = Drive(np.arange(600) / 2000.0, value, 10.0, "multisine")
+        cures.append(describe_cure(Run(drive, drive.value)))
+    assert "averaged already" in cures[0] and "--drive-as averaged" in cures[1]

@@ -111,7 +111,8 @@ def _find_lines(summary: ResidualSummary, residual: np.ndarray, count: int) -> l
     lasts, step = summary.duration_s, summary.step_s
     if not (lasts > 0 and step > 0):
         return []
-    step = max(step, lasts / THRESHOLDS.pickup_cells)
+    # Runs may be sampled at other rates than the fastest, and begin between two of its readings.
+    step = max(THRESHOLDS.pickup_high * step, lasts / THRESHOLDS.pickup_cells)
     cell = np.round((summary.time - summary.time.min()) / step).astype(int)
     size = int(cell.max()) + 1
     level = np.zeros(size)
@@ -123,7 +124,7 @@ def _find_lines(summary: ResidualSummary, residual: np.ndarray, count: int) -> l
     height = np.abs(np.asarray(rfft(level.astype(np.float32), n=padded))) ** 2  # for peaks alone
     hertz = np.asarray(rfftfreq(padded, step))
     # Less than a cycle a session is drift; near the clock's limit a cell is no instant.
-    highest = THRESHOLDS.pickup_high / step
+    highest = min(THRESHOLDS.pickup_high / step, 0.5 / summary.step_s)
     height[(hertz < 1.0 / lasts) | (hertz > highest) | (hertz < 2 * _LOW)] = 0.0
     return [
         float(hertz[i])

@@ -300,6 +300,32 @@ def test_a_pickup_is_found_among_the_trials():
         assert size[0] == pytest.approx(0.05, rel=0.2)
 
 
+@pytest.mark.parametrize("hertz", [60.3, 115.34, 190.7])
+def test_a_pickup_is_found_that_slower_readings_show_at_another_frequency(hertz):
+    """Runs of 210, 412 and 267 readings a second: of the first 95 Hz and 115 Hz are the same."""
+    rng = np.random.default_rng(8)
+    clocks = [
+        start + np.arange(240) / rate
+        for start, rate in ((1.42, 210.4), (3.117, 412.13), (5.93, 210.4), (8.01, 266.5))
+    ]
+    time = np.concatenate(clocks)
+    tone = 0.3 * np.sin(2 * np.pi * hertz * time + 0.7)
+    evidence = ResidualSummary(
+        time=time,
+        drive=np.zeros(time.size),
+        response=np.zeros(time.size),
+        residual=tone + 0.1 * rng.normal(size=time.size),
+        run=np.repeat(np.arange(4), 240),
+        rates=(3.5, 6.9, 3.5, 3.5),
+        u_pp=(3.0,) * 4,
+        step_s=1 / 412.13,
+        noise=0.1,
+        span=1.0,
+    )
+    found = [float(p.hertz) for p in Pickup.initial_guesses(evidence)]
+    assert min(abs(f - hertz) for f in found) <= 0.25 / evidence.duration_s
+
+
 def test_what_repeats_with_every_scan_is_no_pickup():
     """At one scan rate a multiple of it; with a second rate beside, a tone of its own."""
     evidence = seen(Pickup.at(amplitude=0.05, hertz=50.0, phase=1.0))

@@ -121,7 +121,9 @@ class EffectThresholds:
         8, unit="frequency steps", origin="least distance of two lines; set by trial"
     )
     pickup_high: float = threshold(
-        0.25, unit="of the clock's rate", origin="of a cell; beyond, samples share a cell in another phase"
+        0.25,
+        unit="of the clock's rate",
+        origin="of a cell; beyond, samples share a cell in another phase",
     )
     pickup_periods: float = threshold(
         1.98, unit="periods", origin="a run of fewer has no mean period; two less rounding"

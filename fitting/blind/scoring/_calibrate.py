@@ -32,7 +32,8 @@ from rapi_jax.io import printable
 
 from ._thresholds import THRESHOLDS
 
-# How far a number may go (one standard deviation): of its logarithm, or as it is.
+# How far a number may go (one standard deviation): of its logarithm, or as it is. A bank says little
+# of when what a named effect leaves is too much.
 _LOGARITHMS = {
     "temperature": 1.0,
     "form": 1.5,
@@ -47,7 +48,10 @@ _LOGARITHMS = {
     "second": 0.7,
     "law": 0.7,
 }
-_AS_IS = {"named_level": 2.0}
+_AS_IS = {"named_level": 0.7}
+# What an effect costs by chance decides on small ones, and a bank of 2 sigma and more has none: with
+# it a fit would pay for its wrong pairs, and detection would be half as sensitive.
+_HELD_ON_BANKS = ("chance",)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,15 +94,24 @@ def log_loss(cases: Sequence[Case], calibration: Calibration) -> float:
 
 
 def fit_calibration(
-    cases: Sequence[Case], start: Calibration, provenance: str, *, steps: int | None = None
+    cases: Sequence[Case],
+    start: Calibration,
+    provenance: str,
+    *,
+    steps: int | None = None,
+    held: Sequence[str] = (),
 ) -> Calibration:
-    """The calibration that fits `cases` best, from `start`. Raises ValueError for no cases."""
+    """The calibration that fits `cases` best, from `start`. Raises ValueError for no cases.
+
+    `held`: names of numbers that stay as they are.
+    """
     if not cases:
         raise ValueError("Argument `cases` must hold at least one case, but it is empty.")
-    width = np.array([*_LOGARITHMS.values(), *_AS_IS.values()])
+    widths = {k: v for k, v in (_LOGARITHMS | _AS_IS).items() if k not in held}
+    width = np.array(list(widths.values()))
 
     def at(x: np.ndarray) -> Calibration:
-        moved = dict(zip([*_LOGARITHMS, *_AS_IS], (x * width).tolist(), strict=True))
+        moved = dict(zip(widths, (x * width).tolist(), strict=True))
         values = {
             k: getattr(start, k) * float(np.exp(v)) for k, v in moved.items() if k in _LOGARITHMS
         }
@@ -142,5 +155,5 @@ def calibrate_to_bank(
         f"seed SHA-256 {manifest['seed_sha256'][:12]}, "
         f"diagnosed by tree SHA-256 {next(iter(predictions.values()))['tree_sha256'][:12]}"
     )
-    best = fit_calibration(cases, start, provenance)
+    best = fit_calibration(cases, start, provenance, held=_HELD_ON_BANKS)
     return best, {"before": log_loss(cases, start), "after": log_loss(cases, best)}

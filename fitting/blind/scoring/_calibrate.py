@@ -32,8 +32,8 @@ from rapi_jax.io import printable
 
 from ._thresholds import THRESHOLDS
 
-# How far a number may go (one standard deviation): of its logarithm, or as it is. A bank says little
-# of when what a named effect leaves is too much.
+# How far a number may go (one standard deviation): of its logarithm, or as it is. A bank says
+# little of when what a named effect leaves is too much.
 _LOGARITHMS = {
     "temperature": 1.0,
     "form": 1.5,
@@ -49,8 +49,8 @@ _LOGARITHMS = {
     "law": 0.7,
 }
 _AS_IS = {"named_level": 0.7}
-# What an effect costs by chance decides on small ones, and a bank of 2 sigma and more has none: with
-# it a fit would pay for its wrong pairs, and detection would be half as sensitive.
+# What an effect costs by chance decides on small ones, and a bank of 2 sigma and more has none: a
+# fit would use it against wrong pairs, and small effects would be missed.
 _HELD_ON_BANKS = ("chance",)
 
 

@@ -16,7 +16,7 @@ from fitting.diagnosis.which.screening._screen import (
     search_ranges,
     summarise_residual,
 )
-from rapi_jax.effects import AbstractEffect
+from rapi_jax.effects import AbstractEffect, AbstractLawEffect
 
 from ._power import Demand
 from ._scaled_effect import ScaledEffect
@@ -102,6 +102,7 @@ class SizeSearch:
             parameters=len(free_parameters(effect)),
             explained=self.explained if self.top.effects else None,
             by_density=excess(self.top.on_base) - excess(self.state),
+            law=isinstance(effect, AbstractLawEffect),
         )
         left = float(synchronous @ synchronous)  # a density of plays has taken away its part
         return demand.share(left, float(nonsynchronous @ nonsynchronous))

@@ -39,6 +39,7 @@ class Demand:
         parameters: int,
         explained: float | None = None,
         by_density: float = 0.0,
+        law: bool = False,
     ) -> "Demand":
         """Beside the likeliest hypothesis, for an effect of so many `parameters`.
 
@@ -46,9 +47,11 @@ class Demand:
         synchronous and not. `explained`: what its effects take away; `None` where it has none. A
         further one is looked for only where too much is left, and must take away more.
         `by_density`: what a density of plays explains beside the operator, and an effect might.
+        `law`: whether it changes the law of thresholds.
         """
         misfit = (max(1.0, left[0] / max(sizes[0], 1)), max(1.0, left[1] / max(sizes[1], 1)))
         named = calibration.parameter * np.log(sum(sizes)) * parameters + 2.0 * calibration.chance
+        named += 2.0 * calibration.law * law
         named += calibration.hysteresis * max(by_density, 0.0) / misfit[0]
         named += calibration.second * max(explained or 0.0, 0.0) / misfit[0]
         fall = max(float(named), WHICH.chance_fall)

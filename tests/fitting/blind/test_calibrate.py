@@ -70,6 +70,26 @@ def test_more_left_is_more_unlisted_and_so_is_less_on_data_held_out():
     assert np.all(np.diff(lefts) > 0) and np.all(np.diff(opens) > 0)
 
 
+def test_an_effect_that_changes_the_law_of_thresholds_pays_for_it():
+    """Its odds to another that explains as much: the price over the temperature."""
+    case = evidence(40.0, creep=1.0, rate=1.0)
+    none, creep, rate = case.hypotheses
+    case = dataclasses.replace(case, hypotheses=(none, creep, dataclasses.replace(rate, laws=1)))
+    costly = dataclasses.replace(BY_HAND, law=12.0, form=0.0)
+    found = dict(hypothesis_probabilities(case, {}, costly))
+    assert np.log(found["creep"] / found["rate"]) == pytest.approx(12.0 / BY_HAND.temperature)
+
+
+def test_numbers_that_are_held_stay():
+    rng = np.random.default_rng(0)
+    start = dataclasses.replace(BY_HAND, temperature=1.0)
+    found = fit_calibration(
+        overconfident(rng, 5), start, "test", steps=60, held=("chance", "second")
+    )
+    assert (found.chance, found.second) == (start.chance, start.second)
+    assert found.temperature != start.temperature
+
+
 def test_a_second_effect_must_do_more_than_mend_the_first_ones_equation():
     """Of 78 000 that creep explains, drift takes 200 up: a quarter of a hundredth."""
     case = evidence(40.0, creep=1.1, creep_and_drift=1.0)

@@ -14,11 +14,13 @@ from fitting.diagnosis.which.evidence._calibration import load_calibration
 SIZES = (1000, 3000)
 
 
+@pytest.mark.parametrize("law", [False, True])
 @pytest.mark.parametrize("parameters", [1, 3, 5])
-def test_enough_is_named_with_95_percent(parameters):
+def test_enough_is_named_with_95_percent(parameters, law):
     calibration = load_calibration()
-    demand = Demand.of((1000.0, 3000.0), SIZES, calibration, parameters=parameters)
+    demand = Demand.of((1000.0, 3000.0), SIZES, calibration, parameters=parameters, law=law)
     named = calibration.parameter * np.log(4000) * parameters + 2 * calibration.chance
+    named += 2 * calibration.law * law
     fall = max(named, THRESHOLDS.chance_fall)
     assert ncx2.sf(fall, parameters, SEEN.found * demand.either) == pytest.approx(0.95, abs=1e-6)
     assert demand.share(demand.either, 0.0) == pytest.approx(1.0)

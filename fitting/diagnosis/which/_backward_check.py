@@ -34,17 +34,17 @@ def check_backward(
     """
     alone = {single.name: single for single in singles}
     standing: dict[str, Candidate] = {}
-    for pair in sorted((p for p in pairs if _is_supported(p, alone)), key=lambda p: p.cost):
+    for pair in sorted((p for p in pairs if _is_supported(p, alone, none)), key=lambda p: p.cost):
         standing.setdefault(pair.name, pair)  # found beside either of its effects
     for pair in standing.values():
-        if not _is_supported(pair, alone):  # one alone from another pair's end was enough
+        if not _is_supported(pair, alone, none):  # one alone from another pair's end was enough
             continue
         for single in _refit_members(refits, none, pair, alone):
             known = alone.get(single.name)
             if single.cost < (none if known is None else known).cost:
                 alone[single.name] = single
     order = sorted(alone.values(), key=lambda c: c.cost)
-    return order, [p for p in standing.values() if _is_supported(p, alone)]
+    return order, [p for p in standing.values() if _is_supported(p, alone, none)]
 
 
 def _refit_members(
@@ -139,13 +139,14 @@ def _is_far_above(single: State, pair: State) -> bool:
     return excess(single) > THRESHOLDS.far_above * max(excess(pair), float(lines))
 
 
-def _is_supported(pair: Candidate, singles: dict[str, Candidate]) -> bool:
+def _is_supported(pair: Candidate, singles: dict[str, Candidate], none: Candidate) -> bool:
     """Whether neither of the two alone leaves nearly as little.
 
     On the base too, where there is more to gain: what a second effect takes away only beside a
-    hysteresis that adapted to it is not its own.
+    hysteresis that adapted to it is not its own. Where neither was refitted alone, which explained
+    too little for that, the two are held against none.
     """
-    alone = [singles[e.name] for e in pair.effects if e.name in singles]
+    alone = [singles[e.name] for e in pair.effects if e.name in singles] or [none]
     gain = min(s.cost for s in alone) - pair.cost
     base_gain = min(s.on_base.cost for s in alone) - pair.on_base.cost
     left = min(excess(s.on_flexible_base) for s in alone)

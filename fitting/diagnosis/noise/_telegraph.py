@@ -2,7 +2,7 @@
 
 Its spectrum is that of slow Gaussian noise, so no test of the spectrum sees it. What tells the two
 apart is how the levels change: Gaussian noise of any colour changes by normal steps, jumps change
-seldom and by much. Jumps a few readings apart make no level that lasts: there two tests must agree,
+seldom and by much. Jumps some ten readings apart make no level that lasts: two tests must agree,
 steps with heavier tails than normal ones between values with lighter tails, as two levels have.
 Gaussian noise has neither, and wrong readings or noise that swells have heavy tails in both.
 """

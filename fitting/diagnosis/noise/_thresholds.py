@@ -85,8 +85,9 @@ class NoiseThresholds:
     jump_p_value: float = threshold(
         1e-3,
         unit="probability",
-        origin="one recording without jumps in 1000. 163 simulated nulls have 0.03 at least; of 13 "
-        "devices with jumps of 4 to 18 times the noise 9 are below it, 8 at half and 9 at double",
+        origin="one recording without jumps in 1000. Of readings less what repeats: 163 simulated "
+        "nulls have 0.03 at least; of 13 devices with jumps of 4 to 18 times the noise 9 are below "
+        "it, 8 at half and 9 at double",
     )
 
 

@@ -67,7 +67,7 @@ def test_jumps_of_four_standard_deviations_are_seen(noise, blocks):
 
 
 @pytest.mark.parametrize("mean", [10.0, 20.0])
-def test_jumps_a_few_readings_apart_are_seen(mean, blocks):
+def test_jumps_ten_readings_apart_are_seen(mean, blocks):
     rng = np.random.default_rng(12)
     for _ in range(10):
         values = [white(rng, b.size) + telegraph(rng, b.size, 6.0, mean) for b in blocks]

@@ -1,5 +1,6 @@
 """The device: an operator with effects around it, and what it answers to a drive."""
 
+import dataclasses
 from typing import Any
 
 import equinox as eqx
@@ -28,7 +29,7 @@ from .effects.base._first_order_lags import respond_linear
 from .operators import AbstractOperator
 from .plays._monotone_stretches import Stretches, stretches_on_device
 from .recording._drive import Drive
-from .sampling._batch import DriveBatch, batch, on_device
+from .sampling._batch import DriveBatch, batch, interleaved, on_device, with_spare_nodes
 from .sampling._history import History
 from .sampling._operator_nodes import OperatorNodes
 from .sampling._sampling_grid import row_of
@@ -117,30 +118,40 @@ def _linear(effect: AbstractLagEffect, t: Array, x: Array, history: History) -> 
     return respond_linear(effect.modes(), t, x, history, session=effect.session, past=effect.past())
 
 
-def drive_side(effects: Effects, drives: DriveBatch) -> Float[Array, "runs nodes"]:
-    """The drive that reaches the operator, on the nodes."""
-    t, u = drives.node_time, drives.node_u
+def drive_side(effects: Effects, drives: DriveBatch) -> DriveBatch:
+    """The drives that reach the operator, on the nodes; spare ones where a drive bends anew."""
     for effect in effects:
         if isinstance(effect, AbstractDriveEffect):
+            t, u = drives.node_time, drives.node_u
             if isinstance(effect, AbstractLagEffect):
                 u = _linear(effect, t, u, drives.node_history)
             elif isinstance(effect, AbstractFollower):
-                u = _followed(effect, t, u, drives.node_history)
+                t, u = _followed(effect, drives)
             else:
                 u = jax.vmap(effect)(t, u)
-    return u
+            drives = dataclasses.replace(drives, node_time=t, node_u=u)
+    return drives
 
 
-def _followed(effect: AbstractFollower, t: Array, u: Array, history: History) -> Array:
+def needs_spare_nodes(effects: Effects) -> bool:
+    """Whether the drive behind these effects bends where the one before them does not."""
+    return any(isinstance(effect, AbstractFollower) for effect in effects)
+
+
+def _followed(effect: AbstractFollower, drives: DriveBatch) -> tuple[Array, Array]:
     """One period does not settle what follows slowly: a row that repeats starts where it returns.
 
     An error of the start shrinks by one factor each period (to nothing, where the output catches
-    up anywhere), so that two periods tell where the periodic state begins.
+    up anywhere), so that two periods tell where the periodic state begins. Spare nodes take the
+    places and values of bends.
     """
+    t, u, lead = drives.node_time, drives.node_u, drives.node_history.lead
+    if drives.spare:
+        t, u, lead = t[:, ::2], u[:, ::2], lead // 2
     row = jnp.arange(u.shape[0])
 
     def a_period_later(start):
-        return jax.vmap(effect.follow)(t, u, start)[row, history.lead]
+        return jax.vmap(effect.follow)(t, u, start)[row, lead]
 
     first = u[:, 0]
     second = a_period_later(first)
@@ -149,7 +160,11 @@ def _followed(effect: AbstractFollower, t: Array, u: Array, history: History) ->
     moves = (jnp.abs(left) < jnp.abs(fell)) & (left != 0)
     factor = jnp.where(moves, left, 0.0) / jnp.where(moves, fell, 1.0)
     start = third - left * factor / (1.0 - factor)
-    return jax.vmap(effect.follow)(t, u, jnp.where(history.period_s > 0, start, first))
+    start = jnp.where(drives.node_history.period_s > 0, start, first)
+    value, bend_time, bend = jax.vmap(effect.follow_between)(t, u, start)
+    if not drives.spare:
+        return t, value
+    return interleaved(t, bend_time), interleaved(value, bend)
 
 
 def laws(effects: Effects, drives: DriveBatch) -> Law:
@@ -211,7 +226,8 @@ def respond(
 ) -> Float[Array, "runs time"]:
     """The response in every run of a session, on the samples of `drives`."""
     changed = any(isinstance(effect, AbstractDriveEffect) for effect in ecdl.effects)
-    u = drive_side(ecdl.effects, drives)
+    drives = with_spare_nodes(drives) if needs_spare_nodes(ecdl.effects) else drives
+    u = drive_side(ecdl.effects, drives).node_u
     u_min = jnp.min(u, axis=1) if changed else drives.u_min
     stretches = None if changed else drives.stretches
     law = laws(ecdl.effects, drives)

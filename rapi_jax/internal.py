@@ -7,6 +7,7 @@ from ._arguments import takes as takes
 from ._ecdl import compiled_respond as compiled_respond
 from ._ecdl import drive_side as drive_side
 from ._ecdl import laws as laws
+from ._ecdl import needs_spare_nodes as needs_spare_nodes
 from ._ecdl import operator_response as operator_response
 from ._ecdl import optical_side as optical_side
 from ._ecdl import respond as respond
@@ -51,6 +52,7 @@ from .sampling._batch import DriveBatch as DriveBatch
 from .sampling._batch import on_device as on_device
 from .sampling._batch import to_batch as to_batch
 from .sampling._batch import usable as usable
+from .sampling._batch import with_spare_nodes as with_spare_nodes
 from .sampling._phase import are_whole_samples as are_whole_samples
 from .sampling._phase import branch_fraction as branch_fraction
 from .sampling._phase import turning_samples as turning_samples

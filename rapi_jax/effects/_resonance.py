@@ -114,9 +114,13 @@ def _explained_power(summary: ResidualSummary, hertz: np.ndarray, damping: float
         line = np.linspace(0.0, 1.0, nu.size)
         level = nu - (nu[0] + (nu[-1] - nu[0]) * line)  # so that it closes on itself
         step = (time[-1] - time[0]) / (nu.size - 1)
-        ratio = np.fft.rfftfreq(nu.size, step)[None, :] / hertz[:, None]
+        # A ringing too fast for the samples is seen at another frequency: finer, then read there.
+        parts = max(1, int(np.ceil(THRESHOLDS.ringing_places * hertz.max() * step)))
+        finer = np.interp(np.arange(nu.size * parts) / parts, np.arange(nu.size), level)
+        ratio = np.fft.rfftfreq(finer.size, step / parts)[None, :] / hertz[:, None]
         gain = 1.0 / (1.0 - ratio**2 + 2j * damping * ratio)
-        waves = np.fft.irfft((gain - 1.0) * np.fft.rfft(level)[None, :], n=nu.size, axis=1)
+        waves = np.fft.irfft((gain - 1.0) * np.fft.rfft(finer)[None, :], n=finer.size, axis=1)
+        waves = waves[:, ::parts]
         known = np.stack([np.ones(nu.size), line, nu, np.gradient(nu)], axis=1)
         known = known / np.maximum(np.linalg.norm(known, axis=0), 1e-300)
         known, size, _ = np.linalg.svd(known, full_matrices=False)

@@ -18,7 +18,10 @@ from .base._residual_summary import ResidualSummary
 
 
 def _follow_step(value, one):
-    """The output after one linear step of the drive, which it may catch up with within the step."""
+    """The output after one linear step of the drive, which it may catch up with within the step.
+
+    And when it does so, s from the step's begin, with its value then.
+    """
     limit, step, before, after = one
     slope = jnp.where(step > 0, (after - before) / jnp.where(step > 0, step, 1.0), 0.0)
     behind = before - value
@@ -26,10 +29,11 @@ def _follow_step(value, one):
     closing = limit - sign * slope
     caught_s = jnp.where(closing > 0, sign * behind / jnp.where(closing > 0, closing, 1.0), jnp.inf)
     caught = caught_s <= step
-    rest = jnp.where(caught, step - caught_s, 0.0)
-    along = after + (jnp.clip(slope, -limit, limit) - slope) * rest
-    value = jnp.where(caught, along, value + sign * limit * step)
-    return value, value
+    bend_s = jnp.where(caught, caught_s, step)
+    bend = value + sign * limit * bend_s
+    along = after + (jnp.clip(slope, -limit, limit) - slope) * (step - bend_s)
+    value = jnp.where(caught, along, bend)
+    return value, (value, bend_s, bend)
 
 
 class SlewLimit(AbstractFollower, AbstractInvertible):
@@ -73,14 +77,20 @@ class SlewLimit(AbstractFollower, AbstractInvertible):
         limits += [limit for limit in (0.97 * steepest, 0.93 * steepest) if limit > usual]
         return [cls.at(limit=limit) for limit in limits if limit > 0]
 
-    @float64
     def follow(
         self, t: Float[Array, " time"], u: Float[Array, " time"], start: Float[Array, ""]
     ) -> Float[Array, " time"]:
+        return self.follow_between(t, u, start)[0]
+
+    @float64
+    def follow_between(
+        self, t: Float[Array, " time"], u: Float[Array, " time"], start: Float[Array, ""]
+    ) -> tuple[Float[Array, " time"], Float[Array, " steps"], Float[Array, " steps"]]:
         step = jnp.diff(t)
         limit = jnp.broadcast_to(jnp.minimum(self.limit, THRESHOLDS.no_slew_limit), step.shape)
-        rest = jax.lax.scan(_follow_step, start, (limit, step, u[:-1], u[1:]))[1]
-        return jnp.concatenate([start[None], rest])
+        scanned = jax.lax.scan(_follow_step, start, (limit, step, u[:-1], u[1:]))[1]
+        rest, bend_s, bend = scanned
+        return jnp.concatenate([start[None], rest]), t[:-1] + bend_s, bend
 
     @float64
     def inverse(

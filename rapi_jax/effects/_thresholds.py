@@ -192,6 +192,11 @@ class EffectThresholds:
     ringing_fastest: float = threshold(
         2.0, unit="sampling rates", origin="a ringing too fast to be sampled still delays"
     )
+    ringing_places: float = threshold(
+        4.0,
+        unit="places a period",
+        origin="of the fastest ringing that is looked for; twice what sampling needs",
+    )
     ringing_candidates: int = threshold(
         4, unit="frequencies", origin="of the fine grid that are tried; set by trial"
     )

@@ -93,6 +93,11 @@ class Drive:
         """Whether the drive is periodic with `excitation_hz`."""
         return self.excitation_hz is not None and self.waveform != "other"
 
+    @property
+    def samples_a_period(self) -> float:
+        """Samples a period of `excitation_hz`, whole or not; 0 where the drive has no rate."""
+        return 1.0 / (self.rate * self.step_s) if self.rate else 0.0
+
     @cached_property
     def whole_period(self) -> int:
         """Samples a period, where they are whole and the drive repeats exactly; else 0."""

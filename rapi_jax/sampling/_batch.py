@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
@@ -22,6 +23,7 @@ class DriveBatch(eqx.Module):
 
     The operator acts on the nodes; `place` spreads what it answers over the samples of the runs.
     `stretches` says where the drive as sent is monotone on the nodes, if its turns are few.
+    `spare`: every other node is one that an effect may move, see `with_spare_nodes`.
     """
 
     node_time: Float[Array, "runs nodes"]
@@ -35,6 +37,38 @@ class DriveBatch(eqx.Module):
     u_min: Float[Array, " runs"]
     bias: Float[Array, " runs"]
     stretches: Stretches | None = None
+    spare: bool = eqx.field(static=True, default=False)
+
+
+def interleaved(
+    nodes: Float[Array, "runs nodes"], between: Float[Array, "runs steps"]
+) -> Float[Array, "runs doubled"]:
+    """Nodes and what lies between them in turn; the last comes twice."""
+    both = jnp.stack([nodes, jnp.concatenate([between, nodes[:, -1:]], axis=1)], axis=2)
+    return both.reshape(nodes.shape[0], -1)
+
+
+def with_spare_nodes(drives: DriveBatch) -> DriveBatch:
+    """The drives with a node in the middle of each step, for a drive that will bend there."""
+
+    def middle(nodes: Array) -> Array:
+        return interleaved(nodes, (nodes[:, 1:] + nodes[:, :-1]) / 2.0)
+
+    history = drives.node_history
+    return DriveBatch(
+        middle(drives.node_time),
+        middle(drives.node_u),
+        history._replace(lead=2 * history.lead),
+        drives.time,
+        2 * drives.place,
+        drives.history,
+        drives.freq,
+        drives.u_pp,
+        drives.u_min,
+        drives.bias,
+        None,
+        spare=True,
+    )
 
 
 class Batch(eqx.Module):

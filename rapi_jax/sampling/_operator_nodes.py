@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 
 from rapi_jax.recording._drive import Drive
 
-from ._corners import corners, periodic_corners
+from ._reconstruction import nodes_between_samples, periodic_nodes_between_samples
 from ._thresholds import THRESHOLDS
 
 _ALIGNMENT = 64  # bytes; JAX takes such an array as it is, without a copy
@@ -39,12 +39,12 @@ class OperatorNodes(NamedTuple):
         count = drive.whole_period
         if count:
             value = drive.value[:count]
-            at, height = periodic_corners(value)
+            at, height = periodic_nodes_between_samples(value, finer=False)
             lead = 0
         else:
             before = drive.lead_in()
             value = np.concatenate([before, drive.value]) if before.size else drive.value
-            at, height = corners(value)
+            at, height = nodes_between_samples(value, drive.samples_a_period, finer=False)
             lead = before.size
         spot = np.ceil(at).astype(int)
         between = spot + np.arange(spot.size)

@@ -6,7 +6,7 @@ import numpy as np
 
 from rapi_jax.recording._drive import Drive
 
-from ._corners import corners, periodic_corners
+from ._reconstruction import nodes_between_samples, periodic_nodes_between_samples
 from ._thresholds import THRESHOLDS
 
 # Steps behind a turning point where nodes are added.
@@ -42,7 +42,7 @@ def row_of(drive: Drive, lag_s: float, *, lead: bool) -> Row:
 def _tiled(drive: Drive, count: int, lag_s: float, lead: bool) -> Row:
     step, period = drive.step_s, count * drive.step_s
     value = drive.value[:count]
-    at, height = periodic_corners(value)
+    at, height = periodic_nodes_between_samples(value, finer=lead)
     at = at * step
     if lead:  # a lag moves the drive's extreme to between samples
         at, height = _refine_behind_turns(value, step, at, height)
@@ -95,21 +95,18 @@ def _refine_behind_turns(
     value: np.ndarray, step: float, at: np.ndarray, height: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Nodes between the samples behind each turning point, besides those at `at`."""
-    rise = np.diff(value, prepend=value[-1:])
-    turns = np.flatnonzero(rise * np.roll(rise, -1) < 0) * step
     count, period = value.size, value.size * step
-    if turns.size <= THRESHOLDS.most_turns:  # those of samples, where no corner stands beside them
-        beside = np.abs(_around(turns[:, None] - at[None, :], period)) <= step
-        turns = np.concatenate([at, turns[~beside.any(axis=1)]])
-    if not 0 < turns.size <= THRESHOLDS.most_turns:
-        return at, height
     known = np.concatenate([np.arange(count) * step, at])
     order = np.argsort(known)
-    levels = np.concatenate([value, height])[order]
+    known, levels = known[order], np.concatenate([value, height])[order]
+    rise = np.diff(levels, prepend=levels[-1:])
+    turns = known[np.flatnonzero(rise * np.roll(rise, -1) < 0)]
+    if not 0 < turns.size <= THRESHOLDS.most_turns:
+        return at, height
     fine = np.unique(np.mod((turns[:, None] + step * _REFINEMENT_STEPS[None, :]).ravel(), period))
     far = np.abs(_around(fine[:, None] - known[None, :], period))
     fine = fine[(far.min(axis=1) > 1e-3 * step) & (fine < period - 1e-3 * step)]
-    more = np.interp(fine, known[order], levels, period=period)
+    more = np.interp(fine, known, levels, period=period)
     return np.concatenate([at, fine]), np.concatenate([height, more])
 
 
@@ -123,7 +120,7 @@ def _plain(drive: Drive, lead: bool) -> Row:
     length = length if length <= drive.size else 0
     value = np.concatenate([before, drive.value[:length], drive.value])
     index = np.arange(-before.size - length, drive.size)
-    at, height = corners(value)
+    at, height = nodes_between_samples(value, drive.samples_a_period, finer=lead)
     time = np.concatenate([index, at + index[0]]) * drive.step_s
     order = np.argsort(time, kind="stable")
     sample = np.concatenate([np.maximum(index, -1), np.full(at.size, -1)])[order]

@@ -20,6 +20,50 @@ class SamplingThresholds:
     corner_straightness: float = threshold(
         5e-3, unit="of their rise", origin="set by trial; how far samples may lie off their line"
     )
+    corner_sharpness: float = threshold(
+        4.0,
+        unit="of the changes of slope in the steps on either side",
+        origin="on a smooth curve the change over two steps is as large as those beside it "
+        "together: 1. Halved or doubled, the same corners of zigzags are found",
+    )
+    corner_angle: float = threshold(
+        60.0,
+        unit="of how far samples lie off their lines",
+        origin="by how much the lines' rises differ: on a smooth curve 18 times as much. Halved or "
+        "doubled, the same corners of zigzags are found",
+    )
+    corner_change: float = threshold(
+        1e-4,
+        unit="of the steepest step",
+        origin="a smaller change of slope moves nothing that is measured",
+    )
+    corner_rounding: float = threshold(
+        1e-9, unit="of the rise beside it", origin="rounding: how far a level line may be off"
+    )
+    smooth_nodes: int = threshold(
+        400,
+        unit="nodes a period",
+        origin="5 effects on sines of 60 samples a period: at worst 5 MHz of 5 GHz are missed, "
+        "halved 16, doubled 1.3; with the samples alone 181",
+    )
+    straight_nodes: int = threshold(
+        300,
+        unit="nodes a period",
+        origin="the same on triangles and trapezoids: at worst 1.5 MHz, halved 4.0, doubled 0.5",
+    )
+    spline_margin: int = threshold(
+        24, unit="samples", origin="an end's influence on a cubic spline falls by 3.7 a knot"
+    )
+    spline_knots: int = threshold(
+        6, unit="knots", origin="with fewer nothing tells that it is smooth"
+    )
+    smooth_differences: float = threshold(
+        0.5,
+        unit="fourth differences, of the second ones, rms",
+        origin="of a sine of 9 samples a period; noise has 3.4. About there a spline through a "
+        "noisy curve misses as much as straight lines do",
+    )
+    same_node: float = threshold(1e-3, unit="steps", origin="nodes nearer to another add nothing")
     same_sample: float = threshold(
         1e-6, unit="steps", origin="rounding: a corner this near a sample is that sample"
     )

@@ -6,6 +6,7 @@ their own, so a device with an effect and the null of its seed share session, ac
 its size, noise.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -24,6 +25,7 @@ from .effects._recipe import Setting, log_uniform
 from .effects._strength import NEAR, ScaledEffects, scale_to_size
 
 Array = npt.NDArray[np.float64]
+TICKS = 4000  # fewest a period of a session of many designs
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +116,8 @@ def draw_device(
     scans = draw(np.random.default_rng([seed, _SESSION]))
     rng = np.random.default_rng([seed, _PIEZO])
     oversample = int(rng.integers(8, 17))
+    if any_session:  # of coarse samples a slew limit would be missed by as much as the noise
+        oversample = max(oversample, math.ceil(TICKS / min(scan.samples for scan in scans)))
     piezo = draw_other_form(rng) if misfit else draw_paper_form(rng)
     noise = draw_noise(np.random.default_rng([seed, _NOISE]))
 

@@ -1,6 +1,5 @@
 """Stages of a laser model, each compiled by itself, so that a pair of effects needs nothing new."""
 
-import dataclasses
 from typing import NamedTuple
 
 import jax
@@ -49,11 +48,11 @@ def acts_before_operator(effect: AbstractEffect) -> bool:
 
 @jax.jit
 def apply_drive_effect(
-    effect: AbstractEffect, drives: DriveBatch, u: Float[Array, "runs grid"]
-) -> tuple[Float[Array, "runs grid"], Float[Array, " runs"]]:
-    """The drive behind an effect, and its minimum in each run."""
-    u = drive_side((effect,), dataclasses.replace(drives, node_u=u))
-    return u, jnp.min(u, axis=1)
+    effect: AbstractEffect, drives: DriveBatch
+) -> tuple[DriveBatch, Float[Array, " runs"]]:
+    """The drives behind an effect, and the least in each run."""
+    behind = drive_side((effect,), drives)
+    return behind, jnp.min(behind.node_u, axis=1)
 
 
 @jax.jit

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.diagnosis.noise._periods import PeriodBlock
-from rapi_jax.internal import DriveBatch, on_device, stretches_on_device
+from rapi_jax.internal import DriveBatch, on_device, stretches_on_device, with_spare_nodes
 
 from ._shape_bucketing import pad_drives, repeat_rows, round_up
 
@@ -25,6 +25,11 @@ class SamplingGrids:
     def session(self) -> DriveBatch:
         """With the grid of all samples and the lead-in."""
         return on_device(pad_drives(self.drives))
+
+    @cached_property
+    def session_with_spare_nodes(self) -> DriveBatch:
+        """The same with a node in each step that an effect may move."""
+        return with_spare_nodes(self.session)
 
     @cached_property
     def period(self) -> DriveBatch:

@@ -20,7 +20,7 @@ from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.noise._whitening import Whitener
 from rapi_jax import AbstractOperator, Recording
 from rapi_jax.effects import AbstractDriveEffect, AbstractLawEffect, AbstractSwitch
-from rapi_jax.internal import DriveBatch, stretches_on_device, to_batch
+from rapi_jax.internal import DriveBatch, needs_spare_nodes, stretches_on_device, to_batch
 
 from ._compiled_stages import (
     OperatorInput,
@@ -120,6 +120,8 @@ class WhitenedModel:
 
     def _drives(self, effects: Effects) -> DriveBatch:
         """The drives with the grid that these effects need."""
+        if needs_spare_nodes(effects):
+            return self.grids.session_with_spare_nodes
         changed = any(isinstance(effect, AbstractDriveEffect) for effect in effects)
         return self.grids.session if changed else self.grids.period
 
@@ -143,15 +145,15 @@ class WhitenedModel:
         return Recent(_KEPT)
 
     def _changed_input(self, effects: Effects) -> OperatorInput:
-        drives = self._drives(effects)
-        u, u_min, stretches = drives.node_u, drives.u_min, drives.stretches
+        sent = drives = self._drives(effects)
+        u_min, stretches = drives.u_min, drives.stretches
         for effect in effects:
             if isinstance(effect, AbstractDriveEffect):
-                u, u_min = apply_drive_effect(effect, drives, u)
-        if u is not drives.node_u:
-            stretches = stretches_on_device(np.asarray(u))
+                drives, u_min = apply_drive_effect(effect, drives)
+        if drives is not sent:
+            stretches = stretches_on_device(np.asarray(drives.node_u))
         law_effects = tuple(e for e in effects if isinstance(e, AbstractLawEffect))
-        return OperatorInput(combine_laws(law_effects, drives), u, u_min, stretches)
+        return OperatorInput(combine_laws(law_effects, sent), drives.node_u, u_min, stretches)
 
     def operator_response(
         self, operator: AbstractOperator, values: Float[np.ndarray, " values"], effects: Effects
@@ -249,16 +251,14 @@ class WhitenedModel:
         return FirstPeriod.of(self.blocks, len(self.grids.session.freq))
 
     @cached_property
-    def _first_period_of_session(self) -> DriveBatch:
-        return self._first_period.select(self.grids.session)
-
-    @cached_property
-    def _first_period_of_period(self) -> DriveBatch:
-        return self._first_period.select(self.grids.period)
+    def _first_periods(self) -> dict[int, DriveBatch]:
+        return {}
 
     def _first_period_drives(self, effects: Effects) -> DriveBatch:
-        session = self._drives(effects) is self.grids.session
-        return self._first_period_of_session if session else self._first_period_of_period
+        drives = self._drives(effects)  # one of the grids, which stay
+        if id(drives) not in self._first_periods:
+            self._first_periods[id(drives)] = self._first_period.select(drives)
+        return self._first_periods[id(drives)]
 
     def at_first_period(
         self, effects: Effects, response: Float[Array | np.ndarray, "*more runs grid"]

@@ -9,7 +9,17 @@ import jax.numpy as jnp
 import numpy as np
 
 from rapi_jax import ECDL, AfgWaveform
-from rapi_jax.internal import POINTS, DriveBatch, drive_side, float64, laws, on_device, optical_side
+from rapi_jax.internal import (
+    POINTS,
+    DriveBatch,
+    drive_side,
+    float64,
+    laws,
+    needs_spare_nodes,
+    on_device,
+    optical_side,
+    with_spare_nodes,
+)
 
 from ._abstract_device import AbstractDevice
 from ._drift import State
@@ -45,12 +55,16 @@ def _played(u: np.ndarray, rate: float, begin_s: float, periods: int) -> DriveBa
 @eqx.filter_jit
 def _parts(device: ECDL, drives: DriveBatch) -> tuple[Any, Any]:
     """Memory and memoryless function (Eq. 16) on the nodes, as drive effects and laws have them."""
-    operator, u = device.operator, drive_side(device.effects, drives)[0]
+    spare = needs_spare_nodes(device.effects)
+    reached = drive_side(device.effects, with_spare_nodes(drives) if spare else drives)
+    operator, u = device.operator, reached.node_u[0]
     law = laws(device.effects, drives)
     law = jax.tree_util.tree_map(lambda x: x[0], law)
     constant = getattr(operator, operator.fields.constant)
     memory = operator.hysteresis(u, law.freq, None, law.u_pp, jnp.min(u))
-    return law.gain * memory, law.after(operator.memoryless(u), constant)
+    every = 2 if spare else 1
+    memory, memoryless = memory[::every], operator.memoryless(u)[::every]
+    return law.gain * memory, law.after(memoryless, constant)
 
 
 @eqx.filter_jit

@@ -40,6 +40,16 @@ class AbstractFollower(AbstractDriveEffect):
     ) -> Float[Array, " time"]:
         """The changed drive of one run, `start` at its first sample."""
 
+    def follow_between(
+        self, t: Float[Array, " time"], u: Float[Array, " time"], start: Float[Array, ""]
+    ) -> tuple[Float[Array, " time"], Float[Array, " steps"], Float[Array, " steps"]]:
+        """The same, and when in each step it bends, s, with its value then.
+
+        The step's end where it does not; here nowhere.
+        """
+        value = self.follow(t, u, start)
+        return value, t[1:], value[1:]
+
     def __call__(self, t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
         """From rest at the first value."""
         return self.follow(t, u, u[0])

@@ -140,8 +140,10 @@ def test_a_row_is_the_drive_at_every_phase(per_period, start, samples, lead):
     assert (np.diff(row.time) > 0).all() and (np.diff(row.node_time) > 0).all()
     # Nodes: one period from the minimum, before it another as lead-in.
     one = row.node_u.size // (2 if lead else 1)
-    # Corners, and with effects, which may lag, what follows closely behind each turning point.
-    assert per_period <= one <= per_period + 2 + (48 if lead else 0)
+    # Corners, and with effects, which may lag, finer places and what follows closely behind turns.
+    finer = per_period * int(np.ceil(300 / per_period))
+    assert per_period <= one <= (finer + 48 if lead else per_period) + 2
+    assert not lead or one >= 300
     assert row.node_u[0] == row.node_u.min()
     assert np.ptp(row.node_time[-one:]) < 1 / drive.rate
     assert row.node_lead == (one if lead else 0)

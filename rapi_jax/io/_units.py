@@ -16,6 +16,11 @@ RESPONSE_UNITS = {
     "nm": ("nm", 1.0),
     "V": ("V", 1.0),
     "uC": ("uC", 1.0),
+    "mrad": ("mrad", 1.0),
+    "mN": ("mN", 1.0),
+    "mA": ("mA", 1.0),
+    "mT": ("mT", 1.0),
+    "uC/cm2": ("uC/cm2", 1.0),
 }
 
 _DRIVE_SPAN = (1e-4, 300.0)  # V

@@ -99,8 +99,8 @@ def import_files(
     drive_unit
         V, mV, uV, kV, m, mm, um, nm or pm. Default: the file's unit.
     response_unit
-        GHz, MHz, kHz, Hz, THz, V, mV, uV, kV, m, mm, um, nm, pm, C, mC, uC, nC or pC. Default: the
-        file's unit.
+        GHz, MHz, kHz, Hz, THz, V, mV, uV, kV, m, mm, um, nm, pm, C, mC, uC, nC, pC, rad, mrad,
+        urad, deg, N, mN, uN, nN, A, mA, uA, T, mT, uT, C/m2 or uC/cm2. Default: the file's unit.
     drive_scale
         Factor by which the drive is multiplied, such as the gain of an amplifier. Give
         `--drive-unit` with it: the unit after the multiplication.

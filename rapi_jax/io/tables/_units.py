@@ -10,13 +10,26 @@ _TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 _VOLT = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "kV": 1e3}
 _LENGTH = {"m": 1e6, "mm": 1e3, "um": 1.0, "nm": 1e-3, "pm": 1e-6}  # in um
 _CHARGE = {"C": 1e6, "mC": 1e3, "uC": 1.0, "nC": 1e-3, "pC": 1e-6}  # in uC
+_ANGLE = {"rad": 1e3, "mrad": 1.0, "urad": 1e-3, "deg": 17.453292519943295}  # in mrad
+_FORCE = {"N": 1e3, "mN": 1.0, "uN": 1e-3, "nN": 1e-6}  # in mN
+_CURRENT = {"A": 1e3, "mA": 1.0, "uA": 1e-3}  # in mA
+_FIELD = {"T": 1e3, "mT": 1.0, "uT": 1e-3}  # in mT
+_POLARISATION = {"uC/cm2": 1.0, "C/m2": 100.0}  # in uC/cm2
 _OPTICAL = {"GHz": 1.0, "MHz": 1e-3, "kHz": 1e-6, "Hz": 1e-9, "THz": 1e3}
 _WORDS = {
     "second": "s", "seconds": "s", "sec": "s", "volt": "V", "volts": "V", "v": "V",
     "millivolt": "mV", "millivolts": "mV", "micron": "um", "microns": "um", "hertz": "Hz",
-    "msec": "ms", "usec": "us", "minutes": "min", "hours": "h",
+    "msec": "ms", "usec": "us", "minutes": "min", "hours": "h", "degree": "deg", "degrees": "deg",
+    "newton": "N", "tesla": "T", "ampere": "A", "c/m^2": "C/m2", "uc/cm^2": "uC/cm2",
 }  # fmt: skip
-_KNOWN = {*_TIME, *_VOLT, *_LENGTH, *_CHARGE, *_OPTICAL}
+_OTHER = {
+    **{unit: ("mrad", factor) for unit, factor in _ANGLE.items()},
+    **{unit: ("mN", factor) for unit, factor in _FORCE.items()},
+    **{unit: ("mA", factor) for unit, factor in _CURRENT.items()},
+    **{unit: ("mT", factor) for unit, factor in _FIELD.items()},
+    **{unit: ("uC/cm2", factor) for unit, factor in _POLARISATION.items()},
+}
+_KNOWN = {*_TIME, *_VOLT, *_LENGTH, *_CHARGE, *_OPTICAL, *_OTHER}
 
 DRIVES = {
     **{unit: ("V", factor) for unit, factor in _VOLT.items()},
@@ -29,7 +42,10 @@ RESPONSES = {
     "nm": ("nm", 1.0),
     "pm": ("nm", 1e-3),
     **{unit: ("uC", factor) for unit, factor in _CHARGE.items()},
+    **_OTHER,
 }
+
+_CHANNELS = ("A", "N", "T")  # behind a sign that separates they more often number a channel
 
 
 def known_unit(text: str) -> str | None:
@@ -48,11 +64,14 @@ _FORMS = (
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
-    """A name without the unit in it, and that unit: "CH1 (mV)", "C1 in V", "time_s", "Ch1,V"."""
+    """A name without the unit in it, and that unit: "CH1 (mV)", "C1 in V", "time_s", "Ch1,V".
+
+    "Input_A" names a channel.
+    """
     for form in _FORMS:
         found = form.fullmatch(name)
         unit = known_unit(found["unit"]) if found else None
-        if found and unit:
+        if found and unit and not (form is _FORMS[-1] and unit in _CHANNELS):
             return found["name"].strip(), unit
     return name, None
 
@@ -85,12 +104,19 @@ def _refusal(option: str, unit: str, allowed: dict) -> str:
     scale = option.replace("unit", "scale")
     near = [one for one in allowed if one.lower() == unit.strip().lower()]
     meant = f" Did you mean {' or '.join(near)}?" if near else ""
-    if option == "--drive-unit" and known_unit(unit) in RESPONSES:
+    others = "a magnetising field, a pressure"
+    if option == "--drive-unit":
+        others = "a current, a magnetic field, a pressure"
+    if (
+        option == "--drive-unit"
+        and known_unit(unit) in RESPONSES
+        and known_unit(unit) not in _OTHER
+    ):
         meant = f"{meant} That is a unit of a response: are --drive and --response exchanged?"
     cure = (
         ""
         if option == "--time-unit"
-        else f" Of another quantity (a current, a magnetic field, a pressure) name the unit of the "
+        else f" Of another quantity ({others}) name the unit of the "
         f"signal that it was read or set by, such as V, and the factor to it by {scale}."
     )
     return (

@@ -20,6 +20,9 @@ from rapi_jax.internal import quantity, readable_unit
         (3e-9, "V", "3 nV"),
         (5e-7, "um", "0.5 pm"),
         (12.0, "K", "12 K"),
+        (0.0042, "mrad", "4.2 urad"),
+        (0.5, "rad", "0.5 rad"),
+        (2500.0, "mT", "2.5 T"),
         (0.0, "uC", "0 uC"),
     ],
 )

@@ -16,6 +16,7 @@ from scope_files import (
 
 from rapi_jax import DataError
 from rapi_jax.io import ImportOptions, import_recording, read_recording, write_import
+from rapi_jax.io.tables._units import split_unit
 
 T, U, Y = scanned((10.0, 2, 4.5), (20.0, 2, 4.5), sample_hz=8000.0)
 
@@ -132,7 +133,9 @@ UNITS = [
     ("drive_unit", "m", 1e-6, "um"), ("response_unit", "MHz", 1e3, "GHz"),
     ("response_unit", "THz", 1e-3, "GHz"), ("response_unit", "Hz", 1e9, "GHz"),
     ("response_unit", "mm", 1e-3, "um"), ("response_unit", "nm", 1.0, "nm"),
-    ("response_unit", "mV", 1e3, "V"),
+    ("response_unit", "mV", 1e3, "V"), ("response_unit", "deg", 0.18 / np.pi, "mrad"),
+    ("response_unit", "N", 1e-3, "mN"), ("response_unit", "A", 1e-3, "mA"),
+    ("response_unit", "uT", 1e3, "mT"), ("response_unit", "C/m2", 0.01, "uC/cm2"),
 ]  # fmt: skip
 
 
@@ -146,6 +149,22 @@ def test_units(tmp_path, field, unit, factor, becomes):
     found = import_recording(tmp_path / "a.npz", options(**{field: unit})).recording
     assert getattr(found, field) == becomes
     check_same(found)
+
+
+@pytest.mark.parametrize(
+    ("name", "split"),
+    [
+        ("tilt (deg)", ("tilt", "deg")),
+        ("force [mN]", ("force", "mN")),
+        ("P [uC/cm2]", ("P", "uC/cm2")),
+        ("current in A", ("current", "A")),
+        ("Ch1,V", ("Ch1", "V")),
+        ("Channel_A", ("Channel_A", None)),
+        ("input_N", ("input_N", None)),
+    ],
+)
+def test_the_unit_in_a_name_and_letters_that_number_a_channel(name, split):
+    assert split_unit(name) == split
 
 
 def test_what_is_written_is_what_is_read(tmp_path):

@@ -20,6 +20,7 @@ from rapi_jax.effects import (
     Drift,
     Etalon,
     RateLaw,
+    SlewLimit,
 )
 from rapi_jax.examples import paper_device
 
@@ -30,6 +31,8 @@ EFFECTS = {
     "law": (RateLaw(exponent=1.3), AmplitudeLaw(gain=0.02, threshold=0.1)),
     "optical": (Etalon(amplitude=0.3, spacing=20.0, phase=0.4), CurrentCoupling(coupling=2e-3)),
     "drive and optical": (AmplifierLowpass(tau=2e-3), Etalon(amplitude=0.3, spacing=20.0)),
+    "a drive that bends between samples": (SlewLimit(limit=100.0), AmplifierLowpass(tau=2e-3)),
+    "coupling behind it": (SlewLimit(limit=100.0), CurrentCoupling(coupling=2e-3)),
 }
 
 

@@ -1,8 +1,8 @@
 """A coarsely sampled drive between its samples: corners, smooth turns, and even finer places.
 
-Effects follow the drive in time. Of one that is straight between 60 samples of a sine's period, a
-low-pass makes 5 % too much or too little; the pieces between corners are therefore drawn through
-their samples by cubic splines, which leave a thousandth of that.
+Effects follow the drive in time: what a low-pass does to a sine of 60 samples a period is missed by
+5 % where the drive is straight between them. So the pieces between corners are drawn through their
+samples by cubic splines.
 """
 
 import numpy as np
@@ -24,19 +24,19 @@ def nodes_between_samples(
     noise, get none.
     """
     at, height = bends(value)
+    new, levels = between(at, height)
     if not 0 < samples_a_period < THRESHOLDS.smooth_nodes:
-        return between(at, height)
+        return new, levels
     smooth, straight = (
-        _even_places(value.size, nodes / samples_a_period if finer else 1.0, between(at, at)[0])
+        _even_places(value.size, nodes / samples_a_period if finer else 1.0, new)
         for nodes in (THRESHOLDS.smooth_nodes, THRESHOLDS.straight_nodes)
     )
+    found = [(new, levels)]
     own = np.arange(value.size, dtype=float)
-    new, levels = between(at, height)
     knots = np.concatenate([own, new])
     order = np.argsort(knots)
     knots, levels = knots[order], np.concatenate([value, levels])[order]
     ends = np.concatenate([[0.0], at, own[-1:]])
-    found = [between(at, height)]
     for begin, end in zip(ends[:-1], ends[1:], strict=True):
         inside = slice(*np.searchsorted(knots, [begin - 1e-9, end + 1e-9]))
         x, y = knots[inside], levels[inside]
@@ -81,9 +81,9 @@ def _on_curve(
 
 
 def _is_straight(levels: Float[np.ndarray, " knots"], swing: float) -> bool:
-    """Whether a piece of even samples bends by no more than rounding."""
+    """Whether a piece of even samples bends by next to nothing."""
     bend = np.abs(np.diff(levels[1:-1], 2)).max(initial=0.0)
-    return bool(bend <= THRESHOLDS.corner_rounding * swing)
+    return bool(bend <= THRESHOLDS.straight_bend * swing)
 
 
 def _is_smooth(levels: Float[np.ndarray, " knots"]) -> bool:

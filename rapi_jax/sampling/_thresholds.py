@@ -51,6 +51,12 @@ class SamplingThresholds:
         unit="nodes a period",
         origin="the same on triangles and trapezoids: at worst 1.5 MHz, halved 4.0, doubled 0.5",
     )
+    straight_bend: float = threshold(
+        1e-5,
+        unit="of the swing a step, second differences",
+        origin="a straight line misses an eighth of it, 0.1 MHz of 75 GHz; a drive in a table of "
+        "six digits has 1e-6",
+    )
     spline_margin: int = threshold(
         24, unit="samples", origin="an end's influence on a cubic spline falls by 3.7 a knot"
     )

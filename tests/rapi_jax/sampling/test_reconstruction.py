@@ -137,6 +137,14 @@ def test_nothing_is_drawn_through_what_is_not_smooth(value):
     assert nodes_between_samples(value, 100.0, finer=True)[0].size == 0
 
 
+@pytest.mark.parametrize("wave", ["trapezoid", "skewed"])
+def test_a_table_of_six_digits_is_as_straight(wave):
+    value = np.round(WAVES[wave](np.arange(61) / 61 + 0.123), 6)
+    at, height = periodic_nodes_between_samples(value, finer=True)
+    assert at.size + 61 >= 300
+    np.testing.assert_allclose(height, WAVES[wave](at / 61 + 0.123), rtol=0, atol=1e-5)
+
+
 # --- what a model answers
 
 

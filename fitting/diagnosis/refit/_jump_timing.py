@@ -27,11 +27,13 @@ def match_jump_timing(
     """
     price = 0.0
     for jump in jumps:
-        before, after = np.concatenate([jump[:1], jump[:-1]]), np.concatenate([jump[1:], jump[-1:]])
-        if not (before - jump).any():
-            continue
         here = block.interpolate(jump)
-        shifts = np.stack([block.interpolate(row) - here for row in (before, after)])
+        # Of readings, one after the other; the row has places between the samples, too.
+        steps = np.diff(here.ravel())
+        if not steps.any():
+            continue
+        before, after = np.append(0.0, -steps), np.append(steps, 0.0)
+        shifts = np.stack([before.reshape(here.shape), after.reshape(here.shape)])
         shifted = error + shifts * block.use
         nearer = np.abs(shifted).argmin(axis=0)[None]
         other = np.take_along_axis(shifted, nearer, axis=0)[0]

@@ -36,11 +36,10 @@ def refit(recording):
 
 def step(error, at, by, block, size=1.5):
     """Errors of a run whose model switches `by` readings late, and what its switch adds."""
-    row = np.zeros(block.left.max() + 1)
-    at += block.left.min()
-    row[at + by :] = size
-    true = np.zeros(row.size)
-    true[at:] = size
+    place = block.left.ravel()  # of each reading; others lie between
+    row, true = np.zeros((2, block.left.max() + 1))
+    row[place[at + by] :] = size
+    true[place[at] :] = size
     return error + block.interpolate(row) - block.interpolate(true), row
 
 

@@ -250,7 +250,7 @@ def predict(ecdl: ECDL, drive: Drive, *, initial: Any = None) -> Float[np.ndarra
     Of a drive that repeats the answer is the steady one. For others `initial` may give each play's
     first output as a fraction of its band (0 lower, 1 upper); without it the plays start as Eq. 13
     has them at the drive's minimum, and effects with a memory at rest. Turning points between
-    samples count; where a period has fewer than 400 samples the drive is drawn between them, by
+    samples count; where a drive repeats in fewer than 400 samples it is drawn between them, by
     straight lines between corners and by cubic splines where it is smooth.
 
     >>> from rapi_jax import predict, triangle

@@ -95,8 +95,8 @@ class Drive:
 
     @property
     def samples_a_period(self) -> float:
-        """Samples a period of `excitation_hz`, whole or not; 0 where the drive has no rate."""
-        return 1.0 / (self.rate * self.step_s) if self.rate else 0.0
+        """Samples a period, whole or not; 0 for a drive that does not repeat."""
+        return 1.0 / (self.rate * self.step_s) if self.repeats else 0.0
 
     @cached_property
     def whole_period(self) -> int:

@@ -21,7 +21,8 @@ def nodes_between_samples(
     Its corners; where it has fewer than `smooth_nodes` samples a period, also the vertices of
     smooth turns and, with `finer`, as many even places as then make so many nodes. Straight pieces
     get places up to `straight_nodes`; those that are neither straight nor smooth, such as measured
-    noise, get none.
+    noise, get none. How a drive that does not repeat goes on between its samples is not known: give
+    0 of them a period.
     """
     at, height = bends(value)
     new, levels = between(at, height)

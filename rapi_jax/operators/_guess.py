@@ -14,6 +14,7 @@ from jaxtyping import Array
 
 from rapi_jax._errors import DataError
 from rapi_jax._precision import as_float64
+from rapi_jax.recording._drive import Drive
 from rapi_jax.recording._recording import Recording
 from rapi_jax.sampling._batch import Batch, to_batch
 from rapi_jax.sampling._phase import turning_samples
@@ -37,13 +38,14 @@ class Trial:
     cost: float  # share of the variance that a polynomial leaves and this trial does not explain
 
 
-def thinned(data: Batch) -> list[tuple[int, np.ndarray]]:
+def thinned(data: Batch, drives: Sequence[Drive]) -> list[tuple[int, np.ndarray]]:
     """For each run, the row and the columns of about 256 samples of its first period.
 
-    Turning points are kept, so the plays see the same history.
+    Turning points are kept, and a drive that repeats begins at its minimum, where Eq. 13 is the
+    periodic state, so the plays see the same history.
     """
     kept = []
-    for row in range(data.u.shape[0]):
+    for row, drive in enumerate(drives):
         inside = np.flatnonzero(data.sample[row] >= 0)
         used = np.flatnonzero(data.use[row])
         if not used.size:
@@ -55,9 +57,16 @@ def thinned(data: Batch) -> list[tuple[int, np.ndarray]]:
         if data.freq[row] > 0:
             step = data.time[row, 1] - data.time[row, 0]
             end = min(end, used[0] + round(1.0 / (data.freq[row] * step)))
-        every = np.unique(np.linspace(0, end, THRESHOLDS.guess_samples).astype(int))
-        turns = turning_samples(data.u[row, : end + 1]) if np.ptp(data.u[row]) > 0 else every[:1]
-        kept.append((row, np.union1d(every, turns)))
+        columns = np.arange(end + 1)
+        if drive.whole_period:
+            first = int(np.searchsorted(inside, used[0]))
+            last = min(first + drive.whole_period, inside.size) - 1
+            columns = np.arange(used[0], inside[last] + 1)
+            columns = np.roll(columns, -int(np.argmin(data.u[row, columns])))
+        u = data.u[row, columns]
+        every = np.unique(np.linspace(0, u.size - 1, THRESHOLDS.guess_samples).astype(int))
+        turns = turning_samples(u) if np.ptp(u) > 0 else every[:1]
+        kept.append((row, columns[np.union1d(every, turns)]))
     return kept
 
 
@@ -82,7 +91,7 @@ def evaluate_guesses(
     all share.
     """
     data = to_batch(recording)
-    kept = thinned(data)
+    kept = thinned(data, recording.drives)
     width = max(columns.size for _, columns in kept)
     padded = [np.pad(columns, (0, width - columns.size), "edge") for _, columns in kept]
     use = np.stack(

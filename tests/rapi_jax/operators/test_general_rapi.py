@@ -71,7 +71,7 @@ def test_is_the_plain_loop(name):
     laser = ECDL(GeneralRAPI(**CASES[name]))
     drives = [
         *triangle((10.0, 80.0), amplitude=4.0, bias=3.0, samples=300, periods=2),
-        *multisine(30.0, amplitude=4.0, bias=3.0, samples=200),
+        *multisine(30.0, amplitude=4.0, bias=3.0, samples=400),  # no turn between two is drawn
     ]
     rng = np.random.default_rng(5)
     value = np.cumsum(rng.normal(size=300))

@@ -202,10 +202,7 @@ def operator_response(
 def optical_side(
     effects: Effects, drives: DriveBatch, nu: Float[Array, "runs time"]
 ) -> Float[Array, "runs time"]:
-    """What the effects behind the operator make of its answer, on the samples.
-
-    `drives`: those that reach the operator, which a coupling sees.
-    """
+    """What the effects behind the operator make of its answer, on the samples."""
     t = drives.time
     for effect in effects:
         if isinstance(effect, AbstractDriveEffect | AbstractLawEffect):
@@ -213,8 +210,8 @@ def optical_side(
         if isinstance(effect, AbstractLagEffect):
             nu = _linear(effect, t, nu, drives.history)
         elif isinstance(effect, AbstractCouplingEffect):
-            u = jnp.take_along_axis(drives.node_u, drives.place, axis=1)
-            nu = jax.vmap(effect)(t, nu, u)
+            sent = jnp.take_along_axis(drives.node_u, drives.place, axis=1)
+            nu = jax.vmap(effect)(t, nu, sent)
         elif isinstance(effect, AbstractOpticalEffect):
             nu = jax.vmap(effect)(t, nu)
         else:
@@ -230,11 +227,11 @@ def respond(
     """The response in every run of a session, on the samples of `drives`."""
     changed = any(isinstance(effect, AbstractDriveEffect) for effect in ecdl.effects)
     drives = with_spare_nodes(drives) if needs_spare_nodes(ecdl.effects) else drives
-    drives = drive_side(ecdl.effects, drives)
-    u_min = jnp.min(drives.node_u, axis=1) if changed else drives.u_min
+    u = drive_side(ecdl.effects, drives).node_u
+    u_min = jnp.min(u, axis=1) if changed else drives.u_min
     stretches = None if changed else drives.stretches
     law = laws(ecdl.effects, drives)
-    nodes = operator_response(ecdl.operator, law, drives.node_u, u_min, initial, stretches)
+    nodes = operator_response(ecdl.operator, law, u, u_min, initial, stretches)
     nu = jnp.take_along_axis(nodes, drives.place, axis=1)
     return optical_side(ecdl.effects, drives, nu)
 

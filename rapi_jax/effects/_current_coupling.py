@@ -19,14 +19,13 @@ from .base._residual_summary import ResidualSummary
 
 
 class CurrentCoupling(AbstractCouplingEffect):
-    r"""Capacitive feed-through: $\nu + k\,L[\dot u]$, $u$ the drive at the actuator.
+    r"""Capacitive feed-through: $\nu + k\,L[\dot u]$, $u$ the drive that is sent.
 
-    That is behind all that changes the drive: steps of a converter, a limited slope. `coupling` is
-    $k$, of either sign; $L$ a first-order lag by `lag_s`, where the current's own driver rounds it
-    (below some 30 us it counts as none). From place to place the drive is straight: there $\dot u$
-    is its slope, at a corner the mean of both sides. (A part proportional to $u$ is not
-    identifiable beside the operator's gain.) Noise of a recorded drive is differentiated too: use
-    the drive that was requested, not the one read back.
+    `coupling` is $k$, of either sign; $L$ a first-order lag by `lag_s`, where the current's own
+    driver rounds it (below some 30 us it counts as none). The drive is piecewise linear between
+    samples: within a piece $\dot u$ is its slope, at a corner the mean of both sides. (A part
+    proportional to $u$ is not identifiable beside the operator's gain.) Noise of a recorded drive
+    is differentiated too: use the drive that was requested, not the one read back.
 
     Diode current moves a laser by some 3 MHz/uA (MOGLabs CEL manual); arXiv 1712.06627.
 

@@ -204,7 +204,7 @@ def _exact(scan: Scan) -> tuple[np.ndarray, Certificate, np.ndarray]:
         sent = np.asarray(undo_effects(drive_effects(ecdl), time, jnp.asarray(found.sampled)))
         low, high = float(sent.min()) - found.below, float(sent.max()) + found.above
         law = law_of(ecdl, rate, high - low, (low + high) / 2)
-        new = Round.of(law, found.u_pp, found.sampled if coupled else None)
+        new = Round.of(law, found.u_pp, sent if coupled else None)
         if new.is_as(state):
             return sent, scan.certified(found, state), target.value + found.begin
         last = state

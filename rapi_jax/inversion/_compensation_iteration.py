@@ -38,21 +38,20 @@ class Round(NamedTuple):
 
     - `freq`, `ratio`, `gain`, `offset`: what the operator's laws see of the run; `ratio` is their
       peak-to-peak drive over that which reaches the operator.
-    - `drive`: at the actuator, which couples into the response; `None` without couplings, and at
-      first.
+    - `sent`: the drive that couples into the response; `None` without couplings, and at first.
     """
 
     freq: float
     ratio: float
     gain: float
     offset: float
-    drive: np.ndarray | None = None
+    sent: np.ndarray | None = None
 
     @classmethod
-    def of(cls, law: Law, u_pp: float, drive: np.ndarray | None = None) -> "Round":
+    def of(cls, law: Law, u_pp: float, sent: np.ndarray | None = None) -> "Round":
         """The laws of a run in which `u_pp` reaches the operator."""
         freq, ratio = float(law.freq), float(law.u_pp) / u_pp
-        return cls(freq, ratio, float(law.gain), float(law.offset), drive)
+        return cls(freq, ratio, float(law.gain), float(law.offset), sent)
 
     @property
     def law(self) -> Law:
@@ -62,13 +61,13 @@ class Round(NamedTuple):
 
     def is_as(self, last: "Round") -> bool:
         """Whether nothing has moved since the `last` round."""
-        if (self.drive is None) != (last.drive is None):
+        if (self.sent is None) != (last.sent is None):
             return False
         still = 1e-12
-        if self.drive is not None and last.drive is not None:
+        if self.sent is not None and last.sent is not None:
             still = THRESHOLDS.coupling_change
-            if not np.abs(self.drive - last.drive).max() < THRESHOLDS.coupling_change * np.ptp(
-                self.drive
+            if not np.abs(self.sent - last.sent).max() < THRESHOLDS.coupling_change * np.ptp(
+                self.sent
             ):
                 return False
         most = max(abs(self.freq / last.freq - 1), abs(self.ratio - last.ratio))
@@ -132,7 +131,7 @@ class Scan(NamedTuple):
 
         def wanted(offset: float) -> tuple[np.ndarray, np.ndarray]:
             """What the operator must answer for the scan to begin at `offset`."""
-            signal = undo_effects(after, time, as_float64(self.target.value + offset), state.drive)
+            signal = undo_effects(after, time, as_float64(self.target.value + offset), state.sent)
             return from_minimum(np.asarray(state.law.before(signal, constant)))
 
         span, bias, most, rate, ratio = (
@@ -190,16 +189,16 @@ class Scan(NamedTuple):
 
     def next(self, mixing: AndersonMixing, last: Round, new: Round) -> Round:
         """The next round, where `last` led to `new`, which couples into its own response."""
-        if new.drive is None:
+        if new.sent is None:
             return new
-        size, swing = new.drive.size, float(np.ptp(new.drive))
-        back = loop(self.ecdl, as_float64(self.target.time), new.drive, self.target.span / swing)
-        if last.drive is None:  # the first drive knew of no coupling
-            return new._replace(drive=np.fft.irfft(np.fft.rfft(new.drive) / (1.0 + back), size))
-        change = np.fft.rfft(new.drive - last.drive) / (1.0 + back)
-        drive = last.drive + np.fft.irfft(change, size)
+        size, swing = new.sent.size, float(np.ptp(new.sent))
+        back = loop(self.ecdl, as_float64(self.target.time), new.sent, self.target.span / swing)
+        if last.sent is None:  # the first drive knew of no coupling
+            return new._replace(sent=np.fft.irfft(np.fft.rfft(new.sent) / (1.0 + back), size))
+        change = np.fft.rfft(new.sent - last.sent) / (1.0 + back)
+        sent = last.sent + np.fft.irfft(change, size)
         before, after = (
-            np.append(u, self._numbers(r)) for u, r in ((last.drive, last), (drive, new))
+            np.append(drive, self._numbers(r)) for drive, r in ((last.sent, last), (sent, new))
         )
         found = mixing.next(before, after)
         numbers = found[-4:] / self._scale

@@ -1,7 +1,7 @@
 """Effects undone: from the response wanted back to what the operator must answer.
 
 A linear effect is undone in the frequency domain, a static one point by point, a law by the numbers
-it gives. What a coupling adds depends on the drive at the actuator, which is looked for: it is
+it gives. What a coupling adds depends on the drive that is sent, which is what is looked for: it is
 taken from the last drive found, in rounds, each corrected by the frequency response of the whole
 loop, without which the rounds would grow wherever the coupling outweighs the device.
 """
@@ -71,29 +71,29 @@ def law_of(ecdl: ECDL, freq: float, u_pp: float, bias: float) -> Law:
 
 
 def undo_effects(
-    effects: Sequence[AbstractEffect], time: Array, signal: Array, drive: np.ndarray | None = None
+    effects: Sequence[AbstractEffect], time: Array, signal: Array, sent: np.ndarray | None = None
 ) -> Array:
     """One period of `signal` before the effects, which act in order.
 
-    `drive`: at the actuator, which couples into the response; without it couplings are passed over.
+    `sent`: the drive that couples into the response; without it couplings are passed over.
     """
     for effect in reversed(effects):
         if isinstance(effect, AbstractCouplingEffect):
-            signal = signal if drive is None else _uncoupled(effect, time, signal, drive)
+            signal = signal if sent is None else _uncoupled(effect, time, signal, sent)
         elif isinstance(effect, AbstractInvertible):
             signal = effect.inverse(time, signal)
     return signal
 
 
 def _uncoupled(
-    effect: AbstractCouplingEffect, time: Array, signal: Array, drive: np.ndarray
+    effect: AbstractCouplingEffect, time: Array, signal: Array, sent: np.ndarray
 ) -> Array:
-    """The response that `effect`, with `drive` at the actuator, changes into `signal`."""
+    """The response that `effect`, with `sent` at hand, changes into `signal`."""
     size, wanted = signal.size, np.asarray(signal)
     clock = np.asarray(time)[0] + (np.arange(3 * size) - size) * float(time[1] - time[0])
     before = wanted
     for _ in range(THRESHOLDS.effect_iterations):
-        three = (jnp.asarray(np.tile(x, 3)) for x in (before, drive))
+        three = (jnp.asarray(np.tile(x, 3)) for x in (before, sent))
         answer = np.asarray(effect(jnp.asarray(clock), *three))[size : 2 * size]
         off = wanted - answer
         before = before + off
@@ -106,23 +106,23 @@ def _uncoupled(
     )
 
 
-def loop(ecdl: ECDL, time: Array, drive: np.ndarray, slope: float) -> Complex[np.ndarray, " freq"]:
-    """How a change of `drive`, at the actuator, comes back through the couplings, by harmonic.
+def loop(ecdl: ECDL, time: Array, sent: np.ndarray, slope: float) -> Complex[np.ndarray, " freq"]:
+    """How a change of `sent` comes back through the couplings, by harmonic.
 
     `slope`: mean slope of the operator, response unit per drive unit.
     """
     step = float(time[1] - time[0])
-    hertz = np.asarray(jnp.fft.rfftfreq(drive.size, step))
+    hertz = np.asarray(jnp.fft.rfftfreq(sent.size, step))
     turn = 2 * np.pi * hertz
-    rise = (np.roll(drive, -1) - np.roll(drive, 1)) / (2 * step)
+    rise = (np.roll(sent, -1) - np.roll(sent, 1)) / (2 * step)
     inverse = np.ones(hertz.size, dtype=complex)
     total = np.zeros(hertz.size, dtype=complex)
-    for effect in response_effects(ecdl):
+    for effect in [*drive_effects(ecdl), *response_effects(ecdl)]:
         if isinstance(effect, AbstractLinearEffect):
             inverse = inverse / effect.transfer(hertz)
         elif isinstance(effect, AbstractCouplingEffect):
-            none = as_float64(np.zeros(drive.size))
-            added = -np.asarray(_uncoupled(effect, time, none, drive))
+            none = as_float64(np.zeros(sent.size))
+            added = -np.asarray(_uncoupled(effect, time, none, sent))
             size = float(rise @ added) / float(rise @ rise)
             derivative = 1j * np.sin(turn * step) / step
             total = total + size / slope * derivative * inverse

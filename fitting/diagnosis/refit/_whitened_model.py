@@ -193,7 +193,7 @@ class WhitenedModel:
         self, effects: Effects, operator_response: Float[Array, "runs grid"]
     ) -> tuple[np.ndarray, list[np.ndarray]]:
         """The same, and what each switch adds."""
-        drives = self._drives_at_actuator(effects)
+        drives = self._drives(effects)
         key: tuple[object, ...] = (drives, operator_response)
         nu = self._responses.get(key, lambda: gather_samples(operator_response, drives.place))
         jumps = []
@@ -205,17 +205,6 @@ class WhitenedModel:
             if isinstance(effect, AbstractSwitch):
                 jumps.append(np.asarray(nu) - np.asarray(before))
         return np.asarray(nu), jumps
-
-    def _drives_at_actuator(self, effects: Effects) -> DriveBatch:
-        """Behind the effects that act on them; what a coupling sees."""
-        drives, u = self._drives(effects), self.operator_input(effects).u
-        if u is drives.node_u:
-            return drives
-        return self._reaching.get((drives, u), lambda: dataclasses.replace(drives, node_u=u))
-
-    @cached_property
-    def _reaching(self) -> Recent[DriveBatch]:
-        return Recent(_KEPT)
 
     @cached_property
     def _responses(self) -> Recent[Array]:

@@ -52,29 +52,24 @@ def _played(u: np.ndarray, rate: float, begin_s: float, periods: int) -> DriveBa
     )
 
 
-def _reached(device: ECDL, drives: DriveBatch) -> DriveBatch:
-    """The drives at the actuator."""
-    spare = needs_spare_nodes(device.effects)
-    return drive_side(device.effects, with_spare_nodes(drives) if spare else drives)
-
-
 @eqx.filter_jit
 def _parts(device: ECDL, drives: DriveBatch) -> tuple[Any, Any]:
     """Memory and memoryless function (Eq. 16) on the nodes, as drive effects and laws have them."""
-    reached = _reached(device, drives)
+    spare = needs_spare_nodes(device.effects)
+    reached = drive_side(device.effects, with_spare_nodes(drives) if spare else drives)
     operator, u = device.operator, reached.node_u[0]
     law = laws(device.effects, drives)
     law = jax.tree_util.tree_map(lambda x: x[0], law)
     constant = getattr(operator, operator.fields.constant)
     memory = operator.hysteresis(u, law.freq, None, law.u_pp, jnp.min(u))
-    every = 2 if reached.spare else 1
+    every = 2 if spare else 1
     memory, memoryless = memory[::every], operator.memoryless(u)[::every]
     return law.gain * memory, law.after(memoryless, constant)
 
 
 @eqx.filter_jit
 def _optical(device: ECDL, drives: DriveBatch, nu: Any) -> Any:
-    return optical_side(device.effects, _reached(device, drives), nu[None, :])[0]
+    return optical_side(device.effects, drives, nu[None, :])[0]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

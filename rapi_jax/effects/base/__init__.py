@@ -5,7 +5,7 @@
 | `AbstractDriveEffect` | the drive, before the operator |
 | `AbstractLawEffect` | the numbers of a run that the operator's laws see: rate, amplitude, gain |
 | `AbstractOpticalEffect` | the response, after the operator |
-| `AbstractCouplingEffect` | the response, with the drive at the actuator at hand |
+| `AbstractCouplingEffect` | the response, with the drive that was sent at hand |
 
 An optical effect that switches where the response crosses thresholds is an `AbstractSwitch`. A
 drive or optical effect that is linear and time-invariant is an `AbstractLinearEffect` too: it gives

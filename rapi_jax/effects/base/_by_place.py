@@ -97,7 +97,7 @@ class AbstractSwitch(AbstractOpticalEffect):
 
 
 class AbstractCouplingEffect(AbstractEffect):
-    """Acts on the response (GHz), as a function of the drive at the actuator.
+    """Acts on the response (GHz), as a function of the drive that was sent.
 
     `steady`: whether the response to a periodic drive is periodic.
 
@@ -112,7 +112,7 @@ class AbstractCouplingEffect(AbstractEffect):
     def __call__(
         self, t: Float[Array, " time"], nu: Float[Array, " time"], u: Float[Array, " time"]
     ) -> Float[Array, " time"]:
-        """The changed response of one run; `u` (V) is the drive behind all effects on it."""
+        """The changed response of one run; `u` (V) is the drive sent."""
 
 
 class AbstractInvertible(eqx.Module):

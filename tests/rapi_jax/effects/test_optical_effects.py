@@ -21,7 +21,6 @@ from rapi_jax.effects import (
     Pickup,
     ResidualSummary,
     Resonance,
-    Saturation,
 )
 from rapi_jax.examples import paper_device
 from rapi_jax.operators import RAPI
@@ -260,20 +259,6 @@ def test_coupling_on_a_triangle_between_samples():
     drive = Drive(np.arange(500) / 97 / 40.0, value, 40.0, "triangle")
     change = np.asarray(predict(straight(CurrentCoupling.at(coupling=1e-3)), drive)) - 25 * value
     np.testing.assert_allclose(change, np.where(phase < 0.5, 0.24, -0.24), rtol=0, atol=1e-6)
-
-
-def test_coupling_is_of_the_drive_that_reaches_the_actuator():
-    """Where the amplifier saturates nothing moves, so nothing couples: none of 240 V/s."""
-    (drive,) = triangle([40.0], amplitude=3.0, bias=3.0, samples=1000, periods=2)
-    end, coupling = Saturation(high=4.0), CurrentCoupling.at(coupling=1e-3)
-    device = ECDL(paper_device().operator, (end,))
-    change = np.asarray(predict(ECDL(device.operator, (end, coupling)), drive))
-    change = change - np.asarray(predict(device, drive))
-    still = drive.value > 4.0 + 0.02  # not the sample beside the corner
-    assert 150 < np.count_nonzero(still) < 170
-    np.testing.assert_allclose(change[still], 0.0, rtol=0, atol=1e-9)
-    moves = drive.value < 4.0 - 0.02
-    assert np.median(np.abs(change[moves])) == pytest.approx(0.24, abs=1e-6)
 
 
 # --- where fits start

@@ -32,7 +32,7 @@ EFFECTS = {
     "optical": (Etalon(amplitude=0.3, spacing=20.0, phase=0.4), CurrentCoupling(coupling=2e-3)),
     "drive and optical": (AmplifierLowpass(tau=2e-3), Etalon(amplitude=0.3, spacing=20.0)),
     "a drive that bends between samples": (SlewLimit(limit=100.0), AmplifierLowpass(tau=2e-3)),
-    "coupling behind it": (SlewLimit(limit=100.0), CurrentCoupling(coupling=2e-3)),
+    "coupling beside it": (SlewLimit(limit=100.0), CurrentCoupling(coupling=2e-3)),
 }
 
 

@@ -17,13 +17,6 @@ def corners(value: Float[np.ndarray, " time"]) -> Corners:
     return between(*bends(value))
 
 
-def periodic_corners(value: Float[np.ndarray, " time"]) -> Corners:
-    """The same of one period of a drive, from 0 on."""
-    beside = THRESHOLDS.corner_samples + 2
-    at, height = corners(wrapped(value, beside))
-    return within_period(at - beside, height, value.size)
-
-
 def bends(value: Float[np.ndarray, " time"]) -> Corners:
     """The corners of a signal, those on samples, too.
 

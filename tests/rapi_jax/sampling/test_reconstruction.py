@@ -83,7 +83,7 @@ def test_a_smooth_curve_has_no_corner(wave, per_period):
 @pytest.mark.parametrize("phase", [0.0, 0.123])
 @pytest.mark.parametrize("wave", WAVES)
 def test_nodes_lie_on_the_waveform(wave, phase, per_period):
-    """Of a smooth one straight lines miss at least 30 times as much; a sine's 700 times."""
+    """Of a smooth one straight lines miss at least 30 times as much."""
     value = WAVES[wave](np.arange(per_period) / per_period + phase)
     at, height = periodic_nodes_between_samples(value, finer=True)
     assert (np.diff(at) > 0).all() and at.min() >= 0 and at.max() < per_period

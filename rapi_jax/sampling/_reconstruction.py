@@ -7,7 +7,6 @@ samples by cubic splines.
 
 import numpy as np
 from jaxtyping import Float
-from scipy.interpolate import CubicSpline
 
 from ._corners import Corners, bends, between, within_period, wrapped
 from ._thresholds import THRESHOLDS
@@ -73,6 +72,8 @@ def _on_curve(
     places: Float[np.ndarray, " places"],
 ) -> Corners:
     """`places` on the cubic spline through one piece without corners, and its vertices."""
+    from scipy.interpolate import CubicSpline
+
     curve = CubicSpline(knots, levels)
     turns = curve.derivative().roots(extrapolate=False)
     turns = turns[(turns > knots[0]) & (turns < knots[-1])]

@@ -15,7 +15,7 @@ from fitting.blind.protocol._folder import BankFolder
 from fitting.cli import app
 from fitting.commands.run import run
 
-SEED = 11
+SEED = 16  # a device of each kind
 
 
 def rapi(*arguments):
@@ -87,8 +87,9 @@ def the_scores_are_written(bank):
     assert (bank.root / "failures.csv").read_text().startswith("name")
 
 
-def large_effects_are_seen_and_most_named(pairs):
-    large = [(a, p) for a, p in pairs if a["size"] >= 4]
+def effects_of_two_sigma_are_seen_and_most_named(pairs):
+    """In any session: also of one amplitude, where an effect of amplitude has no size."""
+    large = [(a, p) for a, p in pairs if a["truth"] and min(a["size"], *a["alone"]) >= 2]
     seen = [verdict(p)["name"] != "none" for _, p in large]
     named = [right(a) in verdict(p)["set"] for a, p in large]
     assert len(large) >= len(pairs) / 3
@@ -108,12 +109,12 @@ def the_same_is_said_without_answers(bank, first, other):
 
 @pytest.mark.bank
 def test_a_bank_of_all_kinds_from_end_to_end(tmp_path):
-    bank = scored_bank(tmp_path / "bank", "open", 6)
+    bank = scored_bank(tmp_path / "bank", "sessions", 6)
     pairs = answers_and_predictions(bank)
     every_recording_has_a_prediction(pairs)
     no_diagnosis_reached_for_an_answer(pairs)
     commitments_hold(bank, pairs)
     nulls_are_left_alone(pairs)
-    large_effects_are_seen_and_most_named(pairs)
+    effects_of_two_sigma_are_seen_and_most_named(pairs)
     the_scores_are_written(bank)
     the_same_is_said_without_answers(bank, pairs[0][1], BankFolder(tmp_path / "without"))

@@ -1,14 +1,13 @@
 """One job, in the process that calls: computed, and recorded last."""
 
-import contextlib
 import dataclasses
 import datetime
-import sys
 import time
 from pathlib import Path
 
 from fitting._result_files import hash_files
 from fitting.batch.jobs._job import Job, Outcome, Work
+from fitting.compile_cache._memory_maps import forget_programs
 from rapi_jax import DataError
 from rapi_jax.io import OutputError
 
@@ -75,7 +74,7 @@ def do_job(job: Job, output: Path, work: Work, batch: str, *, shared: bool) -> E
         seconds = time.perf_counter() - began
         return Ended(_record(job, outcome, tries, started, seconds), kept=False, stop=line)
     finally:
-        _forget_programs()
+        forget_programs()
 
 
 def give_up(job: Job, output: Path, tries: int) -> Ended:
@@ -116,15 +115,3 @@ def _record(
         provenance=dict(outcome.provenance),
         files={name: digest or "" for name, digest in hash_files(outcome.written).items()},
     )
-
-
-def _forget_programs() -> None:
-    """Forget compiled programs where they hold many memory maps."""
-    jax = sys.modules.get("jax")
-    with contextlib.suppress(OSError):
-        if jax is not None and _maps() > THRESHOLDS.memory_maps:
-            jax.clear_caches()
-
-
-def _maps() -> int:
-    return Path("/proc/self/maps").read_bytes().count(b"\n")

@@ -44,9 +44,5 @@ class BatchThresholds:
     """s to wait for a job that a worker of an interrupted batch still computes; the longest single
     diagnosis measured took 253 s."""
 
-    memory_maps: int = 10_000
-    """Memory maps of a process beyond which it forgets what it compiled: each program holds some,
-    and Linux grants 65530. Recordings of one shape never reach it."""
-
 
 THRESHOLDS = BatchThresholds()

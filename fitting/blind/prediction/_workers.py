@@ -19,6 +19,7 @@ from pathlib import Path
 
 from fitting._threads import ONE_THREAD
 from fitting.compile_cache import DIRECTORY, drop_damaged_entries, worker_variables
+from fitting.compile_cache._memory_maps import forget_programs
 
 
 @dataclass(frozen=True)
@@ -182,3 +183,4 @@ def _run_job(job: Job) -> None:
     from ._predict import predict_one
 
     predict_one(job, _refused)
+    forget_programs()  # recordings of a bank have many shapes

@@ -81,7 +81,7 @@ def test_the_unmodelled_device_is_the_piezo_laser(tmp_path, capsys):
 
 
 PLANS = {
-    "dfb": ((100.0, 200.0, 300.0, 400.0), 45.0),
+    "dfb": ((100.0, 200.0, 400.0), 45.0),
     "vcsel": ((250.0, 500.0, 750.0, 1000.0), 450.0),
 }
 

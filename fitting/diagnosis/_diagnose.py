@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from fitting.compile_cache._memory_maps import SHARED, forget_programs
 from fitting.identification.data_checks.runs._change_fault import DIFFERS_WITH_RATE
 from rapi_jax import ECDL, DriveLimits, Recording, effects
 from rapi_jax.effects import AbstractEffect
@@ -50,8 +51,8 @@ from .refit._whitened_model import WhitenedModel
 from .which._base import FittedBase, fit_base
 from .which._candidate import Candidate
 from .which._excess import is_unexplained
-from .which._forward_selection import select_effects
 from .which._ranking import choose_refit, likely_candidates, match_candidates, needs_flexible_base
+from .which._refined_noise import select_with_refined_noise
 from .which.evidence._calibration import load_calibration
 from .which.evidence._conformal import answer_type, credible_set, widen
 from .which.evidence._evidence import Evidence
@@ -112,6 +113,7 @@ def diagnose(
     True
     """
     began = time.perf_counter()
+    forget_programs(SHARED)
     report = progress or (lambda line: None)
     check_candidates(candidates)
     check_data(ecdl, recording)
@@ -129,7 +131,7 @@ def diagnose(
     broken = [fault for fault in found if fault.kind != DIFFERS_WITH_RATE]
     classes = effects.ALL if candidates is None else tuple(dict.fromkeys(candidates))
     classes = () if broken else classes  # an effect would only imitate what is wrong with the data
-    attribution = select_effects(fitted, classes, report)
+    fitted, attribution = select_with_refined_noise(fitted, classes, report)
 
     evidence = Evidence.of(attribution, noise_known=fitted.spectrum.measured)
     ranked = match_candidates(attribution, hypothesis_probabilities(evidence))

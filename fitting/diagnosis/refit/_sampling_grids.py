@@ -3,6 +3,7 @@
 import dataclasses
 from functools import cached_property
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -32,6 +33,17 @@ class SamplingGrids:
         return with_spare_nodes(self.session)
 
     @cached_property
+    def samples(self) -> DriveBatch:
+        """The samples as their own nodes: all that effects behind the operator see of the drives.
+
+        So their compiled code asks for no number of nodes or turns, and is shared by more drives.
+        """
+        session = self.session
+        return _on_own_nodes(
+            session, session.time, jnp.take_along_axis(session.node_u, session.place, axis=1)
+        )
+
+    @cached_property
     def period(self) -> DriveBatch:
         """With the grid of one period: enough where effects leave the drive as it is."""
         session, u = self.session, np.asarray(self.session.node_u)
@@ -51,6 +63,25 @@ class SamplingGrids:
             place=session.place - jnp.asarray(lead)[:, None],
             stretches=stretches_on_device(u),
         )
+
+
+def nodes_alone(drives: DriveBatch) -> DriveBatch:
+    """The drives without their samples: all that effects before the operator see of them."""
+    node = jnp.zeros(drives.node_u.shape, dtype=drives.place.dtype)
+    return dataclasses.replace(drives, time=drives.node_time, place=node, stretches=None)
+
+
+def _on_own_nodes(drives: DriveBatch, time: jax.Array, u: jax.Array) -> DriveBatch:
+    place = jnp.broadcast_to(jnp.arange(u.shape[1], dtype=drives.place.dtype), u.shape)
+    return dataclasses.replace(
+        drives,
+        node_time=time,
+        node_u=u,
+        node_history=drives.history,
+        time=time,
+        place=place,
+        stretches=None,
+    )
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -78,3 +109,11 @@ class FirstPeriod:
             for a in (drives.time, drives.place)
         )
         return dataclasses.replace(drives, time=time, place=place)
+
+    def samples(self, samples: DriveBatch) -> DriveBatch:
+        """The samples of the first periods as their own nodes, of `SamplingGrids.samples`."""
+        time, u = (
+            jnp.asarray(np.take_along_axis(np.asarray(a), self.index, axis=1))
+            for a in (samples.time, samples.node_u)
+        )
+        return _on_own_nodes(samples, time, u)

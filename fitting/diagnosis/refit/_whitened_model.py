@@ -37,11 +37,12 @@ from ._effect_vector import Effects
 from ._jump_timing import match_jump_timing
 from ._linear_effects import apply_transfer_functions, is_linear
 from ._recent import Recent
-from ._sampling_grids import FirstPeriod, SamplingGrids
+from ._sampling_grids import FirstPeriod, SamplingGrids, nodes_alone
 from ._thresholds import THRESHOLDS
 from .jacobian._operator_jacobian import Linearised, linearise_in_closed_form
 from .jacobian._optical_jacobian import linearise_optical_effects
 
+_GRIDS = 3  # all that there are: of the session, with spare nodes, and of one period
 _KEPT = 8  # inputs and responses; a state and its secants ask again for as many
 
 
@@ -130,7 +131,7 @@ class WhitenedModel:
         """What reaches the operator where no effect stands before it."""
         drives = self.grids.period
         return OperatorInput(
-            combine_laws((), drives), drives.node_u, drives.u_min, drives.stretches
+            combine_laws((), self.grids.samples), drives.node_u, drives.u_min, drives.stretches
         )
 
     def operator_input(self, effects: Effects) -> OperatorInput:
@@ -145,15 +146,16 @@ class WhitenedModel:
         return Recent(_KEPT)
 
     def _changed_input(self, effects: Effects) -> OperatorInput:
-        sent = drives = self._drives(effects)
-        u_min, stretches = drives.u_min, drives.stretches
-        for effect in effects:
-            if isinstance(effect, AbstractDriveEffect):
-                drives, u_min = apply_drive_effect(effect, drives)
-        if drives is not sent:
-            stretches = stretches_on_device(np.asarray(drives.node_u))
+        sent = self._drives(effects)
+        u, u_min, stretches = sent.node_u, sent.u_min, sent.stretches
+        on_drive = [e for e in effects if isinstance(e, AbstractDriveEffect)]
+        if on_drive:
+            nodes = self._nodes.get((sent,), lambda: nodes_alone(sent))
+            for effect in on_drive:
+                nodes, u_min = apply_drive_effect(effect, nodes)
+            u, stretches = nodes.node_u, stretches_on_device(np.asarray(nodes.node_u))
         law_effects = tuple(e for e in effects if isinstance(e, AbstractLawEffect))
-        return OperatorInput(combine_laws(law_effects, sent), drives.node_u, u_min, stretches)
+        return OperatorInput(combine_laws(law_effects, self.grids.samples), u, u_min, stretches)
 
     def operator_response(
         self, operator: AbstractOperator, values: Float[np.ndarray, " values"], effects: Effects
@@ -193,7 +195,7 @@ class WhitenedModel:
         self, effects: Effects, operator_response: Float[Array, "runs grid"]
     ) -> tuple[np.ndarray, list[np.ndarray]]:
         """The same, and what each switch adds."""
-        drives = self._drives(effects)
+        drives, samples = self._drives(effects), self.grids.samples
         key: tuple[object, ...] = (drives, operator_response)
         nu = self._responses.get(key, lambda: gather_samples(operator_response, drives.place))
         jumps = []
@@ -201,7 +203,7 @@ class WhitenedModel:
             if acts_before_operator(effect):
                 continue
             key, before = (*key, effect), nu
-            nu = self._responses.get(key, partial(apply_optical_effect, effect, drives, before))
+            nu = self._responses.get(key, partial(apply_optical_effect, effect, samples, before))
             if isinstance(effect, AbstractSwitch):
                 jumps.append(np.asarray(nu) - np.asarray(before))
         return np.asarray(nu), jumps
@@ -251,14 +253,20 @@ class WhitenedModel:
         return FirstPeriod.of(self.blocks, len(self.grids.session.freq))
 
     @cached_property
-    def _first_periods(self) -> dict[int, DriveBatch]:
-        return {}
+    def _nodes(self) -> Recent[DriveBatch]:
+        return Recent(_GRIDS)
+
+    @cached_property
+    def _first_period_samples(self) -> DriveBatch:
+        return self._first_period.samples(self.grids.samples)
+
+    @cached_property
+    def _first_periods(self) -> Recent[DriveBatch]:
+        return Recent(_GRIDS)
 
     def _first_period_drives(self, effects: Effects) -> DriveBatch:
-        drives = self._drives(effects)  # one of the grids, which stay
-        if id(drives) not in self._first_periods:
-            self._first_periods[id(drives)] = self._first_period.select(drives)
-        return self._first_periods[id(drives)]
+        drives = self._drives(effects)
+        return self._first_periods.get((drives,), lambda: self._first_period.select(drives))
 
     def at_first_period(
         self, effects: Effects, response: Float[Array | np.ndarray, "*more runs grid"]
@@ -274,9 +282,9 @@ class WhitenedModel:
 
         Linear effects multiply by their transfer functions, as if they came last.
         """
-        drives = self._first_period_drives(effects)
         behind = [e for e in effects if not acts_before_operator(e)]
-        rows = linearise_optical_effects([e for e in behind if not is_linear(e)], drives, operator)
+        samples = self._first_period_samples
+        rows = linearise_optical_effects([e for e in behind if not is_linear(e)], samples, operator)
         linear = [effect for effect in behind if is_linear(effect)]
         parts = []
         for k, (block, begin) in enumerate(zip(self.blocks, self._first_period.first, strict=True)):

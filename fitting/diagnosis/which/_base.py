@@ -110,7 +110,7 @@ def _fit_with_noise(
     """
     while True:
         refit, state = _fit_starts(whitened, starts, effects, spectrum)
-        better = _background_spectrum(state.errors.raw, whitened.blocks, of_fit=True)
+        better = background_spectrum(state.errors.raw, whitened.blocks, of_fit=True)
         if not _is_news(better, spectrum, whitened.blocks):
             return (refit, state), spectrum
         starts = [whitened.set_values(refit.base.operator, state.values)]
@@ -154,7 +154,7 @@ def measure_model_errors(whitened: WhitenedModel, ecdl: ECDL) -> tuple[list[np.n
     nodes = whitened.operator_response(ecdl.operator, values, ecdl.effects)
     unit = whitened.make_whitener(_UNIT_NOISE)
     raw = whitened.evaluate_errors(unit, ecdl.effects, nodes).raw
-    return raw, _background_spectrum(raw, whitened.blocks)
+    return raw, background_spectrum(raw, whitened.blocks)
 
 
 def _simplest(found: list[tuple[Refit, State]]) -> tuple[Refit, State]:
@@ -186,7 +186,7 @@ def _has_individual_plays(operator: AbstractOperator) -> bool:
     return any(np.ndim(getattr(operator, name)) > 0 for name in operator.tied_first)
 
 
-def _background_spectrum(
+def background_spectrum(
     errors: list[np.ndarray], blocks: list[PeriodBlock], *, of_fit: bool = False
 ) -> Spectrum:
     """The noise spectrum without slow changes and non-synchronous tones, which leak into it."""

@@ -33,6 +33,11 @@ class WhichThresholds:
         origin=f"{_TRIAL}; where noise is unknown a smaller fall ends its re-estimation, and where "
         "it is measured a smaller change of what is faster is left as it was",
     )
+    noise_left: float = threshold(
+        0.8,
+        unit="of the noise spectrum before",
+        origin=f"{_TRIAL}; noise that falls by less when effects are explained stays as it was",
+    )
     more_plays: int = threshold(
         16,
         unit="plays",

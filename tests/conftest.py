@@ -61,9 +61,16 @@ hypothesis.settings.register_profile("ci", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "local")
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark as slow what `slow.txt` lists, by `benchmarks/slow_tests.py` from a timed run."""
+LONGEST = ("bank", "notebook")  # marks of tests that take a minute and more
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> Iterator[None]:
+    """Mark as slow what `slow.txt` lists, by `benchmarks/slow_tests.py` from a timed run.
+
+    And begin with the longest tests, whatever the order of the others: one that begins last is
+    waited for by all workers but one.
+    """
     slow = set((ROOT / "tests/slow.txt").read_text(encoding="utf-8").splitlines())
     for item in items:
         if isinstance(item, pytest.Function):
@@ -71,6 +78,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             long = item.get_closest_marker("calibration") is None  # else by hand, whatever it takes
             if long and f"{file}::{item.originalname}" in slow:
                 item.add_marker(pytest.mark.slow(listed=True))
+    yield
+    items.sort(key=lambda item: not any(item.get_closest_marker(name) for name in LONGEST))
 
 
 @pytest.fixture(scope="session")

@@ -24,12 +24,19 @@ from .effects import (
     AbstractOpticalEffect,
     Law,
 )
-from .effects.base._by_place import AbstractFollower
+from .effects.base._by_place import AbstractBend, AbstractFollower
 from .effects.base._first_order_lags import respond_linear
 from .operators import AbstractOperator
 from .plays._monotone_stretches import Stretches, stretches_on_device
 from .recording._drive import Drive
-from .sampling._batch import DriveBatch, batch, interleaved, on_device, with_spare_nodes
+from .sampling._batch import (
+    DriveBatch,
+    batch,
+    interleaved,
+    on_device,
+    rows_with_spare_nodes,
+    with_spare_nodes,
+)
 from .sampling._history import History
 from .sampling._operator_nodes import OperatorNodes
 from .sampling._sampling_grid import row_of
@@ -127,6 +134,9 @@ def drive_side(effects: Effects, drives: DriveBatch) -> DriveBatch:
                 u = _linear(effect, t, u, drives.node_history)
             elif isinstance(effect, AbstractFollower):
                 t, u = _followed(effect, drives)
+            elif isinstance(effect, AbstractBend) and drives.spare:
+                value, bend_s, bend = jax.vmap(effect.between)(t[:, ::2], u[:, ::2])
+                t, u = interleaved(t[:, ::2], bend_s), interleaved(value, bend)
             else:
                 u = jax.vmap(effect)(t, u)
             drives = dataclasses.replace(drives, node_time=t, node_u=u)
@@ -135,7 +145,7 @@ def drive_side(effects: Effects, drives: DriveBatch) -> DriveBatch:
 
 def needs_spare_nodes(effects: Effects) -> bool:
     """Whether the drive behind these effects bends where the one before them does not."""
-    return any(isinstance(effect, AbstractFollower) for effect in effects)
+    return any(isinstance(effect, AbstractBend | AbstractFollower) for effect in effects)
 
 
 def _followed(effect: AbstractFollower, drives: DriveBatch) -> tuple[Array, Array]:
@@ -227,13 +237,18 @@ def respond(
     """The response in every run of a session, on the samples of `drives`."""
     changed = any(isinstance(effect, AbstractDriveEffect) for effect in ecdl.effects)
     drives = with_spare_nodes(drives) if needs_spare_nodes(ecdl.effects) else drives
-    u = drive_side(ecdl.effects, drives).node_u
+    reached = drive_side(ecdl.effects, drives)
+    u = reached.node_u
     u_min = jnp.min(u, axis=1) if changed else drives.u_min
     stretches = None if changed else drives.stretches
     law = laws(ecdl.effects, drives)
     nodes = operator_response(ecdl.operator, law, u, u_min, initial, stretches)
-    nu = jnp.take_along_axis(nodes, drives.place, axis=1)
-    return optical_side(ecdl.effects, drives, nu)
+    if not drives.spare:
+        nu = jnp.take_along_axis(nodes, drives.place, axis=1)
+        return optical_side(ecdl.effects, drives, nu)
+    rows, place = rows_with_spare_nodes(drives, reached)
+    nu = jnp.take_along_axis(nodes, place, axis=1)
+    return optical_side(ecdl.effects, rows, nu)[:, ::2]
 
 
 compiled_respond = eqx.filter_jit(respond)

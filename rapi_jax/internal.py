@@ -50,6 +50,8 @@ from .recording._waveform_miss import waveform_miss as waveform_miss
 from .sampling._batch import Batch as Batch
 from .sampling._batch import DriveBatch as DriveBatch
 from .sampling._batch import on_device as on_device
+from .sampling._batch import on_own_nodes as on_own_nodes
+from .sampling._batch import rows_with_spare_nodes as rows_with_spare_nodes
 from .sampling._batch import to_batch as to_batch
 from .sampling._batch import usable as usable
 from .sampling._batch import with_spare_nodes as with_spare_nodes

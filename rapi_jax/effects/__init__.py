@@ -18,6 +18,7 @@ from ._rate_law import RateLaw as RateLaw
 from ._resonance import Resonance as Resonance
 from ._saturation import Saturation as Saturation
 from ._slew_limit import SlewLimit as SlewLimit
+from .base._by_place import AbstractBend as AbstractBend
 from .base._by_place import AbstractCouplingEffect as AbstractCouplingEffect
 from .base._by_place import AbstractDriveEffect as AbstractDriveEffect
 from .base._by_place import AbstractFollower as AbstractFollower

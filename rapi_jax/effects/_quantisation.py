@@ -11,14 +11,14 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._thresholds import THRESHOLDS
-from .base._by_place import AbstractDriveEffect
+from .base._by_place import AbstractBend, AbstractDriveEffect
 from .base._contribution import Contribution
 from .base._derived import Derived, ScanRange
 from .base._first_guess import find_peaks
 from .base._residual_summary import ResidualSummary
 
 
-class Quantisation(AbstractDriveEffect):
+class Quantisation(AbstractBend):
     r"""A drive rounded to whole steps: $u_0 + q\,\mathrm{round}((u - u_0) / q)$.
 
     A converter of $n$ bits over a range $R$ has $q = R / 2^n$; `origin` ($u_0$) is where one of its
@@ -68,11 +68,30 @@ class Quantisation(AbstractDriveEffect):
         return [cls.at(step=q, origin=at) for q, at in _find_sawteeth(summary, low, high) + bits]
 
     @float64
-    def __call__(self, t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
-        del t
+    def between(
+        self, t: Float[Array, " time"], u: Float[Array, " time"]
+    ) -> tuple[Float[Array, " time"], Float[Array, " steps"], Float[Array, " steps"]]:
+        """The staircase, drawn monotone between samples; its mean over each step is exact.
+
+        Behind a lag or a delay that is long beside a step no more of it is left.
+        """
         some = self.step > 0
         step = jnp.where(some, self.step, 1.0)
-        return jnp.where(some, self.origin + step * jnp.round((u - self.origin) / step), u)
+        x = (u - self.origin) / step
+        value = jnp.where(some, self.origin + step * jnp.round(x), u)
+        # By how much of its rise the mean over a step lies above the level at its start.
+        level, rise = jnp.round(x), jnp.diff(jnp.round(x))
+        area, run = jnp.diff(level * (x - level / 2.0)), jnp.diff(x)
+        moves = some & (rise != 0)
+        mean = area / jnp.where(moves, run, 1.0)
+        share = jnp.where(moves, (mean - level[:-1]) / jnp.where(moves, rise, 1.0), 0.5)
+        share = jnp.clip(share, 0.0, 1.0)
+        early = share >= 0.5  # it rises first, and rests after; else the other way round
+        part = jnp.where(early, 2.0 * (1.0 - share), 1.0 - 2.0 * share)
+        bend = jnp.where(
+            moves, jnp.where(early, value[1:], value[:-1]), (value[1:] + value[:-1]) / 2.0
+        )
+        return value, t[:-1] + part * jnp.diff(t), bend
 
 
 class _LevelError(AbstractDriveEffect):

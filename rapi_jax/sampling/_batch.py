@@ -1,5 +1,6 @@
 """A recording as rectangular arrays: one row a run, ready for a model that is mapped over runs."""
 
+import dataclasses
 from collections.abc import Sequence
 
 import equinox as eqx
@@ -40,10 +41,8 @@ class DriveBatch(eqx.Module):
     spare: bool = eqx.field(static=True, default=False)
 
 
-def interleaved(
-    nodes: Float[Array, "runs nodes"], between: Float[Array, "runs steps"]
-) -> Float[Array, "runs doubled"]:
-    """Nodes and what lies between them in turn; the last comes twice."""
+def interleaved(nodes: Array, between: Array) -> Array:
+    """Nodes and what lies between them in turn, of each run; the last comes twice."""
     both = jnp.stack([nodes, jnp.concatenate([between, nodes[:, -1:]], axis=1)], axis=2)
     return both.reshape(nodes.shape[0], -1)
 
@@ -69,6 +68,56 @@ def with_spare_nodes(drives: DriveBatch) -> DriveBatch:
         None,
         spare=True,
     )
+
+
+def on_own_nodes(
+    drives: DriveBatch, time: Float[Array, "runs time"], u: Float[Array, "runs time"]
+) -> DriveBatch:
+    """Rows of samples as their own nodes: all that effects behind the operator see of drives."""
+    place = jnp.broadcast_to(jnp.arange(u.shape[1], dtype=drives.place.dtype), u.shape)
+    return dataclasses.replace(
+        drives,
+        node_time=time,
+        node_u=u,
+        node_history=drives.history,
+        time=time,
+        place=place,
+        stretches=None,
+        spare=False,
+    )
+
+
+def rows_with_spare_nodes(
+    sent: DriveBatch, reached: DriveBatch
+) -> tuple[DriveBatch, Int[Array, "runs doubled"]]:
+    """The samples and in turn the spare nodes between them, with the drive that was sent.
+
+    Also which node each is. `sent`: the drives with spare nodes; `reached`: behind effects that
+    moved these.
+    """
+    place = sent.place
+    lead = sent.node_history.lead.astype(place.dtype)[:, None]
+    # Behind the last node of a period that repeats comes the step that led to its first.
+    wraps = (sent.node_history.period_s[:, None] > 0) & (place == 2 * lead - 2)
+    spare = jnp.where(wraps, lead - 1, place + 1)
+
+    def at(nodes: Array, index: Array) -> Array:
+        return jnp.take_along_axis(nodes, index, axis=1)
+
+    following = jnp.concatenate([sent.time[:, 1:], sent.time[:, -1:]], axis=1)
+    ends = following <= sent.time  # a row is continued with its last sample
+    step = 2.0 * (at(sent.node_time, spare) - at(sent.node_time, spare - 1))
+    later = at(reached.node_time, spare) - at(reached.node_time, spare - 1)
+    share = jnp.where(ends | (step <= 0), 0.0, later / jnp.where(step > 0, step, 1.0))
+    u, middle = at(sent.node_u, spare - 1), at(sent.node_u, spare)
+    time = jnp.where(ends, sent.time, jnp.minimum(sent.time + later, following))
+    history = sent.history._replace(lead=2 * sent.history.lead)
+    rows = on_own_nodes(
+        dataclasses.replace(sent, history=history),
+        interleaved(sent.time, time[:, :-1]),
+        interleaved(u, (u + 2.0 * (middle - u) * share)[:, :-1]),
+    )
+    return rows, interleaved(place, jnp.where(ends, place, spare)[:, :-1])
 
 
 class Batch(eqx.Module):

@@ -16,6 +16,7 @@ from rapi_jax.internal import (
     laws,
     operator_response,
     optical_side,
+    rows_with_spare_nodes,
 )
 
 from ._effect_vector import Effects
@@ -117,6 +118,12 @@ def gather_samples(
 ) -> Float[Array, "runs time"]:
     """The response on the sampling grid, read at the samples of each run."""
     return jnp.take_along_axis(response, sample_index, axis=1)
+
+
+@jax.jit
+def bent_rows(sent: DriveBatch, reached: DriveBatch) -> tuple[DriveBatch, Int[Array, "runs rows"]]:
+    """The samples and the bends between them, see `rows_with_spare_nodes`."""
+    return rows_with_spare_nodes(sent, reached)
 
 
 @jax.jit

@@ -3,12 +3,17 @@
 import dataclasses
 from functools import cached_property
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
 from fitting.diagnosis.noise._periods import PeriodBlock
-from rapi_jax.internal import DriveBatch, on_device, stretches_on_device, with_spare_nodes
+from rapi_jax.internal import (
+    DriveBatch,
+    on_device,
+    on_own_nodes,
+    stretches_on_device,
+    with_spare_nodes,
+)
 
 from ._shape_bucketing import pad_drives, repeat_rows, round_up
 
@@ -39,7 +44,7 @@ class SamplingGrids:
         So their compiled code asks for no number of nodes or turns, and is shared by more drives.
         """
         session = self.session
-        return _on_own_nodes(
+        return on_own_nodes(
             session, session.time, jnp.take_along_axis(session.node_u, session.place, axis=1)
         )
 
@@ -69,19 +74,6 @@ def nodes_alone(drives: DriveBatch) -> DriveBatch:
     """The drives without their samples: all that effects before the operator see of them."""
     node = jnp.zeros(drives.node_u.shape, dtype=drives.place.dtype)
     return dataclasses.replace(drives, time=drives.node_time, place=node, stretches=None)
-
-
-def _on_own_nodes(drives: DriveBatch, time: jax.Array, u: jax.Array) -> DriveBatch:
-    place = jnp.broadcast_to(jnp.arange(u.shape[1], dtype=drives.place.dtype), u.shape)
-    return dataclasses.replace(
-        drives,
-        node_time=time,
-        node_u=u,
-        node_history=drives.history,
-        time=time,
-        place=place,
-        stretches=None,
-    )
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -116,4 +108,4 @@ class FirstPeriod:
             jnp.asarray(np.take_along_axis(np.asarray(a), self.index, axis=1))
             for a in (samples.time, samples.node_u)
         )
-        return _on_own_nodes(samples, time, u)
+        return on_own_nodes(samples, time, u)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 from fitting.diagnosis.noise._lines import SpectralLines
 from fitting.diagnosis.noise._periods import PeriodBlock, period_blocks
@@ -27,6 +27,7 @@ from ._compiled_stages import (
     acts_before_operator,
     apply_drive_effect,
     apply_optical_effect,
+    bent_rows,
     combine_laws,
     gather_samples,
     linearise_response,
@@ -146,16 +147,39 @@ class WhitenedModel:
         return Recent(_KEPT)
 
     def _changed_input(self, effects: Effects) -> OperatorInput:
-        sent = self._drives(effects)
+        sent, reached = self._drives(effects), self._reached(effects)
         u, u_min, stretches = sent.node_u, sent.u_min, sent.stretches
-        on_drive = [e for e in effects if isinstance(e, AbstractDriveEffect)]
-        if on_drive:
-            nodes = self._nodes.get((sent,), lambda: nodes_alone(sent))
-            for effect in on_drive:
-                nodes, u_min = apply_drive_effect(effect, nodes)
-            u, stretches = nodes.node_u, stretches_on_device(np.asarray(nodes.node_u))
+        if reached is not sent:
+            u, u_min = reached.node_u, reached.u_min
+            stretches = stretches_on_device(np.asarray(u))
         law_effects = tuple(e for e in effects if isinstance(e, AbstractLawEffect))
         return OperatorInput(combine_laws(law_effects, self.grids.samples), u, u_min, stretches)
+
+    def _reached(self, effects: Effects) -> DriveBatch:
+        """The drives behind the effects that act on them, on the nodes alone, with their minima."""
+        sent = self._drives(effects)
+        on_drive = tuple(e for e in effects if isinstance(e, AbstractDriveEffect))
+        if not on_drive:
+            return sent
+
+        def through() -> DriveBatch:
+            nodes, u_min = self._nodes.get((sent,), lambda: nodes_alone(sent)), sent.u_min
+            for effect in on_drive:
+                nodes, u_min = apply_drive_effect(effect, nodes)
+            return dataclasses.replace(nodes, u_min=u_min)
+
+        return self._behind.get(on_drive, through)
+
+    def _optical_rows(self, effects: Effects) -> tuple[DriveBatch, Int[Array, "runs rows"]]:
+        """The rows that effects behind the operator see, and which node each of their places is.
+
+        Where a drive bends between samples, every other place is such a bend.
+        """
+        drives = self._drives(effects)
+        if not drives.spare:
+            return self.grids.samples, drives.place
+        reached = self._reached(effects)
+        return self._bent_rows.get((reached,), lambda: bent_rows(drives, reached))
 
     def operator_response(
         self, operator: AbstractOperator, values: Float[np.ndarray, " values"], effects: Effects
@@ -195,18 +219,18 @@ class WhitenedModel:
         self, effects: Effects, operator_response: Float[Array, "runs grid"]
     ) -> tuple[np.ndarray, list[np.ndarray]]:
         """The same, and what each switch adds."""
-        drives, samples = self._drives(effects), self.grids.samples
-        key: tuple[object, ...] = (drives, operator_response)
-        nu = self._responses.get(key, lambda: gather_samples(operator_response, drives.place))
+        (rows, place), every = self._optical_rows(effects), 2 if self._drives(effects).spare else 1
+        key: tuple[object, ...] = (rows, operator_response)
+        nu = self._responses.get(key, lambda: gather_samples(operator_response, place))
         jumps = []
         for effect in effects:
             if acts_before_operator(effect):
                 continue
             key, before = (*key, effect), nu
-            nu = self._responses.get(key, partial(apply_optical_effect, effect, samples, before))
+            nu = self._responses.get(key, partial(apply_optical_effect, effect, rows, before))
             if isinstance(effect, AbstractSwitch):
-                jumps.append(np.asarray(nu) - np.asarray(before))
-        return np.asarray(nu), jumps
+                jumps.append((np.asarray(nu) - np.asarray(before))[:, ::every])
+        return np.asarray(nu)[:, ::every], jumps
 
     @cached_property
     def _responses(self) -> Recent[Array]:
@@ -255,6 +279,14 @@ class WhitenedModel:
     @cached_property
     def _nodes(self) -> Recent[DriveBatch]:
         return Recent(_GRIDS)
+
+    @cached_property
+    def _behind(self) -> Recent[DriveBatch]:
+        return Recent(_KEPT)
+
+    @cached_property
+    def _bent_rows(self) -> Recent[tuple[DriveBatch, Array]]:
+        return Recent(_KEPT)
 
     @cached_property
     def _first_period_samples(self) -> DriveBatch:

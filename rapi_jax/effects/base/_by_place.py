@@ -23,6 +23,30 @@ class AbstractDriveEffect(AbstractEffect):
         """The changed drive of one run; `t` is the session's time in s, not always even."""
 
 
+class AbstractBend(AbstractDriveEffect):
+    """A drive effect behind which a drive also bends between samples.
+
+    >>> import jax.numpy as jnp
+    >>> from rapi_jax.effects import AbstractBend, Quantisation
+    >>> time, drive = jnp.arange(2.0) * 0.001, jnp.array([0.0, 0.4])
+    >>> rounded = Quantisation.at(step=0.5)
+    >>> isinstance(rounded, AbstractBend)
+    True
+    >>> [x.round(6).tolist() for x in rounded.between(time, drive)]  # 0.5 V from 0.625 ms on
+    [[0.0, 0.5], [0.00025], [0.0]]
+    """
+
+    @abc.abstractmethod
+    def between(
+        self, t: Float[Array, " time"], u: Float[Array, " time"]
+    ) -> tuple[Float[Array, " time"], Float[Array, " steps"], Float[Array, " steps"]]:
+        """The changed drive of one run; and when it bends in each step, s, with its value then."""
+
+    def __call__(self, t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
+        """On the samples alone."""
+        return self.between(t, u)[0]
+
+
 class AbstractFollower(AbstractDriveEffect):
     """A drive effect whose state is its output, so that it can continue from any value.
 

@@ -9,6 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from examples_drive import EXAMPLES
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from rapi_jax import ECDL, RAPI, DataError, Drive, NotInvertible, predict, triangle
 from rapi_jax._parameter import parameter
@@ -345,3 +347,23 @@ def test_a_model_file_holds_an_effect_of_ones_own(tmp_path):
     with pytest.raises(ValueError, match="Loose cannot be made again from its parameters"):
         write_model(tmp_path / "n.rapi", ECDL(paper_device().operator, (Loose(kind="b"),)))
     assert not (tmp_path / "n.rapi").exists()
+
+
+@given(st.integers(0, 10**6), st.floats(0.01, 2.0), st.floats(-1.0, 1.0))
+@settings(max_examples=50)
+def test_a_staircase_between_samples_keeps_its_mean_and_goes_one_way(seed, step, origin):
+    """Against the mean of rounded values on a fine grid of each step."""
+    rng = np.random.default_rng(seed)
+    t, u = np.cumsum(rng.uniform(0.5, 1.5, 12)), rng.normal(size=12)
+    rounded = Quantisation.at(step=step, origin=origin)
+    value, bend_s, bend = map(np.asarray, rounded.between(jnp.asarray(t), jnp.asarray(u)))
+    np.testing.assert_allclose(value, origin + step * np.round((u - origin) / step), atol=1e-12)
+    part = (bend_s - t[:-1]) / np.diff(t)
+    assert np.all((part >= 0.0) & (part <= 1.0))
+    low, high = np.minimum(value[:-1], value[1:]), np.maximum(value[:-1], value[1:])
+    assert np.all((bend >= low - 1e-12) & (bend <= high + 1e-12))
+    mean = part * (value[:-1] + bend) / 2.0 + (1.0 - part) * (bend + value[1:]) / 2.0
+    within = (np.arange(20_000) + 0.5) / 20_000
+    between = u[:-1, None] + np.diff(u)[:, None] * within[None, :]
+    exact = (origin + step * np.round((between - origin) / step)).mean(axis=1)
+    np.testing.assert_allclose(mean, exact, atol=2.0 * step / 20_000 * (2 + np.ptp(u) / step))

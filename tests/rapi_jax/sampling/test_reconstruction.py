@@ -191,3 +191,30 @@ def test_a_slew_limit_is_exact_where_it_catches_up_between_samples(wave, per_per
     found = np.asarray(predict(model, coarse))[per_period:]
     assert np.abs(want - without).max() > 0.1  # GHz
     np.testing.assert_allclose(found, want, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["low-pass", "resonance", "creep"])
+@pytest.mark.parametrize("wave", ["skewed", "sine"])
+def test_a_staircase_behind_a_lag_is_that_of_a_fine_clock(wave, name):
+    """Of 60 samples a period, between which several of 100 levels pass.
+
+    Seen as straight lines between levels on the samples, the part that the staircase has behind the
+    mode was missed by six times its size. Its mean over each step is exact now, its shape is not.
+    """
+    stairs = effects.Quantisation.at(step=0.04, origin=2.013)
+    device, lag = paper_device().operator, EFFECTS[name]
+    coarse, fine = (drive_of(wave, 60, 30.0, finer=finer) for finer in (1, FINER))
+    want = np.asarray(predict(ECDL(device, (stairs, lag)), fine))[::FINER][60:]
+    without = np.asarray(predict(ECDL(device, (lag,)), fine))[::FINER][60:]
+    found = np.asarray(predict(ECDL(device, (stairs, lag)), coarse))[60:]
+    size, off = (np.sqrt(np.mean((x - want) ** 2)) for x in (without, found))
+    assert size > 0.05  # GHz
+    assert off < 0.3 * size
+
+
+@pytest.mark.parametrize("per_period", [60, 200])
+def test_a_staircase_is_exact_on_the_samples(per_period):
+    model = ECDL(paper_device().operator, (effects.Quantisation.at(step=0.04, origin=2.013),))
+    coarse, fine = (drive_of("skewed", per_period, 30.0, finer=finer) for finer in (1, FINER))
+    want, found = (np.asarray(predict(model, drive)) for drive in (fine, coarse))
+    np.testing.assert_allclose(found[per_period:], want[::FINER][per_period:], rtol=0, atol=1e-6)

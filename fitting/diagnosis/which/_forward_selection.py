@@ -19,6 +19,7 @@ from ._thresholds import THRESHOLDS
 from .refits._density_refit import refit_on_flexible_base
 from .refits._effect_refit import free_eta
 from .refits._joint_refit import refit_pairs_at_once
+from .refits._shared_base import share_flexible_base
 from .screening._screen import InitialGuesses, initial_guesses, own_search_ranges, search_ranges
 
 Classes = Sequence[type[AbstractEffect]]
@@ -53,6 +54,9 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
     if not singles:
         return Attribution(none, ())
     none = _refit_none_from_best(none, singles)
+    if not refit.whitener.spectrum.measured:
+        progress("each from the best one's base")
+        singles = share_flexible_base(none, singles)
     singles = nest_costs(none, singles)
     pairs: list[Candidate] = []
     forms = {c.name: c for c in map(with_other_form, singles) if c.has_other_form}

@@ -328,6 +328,12 @@ class WhichThresholds:
     pair_base_gain: float = threshold(
         0.3, unit="of the gain on the flexible base", origin=f"{_TRIAL}; least gain on the base"
     )
+    least_unknown_noise: float = threshold(
+        0.01,
+        unit="of the variance read off the fastest lines",
+        origin="where noise is unknown; a base that leaves less has followed the noise itself. A "
+        "measured servo leaves 0.08 to 0.25; half and double change nothing of it",
+    )
     pair_excess_unknown_noise: float = threshold(
         0.5,
         unit="of the excess without effects",

@@ -40,9 +40,8 @@ def test_a_piezo_identified_on_full_loops_lags_on_small_ones(shared_data):
     grows with the drive's slope: the capacitive sensor and its electronics answer some 10 ms late,
     beyond the one sample that the recording declares. At one rate a delay and a low-pass are not
     told apart, nor is creep, which the piezo has as well (0.4 um by its source): one record of
-    loops at one rate is a lag of a fixed time or of many. Which stands first is decided by 70 in
-    4000 of chi-square or by rounding: where noise is not measured the base is searched. A damped
-    mode of 23 Hz is a lag, too, on loops of 1 Hz.
+    loops at one rate is a lag of a fixed time or of many. Noise is not measured, so the base is
+    searched: what is left on the identified operator tells which of them it is.
     """
     full = read_recording(shared_data / "picma_1hz")
     model = fit(ECDL(RAPI.guess(full)), full, starts=1, hold_out=False, throw=False).ecdl
@@ -52,7 +51,7 @@ def test_a_piezo_identified_on_full_loops_lags_on_small_ones(shared_data):
     assert gap["parametric"] > 1.0  # um: the zero
     assert 0.15 < gap["structural"] < 0.6
     lags = {"amplifier_lowpass", "delay"}
-    assert set(report.verdict.set) <= LAGS | {"creep", "current_coupling", "unlisted"}
+    assert set(report.verdict.set) <= lags | {"creep", "current_coupling", "unlisted"}
     assert report.verdict.name in lags | {"creep"}
     shrinkage = report.content["shrinkage"]
     closed = shrinkage["closed_fraction"]

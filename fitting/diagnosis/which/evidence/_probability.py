@@ -94,8 +94,10 @@ def _listed_weights(evidence: Evidence, calibration: Calibration) -> np.ndarray:
     found = evidence.hypotheses
     best = min(found, key=lambda h: h.cost)
     lines, nonsynchronous = evidence.lines, max(evidence.nonsynchronous_lines, 1)
-    # Where the base misfits, its misfit acts as noise of that size on every comparison.
-    misfit = max(1.0, best.synchronous / lines)
+    # Where the base misfits, its misfit acts as noise of that size on every comparison. Where noise
+    # is unknown, what was read off is an upper bound: the best hypothesis tells what there is.
+    least = 1.0 if evidence.noise_known else THRESHOLDS.least_unknown_noise
+    misfit = max(least, best.synchronous / lines)
     nonsynchronous_misfit = max(1.0, best.nonsynchronous / nonsynchronous)
     penalty = calibration.parameter * np.log(lines + nonsynchronous)
     log_evidence = np.array(
@@ -126,7 +128,32 @@ def _listed_weights(evidence: Evidence, calibration: Calibration) -> np.ndarray:
         cost = np.array([h.cost for h in found]) + price
         log_weight = _not_surer_than_lines(log_weight, cost, evidence)
     weight = np.exp(log_weight)
+    if not evidence.noise_known:
+        weight = _by_identified_base(weight, evidence, calibration)
     return weight / weight.sum()
+
+
+def _by_identified_base(
+    weight: np.ndarray, evidence: Evidence, calibration: Calibration
+) -> np.ndarray:
+    """Weights of the effects, which together stay as they are, by the identified base as well.
+
+    Where noise is unknown the flexible base is searched, and takes up nearly all beside any of
+    several effects. What these leave on the identified operator then tells them apart; its own
+    misfit acts as noise on that. (Beside no effect at all it would be blamed for its misfit.)
+    """
+    effects = np.array([bool(h.effects) for h in evidence.hypotheses])
+    left = np.array([h.identified for h in evidence.hypotheses], dtype=float)[effects]
+    if left.size < 2 or not np.isfinite(left).all():
+        return weight
+    misfit = max(1.0, float(left.min()) / evidence.lines)
+    told = np.exp(-0.5 * (left - left.min()) / misfit / calibration.temperature)
+    both = weight[effects] * told
+    if not both.sum() > 0:
+        return weight
+    out = weight.copy()
+    out[effects] = both * (weight[effects].sum() / both.sum())
+    return out
 
 
 def _not_surer_than_lines(

@@ -146,3 +146,35 @@ def test_what_repeats_is_not_said_where_nothing_does():
     ]
     assert describe_localisation(entries).endswith("; most of it repeats with the scan.")
     assert "repeats" not in describe_localisation(entries, repeats=False)
+
+
+def tied(*identified: float, noise_known: bool = False) -> Evidence:
+    """No effect, and two effects that leave as much as each other on the flexible base."""
+    names, flexible = ((), ("creep",), ("etalon",)), (3.0, 1.0, 1.0)
+    return Evidence(
+        LINES,
+        0,
+        noise_known,
+        tuple(
+            HypothesisEvidence(name, len(name), left * LINES, 0.0, 0.0, identified=base * LINES)
+            for name, left, base in zip(names, flexible, identified, strict=True)
+        ),
+    )
+
+
+def test_effects_that_a_searched_base_cannot_tell_apart_are_told_by_the_identified_one():
+    alike, told = (dict(hypothesis_probabilities(tied(9.0, 3.0, x))) for x in (3.0, 5.0))
+    assert alike["creep"] == pytest.approx(alike["etalon"])
+    assert told["creep"] > 100.0 * told["etalon"]
+    for name in ("none", "unlisted"):  # of which nothing else is said
+        assert told[name] == pytest.approx(alike[name], rel=1e-6)
+
+
+def test_a_density_of_plays_needs_no_such_help():
+    """Where noise is known; nor does anything change where the identified base is not known."""
+    alike, other = (
+        dict(hypothesis_probabilities(tied(9.0, 3.0, x, noise_known=True))) for x in (3.0, 5.0)
+    )
+    assert other["etalon"] / other["creep"] > 0.5 * alike["etalon"] / alike["creep"]
+    ranked = dict(hypothesis_probabilities(evidence(1.0)))
+    assert ranked["creep"] > 0.9

@@ -21,9 +21,10 @@ class HypothesisEvidence:
 
     `synchronous`, `nonsynchronous`: of what repeats with the scan, and of what does not; `prior`:
     of the base's values, and of jumps a sample early or late. `parameters`: number of the effects'.
-    `identified`: chi-square on the identified base; `difference_errors`: standard errors of the
-    differences in chi-square to each of the hypotheses; both `None` where they are not known.
-    `laws`: number of effects that change the law of thresholds, as another hysteresis does.
+    `identified`: chi-square on the identified base; `difference_errors`, `identified_errors`:
+    standard errors of the differences in chi-square to each of the hypotheses, on the flexible base
+    and on the identified one; all `None` where they are not known. `laws`: number of effects that
+    change the law of thresholds, as another hysteresis does.
     """
 
     effects: tuple[str, ...]
@@ -34,6 +35,7 @@ class HypothesisEvidence:
     identified: float | None = None
     difference_errors: tuple[float, ...] | None = None
     laws: int = 0
+    identified_errors: tuple[float, ...] | None = None
 
     @property
     def name(self) -> str:
@@ -61,10 +63,10 @@ class Evidence:
         errors = attribution.none.on_flexible_base.errors
         found = (attribution.none, *attribution.candidates)
         size = (errors.synchronous.size, errors.nonsynchronous.size)
-        squares = [c.on_flexible_base.errors.all**2 for c in found]
+        flexible = _difference_errors([c.on_flexible_base.errors.all**2 for c in found])
+        identified = _difference_errors([c.on_base.errors.all**2 for c in found])
         hypotheses = tuple(
-            _hypothesis(c, tuple(difference_error(own, other) for other in squares))
-            for c, own in zip(found, squares, strict=True)
+            _hypothesis(c, *errors) for c, *errors in zip(found, flexible, identified, strict=True)
         )
         return cls(*size, noise_known, hypotheses)
 
@@ -101,7 +103,13 @@ def difference_error(one: Float[np.ndarray, " lines"], other: Float[np.ndarray, 
     return float(np.linalg.norm(one - other))
 
 
-def _hypothesis(candidate: Candidate, errors: tuple[float, ...]) -> HypothesisEvidence:
+def _difference_errors(squares: list[np.ndarray]) -> list[tuple[float, ...]]:
+    return [tuple(difference_error(own, other) for other in squares) for own in squares]
+
+
+def _hypothesis(
+    candidate: Candidate, errors: tuple[float, ...], identified_errors: tuple[float, ...]
+) -> HypothesisEvidence:
     flexible, base = candidate.on_flexible_base, candidate.on_base
     return HypothesisEvidence(
         effects=tuple(sorted(effect.name for effect in candidate.effects)),
@@ -112,12 +120,14 @@ def _hypothesis(candidate: Candidate, errors: tuple[float, ...]) -> HypothesisEv
         identified=base.synchronous + base.nonsynchronous,
         difference_errors=errors,
         laws=sum(isinstance(effect, AbstractLawEffect) for effect in candidate.effects),
+        identified_errors=identified_errors,
     )
 
 
 def _from_file(value: dict[str, Any]) -> HypothesisEvidence:
     fields: dict[str, Any] = {_FIELDS.get(key, key): content for key, content in value.items()}
     fields["effects"] = tuple(value["effects"])
-    if value.get("difference_errors") is not None:
-        fields["difference_errors"] = tuple(value["difference_errors"])
+    for key in ("difference_errors", "identified_errors"):
+        if value.get(key) is not None:
+            fields[key] = tuple(value[key])
     return HypothesisEvidence(**fields)

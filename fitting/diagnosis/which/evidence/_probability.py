@@ -140,18 +140,21 @@ def _by_identified_base(
 
     Where noise is unknown the flexible base is searched, and takes up nearly all beside any of
     several effects. What these leave on the identified operator then tells them apart; its own
-    misfit acts as noise on that. (Beside no effect at all it would be blamed for its misfit.)
+    misfit acts as noise on that, and it is no surer than its lines agree. (Beside no effect at all
+    it would be blamed for its misfit.)
     """
-    effects = np.array([bool(h.effects) for h in evidence.hypotheses])
-    left = np.array([h.identified for h in evidence.hypotheses], dtype=float)[effects]
-    if left.size < 2 or not np.isfinite(left).all():
+    found = evidence.hypotheses
+    effects = [k for k, h in enumerate(found) if h.effects and h.identified_errors is not None]
+    if len(effects) < 2 or not weight[effects].sum() > 0:
         return weight
-    misfit = max(1.0, float(left.min()) / evidence.lines)
-    told = np.exp(-0.5 * (left - left.min()) / misfit / calibration.temperature)
-    both = weight[effects] * told
-    if not both.sum() > 0:
-        return weight
-    out = weight.copy()
+    left = np.array([found[k].identified for k in effects], dtype=float)
+    first = int(np.argmin(left))
+    errors = np.array([(found[k].identified_errors or ())[effects[first]] for k in effects])
+    more, misfit = left - left.min(), max(1.0, float(left.min()) / evidence.lines)
+    told = -0.5 * more / misfit / calibration.temperature
+    sigmas = more / np.where(errors > 0, errors, np.inf)
+    told = np.maximum(told, norm.logsf(sigmas) - norm.logcdf(sigmas))
+    out, both = weight.copy(), weight[effects] * np.exp(told)
     out[effects] = both * (weight[effects].sum() / both.sum())
     return out
 

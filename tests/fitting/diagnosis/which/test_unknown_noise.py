@@ -1,5 +1,6 @@
 """Where noise is not known, an effect has to predict data held out before it is named."""
 
+import numpy as np
 import pytest
 
 from fitting.diagnosis._diagnosis import Verdict
@@ -149,15 +150,22 @@ def test_what_repeats_is_not_said_where_nothing_does():
 
 
 def tied(*identified: float, noise_known: bool = False) -> Evidence:
-    """No effect, and two effects that leave as much as each other on the flexible base."""
+    """No effect, and two effects that leave as much as each other on the flexible base.
+
+    On the identified base lines agree as those of noise alone do.
+    """
     names, flexible = ((), ("creep",), ("etalon",)), (3.0, 1.0, 1.0)
+    error = 2.0 * np.sqrt(LINES)
+    errors = [tuple(0.0 if a == b else error for b in range(3)) for a in range(3)]
     return Evidence(
         LINES,
         0,
         noise_known,
         tuple(
-            HypothesisEvidence(name, len(name), left * LINES, 0.0, 0.0, identified=base * LINES)
-            for name, left, base in zip(names, flexible, identified, strict=True)
+            HypothesisEvidence(
+                name, len(name), left * LINES, 0.0, 0.0, base * LINES, identified_errors=each
+            )
+            for name, left, base, each in zip(names, flexible, identified, errors, strict=True)
         ),
     )
 

@@ -14,7 +14,7 @@ from fitting.diagnosis.which._candidate import Candidate
 
 from ._flexible_refit import refit_and_search
 
-_ROUNDS = 3  # of servo and piezo recordings the best is the same after two
+_ROUNDS = 8  # of servo and piezo recordings the best is the same after fewer
 
 
 def share_flexible_base(none: Candidate, candidates: Sequence[Candidate]) -> list[Candidate]:

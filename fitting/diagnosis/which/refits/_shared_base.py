@@ -14,7 +14,7 @@ from fitting.diagnosis.which._candidate import Candidate
 
 from ._flexible_refit import refit_and_search
 
-_ROUNDS = 8  # of servo and piezo recordings the best is the same after fewer
+_ROUNDS = 8  # of a servo's recording the best stays the best after five
 
 
 def share_flexible_base(none: Candidate, candidates: Sequence[Candidate]) -> list[Candidate]:

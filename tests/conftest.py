@@ -2,6 +2,7 @@
 
 # ruff: noqa: E402 (what comes between the imports must come before the next of them)
 
+import contextlib
 import os
 import signal
 from collections.abc import Iterator
@@ -25,6 +26,7 @@ if os.environ.get("RAPI_TYPE_CHECKS") != "off":
     )
 
 from fitting.compile_cache import drop_oldest, machine_folder, variables
+from fitting.compile_cache._memory_maps import OWN, count_maps
 
 # JAX's compiled programs are kept in the checkout: for all workers, for the processes that tests
 # start (hence environment variables, set before JAX is imported), and for the next time.
@@ -41,8 +43,6 @@ import pytest
 # interrupts must be heard there too.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
-
-MAPS = 10_000  # memory maps of a worker, above which it forgets what was compiled
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -99,6 +99,7 @@ def _compiled_code_is_dropped() -> Iterator[None]:
     and takes the process with it.
     """
     yield
-    maps = Path("/proc/self/maps")
-    if not maps.exists() or maps.read_bytes().count(b"\n") > MAPS:
-        jax.clear_caches()
+    with contextlib.suppress(OSError):  # a system that does not tell: forgotten each time
+        if count_maps() <= OWN:
+            return
+    jax.clear_caches()

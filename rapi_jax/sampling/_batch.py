@@ -7,7 +7,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Float, Int, Shaped
 
 from rapi_jax.plays._monotone_stretches import Stretches, stretches_on_device
 from rapi_jax.recording._drive import Drive
@@ -41,7 +41,9 @@ class DriveBatch(eqx.Module):
     spare: bool = eqx.field(static=True, default=False)
 
 
-def interleaved(nodes: Array, between: Array) -> Array:
+def interleaved(
+    nodes: Shaped[Array, "runs nodes"], between: Shaped[Array, "runs steps"]
+) -> Shaped[Array, "runs doubled"]:
     """Nodes and what lies between them in turn, of each run; the last comes twice."""
     both = jnp.stack([nodes, jnp.concatenate([between, nodes[:, -1:]], axis=1)], axis=2)
     return both.reshape(nodes.shape[0], -1)

@@ -104,8 +104,6 @@ class FirstPeriod:
 
     def samples(self, samples: DriveBatch) -> DriveBatch:
         """The samples of the first periods as their own nodes, of `SamplingGrids.samples`."""
-        time, u = (
-            jnp.asarray(np.take_along_axis(np.asarray(a), self.index, axis=1))
-            for a in (samples.time, samples.node_u)
-        )
-        return on_own_nodes(samples, time, u)
+        first = self.select(samples)
+        u = jnp.take_along_axis(samples.node_u, first.place, axis=1)
+        return on_own_nodes(samples, first.time, u)

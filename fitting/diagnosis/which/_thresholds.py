@@ -34,9 +34,7 @@ class WhichThresholds:
         "it is measured a smaller change of what is faster is left as it was",
     )
     noise_left: float = threshold(
-        0.8,
-        unit="of the noise spectrum before",
-        origin=f"{_TRIAL}; noise that falls by less when effects are explained stays as it was",
+        0.8, unit="of the noise before", origin=f"{_TRIAL}; noise that falls by less is not news"
     )
     more_plays: int = threshold(
         16,
@@ -331,8 +329,7 @@ class WhichThresholds:
     least_unknown_noise: float = threshold(
         0.01,
         unit="of the variance read off the fastest lines",
-        origin="where noise is unknown; a base that leaves less has followed the noise itself. A "
-        "measured servo leaves 0.08 to 0.25; half and double change nothing of it",
+        origin="less has followed the noise; a servo leaves 0.08 or more: half and double do nothing",
     )
     pair_excess_unknown_noise: float = threshold(
         0.5,

@@ -199,7 +199,7 @@ def test_a_staircase_behind_a_lag_is_that_of_a_fine_clock(wave, name):
     """Of 60 samples a period, between which several of 100 levels pass.
 
     Seen as straight lines between levels on the samples, the part that the staircase has behind the
-    mode was missed by six times its size. Its mean over each step is exact now, its shape is not.
+    mode was missed by five times its size. Its mean over each step is exact now, its shape is not.
     """
     stairs = effects.Quantisation.at(step=0.04, origin=2.013)
     device, lag = paper_device().operator, EFFECTS[name]

@@ -329,7 +329,7 @@ class WhichThresholds:
     least_unknown_noise: float = threshold(
         0.01,
         unit="of the variance read off the fastest lines",
-        origin="less has followed the noise; a servo leaves 0.08 or more: half and double do nothing",
+        origin="less has followed the noise; a servo leaves 0.08, so half and double do nothing",
     )
     pair_excess_unknown_noise: float = threshold(
         0.5,

@@ -4,8 +4,8 @@ import numpy as np
 
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks._thresholds import THRESHOLDS
-from rapi_jax import Recording
-from rapi_jax.internal import usable
+from rapi_jax import Recording, Run
+from rapi_jax.internal import describe_swap, usable
 
 from ._drive_reading import WHITE, alternates, describe_cure, smooth_response
 
@@ -54,14 +54,23 @@ def _find_noise(recording: Recording, errors: list[np.ndarray], beside: str) -> 
                 f"{recording.drive_unit} that the response does not follow (correlation "
                 f"{together:.2f} with {beside}): noise of its reading, not of the device. "
             )
-            if _is_commanded(run.response[use], THRESHOLDS.reading_noise):
-                text += (
-                    "The response carries no noise at all, so most likely its column was swapped "
-                    "with the drive's: exchange the two. If it was not: "
-                )
+            kind, swap = "noisy drive", _describe_swap(run, use)
+            if swap is not None:
+                kind, text = "columns swapped", f"{text}{swap}. If they are right: "
             text += describe_cure(run)
-            found.append(Fault("noisy drive", run.name, text, ((0, run.drive.size - 1),)))
+            found.append(Fault(kind, run.name, text, ((0, run.drive.size - 1),)))
     return found
+
+
+def _describe_swap(run: Run, use: np.ndarray) -> str | None:
+    """What to say where the response has no noise at all and is the plain waveform of the two.
+
+    A model answers to a noisy drive as to noise of its reading, wherever a search has ended.
+    """
+    if not _is_commanded(run.response[use], THRESHOLDS.reading_noise):
+        return None
+    said = describe_swap([run], THRESHOLDS.commanded_ratio, 1.0)
+    return None if said is None else f"The response carries no noise at all, and {said}"
 
 
 def find_swapped_columns(recording: Recording) -> list[Fault]:

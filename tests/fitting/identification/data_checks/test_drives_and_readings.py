@@ -34,12 +34,19 @@ def test_columns_may_be_swapped_where_only_the_drive_has_noise():
     columns = healthy(51)
     WAYS["noisy drive"](columns)
     faults = find_drive_noise(*residuals(columns, columns))
+    assert {fault.kind for fault in faults} == {"noisy drive"}
     assert not any("swapped" in fault.message for fault in faults)
     recording, errors = residuals(columns, columns)
     sent = zip(recording.runs, healthy(51).drive, strict=True)
     runs = tuple(dataclasses.replace(run, response=20.0 * drive) for run, drive in sent)
     faults = find_drive_noise(dataclasses.replace(recording, runs=runs), errors)
-    assert len(faults) == 4 and all("swapped with the drive" in fault.message for fault in faults)
+    assert [fault.kind for fault in faults] == 4 * ["columns swapped"]
+    smooth = tuple(
+        dataclasses.replace(run, response=np.asarray(predict(columns.device, sent)))
+        for run, sent in zip(recording.runs, healthy(51).recording().drives, strict=True)
+    )  # simulated: as free of noise, and no plain waveform
+    faults = find_drive_noise(dataclasses.replace(recording, runs=smooth), errors)
+    assert [fault.kind for fault in faults] == 4 * ["noisy drive"]
 
 
 def test_noise_of_the_reading_alone_is_none_of_the_drive():

@@ -22,6 +22,7 @@ from .display._readable_unit import readable_unit as readable_unit
 from .display._readable_unit import significant as significant
 from .display._recording import recording_dataset as recording_dataset
 from .display._signature_axes import signature_axis as signature_axis
+from .effects.base._linear_path import LinearPath as LinearPath
 from .inversion._inverse_effects import refuse as refuse
 from .io._safe import StrPath as StrPath
 from .io._safe import cause as cause

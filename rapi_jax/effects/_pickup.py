@@ -69,6 +69,11 @@ class Pickup(AbstractOpticalEffect):
                 sets.append(here.rms * np.concatenate([np.sin(angle), np.cos(angle)]))
         return sets
 
+    def log_prior(self) -> float:
+        """Mains, fans, pumps and sound are faster than what regulation and drift do."""
+        slow = float(self.hertz) < THRESHOLDS.pickup_lowest_line
+        return -float(np.log(THRESHOLDS.slow_pickup_odds)) if slow else 0.0
+
     def signature_period(self) -> float:
         return 1.0 / float(self.hertz)
 

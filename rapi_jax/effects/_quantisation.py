@@ -15,6 +15,7 @@ from .base._by_place import AbstractBend, AbstractDriveEffect
 from .base._contribution import Contribution
 from .base._derived import Derived, ScanRange
 from .base._first_guess import find_peaks
+from .base._linear_path import LinearPath
 from .base._residual_summary import ResidualSummary
 
 
@@ -58,6 +59,12 @@ class Quantisation(AbstractBend):
         return [here.scaled(np.stack([here.beside(error) for error in errors]))]
 
     @classmethod
+    def search_ranges(cls, summary: ResidualSummary) -> dict[str, tuple[float, float]]:
+        """The step as its first guesses may be, whatever is known of the laser by then."""
+        span = float(np.ptp(summary.drive))
+        return {"step": (THRESHOLDS.finest_step * span, span / THRESHOLDS.fewest_steps)}
+
+    @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Quantisation]":
         """Periods of the residual as a function of the drive; and 6, 8 ... 14 bits of its range."""
         low, high = float(summary.drive.min()), float(summary.drive.max())
@@ -65,7 +72,7 @@ class Quantisation(AbstractBend):
             return []
         counts = range(THRESHOLDS.coarsest_bits, THRESHOLDS.finest_bits + 1, 2)
         bits = [((high - low) / 2**n, low) for n in counts]
-        return [cls.at(step=q, origin=at) for q, at in _find_sawteeth(summary, low, high) + bits]
+        return [cls.at(step=q, origin=at) for q, at in _find_sawteeth(summary) + bits]
 
     @float64
     def between(
@@ -113,34 +120,81 @@ class _LevelError(AbstractDriveEffect):
         return u + jnp.where(jnp.abs(u - self.level) < 0.5 * self.step, 0.25 * self.step, 0.0)
 
 
-def _find_sawteeth(summary: ResidualSummary, low: float, high: float) -> list[tuple[float, float]]:
+def _find_sawteeth(summary: ResidualSummary) -> list[tuple[float, float]]:
     r"""Steps and origins of the sawteeth over the drive that explain most of the residual.
 
-    Rounding puts $-(q/\pi) \sin(2\pi (u - u_0)/q)$ and its harmonics into the drive, and the slope
-    of the response times that into the residual.
+    Rounding puts $-(q/\pi) \sin(2\pi (u - u_0)/q)$ and its harmonics into the drive there, and the
+    slope of the response times that into the residual; behind a lag, what the lag leaves of that.
+    So the residual is matched with each sine as it would be read, over that sine's length.
     """
+    residual, places = summary.residual - summary.residual.mean(), summary.places
+    found: list[tuple[float, float, float]] = []
+    for drive, path in places or ((summary.drive, None),):
+        if np.ptp(drive) > 0:
+            matched = residual if path is None else path.adjoint(residual)
+            found += _sines(drive, matched, path, summary.span / float(np.ptp(drive)))
+    found.sort(key=lambda one: -one[0])
+    return [(step, origin) for _, step, origin in found[: THRESHOLDS.quantisation_lines]]
+
+
+def _sines(
+    drive: Float[np.ndarray, " samples"],
+    residual: Float[np.ndarray, " samples"],
+    path: LinearPath | None,
+    slope: float,
+) -> list[tuple[float, float, float]]:
+    """Of sines over a drive what they explain of the residual, their period, and a level's place.
+
+    `residual`: matched with the `path`. `slope`: of the response, per V.
+    """
+    low, high = float(drive.min()), float(drive.max())
     span = high - low
     cells = int(min(THRESHOLDS.quantisation_cells, 2.0 / THRESHOLDS.finest_step))
     level = np.zeros(cells)
-    cell = ((summary.drive - low) / span * (cells - 1)).astype(int)
-    np.add.at(level, cell, summary.residual - summary.residual.mean())
+    np.add.at(level, ((drive - low) / span * (cells - 1)).astype(int), residual)
     # Padded to four ranges, so that no line falls between two.
     height = np.abs(np.fft.rfft(level, n=4 * cells)) ** 2
     cycles = np.fft.rfftfreq(4 * cells, span / (cells - 1))
-    coarse = cycles * span < THRESHOLDS.fewest_steps
-    height[coarse | (cycles > 1.0 / (THRESHOLDS.finest_step * span))] = 0.0
+    looked = (cycles * span >= THRESHOLDS.fewest_steps) & (
+        cycles <= 1.0 / (THRESHOLDS.finest_step * span)
+    )
+    explained = np.zeros(cycles.size)
+    explained[looked] = _explained(height[looked], cycles[looked], drive, path, slope)
+    lines = THRESHOLDS.quantisation_lines
+    peaks = find_peaks(explained, lines, apart=THRESHOLDS.quantisation_apart)
     out = []
-    for i in find_peaks(height, THRESHOLDS.quantisation_lines, apart=THRESHOLDS.quantisation_apart):
-        if not height[i] > 0:
-            continue
+    for i in (i for i in peaks if explained[i] > 0):
         near = cycles[i] + np.linspace(-1.0, 1.0, 41) * (cycles[1] - cycles[0])
-        wave = np.exp(-2j * np.pi * near[:, None] * summary.drive[None, :])
-        total = wave @ (summary.residual - summary.residual.mean())
+        total = np.exp(-2j * np.pi * near[:, None] * drive[None, :]) @ residual
         best = int(np.argmax(np.abs(total)))
         step = 1.0 / float(near[best])
         phase = float(np.angle(total[best]))  # of a cosine
         # -sin(2 pi (u - u0) / q) = cos(2 pi u / q + phase)
         origin = (0.5 * np.pi - phase) * step / (2.0 * np.pi)
         middle = (low + high) / 2.0  # a level there, so that step and origin are told apart
-        out.append((step, origin + step * round((middle - origin) / step)))
+        square, waves = np.abs(total[best : best + 1]) ** 2, near[best : best + 1]
+        score = float(_explained(square, waves, drive, path, slope)[0])
+        out.append((score, step, origin + step * round((middle - origin) / step)))
     return out
+
+
+def _explained(
+    square: Float[np.ndarray, " waves"],
+    cycles: Float[np.ndarray, " waves"],
+    drive: Float[np.ndarray, " samples"],
+    path: LinearPath | None,
+    slope: float,
+) -> Float[np.ndarray, " waves"]:
+    """What sines of so many cycles a volt explain, as far as their size is that of a sawtooth.
+
+    Sines of many periods are one as they are sampled; only a sawtooth of the right one has this
+    size. `square`: of their products with the residual.
+    """
+    size = slope / (np.pi * cycles)
+    power = np.full(cycles.size, drive.size / 2.0)
+    if path is not None:
+        power = path.power(drive, cycles) / 2.0
+        # What is faster than the samples a lag sees by its mean.
+        size = size * np.abs(np.sinc(2.0 * cycles * np.median(np.abs(np.diff(drive)))))
+    found = np.sqrt(square) / np.maximum(power, 1e-300)
+    return found * power * np.minimum(found, size**2 / np.maximum(found, 1e-300))

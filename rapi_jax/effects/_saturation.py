@@ -12,12 +12,12 @@ from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
 from ._thresholds import THRESHOLDS
-from .base._by_place import AbstractDriveEffect, AbstractInvertible
+from .base._by_place import AbstractBend, AbstractInvertible
 from .base._effect import AbstractEffect
 from .base._residual_summary import ResidualSummary
 
 
-class Saturation(AbstractDriveEffect, AbstractInvertible):
+class Saturation(AbstractBend, AbstractInvertible):
     r"""A drive that is cut off: $\min(\max(u, u_\mathrm{low}), u_\mathrm{high})$.
 
     An amplifier at its supply rail clips the last percent of a scan, at one end or at both. `knee`
@@ -47,21 +47,37 @@ class Saturation(AbstractDriveEffect, AbstractInvertible):
 
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> list[AbstractEffect]:
-        """Each end cut by 1 and by 4 % of the drive's range, and both by 2 %."""
+        """Each end cut by 1 and by 4 % of the drive's range, sharp and soft; both by 2 %, soft."""
         low, high = float(summary.drive.min()), float(summary.drive.max())
         swing = high - low
         if not swing > 0:
             return []
         knee = THRESHOLDS.start_knee * swing
-        cuts = [(0.01, -1.0), (0.04, -1.0), (-1.0, 0.01), (-1.0, 0.04), (0.02, 0.02)]
+        ends = [(0.01, -1.0), (0.04, -1.0), (-1.0, 0.01), (-1.0, 0.04)]
+        guesses = [(*cut, knee) for cut in (*ends, (0.02, 0.02))] + [(*cut, 0.0) for cut in ends]
         return [
-            cls.at(low=low + below * swing, high=high - above * swing, knee=knee)
-            for below, above in cuts
+            cls.at(low=low + below * swing, high=high - above * swing, knee=soft)
+            for below, above, soft in guesses
         ]
 
+    def kind(self) -> str:
+        """Sharp or soft: next to no scan tells a knee of a sample's step from a lower end."""
+        return "soft" if float(self.knee) > 0 else "sharp"
+
     @float64
-    def __call__(self, t: Float[Array, " time"], u: Float[Array, " time"]) -> Float[Array, " time"]:
-        del t
+    def between(
+        self, t: Float[Array, " time"], u: Float[Array, " time"]
+    ) -> tuple[Float[Array, " time"], Float[Array, " steps"], Float[Array, " steps"]]:
+        """The drive that is cut off; it bends where it reaches an end, else in the middle."""
+        start, rise = u[:-1], jnp.diff(u)
+        part = jnp.full(rise.shape, 0.5)
+        for end in (self.low, self.high):
+            ahead = jnp.where(jnp.isfinite(end), end, start) - start
+            crossed = (ahead * rise > 0) & (jnp.abs(ahead) < jnp.abs(rise))
+            part = jnp.where(crossed, ahead / jnp.where(crossed, rise, 1.0), part)
+        return self._cut(u), t[:-1] + part * jnp.diff(t), self._cut(start + part * rise)
+
+    def _cut(self, u: Float[Array, " values"]) -> Float[Array, " values"]:
         soft = self.knee > 0
         knee = jnp.where(soft, self.knee, 1.0)
 

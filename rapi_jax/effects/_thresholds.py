@@ -135,6 +135,14 @@ class EffectThresholds:
         origin="of what has harmonics: mains, fans, sound; thirty harmonics of a tone as long as a "
         "session are any function of time, and a drift would be called pickup",
     )
+    slow_pickup_odds: float = threshold(
+        20.0,
+        unit="to one",
+        origin="against a tone below `pickup_lowest_line`: mains, fans, pumps and sound are faster "
+        "than what regulation and drift do. From the evidence of 246 simulated lasers, 11 with "
+        "pickup, 3 more are then right first and of 10 surely wrong answers 3 are left in doubt; "
+        "half: 4 and 3, double: 3 and 3",
+    )
     pickup_harmonics: int = threshold(
         30,
         unit="harmonics",

@@ -8,13 +8,25 @@ from jaxtyping import Float
 
 from fitting.diagnosis.noise._periods import PeriodBlock
 from rapi_jax.effects import AbstractEffect, AbstractLinearEffect
+from rapi_jax.internal import LinearPath
 
 from ._compiled_stages import acts_before_operator
+from ._effect_vector import Effects
 
 
 def is_linear(effect: AbstractEffect) -> TypeGuard[AbstractLinearEffect]:
     """Whether the effect, behind the operator, is given by its transfer function."""
     return not acts_before_operator(effect) and isinstance(effect, AbstractLinearEffect)
+
+
+def linear_path(effects: Effects, blocks: Sequence[PeriodBlock]) -> LinearPath | None:
+    """What the linear ones of `effects` do, one after the other; `None` where there is none."""
+    linear = [effect for effect in effects if isinstance(effect, AbstractLinearEffect)]
+    if not linear:
+        return None
+    hertz = [np.fft.rfftfreq(block.size, block.step_s) for block in blocks]
+    transfer = [np.prod([effect.transfer(f) for effect in linear], axis=0) for f in hertz]
+    return LinearPath(tuple(block.size for block in blocks), tuple(transfer))
 
 
 def apply_transfer_functions(

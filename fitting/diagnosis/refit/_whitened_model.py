@@ -170,6 +170,13 @@ class WhitenedModel:
 
         return self._behind.get(on_drive, through)
 
+    def reached_rows(self, effects: Effects) -> Float[np.ndarray, "runs time"] | None:
+        """The drive that reaches the operator, at the samples; `None` if nothing changes it."""
+        if not any(isinstance(effect, AbstractDriveEffect) for effect in effects):
+            return None
+        reached, place = self._reached(effects), self._drives(effects).place
+        return np.asarray(jnp.take_along_axis(reached.node_u, place, axis=1))
+
     def _optical_rows(self, effects: Effects) -> tuple[DriveBatch, Int[Array, "runs rows"]]:
         """The rows that effects behind the operator see, and which node each of their places is.
 

@@ -53,11 +53,15 @@ def is_competitive(state: State, best: State, without: State, share: float) -> b
     not many times the best's.
     """
     fall, most = without.cost - state.cost, without.cost - best.cost
+    least = THRESHOLDS.chance_fall / THRESHOLDS.chance_fall_divisor
+    return is_rival(state, best) and fall > max(share * most, least)
+
+
+def is_rival(state: State, best: State) -> bool:
+    """Whether the excess of `state` is not many times that of the best, or of chance."""
     lines = best.errors.synchronous.size + best.errors.nonsynchronous.size
     chance = THRESHOLDS.leader_chance_sigmas * np.sqrt(2.0 * lines)
-    limit = THRESHOLDS.leader_excess * max(excess(best), float(chance))
-    least = THRESHOLDS.chance_fall / THRESHOLDS.chance_fall_divisor
-    return excess(state) < limit and fall > max(share * most, least)
+    return excess(state) < THRESHOLDS.leader_excess * max(excess(best), float(chance))
 
 
 def reduces_nonsynchronous(state: State, without: State, share: float) -> bool:

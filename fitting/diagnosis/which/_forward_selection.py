@@ -14,6 +14,7 @@ from ._base import FittedBase
 from ._candidate import Candidate
 from ._effect_search import Progress, search_one_effect
 from ._excess import exceeds_noise, excess, is_unexplained
+from ._member_exchange import exchange_members
 from ._nested_costs import nest_costs
 from ._thresholds import THRESHOLDS
 from .refits._density_refit import refit_on_flexible_base
@@ -44,8 +45,8 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
     own = {effect.name for effect in state.effects}
     classes = [cls for cls in candidates if cls.name not in own]
     guesses = initial_guesses(*fitted.eta_fixed, classes)
-    ranges = own_search_ranges(*fitted.eta_fixed, classes)
-    ranges |= {k: v for grid in guesses.values() for k, v in search_ranges(grid).items()}
+    ranges = {k: v for grid in guesses.values() for k, v in search_ranges(grid).items()}
+    ranges |= own_search_ranges(*fitted.eta_fixed, classes)
     refit = dataclasses.replace(fitted.refit, search_ranges=ranges)
     refits = (dataclasses.replace(fitted.eta_fixed[0], search_ranges=ranges), refit)
     progress("flexible base")
@@ -70,6 +71,9 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
         if all(exceeds_noise(pair.on_flexible_base) for pair in pairs):
             progress("two effects at once")
             pairs += _refit_pairs_at_once(refits[1], none, guesses)
+        if pairs and refit.whitener.spectrum.measured:
+            progress("others in the place of one of two")
+            pairs = exchange_members(refit, none, pairs, classes)
         singles, pairs = check_backward(refits, none, singles, pairs)
     every = [forms.get(c.name, c) for c in nest_costs(none, [*singles, *pairs])]
     return Attribution(none, tuple(sorted(every, key=lambda c: c.cost)))

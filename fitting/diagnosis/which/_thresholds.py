@@ -317,6 +317,9 @@ class WhichThresholds:
         origin="the same of one that jumps, whose search takes seconds: 0.9 to 1.6 times in "
         "seven, once 2.3",
     )
+    exchange_rounds: int = threshold(
+        3, unit="best pairs", origin=f"{_TRIAL}; in which others take one's place; more cost time"
+    )
     pair_leaders: int = threshold(
         3,
         unit="effects",
@@ -332,9 +335,10 @@ class WhichThresholds:
         origin="less has followed the noise; a servo leaves 0.08, so half and double do nothing",
     )
     pair_excess_unknown_noise: float = threshold(
-        0.5,
+        0.15,
         unit="of the excess without effects",
-        origin=f"{_TRIAL}; where noise is unknown: more left calls for a second effect",
+        origin="where noise is unknown: more left calls for a second effect. A resonance beside a "
+        "slew limit left 0.20 alone, 47 of chi-square a line; double: it is not looked for",
     )
 
     # The base on which a candidate is judged.

@@ -104,6 +104,13 @@ class AbstractEffect(eqx.Module):
         """
         return ""
 
+    def log_prior(self) -> float:
+        """Logarithm of how probable its values are beforehand, beside those its name suggests.
+
+        0 here: none is odd. A diagnosis names an effect of odd values the less surely.
+        """
+        return 0.0
+
     def signature_period(self) -> float | None:
         """Period of its signature along `signature_axis`; by default it has none."""
         return None

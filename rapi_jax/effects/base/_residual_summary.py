@@ -6,6 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float, Int
 
+from ._linear_path import LinearPath
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ResidualSummary:
@@ -15,6 +17,8 @@ class ResidualSummary:
     - `residual`: data less base model. `run`: number of the run of each sample.
     - `rates`: Hz, of each run. `u_pp`: V, of each run. `step_s`: the shortest sampling interval.
     - `noise`: rms of the noise of one sample. `span`: of the response.
+    - `places`: where one more effect may act on the drive, where others are known: the drive there,
+      V, and what linear effects do behind. Else nowhere but at `drive` itself.
 
     >>> import numpy as np
     >>> from rapi_jax.effects import ResidualSummary
@@ -38,6 +42,7 @@ class ResidualSummary:
     step_s: float
     noise: float
     span: float
+    places: tuple[tuple[Float[np.ndarray, " samples"], LinearPath | None], ...] = ()
 
     @property
     def duration_s(self) -> float:

@@ -271,9 +271,10 @@ def test_trials_are_few_and_within_bounds_whatever_the_evidence(cls, case):
     for effect in cls.initial_guesses(evidence(**ODD[case])):
         moved = False
         for p in parameters(effect):
-            value = np.asarray(follow(effect, p.path))
-            assert np.isfinite(value).all() and p.bounds[0] < value < p.bounds[1], p.name
-            moved |= not p.held and value != np.asarray(follow(cls(), p.path))
+            value, default = (np.asarray(follow(e, p.path)) for e in (effect, cls()))
+            inside = p.bounds[0] < value < p.bounds[1]  # or left out, as the knee of a sharp corner
+            assert np.isfinite(value).all() and (inside or value == default), p.name
+            moved |= not p.held and value != default
         assert moved
     assert len(cls.initial_guesses(evidence(**ODD[case]))) <= 9
 
@@ -367,3 +368,24 @@ def test_a_staircase_between_samples_keeps_its_mean_and_goes_one_way(seed, step,
     between = u[:-1, None] + np.diff(u)[:, None] * within[None, :]
     exact = (origin + step * np.round((between - origin) / step)).mean(axis=1)
     np.testing.assert_allclose(mean, exact, atol=2.0 * step / 20_000 * (2 + np.ptp(u) / step))
+
+
+@given(st.integers(0, 10**6), st.floats(-0.8, -0.2), st.floats(0.2, 0.8), st.floats(0.0, 0.5))
+@settings(max_examples=50)
+def test_a_corner_between_samples_is_drawn_where_it_is(seed, low, high, knee):
+    """A sharp one exactly, against the mean of a fine grid; of a soft one a point on its curve."""
+    rng = np.random.default_rng(seed)
+    t = np.cumsum(rng.uniform(0.5, 1.5, 40))
+    u = np.cumsum(rng.uniform(-0.35, 0.35, 40))  # no step reaches from one end to the other
+    for cut in (Saturation(low=low, high=high), Saturation(low=low, high=high, knee=knee + 0.01)):
+        value, bend_s, bend = map(np.asarray, cut.between(jnp.asarray(t), jnp.asarray(u)))
+        np.testing.assert_array_equal(value, np.asarray(cut(jnp.asarray(t), jnp.asarray(u))))
+        part = (bend_s - t[:-1]) / np.diff(t)
+        assert np.all((part > 0.0) & (part < 1.0))
+        sent = jnp.asarray(u[:-1] + part * np.diff(u))
+        np.testing.assert_allclose(bend, np.asarray(cut(jnp.asarray(bend_s), sent)), atol=1e-12)
+        if not float(cut.knee):
+            mean = part * (value[:-1] + bend) / 2.0 + (1.0 - part) * (bend + value[1:]) / 2.0
+            within = (np.arange(20_000) + 0.5) / 20_000
+            fine = u[:-1, None] + np.diff(u)[:, None] * within[None, :]
+            np.testing.assert_allclose(mean, np.clip(fine, low, high).mean(axis=1), atol=1e-6)

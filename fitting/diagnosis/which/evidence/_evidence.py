@@ -24,7 +24,8 @@ class HypothesisEvidence:
     `identified`: chi-square on the identified base; `difference_errors`, `identified_errors`:
     standard errors of the differences in chi-square to each of the hypotheses, on the flexible base
     and on the identified one; all `None` where they are not known. `laws`: number of effects that
-    change the law of thresholds, as another hysteresis does.
+    change the law of thresholds, as another hysteresis does. `log_prior`: of the effects' values,
+    see `AbstractEffect.log_prior`.
     """
 
     effects: tuple[str, ...]
@@ -36,6 +37,7 @@ class HypothesisEvidence:
     difference_errors: tuple[float, ...] | None = None
     laws: int = 0
     identified_errors: tuple[float, ...] | None = None
+    log_prior: float = 0.0
 
     @property
     def name(self) -> str:
@@ -111,8 +113,9 @@ def _hypothesis(
     candidate: Candidate, errors: tuple[float, ...], identified_errors: tuple[float, ...]
 ) -> HypothesisEvidence:
     flexible, base = candidate.on_flexible_base, candidate.on_base
+    names = {effect.name for effect in candidate.effects}
     return HypothesisEvidence(
-        effects=tuple(sorted(effect.name for effect in candidate.effects)),
+        effects=tuple(sorted(names)),
         parameters=candidate.count,
         synchronous=flexible.synchronous,
         nonsynchronous=flexible.nonsynchronous,
@@ -121,6 +124,7 @@ def _hypothesis(
         difference_errors=errors,
         laws=sum(isinstance(effect, AbstractLawEffect) for effect in candidate.effects),
         identified_errors=identified_errors,
+        log_prior=sum(e.log_prior() for e in flexible.effects if e.name in names),
     )
 
 

@@ -27,6 +27,8 @@ def hypothesis_probabilities(
     weight, found = _listed_weights(evidence, calibration), evidence.hypotheses
     top, closed = found[int(np.argmax(weight))], closed or {}
     unlisted = _unlisted_probability(evidence, top, closed.get(top.name), calibration)
+    odd = float(np.exp(-top.log_prior))  # odd values are as much rarer beside what is not listed
+    unlisted = unlisted * odd / (1.0 - unlisted + unlisted * odd)
     kept = np.full(len(found), 1.0 - unlisted)
     if evidence.noise_known:  # no effect: probable only as far as what is then left allows
         kept[0] = min(kept[0], 1.0 - _unlisted_probability(evidence, found[0], None, calibration))
@@ -127,7 +129,7 @@ def _listed_weights(evidence: Evidence, calibration: Calibration) -> np.ndarray:
         ]
         cost = np.array([h.cost for h in found]) + price
         log_weight = _not_surer_than_lines(log_weight, cost, evidence)
-    weight = np.exp(log_weight)
+    weight = np.exp(log_weight + np.array([h.log_prior for h in found]))
     if not evidence.noise_known:
         weight = _by_identified_base(weight, evidence, calibration)
     return weight / weight.sum()

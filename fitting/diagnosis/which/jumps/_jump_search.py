@@ -7,9 +7,15 @@ derivative says nothing.
 import numpy as np
 from scipy.optimize import minimize
 
-from fitting.diagnosis.refit._effect_vector import effect_values, free_parameters, with_values
+from fitting.diagnosis.refit._effect_vector import (
+    Effects,
+    effect_values,
+    free_parameters,
+    with_values,
+)
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.which._thresholds import THRESHOLDS
+from rapi_jax.effects import AbstractDriveEffect, AbstractEffect
 
 _REFUSED = 1e300  # cost of a point that is out of bounds or not finite
 
@@ -18,9 +24,14 @@ def search_jump_parameters(refit: Refit, state: State, cost_without: float) -> S
     """The best state that a pattern search over the parameters of effects that jump finds.
 
     One parameter at a time by shrinking steps; then all together, unless too much is left for
-    exact positions to matter. `cost_without`: chi-square without the effect.
+    exact positions to matter. What changes the drive before it jumps moves the jumps as well.
+    `cost_without`: chi-square without the effect.
     """
-    jumping = [not type(effect).smooth for effect in state.effects for _ in free_parameters(effect)]
+    jumping = [
+        moves
+        for k, effect in enumerate(state.effects)
+        for moves in len(free_parameters(effect)) * [_moves_jumps(effect, state.effects[k:])]
+    ]
     low, high = refit.bounds(state.effects)
     for step in THRESHOLDS.pattern_steps:
         for i in np.flatnonzero(jumping):
@@ -39,6 +50,14 @@ def search_jump_parameters(refit: Refit, state: State, cost_without: float) -> S
     if state.cost - noise > THRESHOLDS.simplex_excess * (cost_without - noise):
         return state
     return _search_by_simplex(refit, state, np.flatnonzero(jumping))
+
+
+def _moves_jumps(effect: AbstractEffect, onward: Effects) -> bool:
+    """Whether an effect jumps, or changes the drive before one of those behind it jumps."""
+    return not type(effect).smooth or (
+        isinstance(effect, AbstractDriveEffect)
+        and any(isinstance(e, AbstractDriveEffect) and not type(e).smooth for e in onward)
+    )
 
 
 def _search_by_simplex(refit: Refit, state: State, searched: np.ndarray) -> State:

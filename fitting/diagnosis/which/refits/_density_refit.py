@@ -87,16 +87,29 @@ def refit_on_density(
 
 
 def refit_about_or_on_density(
-    free: Refit, marginal: Refit, start: State, cost_without: float
+    free: Refit, marginal: Refit, start: State, none: Candidate
 ) -> tuple[State, Refit, State]:
     """`refit_on_density` from `start`, or the density it is on, `marginal`, where that leaves less.
 
     A base that is refitted beside effects which are far off follows what they leave, and may end
-    where a density about it leaves more than one about the base without them.
+    where a density about it leaves more than one about the base without them. `none`: without
+    further effects.
     """
-    on_base, refit, end = refit_on_density(free, start.values, start.effects, cost_without)
-    near = refit_and_search(marginal, start, cost_without)
-    return (on_base, marginal, near) if near.cost < end.cost else (on_base, refit, end)
+    on_base, refit, end = refit_on_density(free, start.values, start.effects, none.cost)
+    near = refit_and_search(marginal, start, none.cost)
+    if near.cost < end.cost and is_near_base(free, near, none):
+        return on_base, marginal, near
+    return on_base, refit, end
+
+
+def is_near_base(free: Refit, state: State, none: Candidate) -> bool:
+    """Whether effects leave the response so much as it is that a base integrated out tells of them.
+
+    What another base would change is taken to first order, as it is without them: a drive that is
+    held at rest would leave all of the response to that, at no cost.
+    """
+    there = free.evaluate(state.values, state.effects)
+    return bool(there.cost < THRESHOLDS.far_above * none.on_base.cost)
 
 
 def _refit_about(

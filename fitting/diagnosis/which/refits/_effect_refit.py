@@ -8,7 +8,6 @@ import dataclasses
 import numpy as np
 
 from fitting.diagnosis.refit._gauss_newton import Refit, State
-from fitting.diagnosis.which._effect_sets import insert_effect
 from fitting.diagnosis.which._excess import is_competitive
 from fitting.diagnosis.which._thresholds import THRESHOLDS
 from fitting.diagnosis.which.jumps._jump_search import search_jump_parameters
@@ -107,7 +106,7 @@ def _refit_guesses(
     refitted = []
     long_steps = THRESHOLDS.long_short_factor * THRESHOLDS.short_steps
     for one in _distinct_guesses(screened):
-        start = refit.evaluate(state.values, insert_effect(state.effects, one.effect))
+        start = refit.evaluate(state.values, one.beside(state.effects))
         if not np.isfinite(start.cost):
             continue
         if not type(one.effect).smooth:  # the grid found the jump; the base has not adapted to it

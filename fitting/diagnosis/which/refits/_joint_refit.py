@@ -31,6 +31,6 @@ def refit_pairs_at_once(free: Refit, none: Candidate, guesses: InitialGuesses) -
         if not np.isfinite(state.cost):
             continue
         end = marginal.minimise(state, THRESHOLDS.joint_steps)
-        ends = refit_about_or_on_density(free, marginal, end, none.cost)
+        ends = refit_about_or_on_density(free, marginal, end, none)
         out.append(make_candidate(none, free, ends[0], ends, 1.0))
     return out

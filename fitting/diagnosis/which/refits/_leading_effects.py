@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.which._candidate import Candidate
-from fitting.diagnosis.which._effect_sets import added_effects, insert_effect
+from fitting.diagnosis.which._effect_sets import added_effects
 from fitting.diagnosis.which._thresholds import THRESHOLDS
 from fitting.diagnosis.which.screening._screen import Screened
 from fitting.diagnosis.which.screening._screened_effects import ScreenedEffects
@@ -51,7 +51,7 @@ def _where_it_began(
 
     `marginal`: see `ScreenedEffects`. See `refit_about_or_on_density`.
     """
-    effects = insert_effect(start.on_base.effects, one.effect)
+    effects = one.beside(start.on_base.effects)
     near = marginal.evaluate(start.on_base.values, effects)
     if not near.cost < ends[2].cost:
         return ends
@@ -65,7 +65,7 @@ def _best_start(free: Refit, start: Candidate, guesses: list[Screened]) -> State
     """
     held = dataclasses.replace(free, hold_effects=True)
     effects, values = start.on_flexible_base.effects, start.on_base.values
-    begins = [held.evaluate(values, insert_effect(effects, one.effect)) for one in guesses]
+    begins = [held.evaluate(values, one.beside(effects)) for one in guesses]
     begins = [state for state in begins if np.isfinite(state.cost)]
     if len(begins) > 1:
         begins = [held.minimise(state, THRESHOLDS.short_steps) for state in begins]

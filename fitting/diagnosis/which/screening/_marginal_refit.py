@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 
 from fitting.diagnosis.refit._gauss_newton import Refit, State
-from fitting.diagnosis.which._effect_sets import insert_effect
 from fitting.diagnosis.which._thresholds import THRESHOLDS
 from fitting.diagnosis.which.jumps._jump_search import search_jump_parameters
 
@@ -46,7 +45,7 @@ def refine_guesses(
 
 def _refit(marginal: Refit, without: State, one: Screened) -> Screened:
     """A guess refitted, or as it is where it then explains no more than its score says."""
-    start = marginal.evaluate(without.values, insert_effect(without.effects, one.effect))
+    start = marginal.evaluate(without.values, one.beside(without.effects))
     if not np.isfinite(start.cost):
         return one
     if not type(one.effect).smooth:

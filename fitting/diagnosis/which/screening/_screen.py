@@ -4,12 +4,16 @@ import dataclasses
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from jaxtyping import Float
 
-from fitting.diagnosis.refit._effect_vector import effect_values, free_parameters
+from fitting.diagnosis.refit._effect_vector import Effects, effect_values, free_parameters
 from fitting.diagnosis.refit._gauss_newton import Refit, SearchRanges, State
+from fitting.diagnosis.refit._linear_effects import linear_path
 from fitting.diagnosis.refit._whitened_model import WhitenedModel, acts_before_operator
+from fitting.diagnosis.which._effect_sets import has_orders, insert_effect
 from fitting.diagnosis.which._thresholds import THRESHOLDS
-from rapi_jax.effects import AbstractEffect, ResidualSummary
+from rapi_jax.effects import AbstractDriveEffect, AbstractEffect, ResidualSummary
+from rapi_jax.internal import LinearPath
 
 from ._base_remainder import BaseRemainder
 
@@ -30,6 +34,7 @@ class Screened:
     - `cost`: chi-square with the guess as it stands, the base's Jacobian projected out.
     - `direction`: the signature beyond the base's Jacobian, of unit length.
     - `refined`: whether it was refitted with the flexible base integrated out.
+    - `other_order`: see `insert_effect`.
     """
 
     effect: AbstractEffect
@@ -41,6 +46,11 @@ class Screened:
     direction: np.ndarray
     refined: bool = False
     nonsynchronous_score: float = 0.0
+    other_order: bool = False
+
+    def beside(self, effects: Effects) -> Effects:
+        """The guess among other effects, in its order."""
+        return insert_effect(effects, self.effect, other_order=self.other_order)
 
     def is_parallel(self, other: "Screened") -> bool:
         """Whether the two signatures are parallel, so that refits from both end alike."""
@@ -80,7 +90,22 @@ def summarise_residual(whitened: WhitenedModel, state: State, noise: float) -> R
         step_s=min(d.step_s for d in drives),
         noise=noise,
         span=float(np.ptp(flat[2])),
+        places=_places(whitened, state.effects, flat[1]),
     )
+
+
+def _places(
+    whitened: WhitenedModel, effects: Effects, sent: Float[np.ndarray, " samples"]
+) -> tuple[tuple[Float[np.ndarray, " samples"], LinearPath | None], ...]:
+    """Before all of `effects`, and behind those that act on the drive: see `ResidualSummary`."""
+    behind = tuple(e for e in effects if not acts_before_operator(e))
+    on_drive = tuple(e for e in effects if isinstance(e, AbstractDriveEffect))
+    first = (sent, linear_path((*on_drive, *behind), whitened.blocks))
+    rows = whitened.reached_rows(on_drive)
+    if rows is None:
+        return (first,)
+    reached = [b.interpolate(row).ravel() for b, row in zip(whitened.blocks, rows, strict=False)]
+    return first, (np.concatenate(reached), linear_path(behind, whitened.blocks))
 
 
 def search_ranges(guesses: Iterable[AbstractEffect]) -> SearchRanges:
@@ -124,22 +149,28 @@ def screen_effect(
     basis: np.ndarray,
     flexible: BaseRemainder,
 ) -> list[Screened]:
-    """Every guess beside the state, the largest score first.
+    """Every guess beside the state, the largest score first; in each order that matters.
 
     `basis`: see `orthonormal_basis`, of the base. `flexible`: what the flexible base leaves.
     """
-    screened = (_screen(refit, state, guess, basis, flexible) for guess in guesses)
+    screened = [
+        _screen(refit, state, guess, basis, flexible, other_order=other_order)
+        for guess in guesses
+        for other_order in ((False, True) if has_orders(state.effects, guess) else (False,))
+    ]
     return sorted((one for one in screened if one is not None), key=lambda one: -one.score)
 
 
 def effect_signature(
-    refit: Refit, state: State, effect: AbstractEffect
+    refit: Refit, state: State, effect: AbstractEffect, *, other_order: bool = False
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """What an effect beside the state changes of synchronous and of non-synchronous errors.
 
-    `None` where it changes nothing, or its response is not finite.
+    `None` where it changes nothing, or its response is not finite. `other_order`: see
+    `insert_effect`.
     """
-    whitened, effects = refit.whitened, (*state.effects, effect)
+    whitened = refit.whitened
+    effects = insert_effect(state.effects, effect, other_order=other_order)
     nodes = (
         whitened.operator_response(refit.base.operator, state.values, effects)
         if acts_before_operator(effect)
@@ -158,9 +189,11 @@ def _screen(
     guess: AbstractEffect,
     basis: np.ndarray,
     flexible: BaseRemainder,
+    *,
+    other_order: bool = False,
 ) -> Screened | None:
     """One guess; `None` where it changes nothing, or its response is not finite."""
-    signature = effect_signature(refit, state, guess)
+    signature = effect_signature(refit, state, guess, other_order=other_order)
     if signature is None:
         return None
     s, t = signature
@@ -187,6 +220,7 @@ def _screen(
         cost,
         direction,
         nonsynchronous_score=loose,
+        other_order=other_order,
     )
 
 

@@ -31,13 +31,13 @@ def may_explain(guesses: list[Screened], whole: float, nonsynchronous: float = n
 
 
 def best_of_each_kind(guesses: list[Screened]) -> list[Screened]:
-    """Of each kind of an effect the guess that explains most beyond the flexible base.
+    """Of each kind and order of an effect the guess that explains most beyond the flexible base.
 
     Those that explain nearly as much as the best, which comes first.
     """
-    best: dict[str, Screened] = {}
+    best: dict[tuple[str, bool], Screened] = {}
     for one in sorted(guesses, key=lambda one: -one.flexible_score):
-        best.setdefault(one.effect.kind(), one)
+        best.setdefault((one.effect.kind(), one.other_order), one)
     first, *others = best.values()
     least = THRESHOLDS.other_kind_share * first.flexible_score
     return [first, *(one for one in others if one.flexible_score > least)]

@@ -72,5 +72,5 @@ def test_a_base_that_ends_far_off_is_not_kept(cancelling, none):
     start = none.on_base
     marginal = FlexibleBase.about(cancelling.refit, start).marginal
     state = marginal.evaluate(start.values, (AmplifierLowpass.at(tau=2e-5),))
-    _, _, end = refit_about_or_on_density(cancelling.refit, marginal, state, none.cost)
+    _, _, end = refit_about_or_on_density(cancelling.refit, marginal, state, none)
     assert end.cost <= state.cost

@@ -1,0 +1,120 @@
+"""Pairs in which another effect takes one's place, and the order of two effects on the drive."""
+
+import numpy as np
+import pytest
+from edge_worlds import drives, record
+from worlds import ordered
+
+from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.which._base import fit_base
+from fitting.diagnosis.which._effect_sets import insert_effect
+from fitting.diagnosis.which._excess import is_unexplained
+from fitting.diagnosis.which._forward_selection import select_effects, without_effects
+from fitting.diagnosis.which._member_exchange import exchange_members
+from fitting.diagnosis.which.refits._density_refit import is_near_base, refit_on_density
+from fitting.diagnosis.which.refits._leading_effects import make_candidate
+from rapi_jax.effects import (
+    ALL,
+    AmplifierLowpass,
+    CurrentCoupling,
+    Delay,
+    ModeHop,
+    Quantisation,
+    Saturation,
+    SlewLimit,
+)
+
+HOP = ModeHop.at(size=0.7, threshold=60.0, width=0.5)
+LAG, SLEW = Delay.at(tau=2e-4), SlewLimit.at(limit=225.0)
+COUPLING = CurrentCoupling.at(coupling=2e-3, lag_s=1e-5)
+
+
+def fitted(session, *effects):
+    """The base without effects, of a recording of the paper's device with these, in this order."""
+    return fit_base(WhitenedModel.of(record(session, *effects)), None)
+
+
+@pytest.fixture(scope="module")
+def lagging():
+    """A lag and a coupling; no effect, and what stands for them: a low-pass beside the coupling."""
+    base = fitted(drives((10.0, 40.0), amplitudes=(3.0, 2.0)), *ordered((LAG, COUPLING)))
+    none = without_effects(base.refit, base.state, base.eta_fixed[1])
+    begin = (AmplifierLowpass.at(tau=2e-4), COUPLING)
+    ends = refit_on_density(base.refit, none.on_base.values, begin, none.cost)
+    return base, none, make_candidate(none, base.refit, ends[0], ends, 1.0)
+
+
+def test_an_effect_that_acts_alike_takes_the_place_of_the_wrong_one(lagging):
+    base, none, wrong = lagging
+    assert is_unexplained(wrong.on_flexible_base)
+    found = {c.name: c for c in exchange_members(base.refit, none, [wrong], ALL)}
+    right = found["current_coupling+delay"]
+    assert right.cost == min(c.cost for c in found.values())
+    assert not is_unexplained(right.on_flexible_base)
+    tau = next(float(e.tau) for e in right.effects if e.name == "delay")
+    assert tau == pytest.approx(2e-4, rel=0.02)
+
+
+def test_no_pair_gets_worse_or_lost(lagging):
+    base, none, wrong = lagging
+    found = {c.name: c for c in exchange_members(base.refit, none, [wrong], (Delay,))}
+    assert found.keys() == {wrong.name, "current_coupling+delay"}
+    assert found[wrong.name].cost <= wrong.cost
+    assert exchange_members(base.refit, none, [], ALL) == []
+
+
+def test_a_drive_held_at_rest_is_far_from_the_base(lagging):
+    """To first order another base would make of nothing all that was read."""
+    base, none, wrong = lagging
+    marginal, values = wrong.flexible_refit, wrong.on_flexible_base.values
+    at_rest = marginal.evaluate(values, (SlewLimit.at(limit=1e-6),))
+    assert not is_near_base(base.refit, at_rest, none)
+    assert is_near_base(base.refit, marginal.evaluate(values, wrong.effects), none)
+    assert is_near_base(base.refit, marginal.evaluate(values, ()), none)
+
+
+def test_one_more_effect_on_the_drive_may_come_first_or_last():
+    rounded, lag, cut = (
+        Quantisation.at(step=0.1),
+        AmplifierLowpass.at(tau=1e-4),
+        Saturation.at(high=4),
+    )
+    assert insert_effect((lag,), rounded) == (rounded, lag)
+    assert insert_effect((lag,), rounded, other_order=True) == (lag, rounded)
+    assert insert_effect((rounded,), lag, other_order=True) == (lag, rounded)
+    assert insert_effect((rounded, lag), cut) == (rounded, cut, lag)
+    assert insert_effect((rounded, lag), cut, other_order=True) == (rounded, lag, cut)
+    assert insert_effect((rounded, HOP), lag, other_order=True) == (lag, rounded, HOP)
+    assert insert_effect((HOP,), rounded, other_order=True) == (rounded, HOP)  # none to come first
+    assert insert_effect((HOP,), LAG, other_order=True) == insert_effect((HOP,), LAG)
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        (AmplifierLowpass.at(tau=1e-3), Quantisation.at(step=0.0713, origin=0.0217)),
+        (Quantisation.at(step=0.0713, origin=0.0217), AmplifierLowpass.at(tau=1e-3)),
+        (AmplifierLowpass.at(tau=4e-4), Saturation.at(high=4.45)),
+        (Saturation.at(high=4.45), AmplifierLowpass.at(tau=4e-4)),
+    ],
+    ids=lambda effects: "-".join(effect.name for effect in effects),
+)
+def test_which_comes_first_is_found(effects):
+    base = fitted(drives((5.0, 20.0), amplitudes=(3.0, 2.0), samples=400), *effects)
+    classes = (AmplifierLowpass, Delay, Quantisation, Saturation)
+    best = select_effects(base, classes, lambda line: None).best
+    assert [e.name for e in best.on_flexible_base.effects] == [e.name for e in effects]
+    assert not is_unexplained(best.on_flexible_base)
+    for found, true in zip(best.on_flexible_base.effects, effects, strict=True):
+        for name in ("tau", "step", "high"):
+            if hasattr(true, name):
+                np.testing.assert_allclose(
+                    float(getattr(found, name)), float(getattr(true, name)), rtol=0.02
+                )
+
+
+def test_a_slew_limit_beside_a_mode_hop_is_found_in_place_of_a_lag():
+    """Beside a hop alone the base follows the limit, and lags explain more of what it leaves."""
+    base = fitted(drives((10.0, 40.0), amplitudes=(3.0, 2.0), samples=400), SLEW, HOP)
+    best = select_effects(base, ALL, lambda line: None).best
+    assert best.name == "mode_hop+slew_limit" and not is_unexplained(best.on_flexible_base)

@@ -6,6 +6,7 @@ other effect as it was found there, an effect that explains as much as the one i
 rival that the answer must weigh.
 """
 
+import dataclasses
 from collections.abc import Collection, Sequence
 
 import numpy as np
@@ -18,8 +19,13 @@ from ._candidate import Candidate
 from ._effect_sets import acts_on_drive, added_effects, hypothesis_name
 from ._excess import is_rival, is_unexplained
 from ._thresholds import THRESHOLDS
-from .refits._density_refit import is_near_base, refit_about_or_on_density, refit_on_density
+from .refits._density_refit import (
+    is_near_base,
+    refit_about_or_on_density,
+    refit_on_flexible_base,
+)
 from .refits._effect_refit import refit_beside_jumps
+from .refits._flexible_refit import refit_and_search
 from .refits._leading_effects import make_candidate
 from .screening._base_remainder import BaseRemainder, orthonormal_basis
 from .screening._marginal_refit import refine_guesses
@@ -36,8 +42,7 @@ def exchange_members(
 
     Where too much is left the pair itself is refitted from its end, with its two effects on the
     drive in the other order, and with one that jumps found anew. From a new best one only sets that
-    are not known yet. `free`: with all of the operator free, of a recording whose noise is
-    measured. `none`: the base's own effects.
+    are not known yet. `free`: with all of the operator free. `none`: the base's own effects.
     """
     found = {pair.name: pair for pair in sorted(pairs, key=_cost, reverse=True)}
     best, known = min(found.values(), key=_cost, default=None), set()
@@ -66,12 +71,25 @@ def _exchanged(
     for start in starts:
         if hypothesis_name(added_effects(start.effects, none.on_base.effects)) in known:
             continue
-        if is_rival(start, pair.on_flexible_base) and is_near_base(free, start, none):
-            found.append(refit_about_or_on_density(free, pair.flexible_refit, start, none))
+        near = pair.flexible_refit.whitener.misfit is None or is_near_base(free, start, none)
+        if near and is_rival(start, pair.on_flexible_base):
+            found.append(_refit(free, pair, start, none))
     if is_unexplained(pair.on_flexible_base):
         for effects in _in_each_order(pair):
-            found.append(refit_on_density(free, pair.on_base.values, effects, none.cost))
+            begun = free.evaluate(pair.on_base.values, effects)
+            found.append(refit_on_flexible_base(free, begun, none))
     return [make_candidate(none, free, e[0], e, pair.unabsorbed_fraction) for e in found]
+
+
+def _refit(
+    free: Refit, pair: Candidate, start: State, none: Candidate
+) -> tuple[State, Refit, State]:
+    """The refit on the base, and that on the flexible base: on the pair's, or on one of its own."""
+    if free.whitener.spectrum.measured:
+        return refit_about_or_on_density(free, pair.flexible_refit, start, none)
+    begun = free.evaluate(pair.on_base.values, start.effects)
+    on_base = refit_beside_jumps(free, begun, THRESHOLDS.free_eta_steps)
+    return on_base, pair.flexible_refit, refit_and_search(pair.flexible_refit, start, none.cost)
 
 
 def _in_each_order(pair: Candidate) -> list[Effects]:
@@ -86,22 +104,30 @@ def _in_each_order(pair: Candidate) -> list[Effects]:
 
 
 def _rivals(free: Refit, pair: Candidate, kept: Effects, others: Classes) -> list[State]:
-    """Beside `kept`, on the density of `pair`: effects that may explain as much as its other one.
+    """Beside `kept`, on the pair's flexible base: what may explain as much as its other effect.
 
     Those first that explain most, and drive effects in both orders.
     """
-    marginal, values = pair.flexible_refit, pair.on_flexible_base.values
-    start = free.evaluate(values, kept)
-    without = marginal.evaluate(values, kept)
-    misfit = marginal.whitener.misfit
-    if misfit is None or not np.isfinite(without.cost):
+    values, misfit = pair.on_flexible_base.values, pair.flexible_refit.whitener.misfit
+    if misfit is None:  # the flexible base was searched, and stays as it is
+        refit = pair.flexible_refit
+        still = dataclasses.replace(refit.base, free=np.zeros_like(refit.base.free))
+        marginal = dataclasses.replace(refit, base=still)
+    else:
+        refit, marginal = free, pair.flexible_refit
+    start, without = refit.evaluate(values, kept), marginal.evaluate(values, kept)
+    if not np.isfinite(without.cost):
         return []
-    remainder = BaseRemainder.beyond_density(start, misfit)
-    basis = orthonormal_basis(free.jacobian_base(start))
+    basis = orthonormal_basis(refit.jacobian_base(start))
+    remainder = (
+        BaseRemainder.beyond_tangent(start, basis)
+        if misfit is None
+        else BaseRemainder.beyond_density(start, misfit)
+    )
     least = THRESHOLDS.leader_fall * (without.cost - pair.cost)
     found = {
-        name: screen_effect(free, start, grid, basis, remainder)
-        for name, grid in initial_guesses(free, start, others).items()
+        name: screen_effect(refit, start, grid, basis, remainder)
+        for name, grid in initial_guesses(refit, start, others).items()
     }
     found = {name: each for name, each in found.items() if each and may_explain(each, least)}
     refined = refine_guesses(marginal, start, found)

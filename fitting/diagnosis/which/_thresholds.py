@@ -79,7 +79,6 @@ class WhichThresholds:
     refitted_guesses: int = threshold(
         3, unit="guesses", origin=f"{_TRIAL}; refitted for each effect; more cost time"
     )
-
     screened_fall: float = threshold(
         0.15,
         unit="of the best score",
@@ -88,14 +87,12 @@ class WhichThresholds:
         "three rate laws score nothing, an amplitude law 0.02 before its guess was refitted. A "
         "half: 0.6 refits more a device, double: one effect is missed",
     )
-
     screened_chance: float = threshold(
         15.0,
         unit="chi-square",
         origin="the best score in noise of 100 to 300 guesses is 10 to 20; an effect that explains "
         "less cannot be named",
     )
-
     tied_share: float = threshold(
         0.9,
         unit="of the best score",
@@ -105,7 +102,6 @@ class WhichThresholds:
     tied_guesses: int = threshold(
         6, unit="guesses", origin="there were four such steps; more cost time"
     )
-
     refined_share: float = threshold(
         0.01,
         unit="of the best score",
@@ -212,7 +208,6 @@ class WhichThresholds:
     none_tolerance: float = threshold(
         2e-3, unit="of the excess", origin=f"{_TRIAL}; two smaller falls in a row end that refit"
     )
-
     density_rounds: int = threshold(
         3,
         unit="rounds",

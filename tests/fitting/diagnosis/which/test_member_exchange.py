@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from edge_worlds import drives, record
-from worlds import ordered
+from worlds import TRUTHS, ordered
 
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import fit_base
@@ -11,7 +11,11 @@ from fitting.diagnosis.which._effect_sets import insert_effect
 from fitting.diagnosis.which._excess import is_unexplained
 from fitting.diagnosis.which._forward_selection import select_effects, without_effects
 from fitting.diagnosis.which._member_exchange import exchange_members
-from fitting.diagnosis.which.refits._density_refit import is_near_base, refit_on_density
+from fitting.diagnosis.which.refits._density_refit import (
+    is_near_base,
+    refit_on_density,
+    refit_on_flexible_base,
+)
 from fitting.diagnosis.which.refits._leading_effects import make_candidate
 from rapi_jax.effects import (
     ALL,
@@ -53,6 +57,24 @@ def test_an_effect_that_acts_alike_takes_the_place_of_the_wrong_one(lagging):
     assert not is_unexplained(right.on_flexible_base)
     tau = next(float(e.tau) for e in right.effects if e.name == "delay")
     assert tau == pytest.approx(2e-4, rel=0.02)
+
+
+def test_it_does_where_noise_is_unknown_too():
+    """Of one period of each run, so that the flexible base is searched."""
+    session = drives((5.0, 20.0, 80.0), periods=1, samples=400)
+    base = fitted(session, *ordered((AmplifierLowpass.at(tau=3e-4), TRUTHS["rate_law"])))
+    assert not base.refit.whitener.spectrum.measured
+    none = without_effects(base.refit, base.state, base.eta_fixed[1])
+    stands_in = ordered((Delay.at(tau=3e-4), TRUTHS["rate_law"]))
+    begun = base.refit.evaluate(none.on_base.values, stands_in)
+    ends = refit_on_flexible_base(base.refit, base.refit.minimise(begun, 20), none)
+    wrong = make_candidate(none, base.refit, ends[0], ends, 1.0)
+    found = {c.name: c for c in exchange_members(base.refit, none, [wrong], ALL)}
+    right = found["amplifier_lowpass+rate_law"]
+    assert right.cost == min(c.cost for c in found.values())
+    assert is_unexplained(wrong.on_flexible_base) and not is_unexplained(right.on_flexible_base)
+    tau = next(float(e.tau) for e in right.effects if e.name == "amplifier_lowpass")
+    assert tau == pytest.approx(3e-4, rel=0.02)
 
 
 def test_no_pair_gets_worse_or_lost(lagging):

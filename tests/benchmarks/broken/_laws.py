@@ -45,4 +45,18 @@ LAWS = (
         "            first = periods - max(1, round(periods / 3)) - 1",
         "tests/fitting/identification/test_cross_validation.py",
     ),
+    Mutation(
+        "steps behind a lag: matched as if the lag led",
+        "rapi_jax/effects/base/_linear_path.py",
+        "return self._filter(reading, np.conj)",
+        "return self._filter(reading, lambda transfer: transfer)",
+        "tests/rapi_jax/effects/test_guesses_behind_lags.py",
+    ),
+    Mutation(
+        "saturation: a corner in the middle of its step",
+        "rapi_jax/effects/_saturation.py",
+        "part = jnp.where(crossed, ahead / jnp.where(crossed, rise, 1.0), part)",
+        "part = jnp.where(crossed, 0.5, part)",
+        "tests/rapi_jax/effects/test_drive_effects.py",
+    ),
 )

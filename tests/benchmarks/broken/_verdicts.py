@@ -109,4 +109,18 @@ VERDICTS = (
         "        names.append(name)\n",
         "tests/fitting/diagnosis/which/test_credible_set.py",
     ),
+    Mutation(
+        "pairs: a drive effect always first",
+        "fitting/diagnosis/which/_effect_sets.py",
+        "at = places[-1] + 1 if at <= places[-1] else places[0]",
+        "at = places[0]",
+        "tests/fitting/diagnosis/which/test_effect_sets.py",
+    ),
+    Mutation(
+        "odd values: as probable as usual ones",
+        "fitting/diagnosis/which/evidence/_probability.py",
+        "np.exp(log_weight + np.array([h.log_prior for h in found]))",
+        "np.exp(log_weight)",
+        "tests/fitting/diagnosis/which/test_log_prior.py",
+    ),
 )

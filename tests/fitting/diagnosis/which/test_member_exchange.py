@@ -7,7 +7,6 @@ from worlds import TRUTHS, ordered
 
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import fit_base
-from fitting.diagnosis.which._effect_sets import insert_effect
 from fitting.diagnosis.which._excess import is_unexplained
 from fitting.diagnosis.which._forward_selection import select_effects, without_effects
 from fitting.diagnosis.which._member_exchange import exchange_members
@@ -93,22 +92,6 @@ def test_a_drive_held_at_rest_is_far_from_the_base(lagging):
     assert not is_near_base(base.refit, at_rest, none)
     assert is_near_base(base.refit, marginal.evaluate(values, wrong.effects), none)
     assert is_near_base(base.refit, marginal.evaluate(values, ()), none)
-
-
-def test_one_more_effect_on_the_drive_may_come_first_or_last():
-    rounded, lag, cut = (
-        Quantisation.at(step=0.1),
-        AmplifierLowpass.at(tau=1e-4),
-        Saturation.at(high=4),
-    )
-    assert insert_effect((lag,), rounded) == (rounded, lag)
-    assert insert_effect((lag,), rounded, other_order=True) == (lag, rounded)
-    assert insert_effect((rounded,), lag, other_order=True) == (lag, rounded)
-    assert insert_effect((rounded, lag), cut) == (rounded, cut, lag)
-    assert insert_effect((rounded, lag), cut, other_order=True) == (rounded, lag, cut)
-    assert insert_effect((rounded, HOP), lag, other_order=True) == (lag, rounded, HOP)
-    assert insert_effect((HOP,), rounded, other_order=True) == (rounded, HOP)  # none to come first
-    assert insert_effect((HOP,), LAG, other_order=True) == insert_effect((HOP,), LAG)
 
 
 @pytest.mark.parametrize(

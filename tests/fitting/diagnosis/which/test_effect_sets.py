@@ -1,4 +1,4 @@
-"""One more effect among others: in the order in which they act, and where that matters, the other."""
+"""One more effect among others: where it acts, and where that matters, at the other end."""
 
 from fitting.diagnosis.which._effect_sets import insert_effect
 from rapi_jax.effects import AmplifierLowpass, Delay, ModeHop, Quantisation, Saturation

@@ -124,7 +124,7 @@ def _hypothesis(
         difference_errors=errors,
         laws=sum(isinstance(effect, AbstractLawEffect) for effect in candidate.effects),
         identified_errors=identified_errors,
-        log_prior=sum(e.log_prior() for e in flexible.effects if e.name in names),
+        log_prior=float(sum(e.log_prior() for e in flexible.effects if e.name in names)),
     )
 
 

@@ -117,7 +117,9 @@ def _find_lines(summary: ResidualSummary, residual: np.ndarray, count: int) -> l
     if not (lasts > 0 and step > 0):
         return []
     # Runs may be sampled at other rates than the fastest, and begin between two of its readings.
-    step = max(THRESHOLDS.pickup_high * step, lasts / THRESHOLDS.pickup_cells)
+    nyquist = 0.5 / step
+    finest = min(step, 1.0 / THRESHOLDS.pickup_highest)
+    step = max(THRESHOLDS.pickup_high * finest, lasts / THRESHOLDS.pickup_cells)
     cell = np.round((summary.time - summary.time.min()) / step).astype(int)
     size = int(cell.max()) + 1
     level = np.zeros(size)
@@ -129,13 +131,15 @@ def _find_lines(summary: ResidualSummary, residual: np.ndarray, count: int) -> l
     height = np.abs(np.asarray(rfft(level.astype(np.float32), n=padded))) ** 2  # for peaks alone
     hertz = np.asarray(rfftfreq(padded, step))
     # Less than a cycle a session is drift; near the clock's limit a cell is no instant.
-    highest = min(THRESHOLDS.pickup_high / step, 0.5 / summary.step_s)
+    highest = min(THRESHOLDS.pickup_high / step, max(nyquist, THRESHOLDS.pickup_highest))
     height[(hertz < 1.0 / lasts) | (hertz > highest) | (hertz < 2 * _LOW)] = 0.0
-    return [
-        float(hertz[i])
-        for i in find_peaks(height, count, apart=THRESHOLDS.pickup_apart)
-        if height[i] > 0
-    ]
+    seen = int(np.searchsorted(hertz, min(nyquist, highest), side="right"))
+    peaks = find_peaks(height[:seen], count, apart=THRESHOLDS.pickup_apart)
+    # Beyond what one run's readings tell, runs agree on one frequency, and on no other so well.
+    beyond = seen + int(np.argmax(height[seen:])) if seen < height.size else 0
+    if height[beyond] > THRESHOLDS.pickup_alias * max((height[i] for i in peaks), default=0.0):
+        peaks = [beyond, *peaks[: count - 1]]
+    return [float(hertz[i]) for i in peaks if height[i] > 0]
 
 
 def _nonsynchronous_residual(summary: ResidualSummary) -> np.ndarray:

@@ -125,6 +125,19 @@ class EffectThresholds:
         unit="of the clock's rate",
         origin="of a cell; beyond, samples share a cell in another phase",
     )
+    pickup_highest: float = threshold(
+        1000.0,
+        unit="Hz",
+        origin="of tones that are looked for although each run reads more slowly: sound and "
+        "harmonics of the mains that a mount passes on",
+    )
+    pickup_alias: float = threshold(
+        1.5,
+        unit="of the power of the strongest tone below",
+        origin="at which a tone beyond each run's Nyquist frequency is tried. By arithmetic: of "
+        "two runs as long that begin at chance a false one keeps half of the power on average; at "
+        "1 chance decides between them, at 3 two such runs hide it",
+    )
     pickup_periods: float = threshold(
         1.98, unit="periods", origin="a run of fewer has no mean period; two less rounding"
     )

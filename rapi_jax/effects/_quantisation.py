@@ -197,4 +197,4 @@ def _explained(
         # What is faster than the samples a lag sees by its mean.
         size = size * np.abs(np.sinc(2.0 * cycles * np.median(np.abs(np.diff(drive)))))
     found = np.sqrt(square) / np.maximum(power, 1e-300)
-    return found * power * np.minimum(found, size**2 / np.maximum(found, 1e-300))
+    return power * np.minimum(found, size) ** 2

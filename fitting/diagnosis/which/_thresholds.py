@@ -49,7 +49,6 @@ class WhichThresholds:
         unit="plays",
         origin="the same, up to 1.24 without it; halved it is as 10, and 32 is as good",
     )
-
     # Screening of initial guesses by score statistics.
     search_margin: float = threshold(
         1.3, unit="of the range of guesses", origin=f"{_TRIAL}; how far beyond a parameter may go"
@@ -116,7 +115,6 @@ class WhichThresholds:
     refined_steps: int = threshold(
         4, unit="steps", origin="of an effect's few parameters, from its best guess"
     )
-
     # Joint refits with one more effect.
     short_steps: int = threshold(4, unit="steps", origin=f"{_TRIAL}; of a short refit")
     long_short_factor: int = threshold(
@@ -130,7 +128,6 @@ class WhichThresholds:
     initial_weight: float = threshold(
         0.02, unit="of the weights", origin=f"{_TRIAL}; what is left where a refit starts without"
     )
-
     # Search over parameters of effects that jump.
     jump_size: float = threshold(
         5.0, unit="standard deviations of a reading", origin="a smaller jump hides in the noise"
@@ -163,7 +160,6 @@ class WhichThresholds:
         unit="of the excess without the effect",
         origin=f"{_TRIAL}; what leaves more needs no exact jump",
     )
-
     # Leaders on the flexible base.
     leaders: int = threshold(
         4, unit="effects", origin=f"{_TRIAL}; refitted on the flexible base besides the best"
@@ -225,12 +221,10 @@ class WhichThresholds:
     density_round_gain: float = threshold(
         0.05, unit="of chi-square on the base", origin="a smaller fall moves no density"
     )
-
     # Freedom of the flexible base.
     initial_prior: float = threshold(
         0.3, unit="of a play's band", origin=f"{_TRIAL}; one standard deviation of first outputs"
     )
-
     # What is left, and what counts as gain.
     pair_enough_sigmas: float = threshold(
         2.0, unit="standard deviations of chi-square", origin="convention; chance besides"
@@ -275,7 +269,6 @@ class WhichThresholds:
     leader_chance_sigmas: float = threshold(
         4.0, unit="standard deviations of chi-square", origin=f"{_TRIAL}; chance in that excess"
     )
-
     # Pairs of effects.
     pair_firsts: int = threshold(
         2, unit="effects", origin=f"{_TRIAL}; beside which a second is sought; more cost time"
@@ -312,6 +305,12 @@ class WhichThresholds:
         origin="the same of one that jumps, whose search takes seconds: 0.9 to 1.6 times in "
         "seven, once 2.3",
     )
+    far_from_base: float = threshold(
+        10.0,
+        unit="of chi-square on the base without effects",
+        origin=f"{_TRIAL}; above it a base taken to first order tells nothing of effects: a drive "
+        "held at rest left 394 million where no effect left 0.2 on its density",
+    )
     exchange_rounds: int = threshold(
         3, unit="best pairs", origin=f"{_TRIAL}; in which others take one's place; more cost time"
     )
@@ -335,7 +334,6 @@ class WhichThresholds:
         origin="where noise is unknown: more left calls for a second effect. A resonance beside a "
         "slew limit left 0.20 alone, 47 of chi-square a line; double: it is not looked for",
     )
-
     # The base on which a candidate is judged.
     flexible_base_ratio: float = threshold(
         1.5,
@@ -348,7 +346,6 @@ class WhichThresholds:
     likely_candidates: int = threshold(
         2, unit="candidates", origin=f"{_TRIAL}; cross-validated at most; more cost time"
     )
-
     # Probabilities.
     credible_level: float = threshold(0.95, unit="probability", origin="the files' contract")
     most_widening: float = threshold(

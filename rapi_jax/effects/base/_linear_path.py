@@ -1,7 +1,6 @@
-"""What linear effects behind the operator make of a small change of its response."""
+"""What linear effects make of a small change of the response that they stand behind."""
 
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -18,13 +17,15 @@ class LinearPath:
     size: tuple[int, ...]
     transfer: tuple[Complex[np.ndarray, " lines"], ...]
 
-    def forward(self, change: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:
-        """What is read where the response changes by so much."""
-        return self._filter(change, lambda transfer: transfer)
-
     def adjoint(self, reading: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:
         """The change of the response that correlates with all changes as `reading` does behind."""
-        return self._filter(reading, np.conj)
+        parts = np.split(reading, np.cumsum(self.size)[:-1])
+        return np.concatenate(
+            [
+                np.fft.irfft(np.fft.rfft(part) * np.conj(transfer), part.size)
+                for part, transfer in zip(parts, self.transfer, strict=True)
+            ]
+        )
 
     def power(
         self, drive: Float[np.ndarray, " samples"], cycles: Float[np.ndarray, " waves"]
@@ -41,16 +42,3 @@ class LinearPath:
             line = np.linspace(0.0, 0.5, transfer.size)
             total += part.size * np.interp(folded, line, np.abs(transfer) ** 2)
         return total
-
-    def _filter(
-        self,
-        values: Float[np.ndarray, " samples"],
-        factor: Callable[[Complex[np.ndarray, " lines"]], Complex[np.ndarray, " lines"]],
-    ) -> Float[np.ndarray, " samples"]:
-        parts = np.split(values, np.cumsum(self.size)[:-1])
-        return np.concatenate(
-            [
-                np.fft.irfft(np.fft.rfft(part) * factor(transfer), part.size)
-                for part, transfer in zip(parts, self.transfer, strict=True)
-            ]
-        )

@@ -48,8 +48,8 @@ LAWS = (
     Mutation(
         "steps behind a lag: matched as if the lag led",
         "rapi_jax/effects/base/_linear_path.py",
-        "return self._filter(reading, np.conj)",
-        "return self._filter(reading, lambda transfer: transfer)",
+        "np.fft.rfft(part) * np.conj(transfer)",
+        "np.fft.rfft(part) * transfer",
         "tests/rapi_jax/effects/test_guesses_behind_lags.py",
     ),
     Mutation(

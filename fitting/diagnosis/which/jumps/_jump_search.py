@@ -14,8 +14,9 @@ from fitting.diagnosis.refit._effect_vector import (
     with_values,
 )
 from fitting.diagnosis.refit._gauss_newton import Refit, State
+from fitting.diagnosis.which._effect_sets import acts_on_drive
 from fitting.diagnosis.which._thresholds import THRESHOLDS
-from rapi_jax.effects import AbstractDriveEffect, AbstractEffect
+from rapi_jax.effects import AbstractEffect
 
 _REFUSED = 1e300  # cost of a point that is out of bounds or not finite
 
@@ -55,8 +56,7 @@ def search_jump_parameters(refit: Refit, state: State, cost_without: float) -> S
 def _moves_jumps(effect: AbstractEffect, onward: Effects) -> bool:
     """Whether an effect jumps, or changes the drive before one of those behind it jumps."""
     return not type(effect).smooth or (
-        isinstance(effect, AbstractDriveEffect)
-        and any(isinstance(e, AbstractDriveEffect) and not type(e).smooth for e in onward)
+        acts_on_drive(effect) and any(acts_on_drive(e) and not type(e).smooth for e in onward)
     )
 
 

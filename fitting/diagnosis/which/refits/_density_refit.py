@@ -109,7 +109,7 @@ def is_near_base(free: Refit, state: State, none: Candidate) -> bool:
     held at rest would leave all of the response to that, at no cost.
     """
     there = free.evaluate(state.values, state.effects)
-    return bool(there.cost < THRESHOLDS.far_above * none.on_base.cost)
+    return bool(there.cost < THRESHOLDS.far_from_base * none.on_base.cost)
 
 
 def _refit_about(

@@ -10,9 +10,9 @@ from fitting.diagnosis.refit._effect_vector import Effects, effect_values, free_
 from fitting.diagnosis.refit._gauss_newton import Refit, SearchRanges, State
 from fitting.diagnosis.refit._linear_effects import linear_path
 from fitting.diagnosis.refit._whitened_model import WhitenedModel, acts_before_operator
-from fitting.diagnosis.which._effect_sets import has_orders, insert_effect
+from fitting.diagnosis.which._effect_sets import acts_on_drive, has_orders, insert_effect
 from fitting.diagnosis.which._thresholds import THRESHOLDS
-from rapi_jax.effects import AbstractDriveEffect, AbstractEffect, ResidualSummary
+from rapi_jax.effects import AbstractEffect, ResidualSummary
 from rapi_jax.internal import LinearPath
 
 from ._base_remainder import BaseRemainder
@@ -99,7 +99,7 @@ def _places(
 ) -> tuple[tuple[Float[np.ndarray, " samples"], LinearPath | None], ...]:
     """Before all of `effects`, and behind those that act on the drive: see `ResidualSummary`."""
     behind = tuple(e for e in effects if not acts_before_operator(e))
-    on_drive = tuple(e for e in effects if isinstance(e, AbstractDriveEffect))
+    on_drive = tuple(filter(acts_on_drive, effects))
     first = (sent, linear_path((*on_drive, *behind), whitened.blocks))
     rows = whitened.reached_rows(on_drive)
     if rows is None:

@@ -78,7 +78,7 @@ def find_inconsistencies(
 ) -> list[Fault]:
     """Drives and readings that do not belong together, which an effect must not explain.
 
-    But for `DIFFERS_WITH_RATE`, which an effect may explain, too. `operator`: the base, from which
+    But for `LEFT_TO_EFFECTS`, which an effect may explain, too. `operator`: the base, from which
     all runs are fitted once more, without effects, where a change of some of them may explain much;
     not where it has `explained` them to within a measured noise: then they do belong together.
     """

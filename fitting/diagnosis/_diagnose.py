@@ -7,7 +7,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fitting.compile_cache._memory_maps import SHARED, forget_programs
-from fitting.identification.data_checks.runs._change_fault import DIFFERS_WITH_RATE
+from fitting.identification.data_checks.runs._change_fault import (
+    DIFFERS_WITH_RATE,
+    LEFT_TO_EFFECTS,
+)
 from rapi_jax import ECDL, DriveLimits, Recording, effects
 from rapi_jax.effects import AbstractEffect
 from rapi_jax.internal import float64, takes
@@ -53,6 +56,7 @@ from .which._candidate import Candidate
 from .which._excess import is_unexplained
 from .which._ranking import choose_refit, likely_candidates, match_candidates, needs_flexible_base
 from .which._refined_noise import select_with_refined_noise
+from .which._shifted_runs import faults_of_origin
 from .which.evidence._calibration import load_calibration
 from .which.evidence._conformal import answer_type, credible_set, widen
 from .which.evidence._evidence import Evidence
@@ -128,10 +132,11 @@ def diagnose(
         fitted.state.to_ecdl(whitened, fitted.refit.base).operator,
         explained=fitted.spectrum.measured and not is_unexplained(fitted.state),
     )
-    broken = [fault for fault in found if fault.kind != DIFFERS_WITH_RATE]
+    broken = [fault for fault in found if fault.kind not in LEFT_TO_EFFECTS]
     classes = effects.ALL if candidates is None else tuple(dict.fromkeys(candidates))
     classes = () if broken else classes  # an effect would only imitate what is wrong with the data
     fitted, attribution = select_with_refined_noise(fitted, classes, report)
+    broken += faults_of_origin(fitted, attribution, found)
 
     evidence = Evidence.of(attribution, noise_known=fitted.spectrum.measured)
     ranked = match_candidates(attribution, hypothesis_probabilities(evidence))

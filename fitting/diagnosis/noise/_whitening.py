@@ -16,7 +16,8 @@ from ._spectrum import Spectrum
 class Whitener:
     """Errors of all runs as two vectors of unit variance: synchronous and non-synchronous.
 
-    `own_origin`: each run has a zero of its own, so its mean says nothing. `use`: which runs count.
+    `own_origin`: each run, or those told, has a zero of its own, so its mean says nothing. `use`:
+    which runs count.
     What a base that is not quite the device's leaves is whitened, too, `with_misfit`.
     """
 
@@ -24,7 +25,7 @@ class Whitener:
         self,
         blocks: list[PeriodBlock],
         spectrum: Spectrum,
-        own_origin: bool,
+        own_origin: bool | Bool[np.ndarray, " runs"],
         *,
         use: Bool[np.ndarray, " runs"] | None = None,
     ) -> None:
@@ -32,8 +33,9 @@ class Whitener:
         self.misfit: MisfitCovariance | None = None
         self.lines = [SpectralLines.of(b) for b in blocks]
         scales = [np.sqrt(lines.multiplicity / spectrum.of_lines(lines)) for lines in self.lines]
+        own = np.broadcast_to(own_origin, len(blocks))
         for k, scale in enumerate(scales):
-            scale[0] *= not own_origin
+            scale[0] *= not own[k]
             scale *= use is None or bool(use[k])
         multiplicity = [lines.multiplicity for lines in self.lines]
         repeating = [lines.synchronous for lines in self.lines]

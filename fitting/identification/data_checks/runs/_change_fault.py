@@ -1,20 +1,32 @@
 """A change of runs as a fault, in words."""
 
+import dataclasses
+
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks._thresholds import THRESHOLDS
 from rapi_jax import Recording
 
 from ._change import Change
-from ._law_cuts import rate_cuts
+from ._law_cuts import rate_cuts, time_cuts
 
 DIFFERS_WITH_RATE = "differs with rate"
+DIFFERS_WITH_TIME = "differs with time"
+LEFT_TO_EFFECTS = (DIFFERS_WITH_RATE, DIFFERS_WITH_TIME)  # the device may do it, too
+
+_DOUBT = {
+    DIFFERS_WITH_RATE: " No other run has such a rate: it may be the device that differs there; "
+    "record another.",
+    DIFFERS_WITH_TIME: " All other runs were recorded before or after: it may be a device that "
+    "drifts; record such a run once more.",
+}
 
 
 def describe_change(recording: Recording, change: Change) -> Fault:
     """The change in words; of two groups the smaller one is named.
 
     Runs that are all of those above or below a rate may differ by a law of the device: another
-    dependence of its hysteresis on rate, a lag, a resonance. Nothing in the data tells.
+    dependence of its hysteresis on rate, a lag, a resonance. Those before or after an instant may
+    differ by a drift of its origin. One such change cannot tell.
     """
     rows, size = change.rows, change.size
     others = tuple(i for i in range(len(recording.runs)) if i not in rows)
@@ -35,22 +47,34 @@ def describe_change(recording: Recording, change: Change) -> Fault:
         "rate": f"the run behaves as if its rate were {100 * size:+.3g} % from the one written: a "
         "wrong clock or rate, or the response of another run",
     }[change.kind]
-    lawful = set(rows) in rate_cuts(recording) and (
-        change.kind in ("shift", "rate")
-        or (
-            change.kind == "gain"
-            and 1.0 / THRESHOLDS.lawful_gain < 1.0 + size < THRESHOLDS.lawful_gain
-        )
-    )
     those = "these runs" if rows[1:] else "this run"
-    doubt = (
-        " No other run has such a rate: it may be the device that differs there; record another."
-    )
+    kind = _kind(recording, dataclasses.replace(change, rows=rows, size=size))
     return Fault(
-        DIFFERS_WITH_RATE if lawful else "run does not belong",
+        kind,
         recording.runs[rows[0]].name,
         f"run{'s' * (len(rows) > 1)} {names}: {text}. That alone explains "
         f"{100 * min(change.explained, 1.0):.0f} % of what one model for all runs leaves. Correct "
-        f"it, or leave {those} out.{doubt if lawful else ''}",
+        f"it, or leave {those} out.{_DOUBT.get(kind, '')}",
         tuple((0, recording.runs[i].drive.size - 1) for i in rows),
     )
+
+
+def runs_apart_in_time(recording: Recording, fault: Fault) -> list[int]:
+    """The runs that a fault of the kind `DIFFERS_WITH_TIME` is about."""
+    names = [run.name for run in recording.runs]
+    return next(
+        sorted(rows)
+        for rows in time_cuts(recording)
+        if names[min(rows)] == fault.run and len(rows) == len(fault.samples)
+    )
+
+
+def _kind(recording: Recording, change: Change) -> str:
+    """Of which kind the fault is: whether rate or time may be what tells the runs apart."""
+    rows, least = set(change.rows), 1.0 / THRESHOLDS.lawful_gain
+    lawful_gain = change.kind == "gain" and least < 1.0 + change.size < THRESHOLDS.lawful_gain
+    if rows in rate_cuts(recording) and (change.kind in ("shift", "rate") or lawful_gain):
+        return DIFFERS_WITH_RATE
+    if rows in time_cuts(recording) and change.kind == "offset":
+        return DIFFERS_WITH_TIME
+    return "run does not belong"

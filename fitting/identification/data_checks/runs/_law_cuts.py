@@ -1,4 +1,4 @@
-"""Runs below and above each amplitude or rate: what differs there may be a law of the device."""
+"""Runs on either side of an amplitude, rate or instant: a law of the device may tell them apart."""
 
 import numpy as np
 
@@ -22,4 +22,14 @@ def rate_cuts(recording: Recording) -> list[set[int]]:
     for level in sorted(recording.rates)[1:]:
         slow = rates < level / 1.01
         cuts += [set(np.flatnonzero(side).tolist()) for side in (slow, ~slow)]
+    return cuts
+
+
+def time_cuts(recording: Recording) -> list[set[int]]:
+    """The runs that begin before each instant, and after: there a device that drifts differs."""
+    begin = np.array([drive.start_s for drive in recording.drives])
+    cuts = []
+    for instant in np.unique(begin)[1:]:
+        early = begin < instant
+        cuts += [set(np.flatnonzero(side).tolist()) for side in (early, ~early)]
     return cuts

@@ -1,5 +1,7 @@
 """Changes that may have happened to runs: the best of each kind, to first order."""
 
+import dataclasses
+
 import numpy as np
 from jaxtyping import Float
 
@@ -62,6 +64,44 @@ def changes_of_groups(problem: Problem, weight: np.ndarray, solution: Evaluation
                 best = Change(kind, tuple(np.flatnonzero(rows).tolist()), size, explained)
         found += [] if best is None else [best]
     return found
+
+
+def changes_of_origin(
+    problem: Problem, weight: np.ndarray, solution: Evaluation, fit: Fit
+) -> list[Change]:
+    """The offset of some runs, by fits in which each run has an origin of its own.
+
+    What a model can do as well (origins that are linear in rate, say) counts as nothing; so the
+    fits, from two starts, may end at other origins. None where these are free, or cannot be.
+    """
+    own = problem.with_recording(
+        dataclasses.replace(problem.recording, response_origin="run"),
+    )
+    if problem.own_origin or not own.own_origin:
+        return []
+    begins = [own.whole_vector(solution.own), own.start(own.ecdl)]
+    ends = [fit(own, begin, weight) for begin in begins]
+    return [change for end in ends for change in _best_offset(own, end)]
+
+
+def _best_offset(own: Problem, end: Evaluation) -> list[Change]:
+    """The group of runs whose common offset explains most of what their origins at `end` do."""
+    at = np.arange(own.vector.size, own.vector.size + own.offsets)
+    origins, jacobian = end.values[at], end.jacobian
+    if not np.isfinite(jacobian).all():
+        return []
+    basis = column_range(np.delete(jacobian, at, axis=1))
+    columns = jacobian[:, at] - basis @ (basis.T @ jacobian[:, at])
+    gram = columns.T @ columns
+    along, whole = gram @ origins, max(float(origins @ gram @ origins), 1e-300)
+    found = []
+    for rows in _groups(gram, along, single=False):
+        square = float(rows @ gram @ rows)
+        if square > THRESHOLDS.changed_runs_rank * float(np.trace(gram)):
+            size = float(rows @ along) / square
+            chosen = tuple(np.flatnonzero(rows).tolist())
+            found.append(Change("offset", chosen, size, size**2 * square / whole))
+    return sorted(found, key=lambda change: change.explained)[-1:]
 
 
 def _groups(

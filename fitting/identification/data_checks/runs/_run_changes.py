@@ -19,7 +19,7 @@ from ._change import Change, undo
 from ._change_fault import describe_change
 from ._gap import squared_gap, squared_gap_and_noise
 from ._law_cuts import amplitude_cuts
-from ._likely_changes import changes_of_groups, changes_of_one, column_range
+from ._likely_changes import changes_of_groups, changes_of_one, changes_of_origin, column_range
 from ._run_columns import change_columns
 
 
@@ -37,6 +37,7 @@ def find_changed_runs(
     likely = [
         *changes_of_one(problem, weight, solution, fit),
         *changes_of_groups(problem, weight, solution),
+        *changes_of_origin(problem, weight, solution, fit),
     ]
     laws = amplitude_cuts(problem.recording)
     likely = [

@@ -6,7 +6,11 @@ import pytest
 from fitting.identification._options import solver_options
 from fitting.identification._posed import Posed
 from fitting.identification.data_checks.runs._change import Change, undo
-from fitting.identification.data_checks.runs._change_fault import DIFFERS_WITH_RATE
+from fitting.identification.data_checks.runs._change_fault import (
+    DIFFERS_WITH_RATE,
+    DIFFERS_WITH_TIME,
+    runs_apart_in_time,
+)
 from fitting.identification.data_checks.runs._run_changes import find_changed_runs
 from rapi_jax import ECDL, RAPI, predict, triangle
 from rapi_jax.internal import float64
@@ -71,6 +75,18 @@ def test_an_offset_of_one_run_is_named():
     (fault,) = faults(columns)
     assert "'run01'" in fault.message and "+5 GHz" in fault.message
     assert 'response_origin = "run"' in fault.message
+
+
+@pytest.mark.parametrize("fit", [solved, refined])
+@pytest.mark.parametrize("seed", [12, 13])
+@pytest.mark.parametrize("row", [0, 3])
+def test_an_offset_of_the_first_or_last_run_may_be_a_drift(row, seed, fit):
+    columns = healthy(seed)
+    columns.response[row] = columns.response[row] + 5.0
+    (fault,) = faults(columns, fit)
+    assert fault.kind == DIFFERS_WITH_TIME and "a device that drifts" in fault.message
+    assert "+5 GHz" in fault.message
+    assert runs_apart_in_time(columns.recording(), fault) == [row]
 
 
 def test_a_late_run_is_named_with_its_lag():

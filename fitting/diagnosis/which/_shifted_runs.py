@@ -1,0 +1,68 @@
+"""Whether runs with an origin of their own explain more than any effect: a fault, not a drift.
+
+Readings that lie apart before or after an instant may be a drift of the device, or a zero that was
+set anew between two runs. A drift also moves within the runs.
+"""
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.diagnosis.noise._whitening import Whitener
+from fitting.identification.data_checks._fault import Fault
+from fitting.identification.data_checks.runs._change_fault import (
+    DIFFERS_WITH_TIME,
+    runs_apart_in_time,
+)
+
+from ._base import FittedBase
+from ._forward_selection import Attribution, without_effects
+from ._thresholds import THRESHOLDS
+
+
+def faults_of_origin(
+    fitted: FittedBase, attribution: Attribution, found: Sequence[Fault]
+) -> list[Fault]:
+    """Of the faults `found` that a drift may explain those that an origin of some runs does better.
+
+    Fitted on the base that `attribution` stands on.
+    """
+    recording = fitted.refit.whitened.recording
+    return [
+        fault
+        for fault in found
+        if fault.kind == DIFFERS_WITH_TIME
+        and _have_own_origin(fitted, attribution, runs_apart_in_time(recording, fault))
+    ]
+
+
+def _have_own_origin(fitted: FittedBase, attribution: Attribution, runs: Sequence[int]) -> bool:
+    """Whether an origin of its own for each of `runs`, and no effect, is likelier than any answer.
+
+    By chi-square with the price of each origin (twice the logarithm of the response's span over
+    what is known of it, as evidence has it), and of the best answer's parameters.
+    """
+    refit, state = fitted.refit, fitted.state
+    whitened, own = refit.whitened, np.zeros(len(refit.whitened.blocks), dtype=bool)
+    own[list(runs)] = True
+    whitener = Whitener(whitened.blocks, refit.whitener.spectrum, own | whitened.own_origin)
+    free, held = (
+        dataclasses.replace(one, whitener=whitener) for one in (refit, fitted.eta_fixed[0])
+    )
+    start = held.minimise(
+        held.evaluate(fitted.eta_fixed[1].values, state.effects), THRESHOLDS.base_steps
+    )
+    on_base = free.minimise(free.evaluate(start.values, state.effects), THRESHOLDS.base_steps)
+    shifted = without_effects(free, on_base, start)
+    span = max(float(np.ptp(block.data)) for block in whitened.blocks)
+    error = np.array(
+        [
+            np.sqrt(whitener.spectrum.of_lines(whitener.lines[k])[0] / whitened.blocks[k].size)
+            for k in runs
+        ]
+    )
+    price = float(2.0 * np.log(span / error).sum())
+    best = attribution.best
+    lines = shifted.on_base.errors.all.size
+    return bool(shifted.cost + price < best.cost + best.count * np.log(lines))

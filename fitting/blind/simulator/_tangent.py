@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import scipy.linalg
 
 from ._piezo import Piezo
 from ._plays import play_memory, stretch_index, turning_points
@@ -45,7 +46,10 @@ def base_tangent(piezo: Piezo, scans: Sequence[Scan], oversample: int) -> Tangen
     columns = [np.sqrt(s.periods) * _columns(piezo, s, oversample) for s in scans]
     stacked = np.concatenate(columns)
     stacked /= np.maximum(np.linalg.norm(stacked, axis=0), 1e-12)
-    left, values, _ = np.linalg.svd(stacked, full_matrices=False)
+    try:
+        left, values, _ = np.linalg.svd(stacked, full_matrices=False)
+    except np.linalg.LinAlgError:  # the fast driver gives up on a few; the other one does not
+        left, values, _ = scipy.linalg.svd(stacked, full_matrices=False, lapack_driver="gesvd")
     return Tangent(left[:, values > CUT * values[0]], tuple(scans))
 
 

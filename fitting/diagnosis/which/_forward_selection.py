@@ -68,13 +68,12 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
             pairs += found
             if not all(exceeds_noise(pair.on_flexible_base) for pair in found):
                 break  # the strongest effect and another are enough: none else is looked for
-        pairs = _exchange_members(refits[1], none, pairs, classes, progress)
-        if all(exceeds_noise(pair.on_flexible_base) for pair in pairs):
+        if not _explains_most(none, pairs):
             progress("two effects at once")
-            at_once = _refit_pairs_at_once(refits[1], none, guesses)
-            if min(map(_cost, at_once), default=np.inf) < min(map(_cost, pairs), default=np.inf):
-                at_once = _exchange_members(refits[1], none, at_once, classes, progress)
-            pairs += at_once
+            pairs += _refit_pairs_at_once(refits[1], none, guesses)
+        if _explains_most(none, pairs):
+            progress("others in the place of one of two")
+            pairs = exchange_members(refits[1], none, pairs, classes)
         singles, pairs = check_backward(refits, none, singles, pairs)
     every = [forms.get(c.name, c) for c in nest_costs(none, [*singles, *pairs])]
     return Attribution(none, tuple(sorted(every, key=lambda c: c.cost)))
@@ -159,18 +158,14 @@ def _refit_pairs(
     return pairs
 
 
-def _exchange_members(
-    free: Refit, none: Candidate, pairs: list[Candidate], classes: Classes, progress: Progress
-) -> list[Candidate]:
-    """`exchange_members`, with a word of it."""
-    if not pairs:
-        return pairs
-    progress("others in the place of one of two")
-    return exchange_members(free, none, pairs, classes)
+def _explains_most(none: Candidate, pairs: list[Candidate]) -> bool:
+    """Whether the best pair leaves little of what no effect leaves.
 
-
-def _cost(candidate: Candidate) -> float:
-    return candidate.cost
+    Then a look-alike of one of the two may leave less; else two may be missing of which neither
+    explains anything alone.
+    """
+    left = min((excess(pair.on_flexible_base) for pair in pairs), default=np.inf)
+    return left < THRESHOLDS.pair_leaves * excess(none.on_flexible_base)
 
 
 def _refit_pairs_at_once(free: Refit, none: Candidate, guesses: InitialGuesses) -> list[Candidate]:

@@ -282,6 +282,12 @@ class WhichThresholds:
     pair_gain: float = threshold(
         0.5, unit="of the single effect's excess", origin=f"{_TRIAL}; a second effect removes more"
     )
+    pair_leaves: float = threshold(
+        0.2,
+        unit="of the excess without effects",
+        origin="58 simulated devices: pairs in which a look-alike was put right left 0.06 at most "
+        "before, and pairs beside something unlisted 0.06 to 0.97",
+    )
     far_above: float = threshold(
         10.0,
         unit="of the pair's excess, or of the number of lines",

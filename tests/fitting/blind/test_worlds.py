@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from fitting.blind.simulator._bank import bank
+from fitting.blind.simulator._bank import Spec, bank
 from fitting.blind.simulator._noise import Noise, draw_noise
 from fitting.blind.simulator._piezo import draw_other_form, draw_paper_form
 from fitting.blind.simulator._scan import Scan, draw_scans, place_in_time, scan_from_samples
@@ -242,3 +242,11 @@ def test_banks_of_any_size_add_up_and_draw_to_their_sizes():
     for w, s in zip(worlds, specs, strict=True):
         assert (w.seed, w.kind, w.base_misfit) == (s.seed, s.kind, s.base_misfit)
         assert {name.removeprefix("unlisted:") for name in w.truth} == set(s.effect.split("+"))
+
+
+def test_a_device_on_which_the_fast_singular_value_driver_gives_up_is_drawn():
+    """Of 1500 in sessions of seed 20261203 one; its columns are finite, and LAPACK does not end."""
+    spec = Spec(69872437, "listed", "amplitude_law", 4.818, False, any_session=True)
+    device = spec.draw()
+    assert device.truth == ("amplitude_law",)
+    assert all(np.isfinite(run.response).all() for run in device.runs)

@@ -32,6 +32,13 @@ def is_unexplained(state: State) -> bool:
     return bool(state.synchronous > limit + chance) or _exceeds_chance(state.errors.nonsynchronous)
 
 
+def exceeds_chance(state: State) -> bool:
+    """Whether more is left than chance leaves of measured noise."""
+    lines = state.errors.synchronous.size
+    chance = THRESHOLDS.pair_chance_sigmas * np.sqrt(2.0 * lines)
+    return bool(state.synchronous > lines + chance) or _exceeds_chance(state.errors.nonsynchronous)
+
+
 def exceeds_noise(state: State) -> bool:
     """Whether clearly more is left than noise, by a base that misfits, too."""
     lines = state.errors.synchronous.size

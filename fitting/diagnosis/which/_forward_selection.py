@@ -13,7 +13,7 @@ from ._backward_check import check_backward
 from ._base import FittedBase
 from ._candidate import Candidate
 from ._effect_search import Progress, search_one_effect
-from ._excess import exceeds_noise, excess, is_unexplained
+from ._excess import exceeds_chance, exceeds_noise, excess, is_unexplained
 from ._member_exchange import exchange_members
 from ._nested_costs import nest_costs
 from ._thresholds import THRESHOLDS
@@ -68,10 +68,10 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
             pairs += found
             if not all(exceeds_noise(pair.on_flexible_base) for pair in found):
                 break  # the strongest effect and another are enough: none else is looked for
-        if not _explains_most(none, pairs):
+        if not explains_most(none, pairs):
             progress("two effects at once")
             pairs += _refit_pairs_at_once(refits[1], none, guesses)
-        if _explains_most(none, pairs):
+        if explains_most(none, pairs):
             progress("others in the place of one of two")
             pairs = exchange_members(refits[1], none, pairs, classes)
         singles, pairs = check_backward(refits, none, singles, pairs)
@@ -105,7 +105,7 @@ def _needs_pairs(none: Candidate, singles: list[Candidate], *, noise_known: bool
     """Whether the best of the hypotheses with one effect at most leaves too much."""
     best = min([none, *singles], key=lambda c: c.cost)
     if noise_known:
-        return is_unexplained(best.on_flexible_base)
+        return exceeds_chance(best.on_flexible_base)
     limit = THRESHOLDS.pair_excess_unknown_noise * excess(none.on_flexible_base)
     return excess(best.on_flexible_base) > limit
 
@@ -158,7 +158,7 @@ def _refit_pairs(
     return pairs
 
 
-def _explains_most(none: Candidate, pairs: list[Candidate]) -> bool:
+def explains_most(none: Candidate, pairs: list[Candidate]) -> bool:
     """Whether the best pair leaves little of what no effect leaves.
 
     Then a look-alike of one of the two may leave less; else two may be missing of which neither

@@ -85,8 +85,9 @@ class DriveLimits:
                 raise LimitError(
                     f"the step {where.format(i=i)} is {step[i] / per:.6g} {unit}, but `{name}` is "
                     f"{getattr(self, name):g} {unit} ({over.sum()} such step(s)). Scan more "
-                    "slowly, smooth the corners more, or widen the limit if the device allows it. "
-                    "A smaller span needs less, unless the model's own slope is small there."
+                    "slowly, smooth the corners more (`--corner`, in Python `corner`), or widen "
+                    "the limit if the device allows it. A smaller span needs less, unless the "
+                    "model's own slope is small there."
                 )
 
 

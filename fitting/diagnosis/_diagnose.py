@@ -64,6 +64,7 @@ from .which.evidence._probability import (
     doubt_all,
     doubt_none,
     doubt_remainder,
+    doubt_unknown_noise,
     doubt_unpredictive,
     hypothesis_probabilities,
     withhold_judgment,
@@ -159,6 +160,8 @@ def diagnose(
     if first is not None and first.effects and not first.has_other_form:
         if fitted.spectrum.measured and is_beyond_hysteresis(first.on_flexible_base):
             probabilities = doubt_remainder(probabilities)
+    if not fitted.spectrum.measured:
+        probabilities = doubt_unknown_noise(probabilities)
     jumps = _random_jumps(fitted, first or attribution.none, flexible=flexible)
     if jumps is not None:
         probabilities = doubt_all(probabilities)

@@ -102,7 +102,7 @@ def _cosine_terms(run: Run) -> Float[np.ndarray, "periods terms"] | None:
     from scipy.fft import dct
 
     drive = run.drive
-    if not drive.repeats or drive.periods < 3 or not run.span > 0 or not run.valid.all():
+    if not drive.repeats or drive.periods < 3 or not run.span > 0:
         return None
     samples = _samples(run)
     terms = min(THRESHOLDS.unsettled_terms, samples // 4)
@@ -111,7 +111,12 @@ def _cosine_terms(run: Run) -> Float[np.ndarray, "periods terms"] | None:
     begin = int(np.flatnonzero(drive.period == 0)[0])
     at = np.arange(drive.periods)[:, None] + np.arange(samples) / samples
     place = begin + at / (drive.rate * drive.step_s)
-    value = np.interp(place, np.arange(drive.size), run.response)
+    value = np.interp(place, np.flatnonzero(run.valid), run.response[run.valid])
+    missing = np.interp(place, np.arange(drive.size), run.valid) < 1.0
+    if missing.mean(axis=1).max() > THRESHOLDS.missing_readings or missing.all(axis=0).any():
+        return None
+    others = np.nanmean(np.where(missing, np.nan, value), axis=0)
+    value = np.where(missing, others, value)
     return np.asarray(dct(value, norm="ortho", axis=1))[:, : terms + 1]
 
 
@@ -128,7 +133,7 @@ def _known_variance(run: Run) -> float:
     by up to a quarter of its change of slope, 4 span / n a sample of n in a period: two corners
     then add (span / n)^2 (2 / n) each to a term.
     """
-    steps = np.diff(np.unique(run.response))
+    steps = np.diff(np.unique(run.response[run.valid]))
     steps = steps[steps > 1e-9 * run.span]
     rounding = float(steps.min()) if steps.size else 0.0
     samples = _samples(run)

@@ -39,6 +39,12 @@ class RecordingCheckThresholds:
         origin="a settling is smooth over a period; 8: one that ends in less than a 16th of it is "
         "seen later, 32: more noise is compared, and a slow one is seen later",
     )
+    missing_readings: float = threshold(
+        0.1,
+        unit="of a period's readings",
+        origin="convention: where more are missing periods are not compared; those of the other "
+        "periods at their phase stand in, which halves no difference that is smooth over a period",
+    )
     unsettled_least: float = threshold(
         1e-6,
         unit="of the response's span, as noise of each term",

@@ -151,6 +151,8 @@ def compensate(
             f"the bias of {bias:g} {limits.unit} does not lie within the limits, {limits.low_v:g} "
             f"to {limits.high_v:g} {limits.unit}."
         )
+    if identified is not None and not extrapolate:
+        _refuse_beyond(identified.other_rate(target.excitation_hz))
     if isinstance(ecdl.operator, InverseRAPI):
         value, certificate = _paper(ecdl, ecdl.operator, target, bias)
     else:
@@ -159,17 +161,23 @@ def compensate(
     drive = Drive(target.time, value, target.excitation_hz, "triangle")
     limits.check(drive)
     beyond = [] if identified is None else identified.outside(drive)
-    if beyond and not extrapolate:
-        raise ModelError(
-            f"{'; '.join(beyond)}. Identify the model where it is to be used, or ask for "
-            "extrapolation (`--extrapolate`, in Python `extrapolate=True`)."
-        )
+    if not extrapolate:
+        _refuse_beyond(beyond)
     predicted = None
     if not isinstance(ecdl.operator, InverseRAPI):
         predicted = _followed(ecdl, drive, wanted)
         predicted = predicted - predicted.min()
     name = "paper" if predicted is None else "exact"
     return Compensation(drive, target, name, certificate, predicted, tuple(beyond))
+
+
+def _refuse_beyond(beyond: list[str]) -> None:
+    """Raise `ModelError` where a drive leaves what the model has seen; `beyond` says how."""
+    if beyond:
+        raise ModelError(
+            f"{'; '.join(beyond)}. Identify the model where it is to be used, or ask for "
+            "extrapolation (`--extrapolate`, in Python `extrapolate=True`)."
+        )
 
 
 def _followed(ecdl: ECDL, drive: Drive, wanted: np.ndarray) -> np.ndarray:

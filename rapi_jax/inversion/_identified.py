@@ -152,12 +152,15 @@ class Identified:
                 "what it saw at one of these did not predict the other: one more run near "
                 f"{drive.u_pp:.2g} {unit} would show what lies between"
             )
-        slow, fast = min(self.rates_hz, default=0.0), max(self.rates_hz, default=np.inf)
-        if drive.rate > 0 and not self.rates_hz:
-            found.append(f"the scan rate is {drive.rate:g} Hz, the model was identified at none")
-        elif not 0.95 * slow <= drive.rate <= 1.05 * fast:
-            seen = f"{slow:g} to {fast:g}" if slow < fast else f"{slow:g}"
-            found.append(
-                f"the scan rate is {drive.rate:g} Hz, the model was identified at {seen} Hz"
-            )
+        found += self.other_rate(drive.rate)
         return found
+
+    def other_rate(self, rate_hz: float) -> list[str]:
+        """That the model was not identified at such a rate, in words; empty where it was."""
+        slow, fast = min(self.rates_hz, default=0.0), max(self.rates_hz, default=np.inf)
+        if rate_hz > 0 and not self.rates_hz:
+            return [f"the scan rate is {rate_hz:g} Hz, the model was identified at none"]
+        if 0.95 * slow <= rate_hz <= 1.05 * fast:
+            return []
+        seen = f"{slow:g} to {fast:g}" if slow < fast else f"{slow:g}"
+        return [f"the scan rate is {rate_hz:g} Hz, the model was identified at {seen} Hz"]

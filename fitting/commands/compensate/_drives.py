@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -30,9 +31,11 @@ from fitting.identification.inverse._identify_inverse import (
     identify_inverse,
     swapped_model,
 )
-from rapi_jax import Identified, LimitError, ModelError, linear_scan
+from rapi_jax import Compensation, Identified, LimitError, ModelError, Target, linear_scan
 from rapi_jax import compensate as compensated
 from rapi_jax.io import read_limits, read_recording
+
+_CORNERS = (0.03, 0.05, 0.1, 0.2)  # of a period: what is tried where corners are too sharp
 
 
 def compensate_into(
@@ -80,15 +83,13 @@ def compensate_into(
         raise ModelError(f"`--frequency` must be positive rates in Hz, but is {frequency}.")
     check_limits_unit(allowed, limits, about["drive_unit"])
     check_rates(frequency)
+
+    def targets_at(rates: list[float], rounded: float) -> tuple[Target, ...]:
+        unit = about["response_unit"]
+        return linear_scan(rates, span=span, rise=rise, corner=rounded, samples=samples, unit=unit)
+
     try:
-        targets = linear_scan(
-            frequency,
-            span=span,
-            rise=rise,
-            corner=corner,
-            samples=samples,
-            unit=about["response_unit"],
-        )
+        targets = targets_at(frequency, corner)
     except ValueError as error:
         raise ModelError(str(error)) from error
     names = drive_files(frequency, about["drive_unit"], inverse == "paper", plots)
@@ -104,22 +105,23 @@ def compensate_into(
         if inverse == "paper":
             report_step("identifying the inverse")
             used, fitted = _identify_inverse(ecdl, about, identified, measured, report_step)
+        drive_for = partial(
+            compensated,
+            used,
+            identified=identified,
+            limits=allowed,
+            bias=bias,
+            extrapolate=extrapolate,
+        )
         made = []
         for target in targets:
             report_step(f"{target.excitation_hz:g} Hz")
             try:
-                one = compensated(
-                    used,
-                    target,
-                    identified=identified,
-                    limits=allowed,
-                    bias=bias,
-                    extrapolate=extrapolate,
-                )
+                one = drive_for(target)
             except LimitError as error:
-                raise LimitError(
-                    _say_which(target.excitation_hz, allowed is None, error)
-                ) from error
+                text = _say_which(target.excitation_hz, allowed is None, error)
+                at_rate = partial(targets_at, [target.excitation_hz])
+                raise LimitError(text + _least_corner(drive_for, at_rate, corner)) from error
             made.append(one)
         report_step("band on the nonlinearity")
         bands, note = scan_bands(model, ecdl, made)
@@ -155,6 +157,21 @@ def _identify_inverse(
         )
         result = identify_inverse(data, forward, throw=False, progress=report_step)
     return result.ecdl, result
+
+
+def _least_corner(
+    drive_for: Callable[[Target], Compensation],
+    at_rate: Callable[[float], tuple[Target, ...]],
+    corner: float,
+) -> str:
+    """Which of a few rounder corners passes, in words; nothing where none does."""
+    for rounded in (c for c in _CORNERS if c > corner):
+        try:
+            drive_for(at_rate(rounded)[0])
+        except (LimitError, ModelError, ValueError):
+            continue
+        return f" `--corner {rounded:g}` would pass."
+    return ""
 
 
 def _say_which(hertz: float, of_recording: bool, error: Exception) -> str:

@@ -18,13 +18,14 @@ def check_start(run: Run, unit: str = "") -> Fault | None:
     miss = first_period_miss(run)
     if miss == 0.0:
         return None
-    only = "" if run.drive.periods > 1 else " Or the reading drifts, which one period cannot tell."
+    mend = ", or cut the first one off (`rapi import --skip-periods 1`)."
+    if run.drive.periods < 2:
+        mend = ". Or the reading drifts, which one period cannot tell."
     text = (
         f"run {run.name!r}: the response ends its first period {quantity(abs(miss), unit).strip()} "
         f"({100 * abs(miss) / run.span:.2g} % of its span) from where it began: the device came "
         "from rest or another drive, and the model takes each period for the settled one. Let the "
-        "drive run for two periods before recording, or cut the first one off (`rapi import "
-        f"--skip-periods 1`).{only}"
+        f"drive run for two periods before recording{mend}"
     )
     last = int(np.flatnonzero(run.drive.period == 0)[-1])
     return Fault("unsettled start", run.name, text, ((0, last),))
@@ -37,7 +38,7 @@ def first_period_miss(run: Run) -> float:
     as with a drift; 0, too, where the drive itself does not close.
     """
     drive, limits = run.drive, THRESHOLDS
-    if not drive.repeats or not drive.periods or not run.span > 0 or not run.valid.all():
+    if not drive.repeats or not drive.periods or not run.span > 0:
         return 0.0
     samples = 1.0 / (drive.rate * drive.step_s)
     if samples < limits.period_samples:
@@ -47,13 +48,16 @@ def first_period_miss(run: Run) -> float:
     places = places[places <= drive.size + 1e-6]  # the next period may begin a step after the last
     if places.size < 2:
         return 0.0
-    at = np.arange(drive.size)
-    response = np.interp(places, at, run.response)
+    at, read = np.arange(drive.size), np.flatnonzero(run.valid)
+    response = np.interp(places, read, run.response[read])
+    missing = np.abs(read[:, None] - places[None, :2]).min(axis=0).max()
     value = np.interp(places, at, drive.value)
-    noise = white_noise_rms(run.response)
+    noise = white_noise_rms(run.response[read])
     misses = np.diff(response)
     # What the drive's own difference moves, at twice the usual slope.
     moved = 2.0 * abs(float(value[1] - value[0])) / max(drive.u_pp, 1e-300) * run.span
+    # And what a triangle's response does over readings that are missing there.
+    moved += 4.0 * float(missing) / samples * run.span if missing >= 1.0 else 0.0
     later = float(np.abs(misses[1:]).max(initial=0.0))
     least = max(
         limits.first_period_miss * run.span,

@@ -42,7 +42,8 @@ def write_diagnosis(
         drive_unit=recording.drive_unit,
         response_origin=recording.response_origin,
         response_lag_s=recording.response_lag_s,
-        trusted=diagnosis.verdict.name != "unlisted" and not content["faults"],
+        trusted=not (reasons := _reasons(diagnosis)),
+        reasons=reasons,
         identified=Identified.of(recording).to_dict(),
         rmse=content["shrinkage"]["after"],
         versions=package_versions(),
@@ -53,3 +54,16 @@ def write_diagnosis(
     whole = content | dict(more or {}) | files
     write_atomic(folder / DIAGNOSIS, json_text(whole))
     return [folder / DIAGNOSIS, folder / PAGE, folder / MODEL]
+
+
+def _reasons(diagnosis: "Diagnosis") -> list[str]:
+    """Why no drive should be made from the model of a diagnosis; empty where one may be."""
+    found = [f"{fault['kind']}: {fault['message']}" for fault in diagnosis.content["faults"]]
+    if diagnosis.verdict.name == "unlisted" and not found:
+        found = [
+            "its diagnosis names no effect that explains the gap (probability "
+            f"{100 * diagnosis.verdict.probability:.0f} %): compensate the model of `rapi fit`"
+        ]
+    elif diagnosis.verdict.name == "unlisted":
+        found += ["its diagnosis names no effect that explains the gap"]
+    return found

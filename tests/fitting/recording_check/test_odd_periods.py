@@ -43,6 +43,37 @@ def recorded(rng, make_noise, *, settled=True, periods=4, noise=0.02, drift=0.0)
     return Recording(tuple(runs))
 
 
+def masked(recording: Recording, rng, share=0.02) -> Recording:
+    """The same with readings missing here and there, two beside one another at most."""
+    runs = []
+    for run in recording.runs:
+        read = run.response.copy()
+        for k in np.flatnonzero(rng.random(read.size // 8) < 4 * share):
+            read[8 * k + 2 : 8 * k + 4] = np.nan
+        runs.append(dataclasses.replace(run, response=read))
+    return Recording(tuple(runs))
+
+
+@pytest.mark.parametrize("periods", [3, 5])
+def test_where_readings_are_missing_settled_recordings_are_settled(periods):
+    rng = np.random.default_rng(7)
+    alarms = sum(
+        bool(find_unsettled(masked(recorded(rng, white, periods=periods), rng).runs))
+        for _ in range(40)
+    )
+    assert alarms <= 4  # as below
+
+
+def test_a_missing_reading_hides_no_lag_that_starts_from_rest():
+    rng = np.random.default_rng(1)
+    recording = masked(recorded(rng, white, settled=False), rng)
+    assert all(not run.valid.all() for run in recording.runs)
+    found = check_recording(recording)
+    assert [run.settled for run in found.runs] == [False] * 3
+    for run in found.runs:
+        np.testing.assert_allclose(run.noise, 0.02, rtol=0.08)
+
+
 @pytest.mark.parametrize("make_noise", [white, walk, hum])
 @pytest.mark.parametrize("periods", [3, 5])
 def test_settled_recordings_are_told_to_be_unsettled_once_in_a_hundred(make_noise, periods):

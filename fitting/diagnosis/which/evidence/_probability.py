@@ -65,7 +65,23 @@ def doubt_remainder(ranked: Ranked) -> Ranked:
     Something else is then missing, or the effect has another form: `unlisted` keeps a share at
     least, and the others are scaled.
     """
-    least, found = THRESHOLDS.unlisted_share, dict(ranked)
+    return _keep_unlisted(ranked, THRESHOLDS.unlisted_share)
+
+
+def doubt_unknown_noise(ranked: Ranked) -> Ranked:
+    """The same where an effect is the likeliest answer and noise is not known.
+
+    A second effect, or one that looks like the first, may then pass for noise and leave no trace:
+    `unlisted` keeps a share at least.
+    """
+    if ranked[0][0] in ("none", UNLISTED):
+        return ranked
+    return _keep_unlisted(ranked, THRESHOLDS.unlisted_unknown_noise)
+
+
+def _keep_unlisted(ranked: Ranked, least: float) -> Ranked:
+    """`unlisted` at `least` or more, the others in their ratios."""
+    found = dict(ranked)
     if found[UNLISTED] >= least:
         return ranked
     scale = (1.0 - least) / (1.0 - found[UNLISTED])

@@ -6,6 +6,7 @@ from fitting.diagnosis.which._thresholds import THRESHOLDS
 from fitting.diagnosis.which.evidence._conformal import credible_set
 from fitting.diagnosis.which.evidence._probability import (
     doubt_remainder,
+    doubt_unknown_noise,
     doubt_unpredictive,
 )
 
@@ -40,3 +41,20 @@ def test_what_no_hysteresis_leaves_keeps_unlisted_in_the_set():
     assert "unlisted" in credible_set(doubt_remainder(ranked))
     sure = [("unlisted", 0.9), ("delay", 0.1)]
     assert doubt_remainder(sure) == sure
+
+
+def test_where_noise_is_unknown_an_effect_is_never_certain():
+    """Of 44 simulated devices, nearly all named with certainty, 32 were named right."""
+    ranked = [("delay", 0.98), ("etalon", 0.02), ("unlisted", 0.0)]
+    found = dict(doubt_unknown_noise(ranked))
+    assert sum(found.values()) == pytest.approx(1.0)
+    assert found["unlisted"] == pytest.approx(THRESHOLDS.unlisted_unknown_noise)
+    assert found["delay"] / found["etalon"] == pytest.approx(49.0)
+    assert "unlisted" in credible_set(doubt_unknown_noise(ranked))
+
+
+@pytest.mark.parametrize("first", ["none", "unlisted"])
+def test_it_is_as_certain_as_before_that_nothing_or_something_unknown_is_missing(first):
+    """None of 23 simulated devices without effects was called otherwise."""
+    ranked = [(first, 0.97), ("delay", 0.02), (next(iter({"none", "unlisted"} - {first})), 0.01)]
+    assert doubt_unknown_noise(ranked) == ranked

@@ -34,7 +34,9 @@ def test_a_start_from_rest_is_named_with_its_size(periods):
     (fault,) = faults
     # A record of one period ends a sample before the next begins, which is allowed for.
     size = "9.8 % of its span" if periods > 1 else " % of its span"
-    assert size in fault.message and "cut the first one off" in fault.message
+    assert size in fault.message
+    assert ("cut the first one off" in fault.message) == (periods > 1)
+    assert ("the reading drifts" in fault.message) == (periods == 1)
     np.testing.assert_allclose(
         abs(first_period_miss(rest)), 0.098 * rest.span, rtol=0.01 if periods > 1 else 0.15
     )
@@ -60,11 +62,23 @@ def test_a_drift_that_goes_on_is_no_start():
     assert first_period_miss(Run(settled.drive, settled.response + drift)) == 0.0
 
 
-def test_masked_readings_and_drives_that_do_not_close_say_nothing():
+@pytest.mark.parametrize("missing", [5, 3 * SAMPLES // 2, 3 * SAMPLES - 1])
+def test_a_reading_that_is_missing_elsewhere_hides_no_start(missing):
     rest = from_rest(run(3), 0.1)
     masked = rest.response.copy()
-    masked[5] = np.nan
-    assert first_period_miss(Run(rest.drive, masked)) == 0.0
+    masked[missing] = np.nan
+    found = first_period_miss(Run(rest.drive, masked))
+    np.testing.assert_allclose(found, first_period_miss(rest), rtol=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("count", [1, 5, 20, 100])
+def test_readings_that_are_missing_at_a_period_s_ends_accuse_no_settled_run(count, seed):
+    settled = run(3, 0.02, seed)
+    for place in (0, SAMPLES - count // 2):
+        masked = settled.response.copy()
+        masked[place : place + count] = np.nan
+        assert first_period_miss(Run(settled.drive, masked)) == 0.0
 
 
 def test_measured_periods_are_settled(shared_data):

@@ -42,6 +42,7 @@ from ._verdict import (
     doubt_noise,
     explain_random_jumps,
     give_verdict,
+    mention_likeliest,
 )
 from .base_misfit._remainder import is_beyond_hysteresis
 from .detectability._detectability import smallest_sizes
@@ -204,6 +205,7 @@ def diagnose(
     verdict = give_verdict(
         name, probability, credible, top, attribution.none, gap, shrinkage, next_scan, recording
     )
+    verdict = mention_likeliest(verdict, ranked, held_out, recording.response_unit)
     if name == "unlisted" and faults and faults[0].kind != DIFFERS_WITH_RATE:
         verdict = doubt_data(verdict, faults)
     if jumps is not None:

@@ -87,8 +87,8 @@ def verdict_sentence(
             "it."
         )
     return (
-        f"The gap {verb} {what} ({sure}). Added to the model, it closes {_share(closed)} of the "
-        f"gap on held-out data: the residual falls from {before} to {after} {shown} rms."
+        f"The gap {verb} {what} ({sure}). Added to the model, it closes {closed_share(closed)} of "
+        f"the gap on held-out data: the residual falls from {before} to {after} {shown} rms."
     )
 
 
@@ -106,7 +106,7 @@ def _held_out_alike(shrinkage: dict[str, Any], unit: str) -> str:
     )
 
 
-def _share(closed: dict[str, float]) -> str:
+def closed_share(closed: dict[str, float]) -> str:
     """A share with its 95 % interval in percent: "94 % (90 to 96)"."""
     low, high = _percent(max(closed["low"], 0.0)), _percent(min(closed["high"], 1.0))
     value = _percent(closed["value"])

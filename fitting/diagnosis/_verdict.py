@@ -1,6 +1,7 @@
 """The verdict: the most probable hypothesis, the reason for it, and what to do; notes besides."""
 
 import dataclasses
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from fitting.identification.data_checks._drive_character import describe_repetition
@@ -10,8 +11,9 @@ from rapi_jax import Recording
 
 from ._data_checks import SINGLE_SWEEP
 from ._diagnosis import Verdict
-from ._text import describe_effects, verdict_advice, verdict_sentence
+from ._text import closed_share, describe_effects, verdict_advice, verdict_sentence
 from .family._law import threshold_law
+from .how_far._cross_validation import CrossValidation
 from .next_scan._confirmation import needs_confirmation
 from .next_scan._next_scan import NextScan
 from .noise._residual_whiteness import ResidualWhiteness
@@ -79,6 +81,31 @@ def doubt_data(verdict: Verdict, faults: list[Fault]) -> Verdict:
         "diagnose it again."
     )
     return dataclasses.replace(verdict, advice=advice)
+
+
+def mention_likeliest(
+    verdict: Verdict,
+    ranked: Sequence[tuple[Candidate | None, float]],
+    held_out: Mapping[str, CrossValidation],
+    unit: str,
+) -> Verdict:
+    """The verdict with the likeliest of the known effects, where none of them is the answer.
+
+    Only one of the credible set. `ranked`: hypotheses with their probabilities, likeliest first,
+    `None` for `unlisted`. `held_out`: what is known of each on data held out.
+    """
+    likely = [(c, p) for c, p in ranked if c is not None and c.effects and c.name in verdict.set]
+    if verdict.name != "unlisted" or not likely:
+        return verdict
+    first, probability = likely[0]
+    found = held_out.get(first.name)
+    closed = None if found is None else found.closed
+    closes = f", which closes {closed_share(closed)} of the gap on held-out data" if closed else ""
+    text = (
+        f" Of the known ones the likeliest is {describe_effects(first.effects, unit)} "
+        f"({100.0 * probability:.0f} %){closes}."
+    )
+    return dataclasses.replace(verdict, sentence=verdict.sentence + text)
 
 
 def explain_random_jumps(verdict: Verdict, jumps: RandomJumps, unit: str) -> Verdict:

@@ -40,13 +40,13 @@ def describe_target(target: Any) -> str:
 
 
 def describe_compensation(made: Any) -> str:
-    """`<Compensation: 60 GHz at 20 Hz, drive 0.9 to 5.1, exact inverse, certified>`."""
+    """`<Compensation: 60 GHz at 20 Hz, drive 0.9 to 5.1 V, exact inverse, certified>`."""
     low, high = (significant(float(x), 4) for x in (made.drive.value.min(), made.drive.value.max()))
     word = "certified" if made.certificate.invertible else "not certified"
     notes = f", {_counted(len(made.notes), 'note')}" if made.notes else ""
     return (
-        f"<Compensation: {_scan(made.target)}, drive {low} to {high}, {made.inverse} inverse, "
-        f"{word}{notes}>"
+        f"<Compensation: {_scan(made.target)}, drive {low} to {high} {made.drive_unit}, "
+        f"{made.inverse} inverse, {word}{notes}>"
     )
 
 

@@ -26,14 +26,18 @@ def summarise_model(ecdl: Any, parameters: Sequence[Any]) -> Summary:
     return Summary(title, (), ("parameter", "value", "unit"), rows)
 
 
-def summarise_certificate(found: Any) -> Summary:
-    """Whether the model can be inverted, with the smallest slope and where it is met."""
-    between = f"between {found.low:.4g} and {found.high:.4g} at {found.freq:g} Hz"
+def summarise_certificate(found: Any, unit: str = "") -> Summary:
+    """Whether the model can be inverted, with the smallest slope and where it is met.
+
+    `unit`: of the drive, where it is known.
+    """
+    drive = f" {unit}" if unit else ""
+    between = f"between {found.low:.4g} and {found.high:.4g}{drive} at {found.freq:g} Hz"
     word = "can" if found.invertible else "cannot"
     facts = [
         ("smallest slope", f"{found.slope_min:.4g} (response units per drive unit)"),
-        ("met at a drive of", f"{found.slope_at:.4g}, on the way {found.slope_direction}"),
-        ("swing in the thresholds", significant(found.u_pp)),
+        ("met at a drive of", f"{found.slope_at:.4g}{drive}, on the way {found.slope_direction}"),
+        ("swing in the thresholds", f"{significant(found.u_pp)}{drive}"),
     ]
     rows = [
         (f"{one.low:.4g} to {one.high:.4g}", one.direction, significant(one.slope))
@@ -46,12 +50,12 @@ def summarise_certificate(found: Any) -> Summary:
 
 def summarise_compensation(made: Any) -> Summary:
     """The drive that was made, and what was proved of the model."""
-    about = made.to_dict()
+    about, unit = made.to_dict(), made.drive_unit
     facts = [
-        ("drive", f"{about['drive_min']:.4g} to {about['drive_max']:.4g}"),
-        ("steepest slope", f"{about['slew_max']:.4g} per s"),
+        ("drive", f"{about['drive_min']:.4g} to {about['drive_max']:.4g} {unit}"),
+        ("steepest slope", f"{about['slew_max']:.4g} {unit}/s"),
         ("inverse", made.inverse),
-        ("certificate", summarise_certificate(made.certificate).title),
+        ("certificate", summarise_certificate(made.certificate, unit).title),
     ]
     title = (
         f"Drive for a scan of {made.target.span:.4g} {made.target.unit} at {made.drive.rate:g} Hz"

@@ -38,7 +38,7 @@ class Compensation:
     - `predicted`: the forward model's steady response, relative to its minimum; for the exact
       inverse the target, to 1e-6 of its span (rms) with effects that have a memory, to rounding
       without. `None` for the paper's inverse, which knows no forward model.
-    - `notes`: in which ways it goes beyond what was identified.
+    - `notes`: in which ways it goes beyond what was identified. `drive_unit`: of the drive.
 
     >>> from rapi_jax import DriveLimits, compensate, linear_scan
     >>> from rapi_jax.examples import paper_device
@@ -55,6 +55,7 @@ class Compensation:
     certificate: Certificate
     predicted: np.ndarray | None
     notes: tuple[str, ...]
+    drive_unit: str = "V"
 
     def summary(self) -> str:
         """The drive and its certificate as text for people."""
@@ -168,7 +169,7 @@ def compensate(
         predicted = _followed(ecdl, drive, wanted)
         predicted = predicted - predicted.min()
     name = "paper" if predicted is None else "exact"
-    return Compensation(drive, target, name, certificate, predicted, tuple(beyond))
+    return Compensation(drive, target, name, certificate, predicted, tuple(beyond), limits.unit)
 
 
 def _refuse_beyond(beyond: list[str]) -> None:

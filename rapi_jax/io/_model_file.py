@@ -9,6 +9,7 @@ import io
 import json
 from collections.abc import Callable, Sequence
 from inspect import isabstract
+from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
 
@@ -82,6 +83,7 @@ def read_model(
 ) -> tuple[ECDL, dict[str, Any]]:
     """The model in `path`, and what was written about it.
 
+    `path`: a file, or the folder that `rapi fit` or `rapi diagnose` wrote, which has `model.rapi`.
     `effects`, `operators`: classes that are not this package's, for a model that has them.
 
     Raises `DataError` where the file is not a model, is damaged, or names a class that is not
@@ -94,6 +96,8 @@ def read_model(
     >>> laser.operator.count, about["units"]
     (10, {'response': 'GHz'})
     """
+    path = Path(path)
+    path = path / "model.rapi" if path.is_dir() else path
     label = printable(path)
     jax.devices()  # an unknown JAX_PLATFORMS fails here, and is not taken for a fault of the file
     with open_regular(path, _LIMIT) as file:

@@ -1,6 +1,7 @@
 """Opening files that are not trusted: kind, size and place are checked before parsing."""
 
 import contextlib
+import difflib
 import errno
 import os
 import stat
@@ -44,6 +45,15 @@ def located(label: str) -> Iterator[None]:
         raise DataError(f"{label}: {error}") from error
 
 
+def _near_names(path: StrPath) -> str:
+    """Which file of nearly that name is there, in a sentence; empty where none is."""
+    with contextlib.suppress(OSError, ValueError):
+        folder, name = os.path.split(os.fspath(path))
+        near = difflib.get_close_matches(str(name), os.listdir(folder or "."), 1, 0.8)
+        return "".join(f" Did you mean {printable(one)}?" for one in near)
+    return ""
+
+
 @contextlib.contextmanager
 def open_regular(path: StrPath, max_bytes: int = MAX_BYTES) -> Iterator[BinaryIO]:
     """Open a regular file of at most `max_bytes` for reading; never waits on a pipe or device."""
@@ -53,9 +63,7 @@ def open_regular(path: StrPath, max_bytes: int = MAX_BYTES) -> Iterator[BinaryIO
         flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
         handle = os.open(path, flags)
     except FileNotFoundError:
-        raise DataError(
-            f"{label}: no such file. Check the path, and a manifest that names it."
-        ) from None
+        raise DataError(f"{label}: no such file.{_near_names(path)} Check the path.") from None
     except (OSError, ValueError) as error:
         raise DataError(
             f"{label}: cannot be opened ({cause(error)}). Check its permissions and its path."

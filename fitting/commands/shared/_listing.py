@@ -81,7 +81,7 @@ COMMANDS = {
         "Find what a model lacks: where, which effect, and how much it explains.",
         (
             "rapi diagnose my-recording -o diagnosis",
-            "rapi diagnose my-recording --model result -o diagnosis",
+            "rapi diagnose another-recording --model result -o diagnosis",
             "rapi diagnose --compare before after -o changes",
         ),
     ),
@@ -141,7 +141,7 @@ rapi makes the frequency scan of a piezo-tuned laser linear. Where to begin:
   rapi check my-recording            what the recording allows, in seconds
   rapi fit my-recording -o result    identify a model and say whether it can be trusted
   rapi compensate result --span 60 --frequency 10 20 -o drives
-  rapi diagnose my-recording --model result -o diagnosis
+  rapi diagnose my-recording -o diagnosis
 
 `rapi --help` lists all commands, `rapi COMMAND --help` explains one with examples.
 """

@@ -251,7 +251,7 @@ def _runs_of(
             except DataError as error:
                 raise DataError(f"{label}: {error}") from error
             rows = slice(rows.start + skipped, rows.stop)
-            notes += [describe_run(one, name, rows.start), *left_out]
+            notes += [describe_run(one, name, rows.start, channels.drive_unit), *left_out]
             if optics is None:
                 runs.append(Run(one, response[rows], name))
                 continue

@@ -1,8 +1,11 @@
 """What a file leaves open and options must say, asked at once."""
 
+import shlex
+
 from rapi_jax._errors import DataError
+from rapi_jax.io._safe import printable
 from rapi_jax.io.tables._table import Table
-from rapi_jax.io.tables._units import DRIVES, RESPONSES
+from rapi_jax.io.tables._units import DRIVES, RESPONSES, known_unit
 
 from ._options import ImportOptions
 from .fringes._optics import CAVITY_EXAMPLE, INTERFEROMETER_EXAMPLES
@@ -29,7 +32,8 @@ def locate_columns(table: Table, source: Table, options: ImportOptions) -> dict[
     parts = []
     if columns:
         which = "which column is the " if len(columns) == 1 else "which columns are the "
-        parts.append(f"{which}{' and the '.join(columns)}? Name {_options(columns)}.")
+        likely = _by_units(tables, columns)
+        parts.append(f"{which}{' and the '.join(columns)}? Name {_options(columns)}{likely}.")
     if units:
         verb = "is" if len(units) == 1 else "are"
         noun = "unit" if len(units) == 1 else "units"
@@ -57,6 +61,30 @@ def _place(table: Table, what: str, options: ImportOptions) -> int | None:
         return table.find(key, f"--{what}")
     named = [i for i, c in enumerate(table.columns) if what in [n.lower() for n in c.names]]
     return named[0] if len(named) == 1 else None
+
+
+def _by_units(tables: dict[str, Table], columns: list[str]) -> str:
+    """The options with the only columns whose units are those of a drive and of a response.
+
+    Empty where units do not tell. A voltage may be a response, too: only where it is no drive.
+    """
+    found: dict[str, str] = {}
+    for what in columns:
+        if what not in _ALLOWED:
+            return ""
+        told = [
+            (column.bare or column.name, known_unit(column.unit or ""))
+            for column in tables[what].columns
+            if not column.is_time
+        ]
+        volts = [name for name, unit in told if unit in DRIVES and DRIVES[unit][0] == "V"]
+        others = [name for name, unit in told if unit in RESPONSES and name not in volts]
+        likely = volts if what == "drive" else others
+        if len(likely) != 1:
+            return ""
+        found[what] = likely[0]
+    words = " ".join(f"--{what} {shlex.quote(printable(name))}" for what, name in found.items())
+    return f", by their units `{words}`" if len(found) == len(columns) > 1 else ""
 
 
 def _has_unit(tables: dict[str, Table], what: str, options: ImportOptions) -> bool:

@@ -21,6 +21,12 @@ _WORDS = {
     "millivolt": "mV", "millivolts": "mV", "micron": "um", "microns": "um", "hertz": "Hz",
     "msec": "ms", "usec": "us", "minutes": "min", "hours": "h", "degree": "deg", "degrees": "deg",
     "newton": "N", "tesla": "T", "ampere": "A", "c/m^2": "C/m2", "uc/cm^2": "uC/cm2",
+    "gigahertz": "GHz", "megahertz": "MHz", "kilohertz": "kHz", "terahertz": "THz",
+    "metre": "m", "meter": "m", "metres": "m", "meters": "m", "millisecond": "ms",
+    "milliseconds": "ms", "microsecond": "us", "microseconds": "us", "nanometre": "nm",
+    "nanometres": "nm", "nanometer": "nm", "nanometers": "nm", "micrometre": "um",
+    "micrometres": "um", "micrometer": "um", "micrometers": "um", "millimetre": "mm",
+    "millimetres": "mm", "millimeter": "mm", "millimeters": "mm",
 }  # fmt: skip
 _OTHER = {
     **{unit: ("mrad", factor) for unit, factor in _ANGLE.items()},

@@ -1,5 +1,6 @@
 """`rapi compensate`: what it writes, and every way it refuses; each run is a whole command."""
 
+import dataclasses
 import json
 import re
 
@@ -11,7 +12,7 @@ from fitting.cli import app
 from fitting.commands.run import run
 from fitting.commands.shared.files._unclaimed import reading_notes
 from rapi_jax import ECDL, RAPI, Identified, Run, linearity, predict, repeated
-from rapi_jax.effects import Creep, Etalon
+from rapi_jax.effects import AmplifierLowpass, Creep, Etalon
 from rapi_jax.examples import paper_device, paper_recording
 from rapi_jax.io import read_afg, read_drive, read_model, read_recording, write_model
 
@@ -103,9 +104,10 @@ def test_bias_shape_and_limits_are_followed(model, tmp_path, capsys):
         (("--span", 75, "--frequency", "10,20"), 2, "Separate numbers by spaces, not by commas."),
         (("--span", 75, "--frequency", 0), 3, "positive rates"),
         (("--span", 75, "--frequency", 10, "nan"), 3, "positive rates"),
-        (("--span", 75, "--frequency", 100), 3, "V/s"),
-        (("--span", 75, "--frequency", 10, 100), 3, "the scan at 100 Hz: "),
-        (("--span", 75, "--frequency", 100), 3, "give the device's with `--limits`"),
+        (("--span", 75, "--frequency", 100), 3, "identified at 10 to 40"),
+        (("--span", 75, "--frequency", 100, "--extrapolate"), 3, "V/s"),
+        (("--span", 75, "--frequency", 10, 100, "--extrapolate"), 3, "the scan at 100 Hz: "),
+        (("--span", 75, "--frequency", 100, "--extrapolate"), 3, "the device's with `--limits`"),
         (("--span", 60, "--frequency", 50), 3, "identified at 10 to 40"),
         (("--span", 120, "--frequency", 10), 3, "a scan of 120 GHz about"),
         (("--span", 120, "--frequency", 10), 3, "the recordings, 0.75 to 5.25 V, span 76.4"),
@@ -271,6 +273,29 @@ def test_a_model_that_is_not_monotone_is_refused_with_the_place(tmp_path, capsys
     assert rapi("compensate", folder, *arguments) == 3
     assert "does not rise with it from" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.fault(name="a drive that is too steep", promise="refused with a corner that passes")
+def test_a_drive_that_is_too_steep_is_refused_with_a_corner_that_passes(tmp_path, capsys):
+    """A low-pass is undone by a step at each corner: 978 V/s at 2 % of a period, 833 at 3 %."""
+    recording, _ = paper_recording(samples=400)
+    slower = dataclasses.replace(Identified.of(recording), slew_max=950.0 / 3.0)  # V/s
+    lagging = ECDL(paper_device().operator, (AmplifierLowpass.at(tau=2e-4),))
+    folder = write(tmp_path / "model", lagging, recording, identified=slower.to_dict())
+    options = ("--span", 60, "--frequency", 40, "--no-plots", "-o", tmp_path / "out")
+    assert rapi("compensate", folder, *options) == 3
+    error = capsys.readouterr().err
+    assert "slew_v_per_s" in error and not (tmp_path / "out").exists()
+    assert "`--corner 0.03` would pass" in error
+    assert rapi("compensate", folder, *options, "--corner", 0.03) == 0
+
+
+def test_a_rate_that_was_not_recorded_is_refused_before_its_slope(model, tmp_path, capsys):
+    options = ("--span", 70, "--frequency", 200, "--no-plots", "-o", tmp_path / "out")
+    assert rapi("compensate", model, *options) == 3
+    error = capsys.readouterr().err
+    assert "the scan rate is 200 Hz, the model was identified at 10 to 40 Hz" in error
+    assert "slew" not in error
 
 
 @pytest.mark.fault(name="a model not to be trusted", promise="exit 4, no file")

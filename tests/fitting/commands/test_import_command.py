@@ -94,8 +94,8 @@ def wrong_column(folder):
 
 
 def wrong_unit(folder):
-    return (scope(folder), *SCOPE[:-1], "Gigahertz"), 3, (
-        "--response-unit must be one of GHz", "not 'Gigahertz'", "--response-scale",
+    return (scope(folder), *SCOPE[:-1], "Gigaherz"), 3, (
+        "--response-unit must be one of GHz", "not 'Gigaherz'", "--response-scale",
     )  # fmt: skip
 
 
@@ -108,6 +108,19 @@ def no_columns_named(folder):
     return (scope(folder),), 3, (
         "which columns are the response and the drive?", "--response and --drive", "2 'CH2' (V)",
     )  # fmt: skip
+
+
+def columns_that_units_tell(folder):
+    """The line to copy is said; a unit that is written out counts."""
+    heads = "Zeit (ms),Spannung (V),Frequenz (Gigahertz)\n"
+    return (put(folder / "a.csv", heads + rows(T, U, Y)),), 3, (
+        "by their units `--response Frequenz --drive Spannung`",
+    )  # fmt: skip
+
+
+def another_name(folder):
+    scope(folder)
+    return (folder / "skope.csv", *SCOPE), 3, ("no such file", "Did you mean scope.csv?")
 
 
 def no_units(folder):
@@ -177,7 +190,8 @@ def a_letter_in_a_number(folder):
 
 
 MISTAKES = (
-    wrong_column, wrong_unit, unit_that_is_off, no_columns_named, missing_reading, wrong_rate,
+    wrong_column, wrong_unit, unit_that_is_off, no_columns_named, columns_that_units_tell,
+    another_name, missing_reading, wrong_rate,
     folder_of_another_program, unknown_option, no_permission, output_exists, no_clock,
     a_letter_in_a_number, no_units, a_unit_in_small_letters,
 )  # fmt: skip

@@ -62,7 +62,7 @@ def test_scans_and_their_drives():
     limits = DriveLimits(low_v=0.0, high_v=7.0, slew_v_per_s=1000.0)
     made = compensate(paper_device(), target, bias=3.0, limits=limits)
     assert repr(made) == (
-        "<Compensation: 60 GHz at 20 Hz, drive 1.146 to 4.854, exact inverse, certified>"
+        "<Compensation: 60 GHz at 20 Hz, drive 1.146 to 4.854 V, exact inverse, certified>"
     )
     assert len({made, made.drive, target}) == 3  # hashed by identity, as before
 

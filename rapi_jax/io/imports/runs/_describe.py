@@ -7,8 +7,11 @@ from rapi_jax.recording._drive import Drive
 from ._piece import Piece
 
 
-def describe_run(drive: Drive, name: str, first: int) -> str:
-    """What a run is, in a sentence; `first`: its first sample in the record."""
+def describe_run(drive: Drive, name: str, first: int, unit: str) -> str:
+    """What a run is, in a sentence.
+
+    `first`: its first sample in the record; `unit`: of its drive.
+    """
     where = f"samples {first}-{first + drive.size - 1}"
     if not drive.repeats:
         return f"{name}: {where}, {drive.size * drive.step_s:.4g} s, not periodic"
@@ -24,7 +27,7 @@ def describe_run(drive: Drive, name: str, first: int) -> str:
     broken = f"; incomplete periods are kept, but not fitted: {incomplete}" if parts else ""
     return (
         f"{name}: {where}, {drive.periods} period(s) of a {drive.waveform} at "
-        f"{drive.rate:.6g} Hz, swing {drive.u_pp:.4g}{broken}"
+        f"{drive.rate:.6g} Hz, swing {drive.u_pp:.4g} {unit}{broken}"
     )
 
 

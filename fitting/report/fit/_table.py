@@ -16,6 +16,7 @@ from fitting.report._plain_text import plain_text
 
 if TYPE_CHECKING:
     from fitting.identification._result import FitResult
+    from fitting.identification.assessment._ends import Start
 
 
 def _format_number(value: float, digits: int = 4) -> str:
@@ -39,6 +40,7 @@ ORIGIN = (
     "Runs have origins of their own here; that of a run left out is taken from its mean, so its "
     "shape alone is tested."
 )
+_FEW_STARTS = 6  # rows that a reader takes in; more are told by kind
 UNDETERMINED = "not determined by the rest"
 
 
@@ -109,6 +111,10 @@ def render_verdict(result: "FitResult") -> Text:
         why = "for this reason:" if count == 1 else f"for {count} reasons:"
         return Text(f"The model is NOT to be trusted, {why}", style="bold red")
     text = "The model can be trusted"
+    if verdict.with_gap:
+        text += f", with a gap of {quantity(result.rmse, unit)} rms"
+    if claim is None and verdict.with_gap:
+        return Text(f"{text}.", style="bold green")
     if claim is None:
         return Text(f"{text}; it leaves {quantity(result.rmse, unit)} rms.", style="bold green")
     scale, factor = readable_unit(unit, (claim.rms,))
@@ -240,10 +246,32 @@ def _tabulate_starts(result: "FitResult") -> Table:
     table.caption, table.caption_justify = result.describe_starts(), "left"
     for name in ("start", "steps", "cost", "end"):
         table.add_column(name, justify="right" if name in ("steps", "cost") else "left")
-    for start in result.starts:
-        steps, cost = str(start.steps), _format_number(start.cost, 7)
-        table.add_row(start.origin, steps, cost, start.describe())
+    for alike in _alike(result.starts):
+        first, last = alike[0], alike[-1]
+        more = "" if first is last else f" and {len(alike) - 1} more"
+        end = last.describe()
+        end = end if first is last else end.replace(", cost ", ", cost up to ")
+        steps = _joined(*(str(f(start.steps for start in alike)) for f in (min, max)))
+        cost = _joined(*(_format_number(one.cost, 7) for one in (first, last)))
+        table.add_row(f"{first.origin}{more}", steps, cost, end)
     return table
+
+
+def _alike(starts: Sequence["Start"]) -> list[list["Start"]]:
+    """Starts whose ends are told in the same words but for numbers, in the order of their cost.
+
+    Each by itself where they are few.
+    """
+    if len(starts) <= _FEW_STARTS:
+        return [[start] for start in starts]
+    kinds: dict[str, list[Start]] = {}
+    for start in sorted(starts, key=lambda start: start.cost):
+        kinds.setdefault(re.sub(r"\d[\d.e+-]*", "#", start.describe()), []).append(start)
+    return list(kinds.values())
+
+
+def _joined(low: str, high: str) -> str:
+    return low if low == high else f"{low} to {high}"
 
 
 def render_text(result: "FitResult") -> str:

@@ -8,8 +8,10 @@ import pytest
 from parsed_page import Page
 
 from fitting.identification._fit import fit
+from fitting.identification.assessment._ends import Start
+from fitting.report._plain_text import plain_text
 from fitting.report.fit._page import render_page
-from fitting.report.fit._table import fold_notes, fold_runs
+from fitting.report.fit._table import _tabulate_starts, fold_notes, fold_runs, render_verdict
 from rapi_jax import (
     ECDL,
     RAPI,
@@ -173,3 +175,29 @@ def test_numbers_below_a_million_have_no_power_of_ten():
         "120000",
     ]
     assert significant(2.5e7, 2) == "2.5e+07"
+
+
+def ended(number: int, end: str, excess: float) -> Start:
+    """A start that ended so much above the lowest cost, 1."""
+    cost = 1.0 + excess
+    return Start(f"guess {number}", 10 + number, cost, True, True, ((0, cost),), end, excess)
+
+
+def test_many_starts_are_told_by_kind_and_few_each(result):
+    ends = [ended(0, "lowest cost", 0.0)]
+    ends += [ended(k, "nearly the same response", 1e-2 * k) for k in range(1, 9)]
+    ends += [ended(9, "another optimum", 4.0)]
+    many = plain_text(_tabulate_starts(dataclasses.replace(result, starts=ends)))
+    assert "guess 1 and 7 more" in many and "11 to 18" in many
+    assert "nearly the same response, cost up to 8 % higher" in many
+    assert "guess 9 " in many and "another optimum, cost 5 times as high" in many
+    few = plain_text(_tabulate_starts(dataclasses.replace(result, starts=ends[:4])))
+    assert all(f"guess {k} " in few for k in range(4)) and "more" not in few
+
+
+def test_a_gap_is_said_beside_trust(result):
+    verdict = dataclasses.replace(result.verdict, reasons=(), trusted=True, with_gap=True)
+    said = render_verdict(dataclasses.replace(result, verdict=verdict)).plain
+    assert said.startswith("The model can be trusted, with a gap of ") and " rms" in said
+    without = dataclasses.replace(verdict, with_gap=False)
+    assert "gap" not in render_verdict(dataclasses.replace(result, verdict=without)).plain

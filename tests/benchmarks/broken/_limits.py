@@ -117,7 +117,7 @@ LIMITS = (
     Mutation(
         "identified: any rate where none was recorded",
         "rapi_jax/inversion/_identified.py",
-        "drive.rate > 0 and not self.rates_hz",
+        "rate_hz > 0 and not self.rates_hz",
         "False",
         _SEEN,
     ),

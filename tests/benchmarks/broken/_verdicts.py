@@ -123,4 +123,32 @@ VERDICTS = (
         "np.exp(log_weight)",
         "tests/fitting/diagnosis/which/test_log_prior.py",
     ),
+    Mutation(
+        "unknown noise: an effect as certain as where it is measured",
+        "fitting/diagnosis/which/evidence/_probability.py",
+        "    return _keep_unlisted(ranked, THRESHOLDS.unlisted_unknown_noise)\n",
+        "    return ranked\n",
+        "tests/fitting/diagnosis/which/test_doubt.py",
+    ),
+    Mutation(
+        "pairs: looked for only where a base could not leave as much",
+        "fitting/diagnosis/which/_forward_selection.py",
+        "        return exceeds_chance(best.on_flexible_base)\n",
+        "        return is_unexplained(best.on_flexible_base)\n",
+        "tests/fitting/diagnosis/which/test_forward_selection.py",
+    ),
+    Mutation(
+        "offsets of runs: a drift takes the blame",
+        "fitting/diagnosis/which/_shifted_runs.py",
+        "    own[list(runs)] = True\n",
+        "",
+        "tests/fitting/diagnosis/test_broken_data.py",
+    ),
+    Mutation(
+        "start from rest: one missing reading hides it",
+        "fitting/identification/data_checks/_first_period.py",
+        "not drive.periods or not run.span > 0:",
+        "not drive.periods or not run.span > 0 or not run.valid.all():",
+        "tests/fitting/identification/data_checks/test_first_period.py",
+    ),
 )

@@ -74,6 +74,10 @@ def _is_list_of_numbers(error: CoercionError) -> bool:
 def run(app: App, arguments: list[str]) -> int:
     """The exit code of `rapi ARGUMENTS`."""
     as_json = "--json" in arguments
+    for word in ("-out", "-output"):
+        if word in arguments:
+            text = f"`{word}` reads as `-o {word[2:]}`. Write `-o FOLDER`, or `--output FOLDER`."
+            return _conclude(USAGE, "usage", text, as_json)
     try:
         code = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
         sys.stdout.flush()  # here, where a full device is still told

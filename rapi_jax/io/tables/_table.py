@@ -12,7 +12,9 @@ from rapi_jax.io._safe import printable
 
 from ._units import split_unit
 
-_TIMES = {"time", "t", "time_s", "times", "second", "seconds", "zeit", "x", "x-axis", "in s"}
+_TIMES = {
+    "time", "t", "time_s", "times", "second", "seconds", "zeit", "x", "x-axis", "in s", "x_value",
+}  # fmt: skip
 _SHOWN = 24  # columns in a message: the twelve quantities of a ferroelectric tester, and as many
 
 

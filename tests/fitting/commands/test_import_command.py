@@ -271,6 +271,17 @@ def test_a_noisy_drive_is_said_with_the_option_that_cleans_it(rapi, tmp_path):
     assert rapi("check", tmp_path / "c")[0] == 0
 
 
+def test_the_clock_of_a_labview_file_is_found(rapi, tmp_path):
+    head = "LabVIEW Measurement\nSeparator\tTab\n***End_of_Header***\n\nChannels\t2\n"
+    head += "X_Dimension\tTime\tTime\n***End_of_Header***\nX_Value\tDrive\tResponse\n"
+    lines = (f"{t:.6f}\t{u:.6f}\t{y:.6f}\n" for t, u, y in zip(T, U, Y, strict=True))
+    path = put(tmp_path / "a.lvm", head + "".join(lines))
+    units = ("--drive-unit", "V", "--response-unit", "GHz")
+    code, out, err = rapi("import", path, *units, "-o", tmp_path / "r")
+    assert code == 0, err
+    assert "3 run(s)" in out and "8000" in out
+
+
 USAGE = {
     "half a drive": (("--drive-rate", 10), "Give both --drive-amplitude and --drive-rate"),
     "column and made drive": (
@@ -285,6 +296,7 @@ USAGE = {
     ),
     "two beginnings": (("--skip-periods", 1, "--skip-seconds", 1), "Give one of them"),
     "a rate of no sense": (("--sample-rate", 0), "--sample-rate"),
+    "one dash before a word": (("-out", "r2"), "Write `-o FOLDER`, or `--output FOLDER`"),
 }  # fmt: skip
 
 

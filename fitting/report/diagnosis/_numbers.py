@@ -11,7 +11,7 @@ DASH = "\N{EN DASH}"
 UNDETERMINED = "not determined"
 SPACE = "\N{NO-BREAK SPACE}"
 _MINUS = "\N{MINUS SIGN}"
-_NAMES = {"um": "\N{GREEK SMALL LETTER MU}m"}
+_NAMES = {"um": "\N{GREEK SMALL LETTER MU}m", "us": "\N{GREEK SMALL LETTER MU}s"}
 _EXPONENT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -92,7 +92,7 @@ def format_interval(fraction: Any) -> str:
 
 
 def format_with_error(value: Any, stderr: Any, unit: str) -> str:
-    """`0.0210 ± 0.0012 1/decade`, in the digits of its standard error; `(1.04 ± 0.03)×10⁻⁴ s`.
+    """`0.0210 ± 0.0012 1/decade`, in the digits of its standard error; `104.0 ± 3.0 μs`.
 
     Without a finite standard error the data say nothing of the value, and it is not shown.
     """
@@ -101,12 +101,22 @@ def format_with_error(value: Any, stderr: Any, unit: str) -> str:
         return UNDETERMINED
     if x is None or not error or error < 0:
         return format_quantity(value, unit, digits=4)
+    unit, factor = readable_seconds(x) if unit == "s" else readable_unit(unit, (x,))
+    x, error = factor * x, factor * error
     power = math.floor(math.log10(max(abs(x), error)))
     power = 0 if -4 < power < 6 else power
     shown, spread = round_with_error(x / 10.0**power, error / 10.0**power)
     text = f"{shown.replace('-', _MINUS)}{SPACE}±{SPACE}{spread}"
     text = f"({text})×10{str(power).translate(_EXPONENT)}" if power else text
     return text + ("" if unit in ("", "1") else f"{SPACE}{unit_text(unit)}")
+
+
+def readable_seconds(value: float) -> tuple[str, float]:
+    """The unit in which a time is best read, and the factor to it from s."""
+    for unit, factor in (("s", 1.0), ("ms", 1e3), ("us", 1e6)):
+        if abs(value) * factor >= 1.0 or value == 0.0:
+            return unit, factor
+    return "ns", 1e9
 
 
 @dataclasses.dataclass(frozen=True)

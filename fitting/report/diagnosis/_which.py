@@ -93,6 +93,7 @@ def describe_parameters(found: dict, scale: Scale) -> list[tuple[str, str]]:
     shown, open_ = [], []
     for key, p in values.items():
         name = (key.partition(".")[2] or key) if one else key.replace(".", " ")
+        name = name.removesuffix("_s")  # the unit stands behind the value
         text = _describe_value(p, scale)
         if text == UNDETERMINED:
             open_.append(name.replace("_", " "))

@@ -180,12 +180,13 @@ def describe_model(model: ECDL) -> dict[str, Any]:
     }
 
 
-def describe_recording(whitened: WhitenedModel) -> dict[str, Any]:
-    """What was diagnosed, after decimation."""
+def describe_recording(whitened: WhitenedModel, recorded: Recording) -> dict[str, Any]:
+    """What was diagnosed, after decimation; `recorded`: before."""
     recording = whitened.recording
     return {
         "runs": len(recording.runs),
         "samples": int(sum(d.size for d in recording.drives)),
+        "samples_recorded": int(sum(d.size for d in recorded.drives)),
         "rates_hz": recording.rates,
         "amplitudes": recording.amplitudes,
         "periods": [b.periods for b in whitened.blocks],

@@ -217,7 +217,7 @@ def diagnose(
     if blamed:
         verdict = blame_data(verdict, blamed)
     content = {
-        "recording": describe_recording(whitened),
+        "recording": describe_recording(whitened, recording),
         **gap,
         "hypotheses": describe_hypotheses(whitened, fitted, attribution, ranked, held_out),
         "signature": describe_signature(whitened, fitted, attribution.none, top),

@@ -59,12 +59,12 @@ def _summarise_refit(
         if name == "none" and values["floor"] is not None:
             return f"{alone}. {_NOTHING_EXCEEDS}."
         return f"{alone}." + (
-            " No known effect reduces it." if name == "unlisted" and judged else ""
+            " No known effect explains it." if name == "unlisted" and judged else ""
         )
     alone += " on held-out data"
     closed = found.get("closed_fraction")
     if name == "unlisted" and not isinstance(closed, dict):
-        return f"{alone}." + (" No known effect reduces it." if judged else "")
+        return f"{alone}." + (" No known effect explains it." if judged else "")
     if values.get("after") is None:
         return f"{alone}."
     text = f"The residual on held-out data goes from {scale(values['before'])} to "

@@ -98,7 +98,7 @@ def list_provenance(diagnosis: dict, drive_unit: str) -> list[tuple[str, str]]:
     lines = [
         ("Recording", str(recording.get("name") or "")),
         ("Runs", _format_count(recording.get("runs"))),
-        ("Samples", _format_count(recording.get("samples"))),
+        ("Samples", _describe_samples(recording)),
         ("Scan rates", _format_settings(recording.get("rates_hz"), "Hz")),
         ("Amplitudes", _format_settings(recording.get("amplitudes"), drive_unit)),
         ("Periods a run", _format_range(recording.get("periods"))),
@@ -136,6 +136,12 @@ def _describe_model(model: dict) -> str:
         if key in model and isinstance(model[key], bool):
             parts.append(yes if model[key] else no)
     return ", ".join(filter(None, parts))
+
+
+def _describe_samples(recording: dict) -> str:
+    """The samples that were diagnosed, and of how many where they were thinned."""
+    used, recorded = (_format_count(recording.get(key)) for key in ("samples", "samples_recorded"))
+    return f"{used}, thinned from {recorded}" if recorded and recorded != used else used
 
 
 def _format_count(value: Any) -> str:

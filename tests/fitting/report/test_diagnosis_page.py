@@ -19,7 +19,7 @@ from fitting.report.diagnosis._numbers import (
     format_with_error,
 )
 from fitting.report.diagnosis._page import render_page
-from fitting.report.diagnosis._summary import list_facts
+from fitting.report.diagnosis._summary import list_facts, list_provenance
 from fitting.report.diagnosis._which import describe_parameters
 
 SECTIONS = ["verdict", "where", "which", "how-far", "next", "sure"]
@@ -375,3 +375,14 @@ def test_a_device_that_was_not_judged_is_not_said_to_lack_an_effect():
     diagnosis["shrinkage"]["closed_fraction"] = None
     text = Page(render_page(diagnosis)).text
     assert "Gap closed not judged" in text and "known effect reduces" not in text
+
+
+@pytest.mark.parametrize(
+    ("recorded", "said"),
+    [(35_006, "14 006, thinned from 35 006"), (14_006, "14 006"), (None, "14 006")],
+)
+def test_thinned_samples_are_said_to_be_thinned(recorded, said):
+    found = diagnoses.creep()
+    about = found["recording"] | {"samples": 14_006, "samples_recorded": recorded}
+    facts = dict(list_provenance(found | {"recording": about}, "V"))
+    assert " ".join(facts["Samples"].split()) == said

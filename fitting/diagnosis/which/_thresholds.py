@@ -112,6 +112,15 @@ class WhichThresholds:
         unit="of the best score",
         origin="set by trial: a creep with rests scored 0.84 of one without, and explained more",
     )
+    near_guess_share: float = threshold(
+        0.7,
+        unit="of the best score",
+        origin="of guesses with another signature, refitted too: of two tones the right one "
+        "scored 0.94 of the wrong one, and explained a seventh more",
+    )
+    near_guesses: int = threshold(
+        2, unit="guesses", origin="of these at most; each takes a tenth of a second"
+    )
     refined_steps: int = threshold(
         4, unit="steps", origin="of an effect's few parameters, from its best guess"
     )

@@ -9,7 +9,7 @@ from fitting.diagnosis.which._thresholds import THRESHOLDS
 from fitting.diagnosis.which.jumps._jump_search import search_jump_parameters
 
 from ._screen import Screened
-from ._screened_effects import best_of_each_kind
+from ._screened_effects import guesses_to_refine
 
 
 def refine_guesses(
@@ -19,8 +19,9 @@ def refine_guesses(
 
     A score is linear in one size: of an effect with several parameters, or one that jumps, it may
     be a small share of what the effect explains. The best guess of each kind is refitted that
-    scores nearly as well, as of a creep with and without rests between runs. Effects that explain
-    next to nothing of what the best one does are left as they are.
+    scores nearly as well, as of a creep with and without rests between runs, and those of another
+    signature that do, see `guesses_to_refine`. Effects that explain next to nothing of what the
+    best one does are left as they are.
 
     `marginal`: see `FlexibleBase.marginal`.
     """
@@ -34,7 +35,7 @@ def refine_guesses(
     for name, one in best.items():
         if one.flexible_score < least:
             continue
-        for begin in best_of_each_kind(guesses[name]):
+        for begin in guesses_to_refine(guesses[name]):
             refined = _refit(marginal, without, begin)
             if refined.effect is begin.effect:
                 out[name] = [refined if guess is begin else guess for guess in out[name]]

@@ -43,6 +43,25 @@ def best_of_each_kind(guesses: list[Screened]) -> list[Screened]:
     return [first, *(one for one in others if one.flexible_score > least)]
 
 
+def guesses_to_refine(guesses: list[Screened]) -> list[Screened]:
+    """The best of each kind, and a few more that score nearly as well by another signature.
+
+    A score is that of a guess as it stands: of two tones that runs far apart hardly tell, the right
+    one, a hundredth of a hertz off or at another phase, may score less than the other.
+    """
+    chosen = best_of_each_kind(guesses)
+    if not type(chosen[0].effect).smooth:  # each takes a search for its jumps
+        return chosen
+    least = THRESHOLDS.near_guess_share * chosen[0].flexible_score
+    most = len(chosen) + THRESHOLDS.near_guesses
+    for one in sorted(guesses, key=lambda one: -one.flexible_score):
+        if one.flexible_score < least or len(chosen) == most:
+            break
+        if not any(one is other or one.is_parallel(other) for other in chosen):
+            chosen.append(one)
+    return chosen
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class ScreenedEffects:
     """Screened guesses of each effect by its name, the largest score first; none is empty.

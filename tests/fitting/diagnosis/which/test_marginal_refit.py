@@ -12,8 +12,8 @@ from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import fit_base
 from fitting.diagnosis.which.screening._marginal_refit import refine_guesses
 from fitting.diagnosis.which.screening._screen import Screened
-from fitting.diagnosis.which.screening._screened_effects import best_of_each_kind
-from rapi_jax.effects import Creep, Delay, Etalon
+from fitting.diagnosis.which.screening._screened_effects import best_of_each_kind, guesses_to_refine
+from rapi_jax.effects import Creep, Delay, Etalon, ModeHop
 
 TRUTH = Etalon(amplitude=0.3, spacing=7.0, phase=0.3)
 
@@ -26,8 +26,9 @@ def marginal():
     return FlexibleBase.about(fitted.refit, fitted.state).marginal, fitted.state
 
 
-def guess(effect, score: float) -> Screened:
-    return Screened(effect, score, score, score, 1.0, 0.0, np.zeros(1))
+def guess(effect, score: float, along: int = 0) -> Screened:
+    """A guess whose signature points along one of three axes."""
+    return Screened(effect, score, score, score, 1.0, 0.0, np.eye(3)[along])
 
 
 def test_a_guess_nearby_becomes_the_effect_and_its_score_what_it_explains(marginal):
@@ -47,6 +48,24 @@ def test_a_guess_that_gains_nothing_keeps_its_score_and_is_marked(marginal):
     found = refine_guesses(refit, state, {"delay": [guess(Delay(1e-4), 1e9)]})["delay"]
     assert [(one.refined, one.flexible_score) for one in found] == [(True, 1e9)]
     assert float(found[0].effect.tau) == 1e-4
+
+
+def test_a_guess_that_scores_less_as_it_stands_but_explains_more_is_found(marginal):
+    refit, state = marginal
+    wrong = guess(Etalon(amplitude=0.1, spacing=11.3, phase=0.0), 1e3, 0)
+    right = guess(Etalon(amplitude=0.1, spacing=7.05, phase=0.0), 8e2, 1)
+    found = refine_guesses(refit, state, {"etalon": [wrong, right]})["etalon"]
+    best = max(found, key=lambda one: one.flexible_score)
+    assert best.refined and float(best.effect.spacing) == pytest.approx(7.0, rel=0.01)
+
+
+def test_guesses_to_refine_are_few_near_the_best_and_of_other_signatures():
+    near = [guess(Delay(1e-4 * k), score, k % 3) for k, score in enumerate((9.0, 8.0, 7.0, 6.5), 1)]
+    assert guesses_to_refine(near) == near[:3]  # the fourth points along the first
+    far = guess(Delay(1e-3), 0.69 * 9.0, 2)
+    assert guesses_to_refine([near[0], far]) == [near[0]]
+    jumps = [guess(ModeHop.at(size=1.0, threshold=k, width=0.1), 9.0 - k, k) for k in range(3)]
+    assert guesses_to_refine(jumps) == [jumps[0]]  # a search for its jumps takes seconds
 
 
 def test_what_explains_next_to_nothing_of_the_best_is_left_as_it_is(marginal):

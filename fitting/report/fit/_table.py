@@ -3,7 +3,7 @@
 import io
 import re
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from rich.console import Console, Group
@@ -16,7 +16,6 @@ from fitting.report._plain_text import plain_text
 
 if TYPE_CHECKING:
     from fitting.identification._result import FitResult
-    from fitting.identification.assessment._ends import Start
 
 
 def _format_number(value: float, digits: int = 4) -> str:
@@ -257,14 +256,14 @@ def _tabulate_starts(result: "FitResult") -> Table:
     return table
 
 
-def _alike(starts: Sequence["Start"]) -> list[list["Start"]]:
+def _alike(starts: Sequence[Any]) -> list[list[Any]]:
     """Starts whose ends are told in the same words but for numbers, in the order of their cost.
 
     Each by itself where they are few.
     """
     if len(starts) <= _FEW_STARTS:
         return [[start] for start in starts]
-    kinds: dict[str, list[Start]] = {}
+    kinds: dict[str, list[Any]] = {}
     for start in sorted(starts, key=lambda start: start.cost):
         kinds.setdefault(re.sub(r"\d[\d.e+-]*", "#", start.describe()), []).append(start)
     return list(kinds.values())

@@ -34,7 +34,7 @@ def write_diagnosis(
     content = diagnosis.to_dict()
     if name:
         content["recording"]["name"] = name
-    earlier = begin_result(folder, DIAGNOSIS, [MODEL, PAGE])
+    earlier, reasons = begin_result(folder, DIAGNOSIS, [MODEL, PAGE]), _reasons(diagnosis)
     write_model(
         folder / MODEL,
         diagnosis.model,
@@ -42,7 +42,7 @@ def write_diagnosis(
         drive_unit=recording.drive_unit,
         response_origin=recording.response_origin,
         response_lag_s=recording.response_lag_s,
-        trusted=not (reasons := _reasons(diagnosis)),
+        trusted=not reasons,
         reasons=reasons,
         identified=Identified.of(recording).to_dict(),
         rmse=content["shrinkage"]["after"],

@@ -1,11 +1,17 @@
 """How sure the first sentence of a diagnosis is."""
 
-import pytest
+import dataclasses
 
-from fitting.diagnosis._diagnosis import Verdict
+import pytest
+from bare import bare
+
+from fitting.diagnosis._diagnosis import Diagnosis, Verdict
 from fitting.diagnosis._text import verdict_advice, verdict_sentence
-from fitting.diagnosis._verdict import doubt_data
+from fitting.diagnosis._verdict import doubt_data, mention_likeliest
+from fitting.diagnosis.how_far._cross_validation import CrossValidation
+from fitting.diagnosis.which._candidate import Candidate
 from fitting.identification.data_checks._fault import Fault
+from fitting.report.diagnosis._files import _reasons
 from rapi_jax.effects import Resonance
 
 
@@ -29,6 +35,58 @@ def test_where_nothing_explains_data_with_a_fault_that_comes_first():
     said = doubt_data(verdict, [fault])
     assert "cut the first period off. Then diagnose it again." in said.advice
     assert "next scan" not in said.advice and said.sentence == verdict.sentence
+
+
+def unlisted(*credible: str) -> Verdict:
+    """A verdict that names nothing, with these in the credible set."""
+    return Verdict(
+        name="unlisted", mechanism="unlisted", effects=(), probability=0.57, set=credible,
+        reason="", sentence="None explains it (probability 57 %).", advice="",
+    )  # fmt: skip
+
+
+def known(*effects) -> Candidate:
+    return bare(Candidate, effects=effects)
+
+
+def test_the_likeliest_of_the_known_effects_is_named_beside_an_unlisted_answer():
+    ranked = [(None, 0.57), (known(Resonance()), 0.42), (known(), 0.01)]
+    closed = bare(CrossValidation, closed={"value": 0.82, "low": 0.71, "high": 0.91})
+    said = mention_likeliest(unlisted("unlisted", "resonance"), ranked, {"resonance": closed}, "V")
+    assert said.sentence.startswith("None explains it (probability 57 %). Of the known ones")
+    assert "a mechanical resonance (42 %), which closes 82 % (71 to 91)" in said.sentence
+    without = mention_likeliest(unlisted("unlisted", "resonance"), ranked, {}, "V")
+    assert without.sentence.endswith("a mechanical resonance (42 %).")
+
+
+@pytest.mark.parametrize(
+    "verdict",
+    [
+        unlisted("unlisted"),
+        dataclasses.replace(unlisted("resonance", "unlisted"), name="resonance"),
+    ],
+)
+def test_what_is_not_in_the_set_or_is_the_answer_is_not_mentioned(verdict):
+    ranked = [(None, 0.57), (known(Resonance()), 0.42)]
+    assert mention_likeliest(verdict, ranked, {}, "V") == verdict
+
+
+@pytest.mark.parametrize(
+    ("name", "faults", "words"),
+    [
+        ("resonance", [], []),
+        (
+            "unlisted",
+            [],
+            ["its diagnosis names no effect that explains the gap (probability 57 %)"],
+        ),
+        ("resonance", [{"kind": "clipped", "message": "run 'a'."}], ["clipped: run 'a'."]),
+    ],
+)
+def test_why_a_diagnosis_makes_no_drive(name, faults, words):
+    verdict = dataclasses.replace(unlisted("unlisted"), name=name)
+    found = _reasons(bare(Diagnosis, verdict=verdict, content={"faults": faults}))
+    assert len(found) == len(words) and all(w in f for w, f in zip(words, found, strict=True))
 
 
 @pytest.mark.parametrize(("most", "refused"), [(None, False), (6.5, False), (0.8, True)])

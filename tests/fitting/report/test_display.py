@@ -187,11 +187,11 @@ def test_many_starts_are_told_by_kind_and_few_each(result):
     ends = [ended(0, "lowest cost", 0.0)]
     ends += [ended(k, "nearly the same response", 1e-2 * k) for k in range(1, 9)]
     ends += [ended(9, "another optimum", 4.0)]
-    many = plain_text(_tabulate_starts(dataclasses.replace(result, starts=ends)))
+    many = plain_text(_tabulate_starts(dataclasses.replace(result, starts=tuple(ends))))
     assert "guess 1 and 7 more" in many and "11 to 18" in many
     assert "nearly the same response, cost up to 8 % higher" in many
     assert "guess 9 " in many and "another optimum, cost 5 times as high" in many
-    few = plain_text(_tabulate_starts(dataclasses.replace(result, starts=ends[:4])))
+    few = plain_text(_tabulate_starts(dataclasses.replace(result, starts=tuple(ends[:4]))))
     assert all(f"guess {k} " in few for k in range(4)) and "more" not in few
 
 

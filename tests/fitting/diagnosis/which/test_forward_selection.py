@@ -1,14 +1,15 @@
 """Forward selection: beside which effects a second one is looked for."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
+from bare import bare
 from edge_worlds import drives, record
 from worlds import ordered
 
-from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.refit._gauss_newton import State
+from fitting.diagnosis.refit._whitened_model import WhitenedErrors, WhitenedModel
 from fitting.diagnosis.which._base import fit_base
+from fitting.diagnosis.which._candidate import Candidate
 from fitting.diagnosis.which._excess import exceeds_chance, is_unexplained
 from fitting.diagnosis.which._forward_selection import explains_most, select_effects
 from rapi_jax.effects import Delay, Etalon, Pickup
@@ -37,11 +38,11 @@ def test_a_second_effect_is_looked_for_where_more_is_left_than_chance_leaves():
     assert found.best.name == "delay+etalon" and not exceeds_chance(found.best.on_flexible_base)
 
 
-def left(excess: float) -> SimpleNamespace:
+def left(excess: float) -> Candidate:
     """A candidate that leaves so much above the number of its lines, 100."""
-    errors = SimpleNamespace(synchronous=np.zeros(100), nonsynchronous=np.zeros(0))
-    state = SimpleNamespace(synchronous=100.0 + excess, nonsynchronous=0.0, errors=errors)
-    return SimpleNamespace(on_flexible_base=state)
+    lines = np.full(100, np.sqrt(1.0 + excess / 100.0))
+    state = bare(State, errors=WhitenedErrors([], lines, np.zeros(0)))
+    return bare(Candidate, on_flexible_base=state)
 
 
 @pytest.mark.parametrize(

@@ -68,7 +68,14 @@ def diagnose(
     from fitting.commands.shared._about import THRESHOLDS, describe_recording, estimate_seconds
     from fitting.commands.shared._limits import check_limits_unit
     from fitting.commands.shared._model import describe_distrust, load_model
-    from fitting.commands.shared._out import console, output_folder, print_json, read_json
+    from fitting.commands.shared._out import (
+        check_output_folder,
+        console,
+        output_folder,
+        output_kept_if_written,
+        print_json,
+        read_json,
+    )
     from fitting.commands.shared._plugins import plugin_effects, plugin_operators
     from fitting.commands.shared._progress import progress
     from fitting.commands.shared.files._provenance import provenance
@@ -94,7 +101,7 @@ def diagnose(
     places = [output / name if recordings else output for name in names]
     for place in places:
         check_output(place, "diagnosis.json", ["model.rapi", "report.html"])
-    output_folder(output)
+    check_output_folder(output)
     failed: list[str] = []
     reports: list[dict[str, Any]] = []
     out = console(json)
@@ -105,8 +112,8 @@ def diagnose(
         with (
             failing_alone(name, failed, alone=not recordings),
             progress(label, json, about=begun, expected_s=seconds) as say,
+            output_kept_if_written(place),
         ):
-            output_folder(place)
             written = diagnose_into(
                 data,
                 place,

@@ -116,7 +116,13 @@ def fit(
     check_intervals(intervals, loss)
     from fitting.batch.jobs._find import name_jobs
     from fitting.commands.shared._about import describe_recording, estimate_seconds
-    from fitting.commands.shared._out import console, output_folder, print_json, read_json
+    from fitting.commands.shared._out import (
+        check_output_folder,
+        console,
+        output_kept_if_written,
+        print_json,
+        read_json,
+    )
     from fitting.commands.shared._plugins import find_operator
     from fitting.commands.shared._progress import progress
     from fitting.commands.shared.files._provenance import provenance
@@ -130,7 +136,7 @@ def fit(
     places = [output / name if recordings else output for name in name_jobs(several)]
     for place in places:
         check_fit_output(place, plots=plots, intervals=intervals)
-    output_folder(output)
+    check_output_folder(output)
     about = {"provenance": provenance("rapi fit", options, ("recording", "recordings"))}
     tables: list[dict[str, Any]] = []
     notes: dict[str, Any] = {}
@@ -144,8 +150,8 @@ def fit(
         with (
             failing_alone(name, failed, alone=not recordings),
             progress(label, json, about=begun, expected_s=seconds) as report_step,
+            output_kept_if_written(place),
         ):
-            output_folder(place)
             result, written = identify_into(
                 data,
                 place,

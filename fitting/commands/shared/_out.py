@@ -33,19 +33,34 @@ def output_folder(path: Path) -> Path:
     return path
 
 
+def check_output_folder(path: Path) -> None:
+    """Raise as `output_folder` does, before any work; a folder that was not there is not left."""
+    new = _missing_folders(path)
+    output_folder(path)
+    _remove_empty(new)
+
+
+def _missing_folders(path: Path) -> list[Path]:
+    return [one for one in (path, *path.parents) if not os.path.exists(one)]
+
+
+def _remove_empty(folders: list[Path]) -> None:
+    with contextlib.suppress(OSError, ValueError):  # from one that is not empty on, they stay
+        for one in folders:
+            one.rmdir()
+
+
 @contextlib.contextmanager
 def output_kept_if_written(path: Path) -> Iterator[Path]:
     """As `output_folder`, for what may be refused: folders that it made and left empty are removed.
 
     They are where what is written under it failed.
     """
-    new = [one for one in (path, *path.parents) if not os.path.exists(one)]
+    new = _missing_folders(path)
     try:
         yield output_folder(path)
     except BaseException:
-        with contextlib.suppress(OSError, ValueError):  # from one that is not empty on, they stay
-            for one in new:
-                one.rmdir()
+        _remove_empty(new)
         raise
 
 

@@ -96,7 +96,8 @@ class Refit:
         """
         base = self.base
         response = self.whitened.operator_response(base.operator, values, effects)
-        errors = self.whitened.evaluate_errors(self.whitener, effects, response)
+        with np.errstate(invalid="ignore", over="ignore"):  # a step too far is no warning
+            errors = self.whitened.evaluate_errors(self.whitener, effects, response)
         span = max(float(np.ptp(block.data)) for block in self.whitened.blocks)
         largest = max(float(np.abs(e).max()) for e in errors.raw)
         if largest > THRESHOLDS.lost_readings * span > 0.0:  # scans not recorded have no readings

@@ -35,13 +35,16 @@ def first_period_miss(run: Run) -> float:
     """How far the response ends its first whole period from where it began it, signed.
 
     0 where that is within noise, small beside the span, or not clearly more than in later periods,
-    as with a drift; 0, too, where the drive itself does not close.
+    as with a drift; 0, too, where the drive itself does not close, and of a single period that
+    lacks readings.
     """
     drive, limits = run.drive, THRESHOLDS
     if not drive.repeats or not drive.periods or not run.span > 0:
         return 0.0
     samples = 1.0 / (drive.rate * drive.step_s)
     if samples < limits.period_samples:
+        return 0.0
+    if drive.periods < 2 and not run.valid.all():  # slow noise alone may part two readings
         return 0.0
     begin = int(np.flatnonzero(drive.period == 0)[0])
     places = begin + samples * np.arange(drive.periods + 1)

@@ -43,7 +43,7 @@ class RecordingCheckThresholds:
         0.1,
         unit="of a period's readings",
         origin="convention: where more are missing periods are not compared; those of the other "
-        "periods at their phase stand in, which halves no difference that is smooth over a period",
+        "periods at their phase stand in, which hides so much of a difference at most",
     )
     unsettled_least: float = threshold(
         1e-6,

@@ -137,37 +137,12 @@ class WhichThresholds:
     initial_weight: float = threshold(
         0.02, unit="of the weights", origin=f"{_TRIAL}; what is left where a refit starts without"
     )
-    # Search over parameters of effects that jump.
-    jump_size: float = threshold(
-        5.0, unit="standard deviations of a reading", origin="a smaller jump hides in the noise"
-    )
+    # Search and refit in turn, of effects that jump; the search itself: see `jumps`.
     jump_rounds: int = threshold(
         3, unit="rounds", origin=f"{_TRIAL}; of search and refit, for effects that jump"
     )
     jump_round_gain: float = threshold(
         1e-3, unit="of chi-square", origin=f"{_TRIAL}; a smaller fall makes a round the last"
-    )
-    pattern_steps: tuple[float, ...] = threshold(
-        (3.0, 1.0, 0.5, 0.2, 0.06, 0.02, 0.006, 0.002, 0.0006, 0.0002, 6e-5, 2e-5),
-        unit="of a parameter's size",
-        origin=f"{_TRIAL}; steps of the coordinate search, about a factor of 3 apart",
-    )
-    zero_parameter_size: float = threshold(
-        0.5, unit="of the parameter", origin=f"{_TRIAL}; size of one that is 0"
-    )
-    simplex_widths: tuple[float, ...] = threshold(
-        (5e-4, 5e-5), unit="of a parameter's size", origin=f"{_TRIAL}; initial simplices"
-    )
-    simplex_tolerance: float = threshold(
-        1e-8, unit="of a parameter's size", origin=f"{_TRIAL}; at which a simplex has converged"
-    )
-    simplex_evaluations: int = threshold(
-        30, unit="evaluations a parameter", origin=f"{_TRIAL}; more cost time"
-    )
-    simplex_excess: float = threshold(
-        0.7,
-        unit="of the excess without the effect",
-        origin=f"{_TRIAL}; what leaves more needs no exact jump",
     )
     # Leaders on the flexible base.
     leaders: int = threshold(
@@ -302,8 +277,8 @@ class WhichThresholds:
     pair_leaves: float = threshold(
         0.4,
         unit="of the excess without effects",
-        origin="twice what pairs in which a look-alike was put right left before, of 58 simulated "
-        "ones (0.2 at most, most 0.03); pairs beside something unlisted left 0.06 to 0.97",
+        origin="twice the most that a pair left in which a look-alike was put right (0.2, others "
+        "0.06; pairs of two simulated banks); pairs beside something unlisted left 0.06 to 0.97",
     )
     far_above: float = threshold(
         10.0,

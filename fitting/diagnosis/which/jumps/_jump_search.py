@@ -15,8 +15,9 @@ from fitting.diagnosis.refit._effect_vector import (
 )
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.which._effect_sets import acts_on_drive
-from fitting.diagnosis.which._thresholds import THRESHOLDS
 from rapi_jax.effects import AbstractEffect
+
+from ._thresholds import THRESHOLDS
 
 _REFUSED = 1e300  # cost of a point that is out of bounds or not finite
 

@@ -12,8 +12,9 @@ import numpy as np
 from fitting.diagnosis.noise._lines import SpectralLines
 from fitting.diagnosis.noise._periods import PeriodBlock
 from fitting.diagnosis.refit._gauss_newton import Refit, State
-from fitting.diagnosis.which._thresholds import THRESHOLDS
 from rapi_jax.effects import AbstractSwitch
+
+from ._thresholds import THRESHOLDS
 
 
 def refit_at_segmented_jumps(

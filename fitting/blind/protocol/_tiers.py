@@ -33,7 +33,8 @@ def bank_entries(tier: str, seed: int, count: int) -> list[BankEntry]:
     kinds in sessions of many designs, see `draw_session`. `seen` holds all kinds, with the second
     set of forms and unlisted effects, once unseen, in place of the first: for development. Half of
     the sealed bank's forms and unlisted effects are of the third set, which no other tier holds, so
-    that what was developed and calibrated on the others is examined on what nobody has looked at.
+    that what was developed and calibrated on the others is examined on what nobody has looked at;
+    every other one of its devices, and of those of `nulls`, is recorded in a session of any design.
     """
     if tier not in TIERS:
         raise ValueError(f"Argument `tier` must be one of {', '.join(TIERS)}, but it is {tier!r}.")
@@ -47,6 +48,8 @@ def bank_entries(tier: str, seed: int, count: int) -> list[BankEntry]:
     drawn = bank(seed, count, edition=edition, unseen=UNSEEN if tier == "sealed" else None)
     if tier == "sessions":
         drawn = [replace(spec, any_session=True) for spec in drawn]
+    if tier == "sealed":  # in the order of the list, which is drawn, so apart from kind and misfit
+        drawn = [replace(spec, any_session=k % 2 == 1) for k, spec in enumerate(drawn)]
     return [BankEntry(spec, None) for spec in drawn]
 
 
@@ -54,7 +57,10 @@ def _null_specs(seed: int, count: int) -> list[Spec]:
     rng = np.random.default_rng([seed, 2])
     seeds = _distinct_seeds(rng, seed, count)
     misfit = rng.permutation(np.arange(count) % 2 == 0).tolist()
-    return [Spec(s, "null", "", 0.0, m) for s, m in zip(seeds, misfit, strict=True)]
+    return [
+        Spec(device, "null", "", 0.0, bends, any_session=k % 2 == 1)
+        for k, (device, bends) in enumerate(zip(seeds, misfit, strict=True))
+    ]
 
 
 def _withheld_specs(seed: int, count: int) -> list[Spec]:

@@ -55,6 +55,15 @@ def test_the_tier_holds_all_kinds_and_its_answers_draw_the_same_devices():
         np.testing.assert_array_equal(a.response, b.response)
 
 
+@pytest.mark.parametrize("tier", ["sealed", "nulls"])
+def test_half_of_a_bank_that_judges_is_recorded_in_sessions_of_any_design(tier):
+    entries = bank_entries(tier, 5, 200)
+    assert sum(e.spec.any_session for e in entries) == 100
+    for misfit in (False, True):  # whatever else a device is
+        of = [e.spec.any_session for e in entries if e.spec.base_misfit is misfit]
+        assert 0.35 < np.mean(of) < 0.65
+
+
 @pytest.mark.parametrize("rise", [0.613, 0.777])
 def test_corners_of_a_tables_ramps_are_reached_between_the_ticks(rise):
     """Else plays turn early, by up to half a tick of the ramp, and no model knows it."""

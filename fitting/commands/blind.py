@@ -54,7 +54,7 @@ def make(
     /,
     *,
     tier: Literal[
-        "open", "calibration", "nulls", "withheld", "sessions", "seen", "sealed"
+        "open", "calibration", "nulls", "withheld", "sessions", "seen", "hysteresis", "sealed"
     ] = "open",
     count: Count = 200,
     seed: Seed = None,
@@ -70,7 +70,8 @@ def make(
         `open`: for development; `calibration`: for thresholds and probabilities; `nulls`: no
         effect at all; `withheld`: the true effect is not among the candidates; `sessions`: recorded
         in sessions of many designs, of 1 to 12 runs; `seen`: the second set of forms and unlisted
-        effects, once unseen, for development; `sealed`: seeded by the code and a secret, to be
+        effects, once unseen, for development; `hysteresis`: actuators of four other families, half
+        of them with an effect; `sealed`: seeded by the code and a secret, to be
         scored once, half of its forms and unlisted effects in no other tier.
     count
         How many lasers.

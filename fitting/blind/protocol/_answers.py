@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from fitting.blind.simulator._simulated_device import SimulatedDevice
 
 SALT_BYTES = 32
-SPEC = ("seed", "kind", "effect", "sigma", "base_misfit", "any_session")
+SPEC = ("seed", "kind", "effect", "sigma", "base_misfit", "any_session", "hysteresis")
 
 
 def answer_record(spec: "Spec", device: "SimulatedDevice", recording_sha256: str) -> dict[str, Any]:

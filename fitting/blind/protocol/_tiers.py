@@ -5,10 +5,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fitting.blind.simulator._bank import LARGE, Spec, bank
+from fitting.blind.simulator._other_actuators import FAMILIES
 from fitting.blind.simulator.effects._kinds import LISTED, SIGMA
 
-SEEDS = {"open": 1, "calibration": 2, "nulls": 3, "withheld": 4, "sessions": 5, "seen": 6}
+SEEDS = {
+    "open": 1,
+    "calibration": 2,
+    "nulls": 3,
+    "withheld": 4,
+    "sessions": 5,
+    "seen": 6,
+    "hysteresis": 7,
+}
 TIERS = (*SEEDS, "sealed")
+LAWS = ("amplitude_law", "rate_law")  # of the paper's thresholds, which others do not have
 FIRST, SEEN, UNSEEN = 1, 2, 3  # editions of forms and unlisted effects
 
 
@@ -29,7 +39,9 @@ def bank_entries(tier: str, seed: int, count: int) -> list[BankEntry]:
     """The devices of a tier, in an order that tells nothing.
 
     `open`, `calibration` and `sealed` hold all kinds; `nulls` no effect, every other one with base
-    misfit; `withheld` each listed effect in turn at 4 to 20 times the noise. `sessions` holds all
+    misfit; `withheld` each listed effect in turn at 4 to 20 times the noise; `hysteresis` actuators
+    of families that are none of the model's, in turn, every other one with a listed effect of 4 to
+    20 times the noise that is not itself a law of thresholds. `sessions` holds all
     kinds in sessions of many designs, see `draw_session`. `seen` holds all kinds, with the second
     set of forms and unlisted effects, once unseen, in place of the first: for development. Half of
     the sealed bank's forms and unlisted effects are of the third set, which no other tier holds, so
@@ -44,6 +56,8 @@ def bank_entries(tier: str, seed: int, count: int) -> list[BankEntry]:
         return [BankEntry(spec, None) for spec in _null_specs(seed, count)]
     if tier == "withheld":
         return [BankEntry(spec, spec.effect) for spec in _withheld_specs(seed, count)]
+    if tier == "hysteresis":
+        return [BankEntry(spec, None) for spec in _hysteresis_specs(seed, count)]
     edition = SEEN if tier == "seen" else FIRST
     drawn = bank(seed, count, edition=edition, unseen=UNSEEN if tier == "sealed" else None)
     if tier == "sessions":
@@ -72,6 +86,20 @@ def _withheld_specs(seed: int, count: int) -> list[Spec]:
         sigma = float(np.exp(rng.uniform(*np.log((LARGE, SIGMA[1])))))
         misfit = (place + turn) % 2 == 0
         specs.append(Spec(device, "listed", names[place], round(sigma, 3), misfit))
+    return [specs[k] for k in rng.permutation(count).tolist()]
+
+
+def _hysteresis_specs(seed: int, count: int) -> list[Spec]:
+    rng = np.random.default_rng([seed, 4])
+    names = rng.permutation([name for name in sorted(LISTED) if name not in LAWS]).tolist()
+    families = sorted(FAMILIES)
+    specs = []
+    for k, device in enumerate(_distinct_seeds(rng, seed, count)):
+        family = families[k // 2 % len(families)]
+        sigma = float(np.exp(rng.uniform(*np.log((LARGE, SIGMA[1])))))
+        effect = names[k // 2 % len(names)] if k % 2 else ""
+        kind, sigma = ("listed", round(sigma, 3)) if effect else ("null", 0.0)
+        specs.append(Spec(device, kind, effect, sigma, False, hysteresis=family))
     return [specs[k] for k in rng.permutation(count).tolist()]
 
 

@@ -20,6 +20,7 @@ class Spec:
     sigma: float  # 0 for a null
     base_misfit: bool
     any_session: bool = False  # see `draw_device`
+    hysteresis: str = ""  # likewise
 
     def draw(self) -> SimulatedDevice:
         """The device."""
@@ -31,6 +32,7 @@ class Spec:
             sigma,
             base_misfit=self.base_misfit,
             any_session=self.any_session,
+            hysteresis=self.hysteresis,
         )
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ._piezo import Piezo
+from ._other_hysteresis import Actuator
 from ._scan import Scan
 
 Array = npt.NDArray[np.float64]
@@ -48,7 +48,7 @@ class Effect:
     """One effect: what it does to the actuator's laws, the drive, the displacement, the light."""
 
     name: str
-    law: Callable[[Piezo], Piezo] | None = None
+    law: Callable[[Any], Actuator] | None = None  # of a `Piezo`
     drive: Law | None = None
     displacement: Law | None = None
     light: Law | None = None
@@ -66,7 +66,7 @@ ORDER = ("gain_drift", "drift", "current_coupling", "mode_hop", "etalon", "picku
 class SignalPath:
     """A laser with its effects."""
 
-    piezo: Piezo
+    piezo: Actuator
     effects: tuple[Effect, ...]
     oversample: int
     rest: float  # GHz

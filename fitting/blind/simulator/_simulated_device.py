@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._noise import LEAST, MOST, Noise, draw_noise
+from ._other_actuators import FAMILIES
 from ._piezo import draw_other_form, draw_paper_form
 from ._scan import Scan, draw_scans
 from ._session_designs import draw_session
@@ -92,14 +93,16 @@ def draw_device(
     *,
     base_misfit: bool | None = None,
     any_session: bool = False,
+    hysteresis: str = "",
 ) -> SimulatedDevice:
     """The device of a seed; what is not asked for is drawn, in the mix of `_kinds.MIX`.
 
     `effect` is a name of `_kinds.names_of(kind)`, two names joined by `+` for a pair. `sigma` is
     the size in multiples of the noise; where no strength within the effect's physical range has it,
     the noise is scaled, within 5 to 30 MHz, and where that is not enough the nearest is taken;
-    `SimulatedDevice.size` says what it is. `any_session`: of any design, see `draw_session`. Raises
-    ValueError for unknown names.
+    `SimulatedDevice.size` says what it is. `any_session`: of any design, see `draw_session`.
+    `hysteresis`: a family of `FAMILIES` in place of the model's. Raises ValueError for unknown
+    names.
     """
     choice = np.random.default_rng([seed, _CHOICE])
     drawn = str(choice.choice(list(MIX), p=list(MIX.values())))
@@ -118,7 +121,12 @@ def draw_device(
     oversample = int(rng.integers(8, 17))
     if any_session:  # of coarse samples a slew limit would be missed by as much as the noise
         oversample = max(oversample, math.ceil(TICKS / min(scan.samples for scan in scans)))
-    piezo = draw_other_form(rng) if misfit else draw_paper_form(rng)
+    if hysteresis and hysteresis not in FAMILIES:
+        raise ValueError(
+            f"Argument `hysteresis` must be one of {', '.join(FAMILIES)}, but it is {hysteresis!r}."
+        )
+    own = draw_other_form if misfit else draw_paper_form
+    piezo = FAMILIES[hysteresis](rng) if hysteresis else own(rng)
     noise = draw_noise(np.random.default_rng([seed, _NOISE]))
 
     bare = SignalPath(piezo, (), oversample, 0.0)

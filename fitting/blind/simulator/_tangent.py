@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg
 
+from ._other_hysteresis import Actuator, absorbed_columns
 from ._piezo import Piezo
 from ._plays import play_memory, stretch_index, turning_points
 from ._scan import Scan
@@ -41,9 +42,20 @@ class Tangent:
         return float(np.sqrt((g @ g + rest) / count))
 
 
-def base_tangent(piezo: Piezo, scans: Sequence[Scan], oversample: int) -> Tangent:
-    """The tangent space at `piezo`, each run weighted by the root of its number of periods."""
-    columns = [np.sqrt(s.periods) * _columns(piezo, s, oversample) for s in scans]
+def base_tangent(piezo: Actuator, scans: Sequence[Scan], oversample: int) -> Tangent:
+    """The tangent space at `piezo`, each run weighted by the root of its number of periods.
+
+    Of an actuator of another family: what a flexible sum of plays absorbs of its runs.
+    """
+    columns = [
+        np.sqrt(s.periods)
+        * (
+            _columns(piezo, s, oversample)
+            if isinstance(piezo, Piezo)
+            else absorbed_columns(s, oversample)
+        )
+        for s in scans
+    ]
     stacked = np.concatenate(columns)
     stacked /= np.maximum(np.linalg.norm(stacked, axis=0), 1e-12)
     try:

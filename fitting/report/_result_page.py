@@ -1,6 +1,5 @@
 """A page of a result: a headline, facts, sections with a picture and a table. No script."""
 
-import base64
 import dataclasses
 import functools
 from collections.abc import Sequence
@@ -9,7 +8,7 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
-from ._pages import load_template, read_style
+from ._pages import PagePicture, load_template, read_style
 
 Pairs = Sequence[tuple[str, str]]
 _MORE = Markup(".picture { margin: 0 0 1.5rem; } .plain td { white-space: normal; }")
@@ -20,20 +19,15 @@ class Section:
     """One part of a page.
 
     - `shows`: what the reader should see, a sentence or two; beside the picture where there is one.
-    - `png`: a picture. `heads`, `rows`: a table. `lines`: a list.
+    - `heads`, `rows`: a table. `lines`: a list.
     """
 
     heading: str
     shows: str = ""
-    png: bytes = b""
+    picture: PagePicture | None = None
     heads: Sequence[str] = ()
     rows: Sequence[Sequence[str]] = ()
     lines: Sequence[str] = ()
-
-    @property
-    def picture(self) -> str:
-        """The picture in base 64."""
-        return base64.b64encode(self.png).decode()
 
 
 def render_result(

@@ -22,5 +22,6 @@ from ._scans import learning as learning
 from ._scans import scans as scans
 from ._scans import word_lengths as word_lengths
 from ._style import Picture as Picture
+from ._style import narrowed as narrowed
 from ._style import png as png
 from ._style import svg as svg

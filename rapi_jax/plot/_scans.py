@@ -24,6 +24,8 @@ from ._style import (
 def compensation(made: Sequence[Any], unit: str, drive_unit: str) -> Picture:
     """Each target and the drive for it over one period, and the drive less a straight one.
 
+    Of several drives also how far each is from the slowest.
+
     >>> from rapi_jax import DriveLimits, compensate, linear_scan, plot
     >>> from rapi_jax.examples import paper_device
     >>> (target,) = linear_scan(20.0, span=60.0, samples=512)
@@ -33,8 +35,10 @@ def compensation(made: Sequence[Any], unit: str, drive_unit: str) -> Picture:
     >>> len(picture.axes)
     3
     """
-    figure = Picture(figsize=(8.0, 7.5), layout="constrained")
-    top, middle, bottom = figure.subplots(3, 1, sharex=True)
+    several = len(made) > 1
+    figure = Picture(figsize=(8.0, 9.6 if several else 7.5), layout="constrained")
+    top, middle, bottom, *last = figure.subplots(4 if several else 3, 1, sharex=True)
+    slowest = min((one.drive for one in made), key=lambda drive: drive.rate)
     for i, one in enumerate(made):
         drive, label = one.drive, f"{one.drive.rate:g} Hz"
         phase = drive.time * drive.rate
@@ -42,15 +46,23 @@ def compensation(made: Sequence[Any], unit: str, drive_unit: str) -> Picture:
         middle.plot(phase, drive.value, color=PALETTE[i % len(PALETTE)], lw=1)
         straight = drive.value.min() + drive.u_pp * one.target.value / one.target.span
         bottom.plot(phase, drive.value - straight, color=PALETTE[i % len(PALETTE)], lw=1)
+        for axis in last:
+            apart = drive.value - np.interp(
+                phase, slowest.time * slowest.rate, slowest.value, period=1.0
+            )
+            axis.plot(phase, apart, color=PALETTE[i % len(PALETTE)], lw=1)
     top.set_title("the scan that is asked for", fontsize=10)
     top.set_ylabel(f"scan ({unit})")
     top.legend(frameon=False, fontsize=8)
     middle.set_title("the drive that the model needs for it", fontsize=10)
     middle.set_ylabel(f"drive ({drive_unit})")
-    bottom.set_title("how far that drive is from a straight one of the same swing", fontsize=10)
+    bottom.set_title("how far it is from a straight one of the same swing", fontsize=10)
     bottom.set_ylabel(f"difference ({drive_unit})")
     bottom.axhline(0.0, lw=0.8, color="black")
-    bottom.set_xlabel("scan phase since the drive's minimum")
+    for axis in last:
+        axis.set_title(f"how far each drive is from that for {slowest.rate:g} Hz", fontsize=10)
+        axis.set_ylabel(f"difference ({drive_unit})")
+    figure.axes[-1].set_xlabel("scan phase since the drive's minimum")
     return figure
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from rapi_jax import Recording
-from rapi_jax.internal import usable
+from rapi_jax.internal import quantity, usable
 
 from ._thresholds import THRESHOLDS
 
@@ -76,7 +76,7 @@ def describe_jitter(recording: Recording, errors: list[Float[np.ndarray, "_"]]) 
     names = ", ".join(repr(one[2].name) for one in found)
     return [
         f"jitter: the noise of run{'s' * (len(found) > 1)} {names} grows with the slope of the "
-        f"response, as if each sample were taken {noise.jitter_s:.2g} s early or late "
+        f"response, as if each sample were taken {quantity(noise.jitter_s, 's')} early or late "
         f"({100 * part:.2g} % of a step in run {run.name!r}): "
         "a clock that jitters under even time stamps, or noise of the drive. Record with the "
         "converter's own clock, and its time stamps as they were."

@@ -3,6 +3,7 @@
 from typing import Any
 
 from fitting._units import quantity
+from fitting.report._pages import PagePicture
 from fitting.report._result_page import Section, list_versions, render_result
 
 PAGE = "drives.html"
@@ -17,8 +18,8 @@ _LIMITS = {
 }
 
 
-def render_page(report: dict[str, Any], picture: bytes) -> str:
-    """The content of `certificate.json` as one page, with `picture` (PNG) of scans and drives."""
+def render_page(report: dict[str, Any], picture: PagePicture) -> str:
+    """The content of `certificate.json` as one page, with a picture of scans and drives."""
     drives, unit, volts = report["drives"], report["unit"], report["drive_unit"]
     rates = ", ".join(f"{one['excitation_hz']:g}" for one in drives)
     expected = report["expected"]
@@ -36,8 +37,9 @@ def render_page(report: dict[str, Any], picture: bytes) -> str:
         sections=[
             Section(
                 "Scans and drives",
-                "Top: the scan asked for. Middle: the drive for it. Bottom: how far the drive is "
-                "from one that is as straight as the scan.",
+                "From the top: the scan asked for, the drive for it, how far the drive is from one "
+                "that is as straight as the scan"
+                + (", how far it is from the slowest." if len(drives) > 1 else "."),
                 picture,
             ),
             Section(

@@ -101,7 +101,7 @@ def format_with_error(value: Any, stderr: Any, unit: str) -> str:
         return UNDETERMINED
     if x is None or not error or error < 0:
         return format_quantity(value, unit, digits=4)
-    unit, factor = readable_seconds(x) if unit == "s" else readable_unit(unit, (x,))
+    unit, factor = readable_unit(unit, (x,))
     x, error = factor * x, factor * error
     power = math.floor(math.log10(max(abs(x), error)))
     power = 0 if -4 < power < 6 else power
@@ -109,14 +109,6 @@ def format_with_error(value: Any, stderr: Any, unit: str) -> str:
     text = f"{shown.replace('-', _MINUS)}{SPACE}±{SPACE}{spread}"
     text = f"({text})×10{str(power).translate(_EXPONENT)}" if power else text
     return text + ("" if unit in ("", "1") else f"{SPACE}{unit_text(unit)}")
-
-
-def readable_seconds(value: float) -> tuple[str, float]:
-    """The unit in which a time is best read, and the factor to it from s."""
-    for unit, factor in (("s", 1.0), ("ms", 1e3), ("us", 1e6)):
-        if abs(value) * factor >= 1.0 or value == 0.0:
-            return unit, factor
-    return "ns", 1e9
 
 
 @dataclasses.dataclass(frozen=True)
@@ -149,9 +141,12 @@ class Scale:
         return format_number(self.value(recorded), digits, sign=sign)
 
     def convert(self, value: Any, unit: str) -> tuple[float | None, str]:
-        """A number in `unit` and its unit, as the page shows those of the response."""
-        own = bool(unit) and unit == self.recorded
-        return (self.value(value), self.unit) if own else (finite_or_none(value), unit)
+        """A number in `unit` and its unit as shown: the page's, or that in which it reads best."""
+        x = finite_or_none(value)
+        if x is None or (unit and unit == self.recorded):
+            return self.value(value), self.unit
+        unit, factor = readable_unit(unit, (x,))
+        return factor * x, unit
 
     def __call__(self, recorded: Any, *, digits: int = 3, sign: bool = False) -> str:
         return format_quantity(self.value(recorded), self.unit, digits=digits, sign=sign)

@@ -6,6 +6,7 @@ import numpy as np
 
 from fitting._units import quantity, readable_unit
 from fitting._versions import package_versions
+from fitting.report._pages import PagePicture
 from fitting.report._result_page import Section, list_versions, render_result
 
 from ._next_step import describe_next
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from fitting.identification._result import FitResult
 
 PAGE = "fit.html"
-PAGE_DPI = 80  # keeps a page of twelve runs below 1 MB
 
 
 def render_page(result: "FitResult", source: str | None = None) -> str:
@@ -54,25 +54,20 @@ def render_page(result: "FitResult", source: str | None = None) -> str:
 
 
 def _sections(result: "FitResult") -> list[Section]:
-    def png(figure: Any) -> bytes:
-        from rapi_jax.plot import png
-
-        return png(figure, dpi=PAGE_DPI)
-
-    plot = result.plot
+    plot, shown = result.plot, PagePicture.of
     residual = (
         "Noise is the same everywhere along the scan. Many readings are drawn as their median and "
         "the band that holds 95 % of them. A shape that repeats from run to run is "
         "something that the model does not describe."
     )
     return [
-        Section("What the model leaves", residual, png(plot.residuals())),
+        Section("What the model leaves", residual, shown(plot.residuals())),
         Section(
             "Measured and modelled loops",
             "The last period of each run. A straight line is taken off each loop, so that "
             "hysteresis and curvature show. Many readings are drawn as their median and the band "
             "that holds 95 % of them; where one of several readings is drawn, the legend says so.",
-            png(plot.loops()),
+            shown(plot.loops()),
         ),
         Section(
             "Parameters",
@@ -90,12 +85,12 @@ def _sections(result: "FitResult") -> list[Section]:
         Section(
             "What is left, over frequency",
             "White noise is level. A line is a resonance or a pickup; a slope is slow noise.",
-            png(plot.spectrum()),
+            shown(plot.spectrum()),
         ),
         Section(
             "Parameters that are determined only together",
             "A correlation near 1 or −1: the data fix the combination better than either.",
-            png(plot.correlation()),
+            shown(plot.correlation()),
         ),
         Section("Notes", "" if result.verdict.notes else "None.", lines=result.verdict.notes),
     ]

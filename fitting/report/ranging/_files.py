@@ -31,6 +31,7 @@ def write_range(
     ranging: "Ranging", content: dict[str, Any], folder: Path, *, plots: bool = True
 ) -> list[Path]:
     """Write table, picture, page and, last, `range.json` of `content`; return their paths."""
+    from fitting.report._pages import PagePicture
     from rapi_jax import plot
 
     from ._page import render_page
@@ -38,11 +39,11 @@ def write_range(
     names = [TABLE, PAGE, *([PICTURE] if plots else [])]
     earlier = begin_result(folder, RANGE, names)
     write_atomic(folder / TABLE, range_csv(content))
-    picture = b""
+    picture = None
     if plots:
         figure = plot.ranging(ranging)
-        picture = plot.png(figure)
         save_figure(figure, folder / PICTURE)
+        picture = PagePicture.of(figure)
     write_atomic(folder / PAGE, render_page(content, picture))
     files = list_files([folder / name for name in names], earlier)
     write_atomic(folder / RANGE, json_text(content | files))

@@ -1,12 +1,11 @@
 """The page of ranging: one HTML file that needs nothing but itself, and no script."""
 
-import base64
 import functools
 from typing import Any
 
 import jinja2
 
-from fitting.report._pages import load_template, read_style
+from fitting.report._pages import PagePicture, load_template, read_style
 from fitting.report.diagnosis._numbers import DASH, finite_or_none, format_number, format_quantity
 
 from . import _words as words
@@ -14,10 +13,10 @@ from . import _words as words
 _MOST = 2000  # rows of the page's table of scans; all are in the CSV file
 
 
-def render_page(content: dict[str, Any], picture: bytes = b"") -> str:
+def render_page(content: dict[str, Any], picture: PagePicture | None = None) -> str:
     """The ranging of `range.json` as one HTML page. Text in it is shown as text.
 
-    `picture`: a PNG of distances over time; left out where empty.
+    `picture`: distances over time.
     """
     summary, name = content["summary"], content.get("name") or ""
     headline = "No distance: no scan could be read"
@@ -30,7 +29,7 @@ def render_page(content: dict[str, Any], picture: bytes = b"") -> str:
         headline=headline,
         facts=words.facts(content),
         subtitle=_subtitle(content),
-        picture=base64.b64encode(picture).decode() if picture else "",
+        picture=picture,
         faults=[line[:1].upper() + line[1:] for line in content["faults"]],
         budget=_budget(content["budget"]),
         scans=[row if problems else row[:-1] for row in scans],

@@ -144,6 +144,7 @@ def test_the_page_of_a_fit_is_one_small_file_without_a_script(result):
     for reason in result.verdict.reasons:
         assert " ".join(reason.split()) in page.text
     assert "run<0" not in text and "alpha" in page.text
+    assert "`" not in page.text  # commands within sentences are shown as code
 
 
 def test_units_that_read_well():

@@ -6,6 +6,7 @@ import io
 import pytest
 from rich.console import Console
 
+from fitting.report._pages import PagePicture
 from fitting.report.ranging import _words as words
 from fitting.report.ranging._files import range_csv
 from fitting.report.ranging._page import render_page
@@ -82,7 +83,7 @@ NOTHING = dict.fromkeys(("distance", "stderr", "scatter", "velocity", "velocity_
 class Tags(html.parser.HTMLParser):
     """Elements that open and close, and what is asked for from elsewhere."""
 
-    VOID = {"meta", "link", "img", "br"}
+    VOID = {"meta", "link", "img", "br", "source"}
 
     def __init__(self):
         super().__init__()
@@ -104,13 +105,15 @@ def text_of(group) -> str:
 
 
 def test_the_page_is_whole_and_asks_for_nothing():
-    page = render_page(content(), b"\x89PNG")
+    page = render_page(content(), PagePicture("d2lkZQ==", "bmFycm93"))
     tags = Tags()
     tags.feed(page)
     assert (tags.open, tags.asked) == ([], [])
     assert "<script" not in page
     for part in ("700.0000", "1 of 2 scans", "fringes lost", "of the cavity", "1.00 μm", "5.000"):
         assert part in page.replace("\N{NO-BREAK SPACE}", " "), part
+    wide, narrow = "data:image/png;base64,d2lkZQ==", "data:image/png;base64,bmFycm93"
+    assert f'<source media="(max-width: 44rem)" srcset="{narrow}"><img src="{wide}"' in page
 
 
 def test_text_in_it_is_text():

@@ -6,7 +6,8 @@ import io
 import numpy as np
 import pytest
 
-from rapi_jax import Recording, plot, sine, triangle
+from rapi_jax import DriveLimits, Recording, compensate, linear_scan, plot, sine, triangle
+from rapi_jax.examples import paper_device
 from rapi_jax.internal import quantity, readable_unit
 
 
@@ -22,6 +23,8 @@ from rapi_jax.internal import quantity, readable_unit
         (12.0, "K", "12 K"),
         (0.0042, "mrad", "4.2 urad"),
         (0.5, "rad", "0.5 rad"),
+        (1.96e-8, "s", "19.6 ns"),
+        (0.45, "s", "450 ms"),
         (2500.0, "mT", "2.5 T"),
         (0.0, "uC", "0 uC"),
     ],
@@ -161,3 +164,31 @@ def test_lines_keep_their_colours_in_a_png():
     for colour in colours:
         wanted = 255.0 * np.array(to_rgb(colour))
         assert np.abs(shown - wanted).max(1).min() < 8.0
+
+
+def test_a_narrow_picture_has_its_axes_one_below_another_and_keeps_its_colour_bar():
+    drives = triangle([10.0, 20.0, 40.0], amplitude=4.0, bias=3.0, samples=400)
+    recording = Recording.of(drives, [10.0 * drive.value for drive in drives])
+    picture = plot.loops(recording)
+    plot.narrowed(picture)
+    picture.draw_without_rendering()
+    boxes = [axis.get_position() for axis in picture.axes if axis.get_visible()]
+    assert len(boxes) == 3
+    assert len({round(box.x0, 3) for box in boxes}) == 1
+    assert boxes[0].y0 > boxes[1].y1 and boxes[1].y0 > boxes[2].y1
+    coloured = plot.narrowed(plot.correlation(["a", "b"], np.eye(2)))
+    coloured.draw_without_rendering()
+    matrix, bar = (axis.get_position() for axis in coloured.axes)
+    assert bar.x0 > matrix.x1  # still beside it
+
+
+def test_several_drives_are_compared_with_the_slowest():
+    limits = DriveLimits(low_v=0.0, high_v=7.0, slew_v_per_s=1000.0)
+    targets = [one for rate in (20.0, 10.0) for one in linear_scan(rate, span=60.0, samples=512)]
+    made = [compensate(paper_device(), one, bias=3.0, limits=limits) for one in targets]
+    axes = plot.compensation(made, "GHz", "V").axes
+    assert len(axes) == 4 and "10 Hz" in axes[-1].get_title()
+    fast, slow = (np.asarray(line.get_ydata()) for line in axes[-1].lines)
+    assert np.abs(slow).max() < 1e-12
+    expected = made[0].drive.value - made[1].drive.value  # of equal samples a period
+    np.testing.assert_allclose(fast, expected, atol=1e-12)

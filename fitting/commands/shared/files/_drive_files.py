@@ -122,6 +122,7 @@ def write_drives(
     from fitting._json import json_text
     from fitting._result_files import begin_result, list_files
     from fitting.report import save_figure
+    from fitting.report._pages import PagePicture
     from fitting.report.compensation._page import PAGE, render_page
     from rapi_jax import Recording, Run
     from rapi_jax.io import write_afg, write_atomic, write_drive, write_model, write_recording
@@ -162,7 +163,7 @@ def write_drives(
 
         figure = plot.compensation(made, about["response_unit"], about["drive_unit"])
         written.append(save_figure(figure, folder / "compensation.png"))
-        write_atomic(folder / PAGE, render_page(report, written[-1].read_bytes()))
+        write_atomic(folder / PAGE, render_page(report, PagePicture.of(figure)))
         written.append(folder / PAGE)
     report |= list_files(written, earlier)
     write_atomic(folder / CERTIFICATE, json_text(report))

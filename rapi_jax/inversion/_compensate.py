@@ -162,6 +162,8 @@ def compensate(
     drive = Drive(target.time, value, target.excitation_hz, "triangle")
     limits.check(drive)
     beyond = [] if identified is None else identified.outside(drive)
+    if identified is not None and beyond and not isinstance(ecdl.operator, InverseRAPI):
+        _refuse_shrunk(ecdl, drive, identified)
     if not extrapolate:
         _refuse_beyond(beyond)
     predicted = None
@@ -179,6 +181,29 @@ def _refuse_beyond(beyond: list[str]) -> None:
             f"{'; '.join(beyond)}. Identify the model where it is to be used, or ask for "
             "extrapolation (`--extrapolate`, in Python `extrapolate=True`)."
         )
+
+
+def _refuse_shrunk(ecdl: ECDL, drive: Drive, identified: Identified) -> None:
+    """Raise `NotInvertible` for a drive below all recorded swings that only its swing makes work.
+
+    Where a model does not rise with the drive at the thresholds of the recorded swings, a tiny
+    drive may still solve its equations: thresholds shrink with the swing (Eq. 11), until all plays
+    move and the slope is another.
+    """
+    swing = min(identified.amplitudes, default=0.0)
+    if drive.u_pp < THRESHOLDS.least_swing * swing:
+        ends = float(drive.value.min()), float(drive.value.max())
+        found = certify(ecdl.operator, *ends, drive.rate, u_pp=swing)
+        if not found.invertible:
+            unit = identified.drive_unit
+            raise NotInvertible(
+                f"at {swing:.3g} {unit} peak to peak, at which it was identified, the model does "
+                f"not rise with the drive (slope down to {found.slope_min:.4g} at "
+                f"{found.slope_at:.4g} {unit}), so it has no inverse there. The drive found, of "
+                f"{drive.u_pp:.3g} {unit}, follows the scan only since thresholds shrink with the "
+                "swing in the model. Fit another operator (`--operator FixedRAPI`), or record "
+                "more rates and swings and fit again."
+            )
 
 
 def _followed(ecdl: ECDL, drive: Drive, wanted: np.ndarray) -> np.ndarray:

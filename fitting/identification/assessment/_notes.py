@@ -13,6 +13,8 @@ from fitting.identification.data_checks.holds._sweeps import describe_creep
 from fitting.identification.problem._problem import Problem, Solution
 from rapi_jax.internal import Band
 
+from ._inversion import describe_missing_inverse
+
 
 def describe_open_points(
     problem: Problem, solution: Solution, stderr: np.ndarray, undetermined: tuple[str, ...]
@@ -72,6 +74,7 @@ def describe_open_points(
             "what the runs have, and says nothing of the device."
         )
     notes += _describe_crossed_bounds(problem, solution)
+    notes += describe_missing_inverse(problem, solution)
     return notes
 
 

@@ -42,6 +42,12 @@ def describe_next(
         )
     if reasons:
         return "Mend what is listed here and fit again; `rapi check` looks at the recording alone."
+    if any(note.startswith("no inverse:") for note in notes):
+        return (
+            "The model predicts, but has no inverse within the recorded drives, so no drive can be "
+            "computed from it (see the note): fit another operator, or record more rates and "
+            "swings."
+        )
     if with_gap:
         return f"The residual is more than noise: {command} finds its cause."
     return "`rapi compensate` makes drives from this model."

@@ -1,5 +1,6 @@
 """Identification of the paper's device: values, errors, held-out data, verdict, precision."""
 
+import re
 import subprocess
 import sys
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 from fitting import UntrustedFit, choose_order, fit, hysteresis_weights, identify
+from fitting.report.fit._next_step import describe_next
 from rapi_jax import ECDL, PI, RAPI, DataError, Recording, predict
 from rapi_jax._waveform import triangle
 from rapi_jax.examples import paper_device, paper_drives, paper_recording
@@ -195,6 +197,25 @@ def test_one_rate_is_noted():
     recording, _ = paper_recording(samples=2000)
     got = fit(ECDL(RAPI.guess(r := Recording(recording.runs[:1]))), r, throw=False)
     assert any("lag" in note and "hysteresis" in note for note in got.verdict.notes)
+
+
+def test_a_model_without_an_inverse_is_noted_with_where_and_what_next():
+    operator = RAPI(
+        alpha=0.5, zeta=0.002, lam=1.2, eta=1.0, a=2.0, b=0.1, d=(-1.0, 0.0, 0.0), plays=6
+    )
+    drives = triangle([10.0, 20.0], amplitude=4.0, bias=3.0, samples=400)
+    noise = 0.02 * np.random.default_rng(2).standard_normal((2, 400))
+    clean = [np.asarray(predict(ECDL(operator), drive)) for drive in drives]
+    recording = Recording.of(drives, [y + e for y, e in zip(clean, noise, strict=True)])
+    got = fit(ECDL(operator), recording, guess=False, starts=1, hold_out=False, throw=False)
+    (note,) = [n for n in got.verdict.notes if n.startswith("no inverse")]
+    slope = re.search(r"slope down to (-[\d.]+) GHz/V", note)
+    assert slope and float(slope[1]) == pytest.approx(-1.0, abs=0.1)
+    assert "between 1 and 5 V" in note
+    assert "no drive can be computed" in describe_next((), notes=got.verdict.notes)
+    healthy, _ = paper_recording(samples=2000)
+    fine = fit(ECDL(RAPI.guess(healthy)), healthy, hold_out=False, throw=False)
+    assert not any("no inverse" in note for note in fine.verdict.notes)
 
 
 def test_amplitudes_are_left_out_where_there_are_several():

@@ -1,8 +1,22 @@
 """What counts as inside what a model was identified from."""
 
+import numpy as np
 import pytest
 
-from rapi_jax import Drive, Identified, triangle
+from rapi_jax import (
+    ECDL,
+    RAPI,
+    Drive,
+    Identified,
+    ModelError,
+    NotInvertible,
+    Recording,
+    compensate,
+    linear_scan,
+    predict,
+    triangle,
+)
+from rapi_jax.examples import paper_device, paper_recording
 
 SEEN = Identified(0.0, 6.0, 500.0, (10.0, 40.0), (2.0, 5.0))
 
@@ -68,3 +82,25 @@ def test_a_drive_beyond_one_end_of_the_range_is_outside(bias, inside):
     found = Identified(0.5, 5.5, 500.0, (10.0, 40.0), (5.0,)).outside(moved)
     assert (found == []) == inside
     assert inside or "the model was identified from 0.5 to 5.5" in found[0]
+
+
+@pytest.mark.parametrize("extrapolate", [False, True])
+def test_a_drive_that_only_its_own_smallness_makes_work_is_refused(extrapolate):
+    """Plays of 4.1 less a line of 3.1: at the recorded swing the response falls after each turn.
+
+    Drives of some millivolts, at which all thresholds are below zero, answer any span.
+    """
+    operator = RAPI(
+        alpha=1.428, zeta=-0.00211, lam=1.0, eta=1.0, a=4.12, b=14.5, d=(-3.12, 0.01, 0.31),
+        plays=10,
+    )  # fmt: skip
+    (recorded,) = triangle([50.0], amplitude=1.6, bias=0.0, samples=400)
+    device = ECDL(operator)
+    seen = Identified.of(Recording.of([recorded], [np.asarray(predict(device, recorded))]))
+    (target,) = linear_scan(50.0, span=1.0, samples=512)
+    with pytest.raises(NotInvertible, match=r"at 1.6 V peak to peak.*slope down to -3.12"):
+        compensate(device, target, identified=seen, extrapolate=extrapolate)
+    own, _ = paper_recording(samples=100)  # an inverse at all thresholds: too small, and said so
+    (small,) = linear_scan(20.0, span=10.0, samples=512)
+    with pytest.raises(ModelError, match="the drive swings by"):
+        compensate(paper_device(), small, identified=Identified.of(own))

@@ -2,7 +2,9 @@
 
 A weight enters the response linearly. What is not linear in a device unlike the operator
 (slopes, openings, growth with scan rate, decay of the weights, bent bounds) is covered by plays
-beside each threshold that differ from it in one or two of these.
+beside each threshold that differ from it in one or two of these. A Preisach operator whose density
+is a product of one in half-width and one in bias is a sum of plays, each bent by the integral of
+the latter (Brokate and Sprekels 1996), so powers of the plays' outputs stand beside them.
 """
 
 from collections.abc import Iterator
@@ -29,6 +31,11 @@ VARIANTS: tuple[tuple[float, float, float, float], ...] = (
 )
 
 
+Plays = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+BENDS = (2, 3, 4, 5)
+"""Powers of a play's output about the middle of the drive's range."""
+
+
 def density_columns(
     operator: AbstractOperator, given: OperatorInput, known_start: np.ndarray
 ) -> Iterator[Float[np.ndarray, "columns runs grid"]]:
@@ -40,16 +47,19 @@ def density_columns(
     u_min = np.asarray(operator.centred(given.u_min))
     law = given.law
     gain = np.asarray(law.gain)[:, None]
-    runs = _runs(operator, np.asarray(law.u_pp), np.asarray(law.freq))
+    swings, rates = np.asarray(law.u_pp), np.asarray(law.freq)
+    runs = _runs(operator, swings, rates, THRESHOLDS.plays)
     widest = max(float(r.max()) for r, *_ in runs)
     weight = _mean_weight(operator, float(law.u_pp[0]), float(law.freq[0]))
     centre = (float(u.max()) + float(u.min())) / 2.0
     half = max((float(u.max()) - float(u.min())) / 2.0, 1e-12)
 
-    def outputs(change: tuple[float, float, float, float]) -> tuple[np.ndarray, np.ndarray]:
+    def outputs(
+        change: tuple[float, float, float, float], of: list[Plays] = runs
+    ) -> tuple[np.ndarray, np.ndarray]:
         lam, eta, growth, bow = change
         rows, thresholds = [], []
-        for k, (r, rate_part, slope, opening) in enumerate(runs):
+        for k, (r, rate_part, slope, opening) in enumerate(of):
             shapes = PlayShapes(
                 np.maximum(r + growth * rate_part, 0.0),
                 slope * (1.0 + lam),
@@ -63,6 +73,8 @@ def density_columns(
 
     own, share = outputs((0.0, 0.0, 0.0, 0.0))
     yield own
+    fine = _runs(operator, swings, rates, THRESHOLDS.fine_plays)
+    yield THRESHOLDS.plays / THRESHOLDS.fine_plays * outputs((0.0, 0.0, 0.0, 0.0), fine)[0]
     for decay in THRESHOLDS.decays:
         yield own * np.exp(-decay * share)[:, :, None]
     for change in VARIANTS:
@@ -70,18 +82,23 @@ def density_columns(
     for sign in (-1, 1):
         steeper, share = outputs((sign * _LAM, 0.0, 0.0, 0.0))
         yield (steeper - own) * np.exp(-0.5 * share)[:, :, None]
+    about = (own / (weight * gain) - centre) / half
+    for power in BENDS:
+        bent = THRESHOLDS.bend_step * weight * half * gain * about**power
+        yield bent
+        yield bent.sum(axis=0, keepdims=True)  # all plays alike
     powers = [((u - centre) / half) ** k for k in range(2, THRESHOLDS.order + 1)]
     yield weight * half * gain * np.stack(powers)
 
 
 def _runs(
-    operator: AbstractOperator, u_pp: np.ndarray, freq: np.ndarray
-) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+    operator: AbstractOperator, u_pp: np.ndarray, freq: np.ndarray, count: int
+) -> list[Plays]:
     """Of each run: thresholds, their part that grows with rate, slopes and openings.
 
     On a grid over the operator's own thresholds and beyond; slopes and openings in between.
     """
-    grid = THRESHOLDS.reach * (np.arange(THRESHOLDS.plays) + 0.7) / THRESHOLDS.plays
+    grid = THRESHOLDS.reach * (np.arange(count) + 0.7) / count
     out = []
     for swing, rate in zip(u_pp, freq, strict=True):
         plays = operator.plays(jnp.asarray(swing), jnp.asarray(rate))

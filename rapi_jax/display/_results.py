@@ -63,6 +63,24 @@ def summarise_compensation(made: Any) -> Summary:
     return Summary(title, facts, notes=made.notes)
 
 
+def compensation_dataset(made: Any) -> Any:
+    """Drive, scan asked for and the model's answer over one period's time (s)."""
+    import xarray as xr
+
+    response = {"units": made.target.unit}
+    values = {
+        "drive": ("time_s", made.drive.value, {"units": made.drive_unit}),
+        "target": ("time_s", made.target.value, response),
+    }
+    if made.predicted is not None:
+        values["predicted"] = ("time_s", made.predicted, response)
+    return xr.Dataset(
+        values,
+        {"time_s": ("time_s", made.drive.time, {"units": "s"})},
+        {"excitation_hz": made.drive.rate, "inverse": made.inverse},
+    )
+
+
 def summarise_readout(found: Any) -> Summary:
     """The frequency that was read from fringes: length, error, turns, peaks, faults."""
     error = float(np.nanmedian(found.stderr))

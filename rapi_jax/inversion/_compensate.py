@@ -11,8 +11,9 @@ from rapi_jax._ecdl import ECDL, predict
 from rapi_jax._errors import LimitError, ModelError, NotInvertible
 from rapi_jax._limits import DriveLimits
 from rapi_jax._precision import as_float64, float64
+from rapi_jax.display._compensation_plots import CompensationPlots
 from rapi_jax.display._one_line import describe_compensation
-from rapi_jax.display._results import summarise_compensation
+from rapi_jax.display._results import compensation_dataset, summarise_compensation
 from rapi_jax.effects import AbstractCouplingEffect, AbstractLawEffect
 from rapi_jax.operators._inverse_rapi import InverseRAPI
 from rapi_jax.recording._drive import Drive
@@ -47,6 +48,8 @@ class Compensation:
     >>> made = compensate(paper_device(), target, bias=3.0, limits=limits)
     >>> made.inverse, made.certificate.invertible, round(made.drive.u_pp, 2)  # V
     ('exact', True, 3.71)
+    >>> list(made.to_dataset()), len(made.plot.drive().axes)
+    (['drive', 'target', 'predicted'], 3)
     """
 
     drive: Drive
@@ -66,6 +69,15 @@ class Compensation:
 
     def __repr__(self) -> str:
         return describe_compensation(self)
+
+    @property
+    def plot(self) -> CompensationPlots:
+        """Pictures: `made.plot.drive()`, `made.plot.error()`."""
+        return CompensationPlots(self)
+
+    def to_dataset(self) -> Any:
+        """Drive, scan and the model's answer over one period as an `xarray.Dataset` with units."""
+        return compensation_dataset(self)
 
     @property
     def bias(self) -> float:

@@ -192,3 +192,23 @@ def test_several_drives_are_compared_with_the_slowest():
     assert np.abs(slow).max() < 1e-12
     expected = made[0].drive.value - made[1].drive.value  # of equal samples a period
     np.testing.assert_allclose(fast, expected, atol=1e-12)
+
+
+def test_a_compensation_shows_itself_and_gives_its_numbers():
+    limits = DriveLimits(low_v=0.0, high_v=7.0, slew_v_per_s=1000.0)
+    (target,) = linear_scan(20.0, span=60.0, samples=512)
+    made = compensate(paper_device(), target, bias=3.0, limits=limits)
+    table = made.to_dataset()
+    assert table.attrs == {"excitation_hz": 20.0, "inverse": "exact"}
+    assert [table[name].attrs["units"] for name in table] == ["V", "GHz", "GHz"]
+    np.testing.assert_array_equal(table["drive"].values, made.drive.value)
+    np.testing.assert_array_equal(table["time_s"].values, made.drive.time)
+    own = plot.Picture()
+    axis = own.subplots()
+    assert made.plot.error(ax=axis) is own and "20 Hz" in axis.get_title()
+    (line,) = (one for one in axis.lines if len(one.get_ydata()) == 512)
+    assert np.abs(line.get_ydata()).max() < 1.0  # in the finest unit: rounding
+    bare = dataclasses.replace(made, predicted=None, inverse="paper")
+    assert "predicted" not in bare.to_dataset()
+    with pytest.raises(ValueError, match="no forward model"):
+        bare.plot.error()

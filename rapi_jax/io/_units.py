@@ -7,7 +7,15 @@ from rapi_jax.recording._recording import Recording
 from rapi_jax.recording._run import Run
 
 # unit in the file -> unit in the program, divisor
-DRIVE_UNITS = {"V": ("V", 1.0), "mV": ("V", 1e3), "um": ("um", 1.0)}
+DRIVE_UNITS = {
+    "V": ("V", 1.0),
+    "mV": ("V", 1e3),
+    "um": ("um", 1.0),
+    "mA": ("mA", 1.0),
+    "mT": ("mT", 1.0),
+    "mrad": ("mrad", 1.0),
+    "mN": ("mN", 1.0),
+}
 RESPONSE_UNITS = {
     "GHz": ("GHz", 1.0),
     "MHz": ("GHz", 1e3),

@@ -29,8 +29,8 @@ class Recording:
     """Runs of one session on one device; they may differ in length, rate and sampling.
 
     - `response_unit`, `drive_unit`: "GHz" for optical frequency ("um", "nm", "V", "uC", "mrad",
-      "mN", "mA", "mT", "uC/cm2" for others), and "V" or "um"; conversion happens where files are
-      read.
+      "mN", "mA", "mT", "uC/cm2" for others), and "V", "um", "mA",
+      "mT", "mrad" or "mN"; conversion happens where files are read.
     - `response_origin`: whether the runs share one zero of the response ("session") or have one
       each ("run").
     - `response_lag_s`: known latency of the reading, s; taken out before fitting.

@@ -97,7 +97,8 @@ def import_files(
     time_unit
         s, ms, us, ns, min or h. Default: the file's unit; s if it names none.
     drive_unit
-        V, mV, uV, kV, m, mm, um, nm or pm. Default: the file's unit.
+        V, mV, uV, kV, m, mm, um, nm, pm, A, mA, uA, T, mT, uT, rad, mrad, urad, deg, N, mN, uN or
+        nN. Default: the file's unit.
     response_unit
         GHz, MHz, kHz, Hz, THz, V, mV, uV, kV, m, mm, um, nm, pm, C, mC, uC, nC, pC, rad, mrad,
         urad, deg, N, mN, uN, nN, A, mA, uA, T, mT, uT, C/m2 or uC/cm2. Default: the file's unit.

@@ -28,18 +28,19 @@ _WORDS = {
     "micrometres": "um", "micrometer": "um", "micrometers": "um", "millimetre": "mm",
     "millimetres": "mm", "millimeter": "mm", "millimeters": "mm",
 }  # fmt: skip
-_OTHER = {
+_EITHER = {  # a diode's current, a coil's field, a motor's angle and a press's force drive, too
     **{unit: ("mrad", factor) for unit, factor in _ANGLE.items()},
     **{unit: ("mN", factor) for unit, factor in _FORCE.items()},
     **{unit: ("mA", factor) for unit, factor in _CURRENT.items()},
     **{unit: ("mT", factor) for unit, factor in _FIELD.items()},
-    **{unit: ("uC/cm2", factor) for unit, factor in _POLARISATION.items()},
 }
+_OTHER = {**_EITHER, **{unit: ("uC/cm2", factor) for unit, factor in _POLARISATION.items()}}
 _KNOWN = {*_TIME, *_VOLT, *_LENGTH, *_CHARGE, *_OPTICAL, *_OTHER}
 
 DRIVES = {
     **{unit: ("V", factor) for unit, factor in _VOLT.items()},
     **{unit: ("um", factor) for unit, factor in _LENGTH.items()},
+    **_EITHER,
 }
 RESPONSES = {
     **{unit: ("GHz", factor) for unit, factor in _OPTICAL.items()},
@@ -110,14 +111,8 @@ def _refusal(option: str, unit: str, allowed: dict) -> str:
     scale = option.replace("unit", "scale")
     near = [one for one in allowed if one.lower() == unit.strip().lower()]
     meant = f" Did you mean {' or '.join(near)}?" if near else ""
-    others = "a magnetising field, a pressure"
-    if option == "--drive-unit":
-        others = "a current, a magnetic field, a pressure"
-    if (
-        option == "--drive-unit"
-        and known_unit(unit) in RESPONSES
-        and known_unit(unit) not in _OTHER
-    ):
+    others = "a charge, a magnetising field, a pressure"
+    if option == "--drive-unit" and known_unit(unit) in RESPONSES:
         meant = f"{meant} That is a unit of a response: are --drive and --response exchanged?"
     cure = (
         ""

@@ -9,7 +9,7 @@ import pytest
 from scope_files import put, rows, scanned
 
 from rapi_jax import DataError
-from rapi_jax.io import ImportOptions, import_recording
+from rapi_jax.io import ImportOptions, import_recording, read_recording, write_recording
 
 RATES = (100.0, 200.0, 400.0)
 
@@ -199,9 +199,26 @@ def test_columns_without_names_are_told_apart_by_number_and_range(tmp_path):
 def test_a_unit_of_another_quantity_says_what_to_give(tmp_path):
     t, u, y = scanned((10.0, 3, 4.5), sample_hz=2000.0)
     np.savez(tmp_path / "a.npz", time=t, drive=u, response=y)
-    options = ImportOptions(drive_unit="mA", response_unit="GHz")
-    with pytest.raises(DataError, match=r"not 'mA'.*a current.*the factor to it by --drive-scale"):
+    options = ImportOptions(drive_unit="uC", response_unit="GHz")
+    with pytest.raises(DataError, match=r"not 'uC'.*a charge.*the factor to it by --drive-scale"):
         import_recording(tmp_path / "a.npz", options)
+
+
+@pytest.mark.parametrize(
+    ("unit", "becomes", "factor"),
+    [("A", "mA", 1e3), ("deg", "mrad", np.pi / 0.18), ("T", "mT", 1e3)],
+)
+def test_a_drive_need_not_be_a_voltage(tmp_path, unit, becomes, factor):
+    """A diode's current tunes a laser, a motor's angle a joint, a coil's field a core."""
+    t, u, y = scanned((10.0, 3, 4.5), sample_hz=2000.0)
+    np.savez(tmp_path / "a.npz", time=t, drive=u, response=y)
+    options = ImportOptions(drive_unit=unit, response_unit="um")
+    made = import_recording(tmp_path / "a.npz", options).recording
+    assert made.drive_unit == becomes
+    assert made.runs[0].drive.u_pp == pytest.approx(factor * np.ptp(u))
+    write_recording(made, tmp_path / "out")
+    again = read_recording(tmp_path / "out")
+    assert again.drive_unit == becomes and again.sha256() == made.sha256()
 
 
 def test_a_unit_of_a_response_for_the_drive_asks_whether_they_are_exchanged(tmp_path):

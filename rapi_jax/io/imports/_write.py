@@ -104,7 +104,8 @@ def write_import(imported: Imported, path: StrPath, *, picture: bytes | None = N
     again = target.is_file() or (target / MANIFEST).exists()
     target.parent.mkdir(parents=True, exist_ok=True)
     provenance = recording.provenance | {"imported_sha256": recording.sha256()}
-    write_recording(dataclasses.replace(recording, provenance=provenance), path)
+    whole = dataclasses.replace(recording, provenance=provenance)
+    write_recording(whole, path, masked=True)  # gaps are asked for by `nan`, or told in the notes
     written = [target]
     place = target / PICTURE if target.is_dir() else target.with_suffix(f".{PICTURE}")
     if picture is not None and (again or not place.exists()):

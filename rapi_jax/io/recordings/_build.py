@@ -19,15 +19,16 @@ def check_nan_policy(nan: str) -> None:
         raise ValueError(f'Argument `nan` must be "raise" or "mask", but is {nan!r}.')
 
 
-def _settle(response: np.ndarray, nan: NanPolicy) -> np.ndarray:
+def _settle(response: np.ndarray, nan: NanPolicy, missing: int) -> np.ndarray:
     gaps = np.flatnonzero(~np.isfinite(response))
     if gaps.size == 0:
         return response
-    if nan == "raise":
+    if nan == "raise" and gaps.size != missing:
+        known = f", but the manifest says that {missing} are missing" if missing else ""
         raise DataError(
             f"`response` has {gaps.size} value(s) that are not finite, the first "
-            f"({response[gaps[0]]}) at sample {gaps[0]}. Export the record again, or read it with "
-            'nan="mask" (`--nan mask`) to leave them out; they are never interpolated.'
+            f"({response[gaps[0]]}) at sample {gaps[0]}{known}. Export the record again, or read "
+            'it with nan="mask" (`--nan mask`) to leave them out; they are never interpolated.'
         )
     if response.size - gaps.size < 3:
         raise DataError(
@@ -48,10 +49,12 @@ def build_run(
     waveform: Waveform,
     start_s: float,
     nan: NanPolicy,
+    missing: int = 0,
 ) -> Run:
     """A `Run` in V or um, and GHz, um, nm or V, from (time, drive, response) in the units given.
 
-    `label`: where the columns are from, put in front of every `DataError`.
+    `label`: where the columns are from, put in front of every `DataError`. `missing`: how many
+    readings are said to be missing; so many are masked, whatever `nan` is.
     """
     time, value, response = columns
     with located(label):
@@ -59,4 +62,4 @@ def build_run(
         value = _units.convert(value, _units.drive_unit(drive_unit)[1])
         response = _units.convert(response, _units.response_unit(response_unit)[1])
         drive = Drive(time, value, excitation_hz, waveform, start_s)
-        return Run(drive, _settle(response, nan), name)
+        return Run(drive, _settle(response, nan, missing), name)

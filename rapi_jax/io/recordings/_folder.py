@@ -57,6 +57,7 @@ def read_folder(folder: Path, *, nan: NanPolicy) -> Recording:
             waveform=entry.waveform,
             start_s=entry.start_s,
             nan=nan,
+            missing=entry.missing_readings,
         )
         runs.append(run)
     with located(label):
@@ -99,10 +100,10 @@ def _check_files(paths: list[Path], names: list[str]) -> None:
         )
 
 
-def _manifest_text(recording: Recording, files: list[str]) -> str:
+def _manifest_text(recording: Recording, files: list[str], masked: bool) -> str:
     from ._manifest import head
 
-    whole, entries = head(recording)
+    whole, entries = head(recording, masked=masked)
     lines = [f"{key} = {toml_value(value)}" for key, value in whole.items()]
     for file, entry, run in zip(files, entries, recording.runs, strict=True):
         lines += ["", "[[run]]", f"file = {toml_value(file)}", f"samples = {run.drive.size}"]
@@ -144,16 +145,17 @@ def _contents(folder: Path) -> str:
     return f" (it holds {', '.join(printable(name, 40) for name in names[:3])}{more})"
 
 
-def write_folder(recording: Recording, path: StrPath) -> None:
+def write_folder(recording: Recording, path: StrPath, *, masked: bool = False) -> None:
     """Write the folder whole, or leave what was there. Raises `OutputError`.
 
     A new folder appears by one rename. In a folder with files, new CSV files get new names and the
     manifest, replaced last, changes over to them; those of the old manifest are removed after that.
-    Where a kill comes between, the next write into the folder removes what is not named.
+    Where a kill comes between, the next write into the folder removes what is not named. `masked`:
+    see `write_recording`.
     """
     target = Path(os.path.realpath(path))
     files = [f"{run.name}.csv" for run in recording.runs]
-    manifest = _manifest_text(recording, files)  # refuses before anything is touched
+    manifest = _manifest_text(recording, files, masked)  # refuses before anything is touched
     remove_leftovers(target.parent)
     staging = target.with_name(temporary_name())
     try:
@@ -172,14 +174,14 @@ def write_folder(recording: Recording, path: StrPath) -> None:
                     raise
             finally:
                 shutil.rmtree(staging, ignore_errors=True)
-        _update(recording, target)
+        _update(recording, target, masked)
     except OSError as error:
         raise output_error(path, error) from error
 
 
-def _update(recording: Recording, folder: Path) -> None:
+def _update(recording: Recording, folder: Path, masked: bool) -> None:
     files = fresh_names(f"{run.name}.csv" for run in recording.runs)
-    manifest = _manifest_text(recording, files)
+    manifest = _manifest_text(recording, files, masked)
     with replacing(folder, "run", files):
         _write_runs(recording, folder, files)
         write_atomic(folder / MANIFEST, manifest)

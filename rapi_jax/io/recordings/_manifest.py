@@ -20,6 +20,7 @@ class RunEntry(ManifestTable):
     """One `[[run]]`: `name` (default: the stem of `file`) is what outputs call the run.
 
     `samples`: how many its CSV file holds; written by this package, so that a cut file is refused.
+    `missing_readings`: how many are missing on purpose; these are masked, and no others.
     """
 
     file: str
@@ -28,6 +29,7 @@ class RunEntry(ManifestTable):
     waveform: Waveform = "other"
     start_s: float = Field(default=0.0, allow_inf_nan=False)
     samples: int | None = Field(default=None, ge=0, le=MAX_BYTES)
+    missing_readings: int = Field(default=0, ge=0, le=MAX_BYTES)
 
 
 class Manifest(ManifestTable):
@@ -93,11 +95,17 @@ def _explain(first: Any, others: int) -> str:
     return f"`{where}`: {said}{more}" if where else f"{said}{more}"
 
 
-def head(recording: Recording) -> tuple[dict[str, str | float], list[dict[str, str | float]]]:
-    """What to write of a recording beside its columns: of the whole, and of each run by `name`."""
+Keys = dict[str, str | int | float]
+
+
+def head(recording: Recording, *, masked: bool = False) -> tuple[Keys, list[Keys]]:
+    """What to write of a recording beside its columns: of the whole, and of each run by `name`.
+
+    `masked`: that readings are missing on purpose, and how many.
+    """
     _units.drive_unit(recording.drive_unit)
     _units.response_unit(recording.response_unit)
-    whole: dict[str, str | float] = {
+    whole: Keys = {
         "schema": SCHEMA,
         "response_unit": recording.response_unit,
         "drive_unit": recording.drive_unit,
@@ -107,10 +115,12 @@ def head(recording: Recording) -> tuple[dict[str, str | float], list[dict[str, s
     runs = []
     for run in recording.runs:
         drive = run.drive
-        entry: dict[str, str | float] = {"name": check_name(run.name)}
+        entry: Keys = {"name": check_name(run.name)}
         if drive.excitation_hz is not None:
             entry["excitation_hz"] = float(drive.excitation_hz)
-        runs.append(entry | {"waveform": drive.waveform, "start_s": float(drive.start_s)})
+        entry |= {"waveform": drive.waveform, "start_s": float(drive.start_s)}
+        missing = int((~run.valid).sum()) if masked else 0
+        runs.append(entry | ({"missing_readings": missing} if missing else {}))
     parse_manifest({**whole, "run": [{"file": "-", **entry} for entry in runs]})
     for text in (part for item in recording.provenance.items() for part in item):
         if not isinstance(text, str) or any("\ud800" <= c <= "\udfff" for c in text):

@@ -29,16 +29,17 @@ _KNOWN |= {"schema", "response_unit", "drive_unit", "response_origin", "response
 _KNOWN |= {"provenance"}
 
 
-def write_netcdf(recording: Recording, path: StrPath) -> None:
+def write_netcdf(recording: Recording, path: StrPath, *, masked: bool = False) -> None:
     """Write the recording, whole or not at all. Raises `OutputError`.
 
     Of one run the root holds the columns as well, so that `xarray.open_dataset` shows them.
+    `masked`: see `write_recording`.
     """
     import xarray as xr
 
     from ._manifest import head
 
-    whole, entries = head(recording)
+    whole, entries = head(recording, masked=masked)
     whole["provenance"] = json.dumps(recording.provenance)
     columns = [(run.drive.time, run.drive.value, run.response) for run in recording.runs]
     whole[_HASH] = _content_hash(whole, entries, columns)
@@ -140,6 +141,7 @@ def _assemble(
             waveform=entry.waveform,
             start_s=entry.start_s,
             nan=nan,
+            missing=entry.missing_readings,
         )
         for entry, (_, columns) in zip(manifest.run, groups, strict=True)
     )

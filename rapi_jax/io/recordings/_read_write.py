@@ -24,8 +24,9 @@ def read_recording(path: StrPath, *, nan: NanPolicy = "raise") -> Recording:
     2026-11-24T10:00:00Z`, when it was recorded, with its offset from UTC, and `temperature_c =
     21.3`, the device's temperature.
 
-    - `nan`: "raise" refuses a response that is not finite; "mask" makes such samples NaN, to be
-      left out. A drive or clock that is not finite is always refused.
+    - `nan`: "raise" refuses a response that is not finite, but for as many samples as the run's
+      `missing_readings` says; "mask" makes all such samples NaN, to be left out. A drive or clock
+      that is not finite is always refused.
 
     Raises `DataError`, in one line, where the recording is not there, damaged, hostile, incomplete,
     or implausible in its units.
@@ -70,8 +71,11 @@ def _read_file(path: Path, nan: NanPolicy) -> Recording:
 
 
 @takes(recording=Recording)
-def write_recording(recording: Recording, path: StrPath) -> None:
+def write_recording(recording: Recording, path: StrPath, *, masked: bool = False) -> None:
     """Write a recording to a folder or, where `path` ends in `.nc`, to a netCDF-4 file.
+
+    - `masked`: say of each run how many readings are missing (`missing_readings`), so that it is
+      read without `nan="mask"`. For those who masked them and told so.
 
     The old recording stays whole until the new one is. Raises `OutputError`; `DataError` where the
     recording cannot be expressed in a file.
@@ -87,6 +91,6 @@ def write_recording(recording: Recording, path: StrPath) -> None:
     ['manifest.toml', 'run00.csv', 'run01.csv']
     """
     if os.fspath(path).endswith(".nc"):
-        write_netcdf(recording, path)
+        write_netcdf(recording, path, masked=masked)
     else:
-        write_folder(recording, path)
+        write_folder(recording, path, masked=masked)

@@ -243,9 +243,15 @@ def test_missing_readings_are_kept_as_gaps_where_asked(rapi, tmp_path):
     y[500:503] = np.nan
     code, _, _ = rapi("import", scope(tmp_path, y=y), "-o", tmp_path / "r", *SCOPE, "--nan", "mask")
     assert code == 0
-    assert rapi("check", tmp_path / "r")[0] == 3
-    code, out, _ = rapi("check", tmp_path / "r", "--nan", "mask")
+    code, out, _ = rapi("check", tmp_path / "r")
     assert code == 0 and "masked" in out
+    file = next(path for path in (tmp_path / "r").glob("run*.csv") if "nan" in path.read_text())
+    lines = file.read_text().splitlines()
+    file.write_text("\n".join([*lines[:9], f"{lines[9].rpartition(',')[0]},nan", *lines[10:], ""]))
+    code, _, err = rapi("check", tmp_path / "r")  # one more than the import left out
+    assert code == 3
+    assert_one_line(err, "4 value(s)", "the manifest says that 3 are missing", "--nan mask")
+    assert rapi("check", tmp_path / "r", "--nan", "mask")[0] == 0
 
 
 def test_a_second_import_replaces_the_first(rapi, tmp_path):

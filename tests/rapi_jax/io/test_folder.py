@@ -250,6 +250,25 @@ def test_bad_csv(tmp_path, csv, said):
     assert said in line and "a.csv: " in line
 
 
+@pytest.mark.parametrize("name", ["r", "r.nc"])
+def test_readings_said_to_be_masked_are_read_back_without_an_option(tmp_path, recording, name):
+    runs = list(recording.runs)
+    runs[1] = dataclasses.replace(runs[1], response=np.r_[np.nan, np.nan, runs[1].response[2:]])
+    recording = dataclasses.replace(recording, runs=tuple(runs))
+    for _ in range(2):  # new, then over itself
+        write_recording(recording, tmp_path / name, masked=True)
+        assert same(read_recording(tmp_path / name), recording)
+    write_recording(recording, tmp_path / name)
+    assert "2 value(s) that are not finite" in refused(tmp_path / name)
+
+
+@pytest.mark.parametrize("said", [1, 3])
+def test_gaps_of_another_number_than_is_said_are_refused(tmp_path, said):
+    csv = CSV.replace("30", "nan").replace("10\n", "nan\n")
+    line = refused(folder(tmp_path, f"{HEAD}{RUN}missing_readings = {said}\n", csv))
+    assert f"the manifest says that {said} are missing" in line and "--nan mask" in line
+
+
 def test_gaps_are_masked_on_request_and_never_in_the_drive(tmp_path):
     path = folder(tmp_path, csv=CSV.replace("30", "inf"))
     run = read_recording(path, nan="mask").runs[0]

@@ -61,7 +61,7 @@ def read_fringe_run(
         )
     run = readout.run(drive, name=name)
     run = dataclasses.replace(run, response=optics.sign * run.response)
-    notes = [_describe(readout), *_undersampled(readout, drive), *readout.faults]
+    notes = [_describe(readout), *_masked(run), *_undersampled(readout, drive), *readout.faults]
     return run, [f"{name}: {line}" for line in notes]
 
 
@@ -111,6 +111,16 @@ def check_fringes(label: str, what: str, column: Samples) -> None:
             f"the first at sample {bad[0]}. Fringes cannot be counted across a gap: record again, "
             "with a larger vertical range."
         )
+
+
+def _masked(run: Run) -> list[str]:
+    missing = np.flatnonzero(~run.valid)
+    if not missing.size:
+        return []
+    return [
+        f"{missing.size} reading(s) of the optical frequency are masked, the first at sample "
+        f"{missing[0]} of the run: the fringes are not read there"
+    ]
 
 
 def _undersampled(readout: "Readout", drive: Drive) -> list[str]:

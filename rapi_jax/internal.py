@@ -46,6 +46,7 @@ from .recording._conditions import parse_recorded_at as parse_recorded_at
 from .recording._conditions import parse_temperature as parse_temperature
 from .recording._drive import Waveform as Waveform
 from .recording._identical import identical_runs as identical_runs
+from .recording._response_source import is_read_from_fringes as is_read_from_fringes
 from .recording._waveform_miss import describe_swap as describe_swap
 from .recording._waveform_miss import waveform_miss as waveform_miss
 from .sampling._batch import Batch as Batch

@@ -19,7 +19,7 @@ from fitting.identification.data_checks.drives._drive_reading import (
 )
 from fitting.identification.data_checks.holds._sweeps import describe_creep, single_sweep
 from rapi_jax import DataError, Identified, Recording
-from rapi_jax.internal import describe_swap, takes
+from rapi_jax.internal import describe_swap, is_read_from_fringes, takes
 
 from ._following import find_unrelated
 from ._odd_periods import find_odd_periods, find_unsettled
@@ -172,7 +172,8 @@ def _find_unusable(recording: Recording) -> list[Fault]:
 
 def _swap_notes(recording: Recording, faults: list[Fault]) -> list[str]:
     """Columns that are likely swapped, where no fault says so."""
-    if any(fault.kind == "columns swapped" for fault in faults):
+    told = any(fault.kind == "columns swapped" for fault in faults)
+    if told or is_read_from_fringes(recording.provenance):
         return []
     said = describe_swap(recording.runs, THRESHOLDS.commanded_ratio, CHECK.commanded)
     return [] if said is None else [f"columns: {said}."]

@@ -12,6 +12,7 @@ from rapi_jax.io._safe import StrPath, open_regular, printable
 from rapi_jax.io.tables._read import read_tables
 from rapi_jax.recording._drive import Drive
 from rapi_jax.recording._recording import Recording
+from rapi_jax.recording._response_source import FRINGES, RESPONSE_FROM
 from rapi_jax.recording._run import Run
 
 from ._channels import Channels, read_channels
@@ -153,6 +154,7 @@ def import_recording(
     provenance |= {"recorded_at": stamp} if stamp else {}
     provenance |= {_units.UNITS_CHECKED: "true"} if options.units_checked else {}
     provenance |= {"temperature_c": warm} if warm else {}
+    provenance |= {} if optics is None else {RESPONSE_FROM: FRINGES}
     provenance |= {f"import{k:02d}": printable(note, 1000) for k, note in enumerate(notes)}
     recording = Recording(
         tuple(runs),

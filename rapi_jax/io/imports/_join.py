@@ -10,6 +10,7 @@ from rapi_jax.io._units import UNITS_CHECKED
 from rapi_jax.io.recordings._folder import MANIFEST
 from rapi_jax.io.recordings._read_write import read_recording
 from rapi_jax.recording._recording import Recording
+from rapi_jax.recording._response_source import FRINGES, RESPONSE_FROM, is_read_from_fringes
 from rapi_jax.recording._run import Run
 
 from ._options import ImportOptions
@@ -76,6 +77,8 @@ def join_recordings(
     }
     confirmed = [part.provenance.get(UNITS_CHECKED, "").lower() for part in parts]
     provenance |= {UNITS_CHECKED: "true"} if "true" in confirmed else {}
+    from_fringes = all(is_read_from_fringes(part.provenance) for part in parts)
+    provenance |= {RESPONSE_FROM: FRINGES} if from_fringes else {}
     joined = dataclasses.replace(
         parts[0],
         runs=tuple(runs),

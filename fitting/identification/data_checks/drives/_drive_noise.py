@@ -5,7 +5,7 @@ import numpy as np
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks._thresholds import THRESHOLDS
 from rapi_jax import Recording, Run
-from rapi_jax.internal import describe_swap, usable
+from rapi_jax.internal import describe_swap, is_read_from_fringes, usable
 
 from ._drive_reading import WHITE, alternates, describe_cure, smooth_response
 
@@ -33,7 +33,7 @@ def foresee_drive_noise(recording: Recording) -> list[Fault]:
 
 
 def _find_noise(recording: Recording, errors: list[np.ndarray], beside: str) -> list[Fault]:
-    found = []
+    found, swappable = [], not is_read_from_fringes(recording.provenance)
     for run, error in zip(recording.runs, errors, strict=True):
         use = np.flatnonzero(usable(run, recording.response_lag_s))
         if use.size < THRESHOLDS.outlier_samples:
@@ -54,7 +54,7 @@ def _find_noise(recording: Recording, errors: list[np.ndarray], beside: str) -> 
                 f"{recording.drive_unit} that the response does not follow (correlation "
                 f"{together:.2f} with {beside}): noise of its reading, not of the device. "
             )
-            kind, swap = "noisy drive", _describe_swap(run, use)
+            kind, swap = "noisy drive", _describe_swap(run, use) if swappable else None
             if swap is not None:
                 kind, text = "columns swapped", f"{text}{swap}. If they are right: "
             text += describe_cure(run)
@@ -74,7 +74,12 @@ def _describe_swap(run: Run, use: np.ndarray) -> str | None:
 
 
 def find_swapped_columns(recording: Recording) -> list[Fault]:
-    """Readings that are commanded waveforms, under drives that were measured."""
+    """Readings that are commanded waveforms, under drives that were measured.
+
+    A frequency that was read from fringes is as smooth, and no column of its own.
+    """
+    if is_read_from_fringes(recording.provenance):
+        return []
     found = []
     for run in recording.runs:
         least = THRESHOLDS.commanded

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from fitting import check_recording
 from fitting.identification.data_checks._data_checks import find_faults
 from fitting.identification.data_checks.drives._drive_noise import (
     find_drive_noise,
@@ -12,6 +13,7 @@ from fitting.identification.data_checks.drives._drive_noise import (
 )
 from fitting.identification.data_checks.drives._drive_reading import describe_cure
 from rapi_jax import Drive, Run, predict
+from rapi_jax.io import read_recording, write_recording
 from tests.support.spoiled import WAYS, healthy
 
 
@@ -93,6 +95,21 @@ def test_a_reading_that_is_digitised_coarsely_is_not_a_command():
     assert find_swapped_columns(columns.recording()) == []
     columns.response = healthy(51).drive
     assert len(find_swapped_columns(columns.recording())) == 4
+
+
+def test_a_frequency_read_from_fringes_is_no_command(tmp_path):
+    """It is smooth by construction, under a drive that an oscilloscope read."""
+    columns = healthy(51)
+    WAYS["noisy drive"](columns)
+    columns.response = healthy(51).drive
+    swapped = columns.recording()
+    fringes = dataclasses.replace(swapped, provenance={"response_from": "fringes"})
+    write_recording(fringes, tmp_path / "r")
+    fringes = read_recording(tmp_path / "r")
+    assert find_swapped_columns(fringes) == []
+    assert {fault.kind for fault in check_recording(swapped).faults} == {"columns swapped"}
+    assert "columns swapped" not in {fault.kind for fault in check_recording(fringes).faults}
+    assert not any(note.startswith("columns:") for note in check_recording(fringes).notes)
 
 
 def test_readings_that_rest_where_the_drive_rests_do_not_hang():

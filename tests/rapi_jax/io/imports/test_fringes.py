@@ -7,7 +7,7 @@ import pytest
 from scope_files import MAKERS, put
 
 from rapi_jax import DataError
-from rapi_jax.io import ImportOptions, import_recording
+from rapi_jax.io import ImportOptions, import_recording, read_recording, write_import
 
 LIGHT = 299_792_458.0  # m/s
 FSR = 0.9  # GHz
@@ -96,6 +96,16 @@ def test_interferometer_alone(table):
     for word in ("as given", "zero of its own", "rises with the drive", "fringes: CH2"):
         assert word in text + str(made.recording.provenance)
     assert "clipped" not in text
+
+
+def test_what_the_response_was_read_from_is_kept_when_recordings_are_joined(table, tmp_path):
+    path, *_ = table
+    write_import(import_recording(path, COLUMNS), tmp_path / "a")
+    assert read_recording(tmp_path / "a").provenance["response_from"] == "fringes"
+    again = import_recording([tmp_path / "a"]).recording
+    assert again.provenance["response_from"] == "fringes"
+    plain = import_recording(path, ImportOptions(drive="CH1", response="CH2")).recording
+    assert "response_from" not in plain.provenance
 
 
 def test_a_cavity_corrects_the_scale(table):

@@ -18,6 +18,7 @@ from fitting.identification.data_checks.drives._drive_reading import (
     find_reading_noise,
 )
 from fitting.identification.data_checks.holds._sweeps import describe_creep, single_sweep
+from fitting.identification.data_checks.readings._levels import find_resolution
 from rapi_jax import DataError, Identified, Recording
 from rapi_jax.internal import describe_swap, is_read_from_fringes, takes
 
@@ -62,6 +63,11 @@ class RecordingCheck:
         """Rms of the noise over all runs, in the response's unit."""
         weight = [run.samples - run.masked for run in self.runs]
         return float(np.sqrt(np.average([run.noise**2 for run in self.runs], weights=weight)))
+
+    @property
+    def resolution(self) -> float:
+        """The largest step between the values of a digitised reading; 0 where none is digitised."""
+        return max(find_resolution(run.response[run.valid]) for run in self.recording.runs)
 
     def summary(self, name: str = "recording") -> str:
         """The same as text for people; `name`: of the recording."""

@@ -8,6 +8,7 @@ from rapi_jax.internal import white_noise_rms
 
 from ._fault import Fault
 from ._thresholds import THRESHOLDS
+from .readings._levels import find_resolution
 
 
 def check_start(run: Run, unit: str = "") -> Fault | None:
@@ -34,9 +35,9 @@ def check_start(run: Run, unit: str = "") -> Fault | None:
 def first_period_miss(run: Run) -> float:
     """How far the response ends its first whole period from where it began it, signed.
 
-    0 where that is within noise, small beside the span, or not clearly more than in later periods,
-    as with a drift; 0, too, where the drive itself does not close, and of a single period that
-    lacks readings.
+    0 where that is within noise or the steps of a digitiser, small beside the span, or not clearly
+    more than in later periods, as with a drift; 0, too, where the drive itself does not close, and
+    of a single period that lacks readings.
     """
     drive, limits = run.drive, THRESHOLDS
     if not drive.repeats or not drive.periods or not run.span > 0:
@@ -65,6 +66,7 @@ def first_period_miss(run: Run) -> float:
     least = max(
         limits.first_period_miss * run.span,
         limits.first_period_noise * noise,
+        limits.first_period_steps * find_resolution(run.response[read]),
         limits.first_period_later * later,
     )
     miss = float(misses[0])

@@ -234,6 +234,12 @@ class DataCheckThresholds:
     first_period_later: float = threshold(
         3.0, unit="times what later periods miss by", origin="convention; a drift goes on"
     )
+    first_period_steps: float = threshold(
+        1.5,
+        unit="steps of the digitiser",
+        origin="two readings of one value differ by a step at most; half of one more for what the "
+        "drive's last sample leaves of the period",
+    )
 
     # Responses that turn back
     reversal_swing: float = threshold(

@@ -21,11 +21,13 @@ def render_recording_check(check: "RecordingCheck", name: str) -> Group:
     """The recording `name` in plain tables and sentences, for a rich console."""
     data = check.recording
     samples = sum(run.samples for run in check.runs)
-    noise = quantity(float(f"{check.noise:.2g}"), data.response_unit)
+    noise = f"{quantity(float(f'{check.noise:.2g}'), data.response_unit)} rms"
+    if check.noise == 0.0 and (step := check.resolution) > 0.0:
+        noise = f"below the reading's resolution of {quantity(step, data.response_unit)}"
     head = Text(f"{name}: ", style="bold")
     head.append(
         f"{len(check.runs)} run(s), {samples} samples; drive in {data.drive_unit}, response in "
-        f"{data.response_unit}; noise {noise} rms",
+        f"{data.response_unit}; noise {noise}",
         style="not bold",
     )
     rows: list[RenderableType] = [head, _tabulate(check)]

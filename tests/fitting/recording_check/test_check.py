@@ -50,6 +50,16 @@ def test_everything_may_be_asked_of_three_rates_and_two_swings():
     assert all(question.record == "" for question in found.questions)
 
 
+def test_a_digitised_reading_without_noise_is_said_with_its_resolution():
+    """From sample to sample it rests: that is the converter's doing, and no noise of 0."""
+    (drive,) = wide(10, periods=1)
+    read = np.round(np.asarray(predict(paper_device(), drive)) / 2.0) * 2.0  # GHz
+    said = check_recording(Recording((Run(drive, read),))).summary()
+    assert "noise below the reading's resolution of 2 GHz" in " ".join(said.split())
+    said = check_recording(recorded(drive, noise=0.05)).summary()
+    assert "MHz rms" in " ".join(said.split())
+
+
 @pytest.mark.parametrize(
     ("drives", "expected", "words"),
     [

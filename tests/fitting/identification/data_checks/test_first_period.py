@@ -56,6 +56,21 @@ def test_settled_runs_are_not_accused(periods, noise):
         assert first_period_miss(run(periods, noise, seed)) == 0.0
 
 
+@pytest.mark.parametrize("periods", [1, 3])
+def test_one_step_of_a_converter_is_no_start_and_several_are_one(periods):
+    """A converter of 20 steps over the span, of which one is 5 % of it."""
+    settled = run(periods, 0.0)
+    step = settled.span / 20.0
+    read = step * np.floor(settled.response / step)
+    last = read[min(SAMPLES, read.size - 1)]
+    read[0] = last - step
+    assert first_period_miss(Run(settled.drive, read)) == 0.0
+    read[0] = last - 3.0 * step
+    np.testing.assert_allclose(first_period_miss(Run(settled.drive, read)), 3.0 * step)
+    faults = find_faults(Recording((Run(settled.drive, read),)))
+    assert "unsettled start" in [fault.kind for fault in faults]
+
+
 def test_a_drift_that_goes_on_is_no_start():
     settled = run(4)
     drift = 0.03 * settled.span * np.arange(settled.drive.size) / SAMPLES

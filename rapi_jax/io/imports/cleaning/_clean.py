@@ -15,6 +15,7 @@ from rapi_jax.recording._waveform_miss import describe_swap
 from rapi_jax.sampling._white_noise import white_noise_rms
 
 from ._mean_period import average_periods
+from ._nearest_waveform import waveform_misses
 from ._run_start import start_at_turn
 from ._shared_levels import share_levels
 from ._waveform_fit import FittedWaveform, fit_waveform
@@ -136,8 +137,19 @@ def _check_shape(
         raise DataError(
             f"{name}: its drive is no {drive.waveform}: the mean of its periods departs from the "
             f"nearest one by up to {most:.2g} {unit}, {100 * most / drive.u_pp:.2g} % of the "
-            f"swing. {_AVERAGE}"
+            f"swing. {_other_waveform(drive)}{_AVERAGE}"
         )
+
+
+def _other_waveform(drive: Drive) -> str:
+    """What to say where a drive is a sine and was taken for a triangle, or the other way round."""
+    kind, miss = min(waveform_misses(drive).items(), key=lambda item: item[1])
+    if kind == drive.waveform or miss >= THRESHOLDS.shape:
+        return ""
+    return (
+        f"It is nearer to a {kind}, from which it departs by {100 * miss:.2g} % of its swing rms: "
+        f"give `--waveform {kind}`. Or: "
+    )
 
 
 def _describe(

@@ -172,8 +172,7 @@ def name_waveform(drive: Samples, cycles: list[Cycle], rate: float, step_s: floa
     angle = 2.0 * np.pi * phase
     design = np.stack([np.ones(u.size), np.cos(angle), np.sin(angle)], axis=1)
     left = u - design @ np.linalg.lstsq(design, u, rcond=None)[0]
-    if float(np.sqrt(np.mean(left**2))) < THRESHOLDS.shape:
-        return "sine"
+    bent = float(np.sqrt(np.mean(left**2)))
     if float(np.mean((u > 0.1) & (u < 0.9))) < 0.1:
         return "step"
     straight = []
@@ -181,4 +180,6 @@ def name_waveform(drive: Samples, cycles: list[Cycle], rate: float, step_s: floa
         for shape in (np.where(phase < rise, phase / rise, (1 - phase) / (1 - rise)),):
             for one in (shape, 1.0 - shape):
                 straight.append(float(np.sqrt(np.mean((u - one) ** 2))))
-    return "triangle" if min(straight) < THRESHOLDS.shape else "multisine"
+    if min(bent, *straight) >= THRESHOLDS.shape:
+        return "multisine"
+    return "sine" if bent < min(straight) else "triangle"

@@ -40,7 +40,7 @@ def cut_record(
     if not cycles:
         if (closed := closed_cycle(drive, step_s)) is not None:
             return run_of_one_period(drive, closed, step_s, options, label)
-        return run_without_cycles(whole, step_s, options)
+        return run_without_cycles(drive, step_s, options)
     notes = []
     if sum(map(len, repeated_cycles(cycles))) < len(cycles) / 2.0:
         averaged = find_noisy_cycles(drive, step_s, repeated_cycles)

@@ -7,7 +7,9 @@ from jaxtyping import Float
 
 from rapi_jax.io.imports._options import ImportOptions
 from rapi_jax.io.imports._thresholds import THRESHOLDS
+from rapi_jax.io.imports.cleaning._nearest_waveform import choose_waveform
 from rapi_jax.io.imports.cycles._cycles import Cycle, name_waveform, round_one_rate
+from rapi_jax.recording._drive import Drive
 
 from ._piece import Piece
 from ._stated_rate import stated_rate
@@ -16,15 +18,19 @@ Samples = Float[np.ndarray, " samples"]
 
 
 def run_without_cycles(
-    whole: tuple[int, int], step_s: float, options: ImportOptions
+    drive: Samples, step_s: float, options: ImportOptions
 ) -> tuple[list[Piece], list[str]]:
     """A record in which no turn is seen twice."""
-    size = whole[1] + 1
-    if len(options.rates) == 1 and options.rates[0] * step_s * size >= 0.999:
-        piece = Piece(*whole, options.rates[0], options.waveform or "triangle")
-        waveform = "" if options.waveform else " and its waveform is taken for a triangle"
-        return [piece], [f"no turn is seen twice: the rate of {options.rates[0]:g} Hz is as "
-                         f"said{waveform}"]  # fmt: skip
+    whole = (0, drive.size - 1)
+    if len(options.rates) == 1 and options.rates[0] * step_s * drive.size >= 0.999:
+        rate, waveform, note = options.rates[0], options.waveform, ""
+        if waveform is None:
+            time = np.arange(drive.size) * step_s
+            waveform, found = choose_waveform(Drive(time, drive, rate, "other"))
+            note = f" and {found}"
+        return [Piece(*whole, rate, waveform)], [
+            f"no turn is seen twice: the rate of {rate:g} Hz is as said{note}"
+        ]
     rate = options.rates[0] if options.rates else None
     return [Piece(*whole, rate, "other")], [
         "no period was found: the drive is taken for one that does not repeat"

@@ -188,7 +188,7 @@ def _settle(response: Samples, label: str, options: ImportOptions) -> Samples:
         raise DataError(
             f"{label}: the response has {bad.size} reading(s) that are missing or beyond the "
             f"range, the first at sample {bad[0]}. Readings are never interpolated: record again, "
-            "or keep them as gaps by `--nan mask`, here and in `rapi fit`."
+            "or keep them as gaps by `--nan mask`."
         )
     return np.where(np.isfinite(response), response, np.nan)
 

@@ -103,11 +103,14 @@ def _table_of(
     rows = [line for line in lines[first:] if line.strip()]
     comma = delimiter != "," and any("," in row for row in rows[:_ALIKE])
     decimal = "," if comma else "."
-    split = [_cells(line.lstrip("#% "), delimiter) for line in lines[max(first - _HEAD, 0) : first]]
+    head = _first_row(lines, first, delimiter, use)
+    split = [_cells(line.lstrip("#% "), delimiter) for line in lines[max(head - _HEAD, 0) : head]]
     sample = [_cells(row, delimiter) for row in rows[:_ALIKE]]
     header = read_header(split, sample, use, decimal=decimal)
     names = {None: "spaces", "\t": "tabs", ";": "semicolons", ",": "commas"}
     form = f"text, separated by {names[delimiter]}" + (", decimal commas" if comma else "")
+    if head < first:
+        form += f", {first - head} row(s) without readings left out before its first reading"
     stamped = [i for i in use if _STAMP.fullmatch(sample[0][i])]
 
     def load(numbers: Sequence[int]) -> list[np.ndarray]:
@@ -175,6 +178,21 @@ def _find_rows(lines: list[str], delimiter: str | None) -> tuple[list[int], int]
                 continue  # a short table of something else: the samples have names of their own
             return sorted(use), i
     return [], 0
+
+
+def _first_row(lines: list[str], first: int, delimiter: str | None, use: list[int]) -> int:
+    """Where the rows begin of which `first` is the first whole one.
+
+    A Keysight scope writes the times before its first reading, too, with nothing beside them.
+    """
+    while first > 0:
+        cells = _cells(lines[first - 1], delimiter)
+        numeric = _numeric(lines[first - 1], delimiter)
+        inside = [i for i in use if i < len(cells)]
+        if not any(i in numeric for i in inside) or any(cells[i] for i in set(inside) - numeric):
+            break
+        first -= 1
+    return first
 
 
 def _is_names(line: str, delimiter: str | None, use: frozenset[int]) -> bool:

@@ -8,6 +8,7 @@ import pytest
 from scope_files import (
     MAKERS,
     joined,
+    keysight,
     put,
     rows,
     scanned,
@@ -53,6 +54,34 @@ def test_files_of_makers(tmp_path, maker):
     found = import_recording(path, options(drive, response, response_scale=scale)).recording
     assert (found.drive_unit, found.response_unit) == ("V", "GHz")
     check_same(found)
+
+
+def without_readings(text: str, header: int, count: int) -> str:
+    """The first `count` samples below a header of so many lines, by their times alone."""
+    lines = text.split("\n")
+    for k in range(header, header + count):
+        lines[k] = f"{lines[k].split(',')[0]},,"
+    return "\n".join(lines)
+
+
+def test_times_before_the_first_reading_hide_no_names_and_no_units(tmp_path):
+    """A Keysight scope that began to record later than its window."""
+    whole = keysight(T, U, Y)
+    path = put(tmp_path / "scope.csv", without_readings(whole, 2, 6))
+    known = ImportOptions(drive="1", response="2")
+    made = import_recording(path, known)
+    assert "6 row(s) without readings left out before its first reading" in made.notes[0]
+    assert "columns 0 'x-axis' (s), 1 (V), 2 (V)" in made.notes[0]
+    assert "assumed" not in "".join(made.notes)
+    assert (made.recording.drive_unit, made.recording.response_unit) == ("V", "V")
+    put(tmp_path / "later.csv", keysight(T[6:], U[6:], Y[6:]))
+    same = import_recording(tmp_path / "later.csv", known).recording
+    for run, other in zip(made.recording.runs, same.runs, strict=True):
+        np.testing.assert_array_equal(run.response, other.response)
+        np.testing.assert_allclose(run.drive.time, other.drive.time, atol=1e-12)
+    put(tmp_path / "later.csv", without_readings(whole, 40, 1))  # a gap is no late beginning
+    with pytest.raises(DataError, match="missing or beyond the range"):
+        import_recording(tmp_path / "later.csv", known)
 
 
 def test_a_file_a_channel(tmp_path):

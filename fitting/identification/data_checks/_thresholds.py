@@ -195,6 +195,25 @@ class DataCheckThresholds:
         unit="steps of the digitiser",
         origin="set by trial; the reading should have moved by more meanwhile",
     )
+    held_updates: int = threshold(
+        20, unit="updates", origin="convention; fewer show no even interval"
+    )
+    held_jitter: float = threshold(
+        0.2,
+        unit="of the usual interval",
+        origin="measured, a sensor of a joint written by a loop of uneven pace: within 0.3 all",
+    )
+    held_share: float = threshold(
+        0.9, unit="of the updates", origin="the same sensor: 0.996 of its intervals are even"
+    )
+    held_steps: float = threshold(
+        2.0,
+        unit="steps of the digitiser",
+        origin="a slow reading that is digitised changes by one step at a time",
+    )
+    rest_turns: float = threshold(
+        0.5, unit="of the drive's turns", origin="convention; a play rests after each, a fault not"
+    )
     clipped_move: float = threshold(
         0.004,
         unit="of the response's span",

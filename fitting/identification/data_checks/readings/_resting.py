@@ -5,7 +5,9 @@ import numpy as np
 from fitting.identification.data_checks._fault import Fault, format_intervals
 from fitting.identification.data_checks._thresholds import THRESHOLDS
 from rapi_jax import Run
+from rapi_jax.internal import turning_samples
 
+from ._held import find_hold, held_fault
 from ._levels import find_resolution
 
 
@@ -31,7 +33,8 @@ def check_motion(run: Run) -> Fault | None:
 def check_clipping(run: Run) -> Fault | None:
     """Stretches at the largest or smallest reading that begin while the drive still moves on.
 
-    A reading may rest where the drive rests, and a hysteretic one after the drive has turned.
+    A reading may rest where the drive rests, and a hysteretic one after the drive has turned. One
+    that is held between updates rests from the next update on.
     """
     y, u = run.response, run.drive.value
     if not run.valid.any() or run.span == 0 or run.drive.u_pp == 0:
@@ -41,10 +44,14 @@ def check_clipping(run: Run) -> Fault | None:
     shortest = limits.clipped_samples_digitised if resolution > 0 else limits.clipped_samples
     # that the reading should have moved meanwhile
     least = max(limits.clipped_steps * resolution, limits.clipped_move * run.span)
+    hold, turns = find_hold(y[run.valid]), turning_samples(u, limits.branch_swing)
     levels, kept = [], []
     for level in (float(np.nanmax(y)), float(np.nanmin(y))):
         there = []
-        for a, b in _intervals(y == level):
+        for first, b in _intervals(y == level):
+            a = min(first + max(hold - 1, 0), b)
+            if _rests_since_turn(y, turns, first, hold, least):
+                continue
             way = np.sign(u[a] - u[max(a - 3, 0)])  # 0 where the record begins so: not known
             onward = float((way * (u[a : b + 1] - u[a])).max()) / run.drive.u_pp * run.span
             if b - a + 1 >= shortest and onward > least:
@@ -68,7 +75,8 @@ def check_clipping(run: Run) -> Fault | None:
 def check_frozen(run: Run) -> Fault | None:
     """Equal readings in a row, not at the ends of their range, while the drive moves on.
 
-    Or moves at all, after a turn as well, where the reading has noise: then nothing rests.
+    Or moves at all, after a turn as well, where the reading has noise: then nothing rests. A
+    reading that is held between updates throughout is said to be that.
     """
     y, u = run.response, run.drive.value
     if not run.valid.any() or run.span == 0 or run.drive.u_pp == 0:
@@ -78,28 +86,63 @@ def check_frozen(run: Run) -> Fault | None:
     shortest = limits.clipped_samples_digitised if resolution > 0 else limits.clipped_samples
     least = max(limits.clipped_steps * resolution, limits.clipped_move * run.span)
     ends: tuple[float, ...] = (float(np.nanmax(y)), float(np.nanmin(y)))
+    hold, turns = find_hold(y[run.valid]), turning_samples(u, limits.branch_swing)
     fast = float(np.median(np.abs(np.diff(y[run.valid], 3)))) if run.valid.sum() > 3 else 0.0
     noisy = resolution == 0.0 and fast > limits.reading_noise * run.span
+    flat = [
+        (a, b)
+        for a, b in ((a, last + 1) for a, last in _intervals(np.diff(y) == 0.0))
+        if b - a + 1 >= shortest
+        and float(np.abs(u[a : b + 1] - u[a]).max()) / run.drive.u_pp * run.span > least
+    ]
+    resting = {(a, b) for a, b in flat if _rests_since_turn(y, turns, a, hold, least)}
+    if noisy and _after_most_turns(resting, turns):
+        noisy = False  # a play that rests after each turn, read with steps that were averaged
     if noisy and check_clipping(run) is None:
         ends = ()  # it hung there
     found = []
-    for a, last in _intervals(np.diff(y) == 0.0):
-        b = last + 1
+    for a, b in flat:
         way = np.sign(u[a] - u[max(a - 3, 0)])
-        moved = np.abs(u[a : b + 1] - u[a]) if noisy else way * (u[a : b + 1] - u[a])
-        onward = float(moved.max()) / run.drive.u_pp * run.span
+        onward = float((way * (u[a : b + 1] - u[a])).max()) / run.drive.u_pp * run.span
         if resolution > 0 and _rests_beside(y, a, b, least):
             continue  # a flat part of the loop, digitised: it moves no more before and after
-        if b - a + 1 >= shortest and onward > least and y[a] not in ends:
+        if not noisy and ((a, b) in resting or onward <= least):
+            continue
+        if y[a] not in ends:
             found.append((a, b))
     if not found:
         return None
+    if hold:
+        return held_fault(run, hold)
     text = (
         f"run {run.name!r}: the reading does not change (samples {format_intervals(found)}) while "
         "the drive moves on: the readout hung there. Leave that part out (readings that are not "
         "finite are, with `--nan mask`), or record again."
     )
     return Fault("frozen reading", run.name, text, tuple(found))
+
+
+def _rests_since_turn(y: np.ndarray, turns: np.ndarray, at: int, hold: int, least: float) -> bool:
+    """Whether the reading has moved by less than `least` since the drive last turned, as in a play.
+
+    `turns`: the samples at which it turns; one may come as late as within a held reading.
+    """
+    last = turns[turns <= at + hold]
+    last = last[(last > 0) & (last < y.size - 1)]  # a record's ends are no turns
+    if not last.size:
+        return False
+    since = y[min(last[-1], at) : at + 1]
+    return bool(np.nanmax(since) - np.nanmin(since) < least) if np.isfinite(since).any() else False
+
+
+def _after_most_turns(resting: set[tuple[int, int]], turns: np.ndarray) -> bool:
+    """Whether a reading that rests does so after two turns of the drive or more, and after most.
+
+    A readout hangs wherever it happens to.
+    """
+    inner = turns[1:-1]
+    turned = {int(inner[inner <= a][-1]) for a, _ in resting if (inner <= a).any()}
+    return len(turned) >= max(2.0, THRESHOLDS.rest_turns * inner.size)
 
 
 def _rests_beside(y: np.ndarray, a: int, b: int, least: float) -> bool:

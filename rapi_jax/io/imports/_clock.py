@@ -115,6 +115,7 @@ def is_even(time: Samples) -> str | None:
 def resample(time: Samples, columns: list[Samples]) -> tuple[Grid, list[Grid], float, int]:
     """Even samples of columns that were not: at the longest step that is usual.
 
+    Of samples at one time the first is kept.
     Denser stretches are averaged over a step, against aliasing; others are interpolated
     linearly. Returns the step, s, too, and how many samples at most became one.
     """

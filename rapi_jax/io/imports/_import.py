@@ -6,6 +6,8 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from rapi_jax._errors import DataError
 from rapi_jax.io import _units
 from rapi_jax.io._safe import StrPath, open_regular, printable
@@ -217,8 +219,14 @@ def _runs_of(
         if (parts := own_clocks(time, drive)) is not None:
             time, stretches, notes = parts
         else:
+            again = int((np.diff(time) == 0.0).sum())
             time, (drive, response), step, averaged = resample(time, [drive, response])
             stretches = [(0, time.size)]
+            if again:
+                notes.append(
+                    f"{again} sample(s) have the time of the one before them: of each such time "
+                    "the first sample is kept, the others are left out"
+                )
             notes.append(
                 f"sampling is uneven ({uneven}); both are resampled to every {step:.6g} s"
                 + (f", which averages up to {averaged} samples and lowers the noise of both there"

@@ -196,6 +196,25 @@ def test_noise_of_a_drive_is_not_averaged_where_runs_of_several_sampling_rates_f
         np.testing.assert_array_equal(run.response, reading)
 
 
+def test_of_samples_at_one_time_the_first_is_kept_and_that_is_said(tmp_path):
+    """A loop that writes several rows for each tick of its clock, of which the last ones differ."""
+    t, u, y = scanned((10.0, 4, 4.5), sample_hz=2000.0, noise=0.0)
+    count = np.random.default_rng(0).integers(1, 5, t.size)
+    first = np.r_[0, np.cumsum(count)[:-1]]
+    columns = [np.repeat(column, count) for column in (t, u, y)]
+    columns[2] += np.where(np.isin(np.arange(count.sum()), first), 0.0, 7.0)
+    made = taken(tmp_path, *columns)
+    again = int(count.sum() - t.size)
+    assert f"{again} sample(s) have the time of the one before them" in said(made)
+    assert "the first sample is kept" in said(made)
+    (run,) = made.recording.runs
+    at = run.drive.time + run.drive.start_s
+    np.testing.assert_allclose(run.response, np.interp(at, t, y), atol=1e-6)
+    jitter = t + 1e-4 * np.random.default_rng(1).uniform(-1.0, 1.0, t.size)
+    uneven = said(taken(tmp_path, jitter, u, y))
+    assert "resampled to every" in uneven and "have the time of" not in uneven
+
+
 def test_a_sampling_rate_that_changes_within_a_cycle_is_brought_to_the_slower(tmp_path):
     t, u, y = scanned((10.0, 8, 4.5), noise=0.0)
     dense = np.mod(np.arange(16000), 500) < 250  # an eighth of a period

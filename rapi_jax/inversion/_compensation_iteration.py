@@ -143,6 +143,8 @@ class Scan(NamedTuple):
         u_min, u_max = drive_range_for_span(operator, span, bias, rate, most, ratio)
         least = at_minimum(operator, u_min, operator.plays(ratio * (u_max - u_min), rate))
         begin = float(state.law.after(least, constant))
+        if not np.isfinite(begin):
+            self._refuse_range(float(u_min), float(u_max))
         if after:
             ends = _Ends(operator, wanted, rate, self.limits, ratio)
             span = self.target.span
@@ -220,6 +222,8 @@ class Scan(NamedTuple):
         """
         operator, u_pp = self.ecdl.operator, state.ratio * found.u_pp
         low, high = float(found.u_min), float(found.u_max)
+        if not (low < high and np.isfinite([low, high]).all() and np.isfinite(found.drive).all()):
+            self._refuse_range(low, high)
         certificate = certify(operator, low, high, state.freq, u_pp=u_pp)
         certificate.require()
         if found.u_pp >= self.widest * (1 - 1e-12):
@@ -228,12 +232,24 @@ class Scan(NamedTuple):
         answer = np.asarray(operator(jnp.asarray(found.drive), rate, u_pp=u_pp, u_min=u_min))
         off = float(np.abs(answer - found.wanted).max())
         if not off <= THRESHOLDS.inverse_error * self.target.span:
+            if self.reached(self.widest) < self.target.span:
+                raise LimitError(self.too_wide())
             raise NotInvertible(
                 f"the drive found answers the scan only to {off:.3g} of {self.target.span:g} "
                 f"{self.target.unit}. This should not happen for a certified model: please report "
                 "it with the model file."
             )
         return certificate
+
+    def _refuse_range(self, low: float, high: float) -> None:
+        """Raise where no range of the drive was found that gives the span."""
+        if self.reached(self.widest) < self.target.span:
+            raise LimitError(self.too_wide())
+        raise NotInvertible(
+            f"no range of the drive was found that scans {self.target.span:g} {self.target.unit} "
+            f"(it would go from {low:.4g} to {high:.4g} {self.limits.unit}): the model does not "
+            "rise with its drive there. Ask for a smaller span."
+        )
 
 
 class _Ends(NamedTuple):

@@ -81,6 +81,25 @@ def test_linear_scan_refuses_nonsense(wrong):
         linear_scan(10.0, **{"span": 60.0, **wrong})
 
 
+@pytest.mark.parametrize("span", [10.0, 100.0, 1e3, 1e6])
+def test_a_span_far_beyond_the_model_is_refused_with_what_it_reaches(span):
+    """A core whose cubic falls soon after the range recorded: its range turns round far outside."""
+    operator = RAPI(
+        alpha=0.07, zeta=0.055, lam=5.5, eta=1.0, a=0.027, b=-0.09, d=(0.62, 0.02, -0.0147),
+        d_0=0.35, plays=10,
+    )  # fmt: skip
+    device = ECDL(operator)
+    seen = Identified(-5.5, 5.5, 1e3, (50.0,), (11.0,), response_unit="V")
+    (target,) = linear_scan(50.0, span=span, unit="V")
+    with pytest.raises(
+        LimitError, match=r"a scan of [\d.e+]+ V .* by the model it reaches .* V, and"
+    ):
+        compensate(device, target, identified=seen, extrapolate=True)
+    (target,) = linear_scan(50.0, span=4.0, unit="V")
+    made = compensate(device, target, identified=seen, extrapolate=True)
+    assert made.certificate.invertible
+
+
 @pytest.mark.parametrize("frequency", [10.0, 40.0, 55.0])
 @pytest.mark.parametrize(("span", "bias"), [(75.0, 3.0), (45.0, 3.3), (60.0, 2.7)])
 def test_the_exact_inverse_makes_the_device_follow(frequency, span, bias):

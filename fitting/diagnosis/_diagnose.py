@@ -209,7 +209,8 @@ def diagnose(
     if name == "unlisted" and faults and faults[0].kind != DIFFERS_WITH_RATE:
         verdict = doubt_data(verdict, faults)
     if jumps is not None:
-        verdict = explain_random_jumps(verdict, jumps, recording.response_unit)
+        synchronous = gap["gap"]["locked"]
+        verdict = explain_random_jumps(verdict, jumps, synchronous, recording.response_unit)
     if left is not None:
         verdict = doubt_noise(verdict, left, recording.response_unit, shrinkage["closed_fraction"])
     model = state.to_ecdl(whitened, refit.base)

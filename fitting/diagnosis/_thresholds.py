@@ -31,6 +31,12 @@ class DiagnosisThresholds:
         unit="samples a period",
         origin="convention; with fewer, branches and turns cannot be told apart",
     )
+    larger_gap: float = threshold(
+        3.0,
+        unit="size of the jumps",
+        origin="convention; jumps make at most half their size rms, so a sixth of such a gap, and "
+        "the gap comes first; of the tests' devices with jumps alone it is below one",
+    )
 
 
 THRESHOLDS = DiagnosisThresholds()

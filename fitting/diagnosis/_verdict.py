@@ -12,6 +12,7 @@ from rapi_jax import Recording
 from ._data_checks import SINGLE_SWEEP
 from ._diagnosis import Verdict
 from ._text import closed_share, describe_effects, verdict_advice, verdict_sentence
+from ._thresholds import THRESHOLDS
 from .family._law import threshold_law
 from .how_far._cross_validation import CrossValidation
 from .next_scan._confirmation import needs_confirmation
@@ -108,18 +109,30 @@ def mention_likeliest(
     return dataclasses.replace(verdict, sentence=verdict.sentence + text)
 
 
-def explain_random_jumps(verdict: Verdict, jumps: RandomJumps, unit: str) -> Verdict:
-    """The verdict where what does not repeat with the scan moves by jumps."""
+def explain_random_jumps(
+    verdict: Verdict, jumps: RandomJumps, synchronous: float, unit: str
+) -> Verdict:
+    """The verdict where what does not repeat with the scan moves by jumps.
+
+    `synchronous`: rms of the gap that repeats with the scan. Where it is several times larger the
+    verdict on it stays first, since the gap would hardly be smaller without the jumps.
+    """
     size = f" of about {jumps.size:.2g} {unit}" if jumps.size > 0 else ""
+    where = "The part of the residual that does not repeat with the scan"
+    optical = "mode competition, optical feedback, " if unit == "GHz" else ""
+    switches = f"something that switches: {optical}a loose contact, a toggling bit of a converter."
+    if jumps.size > 0 and synchronous > THRESHOLDS.larger_gap * jumps.size:
+        sentence = (
+            f"{verdict.sentence} {where}, a smaller one, consists of random jumps{size} (telegraph "
+            "noise)."
+        )
+        advice = f"{verdict.advice} For the jumps, look for {switches}"
+        return dataclasses.replace(verdict, sentence=sentence, advice=advice)
     sentence = (
-        f"The part of the residual that does not repeat with the scan consists of random "
-        f"jumps{size} (telegraph noise). None of the known effects does this, and averaging does "
-        "not remove it."
+        f"{where} consists of random jumps{size} (telegraph noise). None of the known effects does "
+        "this, and averaging does not remove it."
     )
-    advice = (
-        "Look for something that switches: mode competition, optical feedback, a loose contact, a "
-        "toggling bit of a converter. Diagnose again once it is gone."
-    )
+    advice = f"Look for {switches} Diagnose again once it is gone."
     return dataclasses.replace(verdict, sentence=sentence, advice=advice)
 
 

@@ -5,12 +5,15 @@ apart is how the levels change: Gaussian noise of any colour changes by normal s
 seldom and by much. Jumps some ten readings apart make no level that lasts: two tests must agree,
 steps with heavier tails than normal ones between values with lighter tails, as two levels have.
 Gaussian noise has neither, and wrong readings or noise that swells have heavy tails in both.
+
+Where clock or drive wander from period to period the readings differ by the response's slope times
+that delay, on steep flanks alone: these are left out, since levels last on flat parts as well.
 """
 
 import dataclasses
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 from scipy.stats import kurtosistest, norm
@@ -40,7 +43,7 @@ class RandomJumps:
 def find_random_jumps(
     errors: list[Float[np.ndarray, "_ _"]], blocks: list[PeriodBlock]
 ) -> RandomJumps:
-    """Of model less data, less what repeats from period to period.
+    """Of model less data, less what repeats from period to period, off steep flanks.
 
     A step is the mean of some samples less that of as many before. The mean of the steps before and
     after is taken off, so that what drifts or settles makes none; nor does a single wrong reading.
@@ -48,7 +51,7 @@ def find_random_jumps(
     # The first period of a run may differ by what it remembers, not by chance.
     settled = [error[1:] if len(error) > 2 else error for error in errors]
     parts = [
-        (_without_outliers(_without_repetition(error).ravel()), len(error))
+        (_without_outliers(_without_repetition(error)[:, _flat(error, block)].ravel()), len(error))
         for error, block in zip(settled, blocks, strict=True)
         if block.periods > 1 and np.ptp(error) > 0
     ]
@@ -79,6 +82,18 @@ def _without_repetition(error: Float[np.ndarray, "periods phases"]) -> Float[np.
     course = CubicSpline(edges, whole).derivative()(np.arange(error.size) + 0.5)
     rest = error - course.reshape(error.shape)
     return rest - rest.mean(axis=0)
+
+
+def _flat(
+    error: Float[np.ndarray, "periods phases"], block: PeriodBlock
+) -> Bool[np.ndarray, " phases"]:
+    """Phases at which the response is not much steeper than in most of the period.
+
+    By the model, which has no noise. At least half of them are.
+    """
+    model = error.mean(axis=0) + block.data[-len(error) :].mean(axis=0)
+    slope = np.abs(np.roll(model, -1) - np.roll(model, 1))
+    return slope <= THRESHOLDS.steep_slope * np.median(slope)
 
 
 def _without_outliers(row: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:

@@ -82,6 +82,12 @@ class NoiseThresholds:
         origin="one normal reading in 16 000 lies farther from its neighbours, or a step from 0",
     )
     least_steps: int = threshold(10, unit="levels of a run", origin="with fewer no tail is seen")
+    steep_slope: float = threshold(
+        2.0,
+        unit="median slopes",
+        origin="derivation: of a sine the steepest is 1.4. Periods of a magnetic core differ by "
+        "its slope's jitter: p is 2e-6 with all samples, and above 0.05 from 1.2 to 4 here",
+    )
     jump_p_value: float = threshold(
         1e-3,
         unit="probability",

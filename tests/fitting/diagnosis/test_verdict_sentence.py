@@ -7,8 +7,9 @@ from bare import bare
 
 from fitting.diagnosis._diagnosis import Diagnosis, Verdict
 from fitting.diagnosis._text import verdict_advice, verdict_sentence
-from fitting.diagnosis._verdict import doubt_data, mention_likeliest
+from fitting.diagnosis._verdict import doubt_data, explain_random_jumps, mention_likeliest
 from fitting.diagnosis.how_far._cross_validation import CrossValidation
+from fitting.diagnosis.noise._telegraph import RandomJumps
 from fitting.diagnosis.which._candidate import Candidate
 from fitting.identification.data_checks._fault import Fault
 from fitting.report.diagnosis._files import _reasons
@@ -93,3 +94,19 @@ def test_why_a_diagnosis_makes_no_drive(name, faults, words):
 def test_compensation_that_surely_makes_scans_worse_is_advised_against(most, refused):
     said = verdict_advice("resonance", (Resonance,), ["resonance"], None, straighter=most)
     assert ("Do not compensate" in said) == refused
+
+
+@pytest.mark.parametrize("unit", ["V", "GHz"])
+def test_jumps_are_the_headline_only_where_the_gap_is_not_several_times_larger(unit):
+    """Of a magnetic core: jumps of 31 mV beside a gap of 357 mV that repeats with the scan."""
+    verdict = dataclasses.replace(unlisted("unlisted"), advice="See where it lies.")
+    jumps = RandomJumps(1e-6, 0.031)
+    beside = explain_random_jumps(verdict, jumps, 0.357, unit)
+    assert (
+        beside.sentence.startswith(verdict.sentence) and "jumps of about 0.031" in beside.sentence
+    )
+    assert beside.advice.startswith(verdict.advice) and "a loose contact" in beside.advice
+    alone = explain_random_jumps(verdict, jumps, 0.02, unit)
+    assert alone.sentence.startswith("The part of the residual that does not repeat with the scan")
+    for said in (beside, alone):
+        assert ("optical feedback" in said.advice) == (unit == "GHz")

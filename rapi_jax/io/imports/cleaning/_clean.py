@@ -74,7 +74,7 @@ def clean_drives(runs: Sequence[Run], way: DriveAs, unit: str) -> tuple[list[Run
         notes.append(
             f"{', '.join(slower)}: from sample to sample the drive's readings change by less than "
             "they differ from what stands in their place, so the difference is slower than noise. "
-            "If the laser saw it, too, keep the readings (`--drive-as measured`)"
+            "If the device saw it, too, keep the readings (`--drive-as measured`)"
         )
     return made, notes
 

@@ -1,5 +1,7 @@
 """Jumps at random times: seen beside noise of any colour, and not seen where there are none."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from edge_worlds import drives, record
@@ -81,6 +83,30 @@ def test_noise_that_swells_and_wrong_readings_are_no_jumps(blocks):
         for values in swelling:
             values[rng.integers(values.size, size=3)] += 15.0
         assert p_value(swelling, blocks) > 1e-4
+
+
+def core(block: PeriodBlock) -> np.ndarray:
+    """A period of a response that is flat but for two steep flanks, as of a magnetic core."""
+    phase = np.arange(block.phases) / block.phases
+    return 100.0 * (np.tanh(20.0 * (phase - 0.25)) - np.tanh(20.0 * (phase - 0.75)))
+
+
+def jittering(rng: np.random.Generator, block: PeriodBlock) -> np.ndarray:
+    """Noise of a core whose clock wanders against the drive by some tenths of a sample."""
+    delay = lfilter([1.0], [1.0, -0.9], rng.normal(size=block.size)) * 0.15
+    slope = np.tile(np.gradient(core(block)), block.periods)
+    return 0.3 * white(rng, block.size) + delay * slope
+
+
+def test_a_clock_that_wanders_on_steep_flanks_makes_no_jumps(blocks):
+    rng = np.random.default_rng(14)
+    cores = [dataclasses.replace(b, data=np.tile(core(b), (b.periods, 1))) for b in blocks]
+    for _ in range(10):
+        values = [jittering(rng, b) for b in cores]
+        assert p_value(values, blocks) < 1e-4  # by triangles' slopes, where nothing is steep
+        assert p_value(values, cores) > 1e-3
+        jumps = [v + telegraph(rng, b.size, 1.5, 100.0) for v, b in zip(values, cores, strict=True)]
+        assert p_value(jumps, cores) < 1e-3
 
 
 def test_runs_of_different_lengths_are_tested_together():

@@ -113,7 +113,7 @@ def test_a_tone_that_does_not_repeat_with_the_drive_is_told():
     time = np.arange(6000) / SAMPLE_HZ
     sent = wave("triangle", RATE * time) + 0.02 * np.sin(2 * np.pi * 53.0 * time)
     *_, note = clean_drives([run_of(read(sent, 12))], "fitted", "V")[1]
-    assert "slower than noise. If the laser saw it, too, keep the readings" in note
+    assert "slower than noise. If the device saw it, too, keep the readings" in note
 
 
 def test_what_does_not_repeat_and_what_is_measured_stay():

@@ -7,6 +7,9 @@ from fitting._units import readable_unit
 from fitting.report.diagnosis._text import describe_hypothesis, join_items
 from rapi_jax.effects import ALL, AbstractEffect
 
+from ._thresholds import THRESHOLDS
+from .which._thresholds import THRESHOLDS as SETS
+
 Effects = Sequence[AbstractEffect | type[AbstractEffect]]
 
 
@@ -74,7 +77,7 @@ def verdict_sentence(
     alike = _held_out_alike(shrinkage, unit) if closed is None else ""
     # Else held-out data may be predicted no better.
     helps = not alike if closed is None else closed["low"] > 0.0
-    verb = "is" if probability > 0.5 and helps else "may be"
+    verb = _verb(probability) if helps else "may be"
     if closed is None:
         return f"The gap {verb} {what} ({sure}).{alike}"
     sizes = shrinkage["before"], shrinkage["after"]
@@ -82,7 +85,7 @@ def verdict_sentence(
     before, after = (f"{factor * size:.3g}" for size in sizes)
     if closed["value"] <= 0.0:
         return (
-            f"The gap looks like {what} ({sure}), but adding it to the model does not improve the "
+            f"The gap {verb} {what} ({sure}), but adding it to the model does not improve the "
             f"prediction of held-out data: {before} {shown} rms without it, {after} {shown} with "
             "it."
         )
@@ -90,6 +93,13 @@ def verdict_sentence(
         f"The gap {verb} {what} ({sure}). Added to the model, it closes {closed_share(closed)} of "
         f"the gap on held-out data: the residual falls from {before} to {after} {shown} rms."
     )
+
+
+def _verb(probability: float) -> str:
+    """How surely the gap is what it is called: "is" where the 95 % set holds nothing else."""
+    if probability >= SETS.credible_level:
+        return "is"
+    return "is probably" if probability > THRESHOLDS.probable else "may be"
 
 
 def _held_out_alike(shrinkage: dict[str, Any], unit: str) -> str:

@@ -31,6 +31,11 @@ class DiagnosisThresholds:
         unit="samples a period",
         origin="convention; with fewer, branches and turns cannot be told apart",
     )
+    probable: float = threshold(
+        0.5,
+        unit="probability",
+        origin="derivation: more probable than all other answers together; below, it may be",
+    )
     larger_gap: float = threshold(
         3.0,
         unit="size of the jumps",

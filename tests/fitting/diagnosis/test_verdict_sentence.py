@@ -17,7 +17,7 @@ from rapi_jax.effects import Resonance
 
 
 @pytest.mark.parametrize(
-    ("low", "verb"), [(0.02, "gap is"), (0.0, "gap may be"), (-0.4, "gap may be")]
+    ("low", "verb"), [(0.02, "gap is probably"), (0.0, "gap may be"), (-0.4, "gap may be")]
 )
 def test_an_effect_that_may_predict_no_better_is_no_finding(low, verb):
     """Of a magnetic core: a resonance, 66 %, that closes 8 % of the gap, -36 to 52."""
@@ -25,6 +25,30 @@ def test_an_effect_that_may_predict_no_better_is_no_finding(low, verb):
     shrinkage = {"closed_fraction": closed, "before": 0.0567, "after": 0.0547}
     said = verdict_sentence("resonance", (Resonance,), 0.66, shrinkage, "V")
     assert verb in said and "it closes 8 %" in said
+
+
+@pytest.mark.parametrize(
+    ("probability", "verb"),
+    [
+        (0.97, "gap is a"),
+        (0.94, "gap is probably a"),
+        (0.51, "gap is probably a"),
+        (0.49, "gap may be"),
+    ],
+)
+def test_the_verb_follows_the_probability(probability, verb):
+    closed = {"value": 0.8, "low": 0.7, "high": 0.9}
+    for found in (None, closed):
+        shrinkage = {"closed_fraction": found, "before": 0.3, "after": 0.1}
+        said = verdict_sentence("resonance", (Resonance,), probability, shrinkage, "um")
+        assert verb in said and "mechanical resonance" in said
+
+
+def test_what_predicts_held_out_data_no_better_may_be_however_probable():
+    closed = {"value": -0.1, "low": -0.4, "high": 0.2}
+    shrinkage = {"closed_fraction": closed, "before": 0.3, "after": 0.31}
+    said = verdict_sentence("resonance", (Resonance,), 0.97, shrinkage, "um")
+    assert "gap may be" in said and "does not improve the prediction" in said
 
 
 def test_where_nothing_explains_data_with_a_fault_that_comes_first():

@@ -134,7 +134,7 @@ def test_an_effect_less_likely_than_not_is_no_finding():
     for fraction in (None, closed):
         shrinkage = {"closed_fraction": fraction, "before": 0.3, "after": 0.1}
         assert "gap may be" in verdict_sentence("creep", (Creep,), 0.48, shrinkage, "um")
-        assert "gap is" in verdict_sentence("creep", (Creep,), 0.9, shrinkage, "um")
+        assert "gap is probably" in verdict_sentence("creep", (Creep,), 0.9, shrinkage, "um")
     advice = verdict_advice("creep", (Creep,), ["creep", "drift"], None, unit="um")
     drift = effect_label(Drift, "um")
     assert f"cannot tell {Creep.label} from {drift}" in advice and Creep.remedy not in advice

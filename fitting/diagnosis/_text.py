@@ -117,8 +117,8 @@ def _held_out_alike(shrinkage: dict[str, Any], unit: str) -> str:
 
 
 def closed_share(closed: dict[str, float]) -> str:
-    """A share with its 95 % interval in percent: "94 % (90 to 96)"."""
-    low, high = _percent(max(closed["low"], 0.0)), _percent(min(closed["high"], 1.0))
+    """A share with its 95 % interval in percent: "94 % (90 to 96)"; below 0 the gap may grow."""
+    low, high = _percent(closed["low"]), _percent(min(closed["high"], 1.0))
     value = _percent(closed["value"])
     if low == value == high:
         return f"{value} %"
@@ -143,12 +143,13 @@ def verdict_advice(
     unsure: bool = False,
     unit: str = "GHz",
     straighter: float | None = None,
+    expected: float | None = None,
 ) -> str:
     """What to do next, in one or two sentences.
 
     `tied`: names in the credible set. `unsure`: whether it holds `unlisted` beside one named
     hypothesis. `unit`: of the response. `straighter`: by what factor at most (97.5 %) a compensated
-    scan is straighter with the effects than without.
+    scan is straighter with the effects than without; `expected`: by what factor it is predicted.
     """
     if len(tied) > 1:
         labels = effect_labels((*ALL, *effects), unit)
@@ -174,5 +175,10 @@ def verdict_advice(
         return (
             f"{first}Do not compensate with this model: its scans are less straight than without "
             "the effect."
+        )
+    if expected is not None and expected < 1.0:
+        return (
+            f"{first}Do not compensate with this model yet: its scans are predicted to be less "
+            "straight than without the effect."
         )
     return first + " ".join(_remedy(effect, unit) for effect in sort_effects(effects))

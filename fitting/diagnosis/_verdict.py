@@ -43,6 +43,7 @@ def give_verdict(
     effects = tuple(sorted(effect.name for effect in top.effects))
     tied = [n for n in credible if n not in ("none", "unlisted")]
     scan = None if next_scan is None else next_scan.to_dict()
+    gain = shrinkage.get("straighter") or {}
     return Verdict(
         name=name,
         mechanism=mechanism_name(top.effects) if effects else name,
@@ -60,7 +61,8 @@ def give_verdict(
             scan,
             unsure=needs_confirmation(credible),
             unit=recording.response_unit,
-            straighter=(shrinkage.get("straighter") or {}).get("high"),
+            straighter=gain.get("high"),
+            expected=gain.get("value"),
         ),
     )
 

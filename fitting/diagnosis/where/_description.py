@@ -24,7 +24,11 @@ def describe_localisation(
     so that what repeats is known. `what`: the name of what is placed; `drive_unit`: of amplitudes.
     """
     if not any(entry["share"] > 0 for entry in entries):
-        return "No part of the residual exceeds the noise."
+        if repeats:
+            return "No part of the residual exceeds the noise."
+        return (
+            "Nothing repeats, so the noise is not known: no part of the residual surely exceeds it."
+        )
     kind = _describe_kind(entries) if repeats else ""
     tone = _describe_tones(profiles)
     share, data, words = _best_part(entries, drive_unit)

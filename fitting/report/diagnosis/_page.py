@@ -104,6 +104,7 @@ def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
             words.credible_names(diagnosis["verdict"])[0],
             judged=bool(diagnosis["verdict"].get("judged", True)),
         ),
+        "baseline": words.describe_baseline(diagnosis, scale),
         "carried": tabulate_runs(refit, scale, drive_unit),
         "next_scan": describe_next_scan(diagnosis.get("next_scan"), drive_unit, labels),
         "no_scan": words.explain_no_scan(diagnosis["verdict"]),

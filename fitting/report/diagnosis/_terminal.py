@@ -11,7 +11,13 @@ from fitting.report._plain_text import plain_text
 
 from ._detectability import describe_size
 from ._numbers import SPACE, Scale, format_interval, page_scale
-from ._text import Labels, describe_nonlinearity, list_alternatives, packaged_labels
+from ._text import (
+    Labels,
+    describe_baseline,
+    describe_nonlinearity,
+    list_alternatives,
+    packaged_labels,
+)
 from ._which import describe_parameters
 
 _LEAST_SHOWN = 5e-4  # probability; less is 0.000 in the table
@@ -25,7 +31,10 @@ def render_lines(diagnosis: dict[str, Any], labels: Labels | None = None) -> Gro
     verdict, scale = diagnosis["verdict"], page_scale(diagnosis)
     labels = packaged_labels() | dict(labels or {})
     rows: list[Any] = [Text(verdict["sentence"], style="bold"), Text(verdict["advice"])]
-    rows += [Text(_describe_gap(diagnosis["gap"], scale)), _tabulate(diagnosis, scale)]
+    rows.append(Text(_describe_gap(diagnosis["gap"], scale)))
+    if baseline := describe_baseline(diagnosis, scale):
+        rows.append(Text(baseline.replace(SPACE, " ")))
+    rows.append(_tabulate(diagnosis, scale))
     if nonlinearity := describe_nonlinearity(diagnosis, scale):
         rows.append(Text(f"nonlinearity after compensation: {nonlinearity}".replace(SPACE, " ")))
     if len(verdict["set"]) > 1:

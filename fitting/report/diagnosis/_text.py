@@ -167,6 +167,24 @@ def label_run(entry: dict, drive_unit: str) -> str:
     return ", ".join(parts) or name_run(entry)
 
 
+def describe_baseline(diagnosis: dict, scale: Scale) -> str:
+    """What the closed share counts from, where that is not the residual of the model alone.
+
+    Empty where nothing was held out or no effect is named.
+    """
+    found, verdict = diagnosis.get("shrinkage") or {}, diagnosis.get("verdict") or {}
+    before = finite_or_none(found.get("before"))
+    if before is None or not found.get("held_out") or verdict.get("name") in SPECIAL:
+        return ""
+    alone = (diagnosis.get("base") or {}).get("operator")
+    richer = alone and (diagnosis.get("model") or {}).get("operator") != alone
+    which = "a more flexible hysteresis" if richer else "the same hysteresis"
+    return (
+        f"The closed share counts from another residual: that of {which} without the effect, "
+        f"fitted to the other data, on those held out ({scale(before)} rms)."
+    )
+
+
 def describe_nonlinearity(diagnosis: dict, scale: Scale) -> str:
     """How far a compensated scan is off its line without and with the effects; empty if unknown.
 

@@ -36,9 +36,11 @@ def describe_next(
             "`rapi diagnose`."
         )
     if lacks_an_effect(reasons):
+        some = any(note.startswith("outliers:") for note in notes)
+        but = " but for the readings left out" if some else ""
         return (
-            f"Nothing was found wrong with the recording: the model lacks something. {command} "
-            "says which effect it is, and adds it to the model."
+            f"Nothing was found wrong with the recording{but}: the model lacks something. "
+            f"{command} says which effect it is, and adds it to the model."
         )
     if reasons:
         return "Mend what is listed here and fit again; `rapi check` looks at the recording alone."

@@ -6,13 +6,14 @@ import pytest
 from bare import bare
 
 from fitting.diagnosis._diagnosis import Diagnosis, Verdict
-from fitting.diagnosis._text import verdict_advice, verdict_sentence
+from fitting.diagnosis._text import closed_share, verdict_advice, verdict_sentence
 from fitting.diagnosis._verdict import doubt_data, explain_random_jumps, mention_likeliest
 from fitting.diagnosis.how_far._cross_validation import CrossValidation
 from fitting.diagnosis.noise._telegraph import RandomJumps
 from fitting.diagnosis.which._candidate import Candidate
 from fitting.identification.data_checks._fault import Fault
 from fitting.report.diagnosis._files import _reasons
+from fitting.report.diagnosis._numbers import SPACE, format_interval
 from rapi_jax.effects import Resonance
 
 
@@ -134,3 +135,24 @@ def test_jumps_are_the_headline_only_where_the_gap_is_not_several_times_larger(u
     assert alone.sentence.startswith("The part of the residual that does not repeat with the scan")
     for said in (beside, alone):
         assert ("optical feedback" in said.advice) == (unit == "GHz")
+
+
+@pytest.mark.parametrize(("expected", "refused"), [(None, False), (3.1, False), (0.32, True)])
+def test_compensation_that_is_predicted_to_make_scans_worse_is_not_advised(expected, refused):
+    """Of a steel core: a factor of 0.32 (0.24 to 8.6), so it is not sure."""
+    said = verdict_advice(
+        "resonance", (Resonance,), ["resonance"], None, straighter=8.6, expected=expected
+    )
+    assert ("Compensate with the corrected model" in said) != refused
+    assert ("Do not compensate with this model yet" in said) == refused
+
+
+def test_sentence_and_table_have_the_same_interval():
+    """The gap may grow: an end below 0 is no 0."""
+    for closed in (
+        {"value": 0.59, "low": -0.908, "high": 1.0},
+        {"value": 0.40, "low": -0.035, "high": 0.84},
+        {"value": 0.94, "low": 0.9, "high": 0.96},
+    ):
+        plain = format_interval(closed).translate({ord(SPACE): " ", ord("\N{MINUS SIGN}"): "-"})
+        assert closed_share(closed) == plain.replace(" %)", ")")

@@ -1,5 +1,6 @@
 """The page of a diagnosis as a parser reads it: order, words, escaping, nothing from outside."""
 
+import copy
 import json
 import math
 import re
@@ -20,9 +21,30 @@ from fitting.report.diagnosis._numbers import (
 )
 from fitting.report.diagnosis._page import render_page
 from fitting.report.diagnosis._summary import list_facts, list_provenance
+from fitting.report.diagnosis._terminal import render_text
 from fitting.report.diagnosis._which import describe_parameters
 
 SECTIONS = ["verdict", "where", "which", "how-far", "next", "sure"]
+
+
+@pytest.mark.parametrize(
+    ("operator", "which"), [("RAPI", "the same"), ("GeneralRAPI", "a more flexible")]
+)
+def test_what_the_closed_share_counts_from_is_said_beside_the_residual(operator, which):
+    """437 mV of the model as fitted and 57.8 mV held out are of two models."""
+    found = diagnoses.creep()
+    found["base"] = {"operator": "RAPI"}
+    found["model"] = found["model"] | {"operator": operator}
+    said = f"another residual: that of {which} hysteresis without the effect"
+    for text in (
+        render_text(found),
+        spaced(" ".join(t for _, t in Page(render_page(found)).texts)),
+    ):
+        assert said in " ".join(text.split())
+    for name in ("none", "unlisted"):
+        without = copy.deepcopy(found)
+        without["verdict"]["name"] = name
+        assert "another residual" not in render_text(without)
 
 
 @pytest.fixture(params=diagnoses.ALL, scope="module")

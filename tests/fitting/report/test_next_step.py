@@ -23,6 +23,18 @@ def test_where_the_model_lacks_something_a_diagnosis_comes_first():
         assert "Mend" not in advice(*reasons)
 
 
+def test_readings_left_out_are_not_called_nothing():
+    note = (
+        "outliers: run 'run00': 47 readings far from those before and after. Left out of the fit."
+    )
+    plain, other = (
+        describe_next((GAP,), notes=(n,)) for n in ("one scan rate: record more.", note)
+    )
+    assert plain.startswith("Nothing was found wrong with the recording: ")
+    assert other.startswith("Nothing was found wrong with the recording but for the readings left")
+    assert "rapi diagnose" in other
+
+
 def test_where_the_recording_has_a_fault_that_comes_first():
     assert advice(GAP, "noisy drive: run 'run00'").startswith("Mend what is listed")
     assert advice("starts disagree: 6 starts").startswith("Mend what is listed")

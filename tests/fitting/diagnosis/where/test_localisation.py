@@ -103,6 +103,8 @@ def test_noise_alone_lies_nowhere():
     entries = localise(white(parts), parts, WHITE, recording)
     assert all(entry["share"] == 0 for entry in entries)
     assert "No part of the residual exceeds the noise" in describe_localisation(entries, None)
+    unknown = describe_localisation(entries, None, repeats=False)
+    assert unknown.startswith("Nothing repeats, so the noise is not known")
 
 
 def test_a_run_that_does_not_repeat_has_directions_and_regions():

@@ -205,8 +205,9 @@ def collect_notes(
     if recording.one_rate:
         which = "One scan rate" if recording.rates[0] > 0 else "No scan rate"
         notes.append(
-            f"{which}: a lag cannot be told reliably from rate-dependent thresholds. Record a "
-            "second rate, five times faster or slower."
+            f"{which}: a lag cannot be told reliably from rate-dependent thresholds, nor what is "
+            "fixed in time (a tone, a resonance) near a multiple of the rate from hysteresis. "
+            "Record a second rate, five times faster or slower."
         )
     if len(recording.amplitudes) == 1:
         notes.append(

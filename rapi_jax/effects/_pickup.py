@@ -87,11 +87,13 @@ class Pickup(AbstractOpticalEffect):
         best = [*free, *whole, *line[np.argsort(-share, kind="stable")[: THRESHOLDS.pickup_lines]]]
         close = 0.5 / max(summary.duration_s, 1e-6)
         slip = THRESHOLDS.pickup_slip / max(summary.duration_s, 1e-6)
+        slowest = THRESHOLDS.pickup_least_cycles / max(summary.recorded_s, 1e-12)
         hertz: list[float] = []
         for f in best:
             # What repeats with every scan is no tone of its own.
             locked = all(_is_harmonic(f, rate, slip) for rate in summary.rates or (0.0,))
-            if not locked and all(abs(f - other) > close for other in hertz):
+            # Of less than a cycle nothing tells a tone from drift, or from the hysteresis.
+            if f >= slowest and not locked and all(abs(f - other) > close for other in hertz):
                 hertz.append(float(np.clip(f, 2 * _LOW, _HIGH / 2)))
         sizes = np.sqrt(
             2.0 * np.maximum(summary.sines(summary.time, hertz), 1e-6) * residual_power(summary)

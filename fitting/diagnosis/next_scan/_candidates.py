@@ -80,6 +80,7 @@ class _SearchSpace:
     samples: int  # a period
     periods: int
     start_s: float
+    longest_hold_s: float
 
     @classmethod
     def of(
@@ -92,7 +93,9 @@ class _SearchSpace:
         if not low < high:
             low, high = limits.low_v, limits.high_v
         widest = min(max(max(seen.amplitudes), 1e-12), high - low)
-        return cls(limits, low, high, widest, samples, periods, start_s)
+        longest = max(float(np.ptp(drive.time)) for drive in recording.drives)
+        hold = _round_down(THRESHOLDS.longest_hold * longest)
+        return cls(limits, low, high, widest, samples, periods, start_s, hold)
 
     def fit_bias(self, amplitude: float, place: float) -> float:
         """A bias: `place` 0 as low as the swing fits, 1 as high, 1/2 in the middle."""
@@ -198,7 +201,9 @@ def _step_scans(space: _SearchSpace) -> Iterator[Candidate]:
     amplitude = _round_down(space.widest)
     bias = space.fit_bias(amplitude, 0.5)
     low, high = bias - amplitude / 2.0, bias + amplitude / 2.0
-    for hold in THRESHOLDS.hold_times:
+    # What happens far beyond the longest run, nothing recorded tells.
+    holds = sorted({min(hold, space.longest_hold_s) for hold in THRESHOLDS.hold_times})
+    for hold in holds:
         for levels in ((low, high, low), (bias, high, low, bias)):
             count = len(levels)
             step_s = 2.0 * count * hold / total  # of the longest there can be

@@ -40,6 +40,11 @@ class NextScanThresholds:
     hold_times: tuple[float, ...] = threshold(
         (0.3, 3.0, 15.0), unit="s", origin=f"{_TRIAL}; at each level of a step scan"
     )
+    longest_hold: float = threshold(
+        100.0,
+        unit="longest run",
+        origin="convention: two decades of time; holds of 15 s follow runs of 0.15 s and more",
+    )
     default_rate: float = threshold(
         20.0, unit="Hz", origin="a typical scan; used where no run repeats"
     )

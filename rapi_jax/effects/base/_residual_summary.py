@@ -50,6 +50,12 @@ class ResidualSummary:
         return float(self.time.max() - self.time.min())
 
     @property
+    def recorded_s(self) -> float:
+        """How long all runs last together, without the pauses between them, s."""
+        runs = [self.time[self.run == k] for k in np.unique(self.run)]
+        return sum(float(time.max() - time.min()) for time in runs) + len(runs) * self.step_s
+
+    @property
     def lags(self) -> tuple[float, ...]:
         """Four times, s, from 1/2000 to 1/25 of the shortest period, to start lags and delays from.
 

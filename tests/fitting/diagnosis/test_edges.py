@@ -116,7 +116,8 @@ def test_one_period_still_shows_what_is_large():
 
 def test_one_rate_and_one_amplitude_are_noted():
     out = verdict(record(drives((20.0,))), candidates=())
-    assert any(note.startswith("One scan rate") for note in out["notes"])
+    (note,) = (note for note in out["notes"] if note.startswith("One scan rate"))
+    assert "a resonance) near a multiple of the rate" in note
     assert any(note.startswith("One amplitude") for note in out["notes"])
     assert out["recording"]["rates_hz"] == [20.0]
 

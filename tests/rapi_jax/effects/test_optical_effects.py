@@ -335,6 +335,21 @@ def test_what_repeats_with_every_scan_is_no_pickup():
         assert any(abs(float(p.hertz) - 50.0) < slip for p in guesses) == told
 
 
+@pytest.mark.parametrize(("lasts", "some"), [(0.004, False), (0.1, True)])
+def test_a_tone_of_less_than_a_cycle_is_no_pickup(lasts, some):
+    """Of 4 ms a bend looks like half a cycle of the mains; 0.1 s hold five."""
+    time = np.linspace(0.0, lasts, 400)
+    tone = np.sin(2 * np.pi * 0.55 / lasts * time) + 0.3 * np.sin(2 * np.pi * 4.3 / lasts * time)
+    summary = ResidualSummary(
+        time=time, drive=np.zeros(400), response=np.zeros(400), residual=tone,
+        run=np.zeros(400, int), rates=(0.0,), u_pp=(3.0,), step_s=lasts / 399, noise=0.01, span=1.0,
+    )  # fmt: skip
+    found = [float(p.hertz) for p in Pickup.initial_guesses(summary)]
+    assert found and min(found) >= 1.0 / summary.recorded_s
+    assert any(abs(f - 4.3 / lasts) < 0.5 / lasts for f in found)  # a true tone stays
+    assert any(f in (50.0, 60.0, 100.0, 120.0, 150.0, 180.0) for f in found) == some
+
+
 @pytest.mark.parametrize("spacing", [1.7, 6.5, 21.0])
 def test_an_etalon_is_found_among_the_trials(spacing):
     evidence = seen(Etalon.at(amplitude=0.1, phase=2.0, spacing=spacing))

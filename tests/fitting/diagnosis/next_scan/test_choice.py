@@ -22,7 +22,7 @@ from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
-from rapi_jax import ECDL, RAPI, DriveLimits, Identified, Recording, predict, triangle
+from rapi_jax import ECDL, RAPI, Drive, DriveLimits, Identified, Recording, predict, triangle
 from rapi_jax.effects._amplifier_lowpass import AmplifierLowpass
 from rapi_jax.effects._creep import Creep
 from rapi_jax.effects._current_coupling import CurrentCoupling
@@ -280,6 +280,18 @@ def test_delay_or_lowpass_asks_for_sharp_corners_at_a_fast_rate():
     assert found.separates == ["delay", "amplifier_lowpass"]
     sines = [c["power"] for c in found.candidates if c["waveform"] == "sine"]
     assert all(power < found.power / 2 for power in sines)
+
+
+@pytest.mark.parametrize(("lasts", "longest"), [(0.004, 0.4), (0.2, 15.0)])
+def test_no_hold_is_far_longer_than_what_was_recorded(lasts, longest):
+    """Of a record of 4 ms nothing tells what happens in 15 s."""
+    time = np.linspace(0.0, lasts, 200)
+    drive = Drive(time, 3.0 + np.sin(2.0 * np.pi * 2.0 * time / lasts))
+    recording = Recording.of([drive], [np.zeros(200)])
+    wide = DriveLimits(0.0, 6.0, slew_v_per_s=1e9, step_v=10.0, max_frequency_hz=1e6)
+    found = candidate_scans(recording, wide, samples=64, periods=4, start_s=10.0)
+    holds = {one.hold_s for one in found if one.hold_s is not None}
+    assert max(holds) == pytest.approx(longest, rel=0.01) and min(holds) == pytest.approx(0.3)
 
 
 def test_creep_or_drift_asks_for_a_hold():

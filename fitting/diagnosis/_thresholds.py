@@ -40,7 +40,7 @@ class DiagnosisThresholds:
         3.0,
         unit="size of the jumps",
         origin="convention; jumps make at most half their size rms, so a sixth of such a gap, and "
-        "the gap comes first; of the tests' devices with jumps alone it is below one",
+        "the gap comes first; of a simulated laser with jumps alone it is 0",
     )
 
 

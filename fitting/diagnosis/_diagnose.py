@@ -55,7 +55,13 @@ from .refit._whitened_model import WhitenedModel
 from .which._base import FittedBase, fit_base
 from .which._candidate import Candidate
 from .which._excess import is_unexplained
-from .which._ranking import choose_refit, likely_candidates, match_candidates, needs_flexible_base
+from .which._ranking import (
+    choose_refit,
+    is_hidden_by_operator,
+    likely_candidates,
+    match_candidates,
+    needs_flexible_base,
+)
 from .which._refined_noise import select_with_refined_noise
 from .which._shifted_runs import faults_of_origin
 from .which.evidence._calibration import load_calibration
@@ -70,6 +76,7 @@ from .which.evidence._probability import (
     hypothesis_probabilities,
     withhold_judgment,
 )
+from .which.refits._family_refit import with_fixed_thresholds
 
 Progress = Callable[[str], None]
 
@@ -138,6 +145,10 @@ def diagnose(
     classes = effects.ALL if candidates is None else tuple(dict.fromkeys(candidates))
     classes = () if broken else classes  # an effect would only imitate what is wrong with the data
     fitted, attribution = select_with_refined_noise(fitted, classes, report)
+    other = with_fixed_thresholds(fitted, attribution.best)
+    if other is not None:
+        report("thresholds fixed in volts")
+        fitted, attribution = select_with_refined_noise(other, classes, report)
     broken += faults_of_origin(fitted, attribution, found)
 
     evidence = Evidence.of(attribution, noise_known=fitted.spectrum.measured)
@@ -152,8 +163,13 @@ def diagnose(
     held_out = {c.name: v for c, v in zip(likely, validated, strict=True) if v is not None}
 
     # What stays open on held-out data tells whether something is missing that is not listed.
-    # The equation of an effect in another form is known to leave much.
-    equations = {c.name for c in likely if not c.has_other_form}
+    # The equation of an effect in another form is known to leave much; and where the operator
+    # misfits more than the effect does, held-out data tell of the operator.
+    equations = {
+        c.name
+        for c, (_, end) in zip(likely, refits, strict=True)
+        if not c.has_other_form and not is_hidden_by_operator(c, none[1], end)
+    }
     closed = {name: v.closed for name, v in held_out.items() if v.closed and name in equations}
     values = {name: found["value"] for name, found in closed.items()}
     probabilities = doubt_unpredictive(hypothesis_probabilities(evidence, values), closed)

@@ -81,7 +81,7 @@ def fit_base(whitened: WhitenedModel, ecdl: ECDL | None) -> FittedBase:
             starts = kind.initial_guesses(
                 recording, plays=plays, order=order, count=THRESHOLDS.guesses
             )
-            return _fit_starts(whitened, list(starts), effects, spectrum)
+            return fit_starts(whitened, list(starts), effects, spectrum)
 
         (refit, state), family = choose_family((refit, state), fit_family, recording)
         if family.differs:
@@ -91,7 +91,7 @@ def fit_base(whitened: WhitenedModel, ecdl: ECDL | None) -> FittedBase:
             # Less is left, by which noise may be read off.
             found = [whitened.set_values(refit.base.operator, state.values)]
             (refit, state), spectrum = _fit_with_noise(whitened, found, effects, spectrum)
-    base = BaseModel.of(whitened, refit.base.operator, _free(whitened, refit.base.operator))
+    base = BaseModel.of(whitened, refit.base.operator, free_values(whitened, refit.base.operator))
     free = dataclasses.replace(refit, base=base)
     end = free.minimise(state, THRESHOLDS.base_steps)
     given = None if ecdl is None else raw
@@ -109,13 +109,13 @@ def _fit_with_noise(
     Where nothing repeats all of it is read off that; else what is faster than all that repeats.
     """
     while True:
-        refit, state = _fit_starts(whitened, starts, effects, spectrum)
+        refit, state = fit_starts(whitened, starts, effects, spectrum)
         better = background_spectrum(state.errors.raw, whitened.blocks, of_fit=True)
         if not _is_news(better, spectrum, whitened.blocks):
             return (refit, state), spectrum
         starts = [whitened.set_values(refit.base.operator, state.values)]
         if spectrum.measured:  # what repeats is the same; once more where nothing else is
-            return _fit_starts(whitened, starts, effects, better), better
+            return fit_starts(whitened, starts, effects, better), better
         spectrum = better
 
 
@@ -132,7 +132,7 @@ def _is_news(better: Spectrum, before: Spectrum, blocks: list[PeriodBlock]) -> b
     return False
 
 
-def _fit_starts(
+def fit_starts(
     whitened: WhitenedModel,
     starts: list[AbstractOperator],
     effects: Effects,
@@ -141,7 +141,7 @@ def _fit_starts(
     """The best fit from `starts`, with `eta` held."""
     found: list[tuple[Refit, State]] = []
     for operator in starts:
-        base = BaseModel.of(whitened, operator, _free(whitened, operator))
+        base = BaseModel.of(whitened, operator, free_values(whitened, operator))
         refit = Refit(whitened, whitened.make_whitener(spectrum), base.with_fixed("eta"))
         start = refit.evaluate(base.prior_mean, effects)
         found.append((refit, refit.minimise(start, THRESHOLDS.base_steps)))
@@ -221,7 +221,7 @@ def _starts(recording: Recording, ecdl: ECDL | None) -> list[AbstractOperator]:
     return [operator, *guesses]
 
 
-def _free(whitened: WhitenedModel, operator: AbstractOperator) -> np.ndarray:
+def free_values(whitened: WhitenedModel, operator: AbstractOperator) -> np.ndarray:
     """Which values may move: those that these data can tell apart, as in a fit."""
     ecdl = ECDL(operator)
     return ParameterVector.of(ecdl).mask(ecdl, default_free(ecdl, whitened.recording))

@@ -1,9 +1,10 @@
 """Candidates in the order of their probabilities, and on which base each is judged."""
 
+from fitting.diagnosis.base_misfit._remainder import is_beyond_hysteresis
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 
 from ._candidate import Candidate
-from ._excess import is_unexplained
+from ._excess import excess, is_unexplained
 from ._forward_selection import Attribution
 from ._thresholds import THRESHOLDS
 from .evidence._probability import UNLISTED, Ranked
@@ -45,3 +46,17 @@ def choose_refit(candidate: Candidate, refit: Refit, *, flexible: bool) -> tuple
     if flexible:
         return candidate.on_flexible_operator
     return refit, candidate.on_base
+
+
+def is_hidden_by_operator(candidate: Candidate, without: State, end: State) -> bool:
+    """Whether an operator misfits so much that what the effect closes cannot be seen beside it.
+
+    `without`, `end`: refits on it without the candidate's effects and with them. On a density of
+    plays the effects leave no more than base misfit and chance, but on the operator, which alone
+    predicts data held out, most of the excess stays, though these data were fitted.
+    """
+    if not candidate.refit.whitener.spectrum.measured or not candidate.effects:
+        return False
+    if is_beyond_hysteresis(candidate.on_flexible_base):
+        return False
+    return bool(excess(end) > (1.0 - THRESHOLDS.least_closed) * excess(without) > 0.0)

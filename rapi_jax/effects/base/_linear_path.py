@@ -15,7 +15,7 @@ class LinearPath:
     """
 
     size: tuple[int, ...]
-    transfer: tuple[Complex[np.ndarray, " lines"], ...]
+    transfer: tuple[Complex[np.ndarray, " _"], ...]
 
     def adjoint(self, reading: Float[np.ndarray, " samples"]) -> Float[np.ndarray, " samples"]:
         """The change of the response that correlates with all changes as `reading` does behind."""

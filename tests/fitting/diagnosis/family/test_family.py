@@ -7,6 +7,8 @@ from diagnosis_contract import check
 from threshold_devices import classical, record, session
 
 from fitting import diagnose
+from fitting.blind.protocol._exchange import to_recording
+from fitting.blind.protocol._tiers import bank_entries
 from fitting.diagnosis.base_misfit._columns import _runs
 from fitting.diagnosis.family._choice import FamilyChoice
 from fitting.diagnosis.family._law import threshold_law
@@ -94,7 +96,7 @@ def test_the_density_of_plays_follows_the_operators_law():
     """Its widest threshold at rate 0 in each run is the operator's, times one factor for all."""
     swing, rate = np.array([1.0, 2.0, 4.0]), np.array([10.0, 40.0, 10.0])
     for operator in (FixedRAPI(rho=0.8, **SHAPE), MIXED, PAPER):
-        found = _runs(operator, swing, rate)
+        found = _runs(operator, swing, rate, 24)
         own = [float(operator.plays(jnp.asarray(u), jnp.asarray(0.0)).r.max()) for u in swing]
         still = [float((r - part).max()) for r, part, *_ in found]
         ratio = np.array(still) / own
@@ -102,6 +104,25 @@ def test_the_density_of_plays_follows_the_operators_law():
 
 
 # --- whole diagnoses
+
+
+@pytest.mark.slow
+def test_the_law_is_found_beside_an_effect_that_is_larger_than_a_wrong_one():
+    """A simulated Preisach actuator: the low-pass leaves more than either law of thresholds does.
+
+    So the paper's law is taken at first, and an amplitude law beside the low-pass explains what the
+    thresholds fixed in volts do, until these are fitted beside the low-pass.
+    """
+    (entry,) = (e for e in bank_entries("hysteresis", 7, 104) if e.name.endswith("-119236545"))
+    device = entry.spec.draw()
+    recording = to_recording(device.runs)
+    alone = fit_base(WhitenedModel.of(decimate(recording)), None)
+    assert type(alone.operator) is RAPI
+    found = diagnose(None, recording, scan=False)
+    assert found.verdict.name == "amplifier_lowpass" == device.truth[0]
+    tau = device.parameters["amplifier_lowpass"]["tau"]
+    assert float(found.model.effects[0].tau) == pytest.approx(tau, rel=0.1)
+    assert any("fixed in V" in note for note in found.notes)
 
 
 @pytest.fixture(scope="module")

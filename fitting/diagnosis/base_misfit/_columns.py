@@ -38,9 +38,10 @@ BENDS = (2, 3, 4, 5)
 
 def density_columns(
     operator: AbstractOperator, given: OperatorInput, known_start: np.ndarray
-) -> Iterator[Float[np.ndarray, "columns runs grid"]]:
+) -> Iterator[tuple[int, Float[np.ndarray, "columns runs grid"]]]:
     """The columns, some at a time: plays of the operator's mean weight, and powers of the drive.
 
+    Each with its kind: 0 for plays unlike the operator's, 1 for finer ones, 2 for bent ones.
     `known_start`: whether Eq. 13 holds for a run; else plays begin in the middle of their bands.
     """
     u = np.asarray(operator.centred(given.u))
@@ -72,23 +73,24 @@ def density_columns(
         return weight * gain * np.stack(rows, axis=1), np.stack(thresholds, axis=1) / widest
 
     own, share = outputs((0.0, 0.0, 0.0, 0.0))
-    yield own
+    yield 0, own
     fine = _runs(operator, swings, rates, THRESHOLDS.fine_plays)
-    yield THRESHOLDS.plays / THRESHOLDS.fine_plays * outputs((0.0, 0.0, 0.0, 0.0), fine)[0]
+    part = THRESHOLDS.plays / THRESHOLDS.fine_plays
+    yield 1, part * outputs((0.0, 0.0, 0.0, 0.0), fine)[0]
     for decay in THRESHOLDS.decays:
-        yield own * np.exp(-decay * share)[:, :, None]
+        yield 0, own * np.exp(-decay * share)[:, :, None]
     for change in VARIANTS:
-        yield outputs(change)[0] - own
+        yield 0, outputs(change)[0] - own
     for sign in (-1, 1):
         steeper, share = outputs((sign * _LAM, 0.0, 0.0, 0.0))
-        yield (steeper - own) * np.exp(-0.5 * share)[:, :, None]
+        yield 0, (steeper - own) * np.exp(-0.5 * share)[:, :, None]
+    powers = [((u - centre) / half) ** k for k in range(2, THRESHOLDS.order + 1)]
+    yield 0, weight * half * gain * np.stack(powers)
     about = (own / (weight * gain) - centre) / half
     for power in BENDS:
         bent = THRESHOLDS.bend_step * weight * half * gain * about**power
-        yield bent
-        yield bent.sum(axis=0, keepdims=True)  # all plays alike
-    powers = [((u - centre) / half) ** k for k in range(2, THRESHOLDS.order + 1)]
-    yield weight * half * gain * np.stack(powers)
+        yield 2, bent
+        yield 2, bent.sum(axis=0, keepdims=True)  # all plays alike
 
 
 def _runs(

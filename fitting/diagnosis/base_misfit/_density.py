@@ -38,8 +38,11 @@ class PlayDensity:
     power: Float[np.ndarray, " rank"]
 
     @classmethod
-    def of(cls, refit: Refit, state: State) -> "PlayDensity":
-        """About the operator and effects of `state`."""
+    def of_each_kind(cls, refit: Refit, state: State) -> list["PlayDensity"]:
+        """About the operator and effects of `state`: of plain plays, also finer, also bent ones.
+
+        Plays that a device does not have cost evidence, so which of the three it is, evidence says.
+        """
         whitened, base = refit.whitened, refit.base
         operator = whitened.set_values(base.operator, state.values)
         given = whitened.operator_input(state.effects)
@@ -47,24 +50,28 @@ class PlayDensity:
         known = np.ones(runs, dtype=bool)
         known[: whitened.unknown_start.size] = ~whitened.unknown_start
         response = whitened.at_first_period(state.effects, state.operator_response)
-        parts = (
-            Linearised(response, whitened.at_first_period(state.effects, part))
-            for part in density_columns(operator, given, known)
-        )
-        columns = [
-            whitened.jacobian_operator(refit.whitener, state.effects, part) for part in parts
-        ]
-        plays = np.concatenate(columns, axis=1)
-        plays = plays[:, np.isfinite(plays).all(axis=0)]
+
+        def whiten(part: np.ndarray) -> np.ndarray:
+            both = Linearised(response, whitened.at_first_period(state.effects, part))
+            return whitened.jacobian_operator(refit.whitener, state.effects, both)
+
+        columns: list[list[np.ndarray]] = [[], [], []]
+        for kind, part in density_columns(operator, given, known):
+            columns[kind].append(whiten(part))
         moved = [refit.jacobian_base(state)]
         if not known.all():
-            part = whitened.at_first_period(
-                state.effects, start_columns(np.asarray(given.u), known)
-            )
-            both = Linearised(response, part)
-            moved.append(whitened.jacobian_operator(refit.whitener, state.effects, both))
+            moved.append(whiten(start_columns(np.asarray(given.u), known)))
         tangent = orthonormal_basis(np.concatenate(moved, axis=1))
-        plays -= tangent @ (tangent.T @ plays)
+        upto = [sum(columns[: kind + 1], []) for kind in range(len(columns))]
+        return [cls.along(tangent, np.concatenate(parts, axis=1)) for parts in upto]
+
+    @classmethod
+    def along(
+        cls, tangent: Float[np.ndarray, "lines values"], plays: Float[np.ndarray, "lines plays"]
+    ) -> "PlayDensity":
+        """By the whitened responses of plays."""
+        plays = plays[:, np.isfinite(plays).all(axis=0)]
+        plays = plays - tangent @ (tangent.T @ plays)
         power, turn = np.linalg.eigh(plays.T @ plays)
         kept = power * max(THRESHOLDS.scale_range) ** 2 > THRESHOLDS.least_variance
         kept &= power > _RANK * power.max(initial=0.0)

@@ -9,6 +9,7 @@ from fitting.diagnosis.noise._misfit_covariance import MisfitCovariance
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 
 from ._density import SCALES, PlayDensity
+from ._thresholds import THRESHOLDS
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -24,13 +25,15 @@ class FlexibleBase:
 
     @classmethod
     def about(cls, refit: Refit, state: State) -> "FlexibleBase":
-        """About `state`, with the scale of greatest evidence there."""
-        errors, density = state.errors, PlayDensity.of(refit, state)
+        """About `state`, of the kind and scale of the greatest evidence there."""
+        errors, densities = state.errors, PlayDensity.of_each_kind(refit, state)
         smooth = dataclasses.replace(refit, freeze_jumps=True)  # a jump's place has no derivative
         columns = smooth.jacobian_effects(state)[: errors.synchronous.size]
-        found = density.log_evidence(errors.synchronous, columns)
+        found = np.stack([one.log_evidence(errors.synchronous, columns) for one in densities])
+        found[1:] -= THRESHOLDS.kind_log_odds
         found = np.where(np.isfinite(found), found, -np.inf)
-        return cls(refit, density, float(SCALES[int(np.argmax(found))]))
+        kind, scale = np.unravel_index(int(np.argmax(found)), found.shape)
+        return cls(refit, densities[kind], float(SCALES[scale]))
 
     @cached_property
     def covariance(self) -> MisfitCovariance:

@@ -9,11 +9,13 @@ import dataclasses
 
 from fitting.diagnosis.family._choice import FamilyChoice, log_evidence
 from fitting.diagnosis.refit._base_model import BaseModel
-from fitting.diagnosis.refit._gauss_newton import Refit
+from fitting.diagnosis.refit._effect_vector import Effects
+from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.which._base import FittedBase, fit_starts, free_values
 from fitting.diagnosis.which._candidate import Candidate
 from fitting.diagnosis.which._thresholds import THRESHOLDS
-from rapi_jax import RAPI, FixedRAPI
+from fitting.diagnosis.which.evidence._calibration import load_calibration
+from rapi_jax import RAPI, AbstractOperator, FixedRAPI
 from rapi_jax.effects import AmplitudeLaw
 
 from ._density_refit import refit_on_density
@@ -23,7 +25,7 @@ def with_fixed_thresholds(fitted: FittedBase, best: Candidate) -> FittedBase | N
     """The base with thresholds fixed in volts; `None` where `best` does not speak for them.
 
     They are tried where `best` has an amplitude law beside other effects, and taken where these
-    effects beside them leave less, without that law's parameters.
+    effects beside them have more evidence: a law of thresholds as an effect costs some of its own.
     """
     if type(fitted.operator) is not RAPI or not fitted.family or not fitted.spectrum.measured:
         return None
@@ -36,9 +38,9 @@ def with_fixed_thresholds(fitted: FittedBase, best: Candidate) -> FittedBase | N
         recording, plays=first.count, order=first.coefficients.size, count=THRESHOLDS.guesses
     )
     beside = tuple(e for e in best.on_flexible_base.effects if not isinstance(e, AmplitudeLaw))
-    refit, state = fit_starts(whitened, list(guesses), beside, fitted.spectrum)
+    refit, state = _fit_beside(fitted, list(guesses), beside)
     *_, end = refit_on_density(_all_free(refit), state.values, state.effects)
-    if not end.cost < best.cost:
+    if not end.cost < best.cost + 2.0 * load_calibration().law:
         return None
     found = whitened.set_values(refit.base.operator, state.values)
     own = fitted.state.effects
@@ -52,6 +54,23 @@ def with_fixed_thresholds(fitted: FittedBase, best: Candidate) -> FittedBase | N
         eta_fixed=(refit, state),
         family=family,
     )
+
+
+def _fit_beside(
+    fitted: FittedBase, guesses: list[AbstractOperator], effects: Effects
+) -> tuple[Refit, State]:
+    """The best fit of a base beside effects that are held: free ones would leave their minimum.
+
+    A base from first guesses is far off at first, and moves an etalon by whole spacings.
+    """
+    whitened, found = fitted.refit.whitened, []
+    for operator in guesses:
+        base = BaseModel.of(whitened, operator, free_values(whitened, operator)).with_fixed("eta")
+        refit = Refit(whitened, fitted.whitener, base)
+        held = dataclasses.replace(refit, hold_effects=True)
+        start = held.evaluate(base.prior_mean, effects)
+        found.append((refit, held.minimise(start, THRESHOLDS.base_steps)))
+    return min(found, key=lambda pair: pair[1].cost)
 
 
 def _all_free(refit: Refit) -> Refit:

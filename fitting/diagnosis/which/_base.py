@@ -91,8 +91,7 @@ def fit_base(whitened: WhitenedModel, ecdl: ECDL | None) -> FittedBase:
             # Less is left, by which noise may be read off.
             found = [whitened.set_values(refit.base.operator, state.values)]
             (refit, state), spectrum = _fit_with_noise(whitened, found, effects, spectrum)
-    base = BaseModel.of(whitened, refit.base.operator, free_values(whitened, refit.base.operator))
-    free = dataclasses.replace(refit, base=base)
+    free = with_all_free(refit)
     end = free.minimise(state, THRESHOLDS.base_steps)
     given = None if ecdl is None else raw
     return FittedBase(free, end, (refit, state), spectrum, given, family)
@@ -137,14 +136,17 @@ def fit_starts(
     starts: list[AbstractOperator],
     effects: Effects,
     spectrum: Spectrum,
+    *,
+    hold_effects: bool = False,
 ) -> tuple[Refit, State]:
-    """The best fit from `starts`, with `eta` held."""
+    """The best fit from `starts`, with `eta` held, and the effects where that is asked for."""
     found: list[tuple[Refit, State]] = []
     for operator in starts:
-        base = BaseModel.of(whitened, operator, free_values(whitened, operator))
+        base = BaseModel.of(whitened, operator, _free(whitened, operator))
         refit = Refit(whitened, whitened.make_whitener(spectrum), base.with_fixed("eta"))
-        start = refit.evaluate(base.prior_mean, effects)
-        found.append((refit, refit.minimise(start, THRESHOLDS.base_steps)))
+        solved = dataclasses.replace(refit, hold_effects=hold_effects)
+        start = solved.evaluate(base.prior_mean, effects)
+        found.append((refit, solved.minimise(start, THRESHOLDS.base_steps)))
     return _simplest(found)
 
 
@@ -221,7 +223,14 @@ def _starts(recording: Recording, ecdl: ECDL | None) -> list[AbstractOperator]:
     return [operator, *guesses]
 
 
-def free_values(whitened: WhitenedModel, operator: AbstractOperator) -> np.ndarray:
+def with_all_free(refit: Refit) -> Refit:
+    """The problem with all that these data can tell apart free."""
+    whitened, operator = refit.whitened, refit.base.operator
+    base = BaseModel.of(whitened, operator, _free(whitened, operator))
+    return dataclasses.replace(refit, base=base)
+
+
+def _free(whitened: WhitenedModel, operator: AbstractOperator) -> np.ndarray:
     """Which values may move: those that these data can tell apart, as in a fit."""
     ecdl = ECDL(operator)
     return ParameterVector.of(ecdl).mask(ecdl, default_free(ecdl, whitened.recording))

@@ -43,7 +43,7 @@ def with_other_form(candidate: Candidate) -> Candidate:
 
 
 def refit_form(
-    refit: Refit, state: State, functions: list[Float[np.ndarray, "functions periods phases"]]
+    refit: Refit, state: State, functions: list[Float[np.ndarray, "functions _ _"]]
 ) -> State:
     """The state with the sizes of `functions`, by run, integrated out at the likeliest scale.
 
@@ -83,7 +83,7 @@ def _likeliest(
 
 def _by_run(
     functions: Float[np.ndarray, "functions samples"], refit: Refit
-) -> list[Float[np.ndarray, "functions periods phases"]]:
+) -> list[Float[np.ndarray, "functions _ _"]]:
     blocks = refit.whitened.blocks
     ends = np.cumsum([block.size for block in blocks])[:-1]
     return [

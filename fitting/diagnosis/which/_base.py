@@ -138,12 +138,17 @@ def fit_starts(
     spectrum: Spectrum,
     *,
     hold_effects: bool = False,
+    whitener: Whitener | None = None,
 ) -> tuple[Refit, State]:
-    """The best fit from `starts`, with `eta` held, and the effects where that is asked for."""
+    """The best fit from `starts`, with `eta` held, and the effects where that is asked for.
+
+    `whitener`: another than that of the recording for `spectrum`, such as one of more free origins.
+    """
     found: list[tuple[Refit, State]] = []
+    whitener = whitened.make_whitener(spectrum) if whitener is None else whitener
     for operator in starts:
         base = BaseModel.of(whitened, operator, _free(whitened, operator))
-        refit = Refit(whitened, whitened.make_whitener(spectrum), base.with_fixed("eta"))
+        refit = Refit(whitened, whitener, base.with_fixed("eta"))
         solved = dataclasses.replace(refit, hold_effects=hold_effects)
         start = solved.evaluate(base.prior_mean, effects)
         found.append((refit, solved.minimise(start, THRESHOLDS.base_steps)))

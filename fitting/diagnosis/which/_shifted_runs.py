@@ -15,8 +15,9 @@ from fitting.identification.data_checks.runs._change_fault import (
     DIFFERS_WITH_TIME,
     runs_apart_in_time,
 )
+from rapi_jax import AbstractOperator
 
-from ._base import FittedBase
+from ._base import FittedBase, fit_starts, with_all_free
 from ._forward_selection import Attribution, without_effects
 from ._thresholds import THRESHOLDS
 
@@ -43,18 +44,14 @@ def _have_own_origin(fitted: FittedBase, attribution: Attribution, runs: Sequenc
     By chi-square with the price of each origin (twice the logarithm of the response's span over
     what is known of it, as evidence has it), and of the best answer's parameters.
     """
-    refit, state = fitted.refit, fitted.state
+    refit, effects = fitted.refit, fitted.state.effects
     whitened, own = refit.whitened, np.zeros(len(refit.whitened.blocks), dtype=bool)
     own[list(runs)] = True
     whitener = Whitener(whitened.blocks, refit.whitener.spectrum, own | whitened.own_origin)
-    free, held = (
-        dataclasses.replace(one, whitener=whitener) for one in (refit, fitted.eta_fixed[0])
-    )
-    start = held.minimise(
-        held.evaluate(fitted.eta_fixed[1].values, state.effects), THRESHOLDS.base_steps
-    )
-    on_base = free.minimise(free.evaluate(start.values, state.effects), THRESHOLDS.base_steps)
-    shifted = without_effects(free, on_base, start)
+    starts = [fitted.operator, *_guesses(fitted)]  # what origins have bent may not find back
+    held, start = fit_starts(whitened, starts, effects, whitener.spectrum, whitener=whitener)
+    free = with_all_free(held)
+    shifted = without_effects(free, free.minimise(start, THRESHOLDS.base_steps), start)
     span = max(float(np.ptp(block.data)) for block in whitened.blocks)
     error = np.array(
         [
@@ -66,3 +63,14 @@ def _have_own_origin(fitted: FittedBase, attribution: Attribution, runs: Sequenc
     best = attribution.best
     lines = shifted.on_base.errors.all.size
     return bool(shifted.cost + price < best.cost + best.count * np.log(lines))
+
+
+def _guesses(fitted: FittedBase) -> Sequence[AbstractOperator]:
+    """Operators of the same kind and size for runs with origins of their own."""
+    operator, recording = fitted.operator, fitted.refit.whitened.recording
+    return operator.initial_guesses(
+        dataclasses.replace(recording, response_origin="run"),
+        plays=operator.count,
+        order=operator.coefficients.size,
+        count=THRESHOLDS.guesses_beside_given,
+    )

@@ -384,6 +384,16 @@ class WhichThresholds:
     excess_sigmas: float = threshold(
         3.0, unit="standard deviations of chi-square a line", origin=f"{_TRIAL}; chance taken off"
     )
+    misfit_removed: float = threshold(
+        8.0,
+        unit="times the misfit that is left",
+        origin="what an effect may remove of a hysteresis unlike any density. 663 simulated "
+        "devices: 4 loses a pair, 1 calls two of another hysteresis saturation, 16 is as 8; creep "
+        "beside a base that misfits far more is found with 8 and 4, not with 16",
+    )
+    misfit_left_sigmas: float = threshold(
+        1.645, unit="standard deviations of chi-square", origin="95 %, one side, of what is left"
+    )
     share_least: float = threshold(
         1e-3, unit="of the excess or of the held-out gap", origin=f"{_TRIAL}; less is nothing"
     )

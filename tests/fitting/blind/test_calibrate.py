@@ -116,6 +116,23 @@ def test_an_effect_must_do_more_than_a_hysteresis_of_another_kind_would():
     assert hypothesis_probabilities(misfits, {}, BY_HAND)[0][0] == "amplitude_law"
 
 
+@pytest.mark.parametrize(("left", "named"), [(1.0, True), (1.06, True), (1.6, False)])
+def test_an_effect_that_leaves_noise_alone_has_removed_no_other_hysteresis(left, named):
+    """A density explains 640 of chi-square a line; of 1.2 a line more the effect leaves a part.
+
+    A hundredth of what the density explains would be 6.4 a line, whatever is left.
+    """
+    case = evidence(left + 1.2, creep=left)
+    operator = [
+        dataclasses.replace(h, identified=h.synchronous + h.nonsynchronous + 640.0 * LINES)
+        for h in case.hypotheses
+    ]
+    misfits = dataclasses.replace(case, hypotheses=tuple(operator))
+    known = dataclasses.replace(BY_HAND, hysteresis=0.01)
+    found = dict(hypothesis_probabilities(misfits, {"creep": 0.99}, known))
+    assert (found["creep"] > 0.9) is named and (found["creep"] < 1e-3) is not named
+
+
 def test_unlisted_is_no_surer_than_two_effects_are_found():
     most = dataclasses.replace(BY_HAND, most_unlisted=0.9)
     for left, limit in ((20.0, 0.9), (1.0, 0.1)):

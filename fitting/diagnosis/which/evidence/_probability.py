@@ -207,7 +207,19 @@ def _not_credited(one: HypothesisEvidence, evidence: Evidence, calibration: Cali
     if not evidence.noise_known:
         return 0.0
     by_density = calibration.hysteresis * _explained_by_density(one)
+    by_density = min(by_density, _may_be_removed(one, evidence))
     return by_density + calibration.second * _explained_by_one(one, evidence)
+
+
+def _may_be_removed(one: HypothesisEvidence, evidence: Evidence) -> float:
+    """The most that an effect may have removed of a misfit of the density, by what it leaves.
+
+    A hysteresis unlike any density departs from it in many directions, of which an effect meets
+    some: an effect that leaves noise alone has removed no such misfit.
+    """
+    noise = THRESHOLDS.misfit_left_sigmas * np.sqrt(2.0 * evidence.lines)
+    left = max(one.synchronous - evidence.lines, 0.0) + noise
+    return float(THRESHOLDS.misfit_removed * left)
 
 
 def _explained_by_density(one: HypothesisEvidence) -> float:

@@ -7,6 +7,8 @@ import numpy as np
 
 from rapi_jax import Drive, Recording, Run
 
+ORIGINS = "origins"  # each run has one of its own
+
 
 @dataclasses.dataclass(frozen=True)
 class Change:

@@ -59,12 +59,26 @@ def describe_change(recording: Recording, change: Change) -> Fault:
     )
 
 
+def describe_origins(recording: Recording, change: Change) -> Fault:
+    """All runs with an origin of their own, in words; a device that drifts does that, too."""
+    return Fault(
+        DIFFERS_WITH_TIME,
+        recording.runs[change.rows[0]].name,
+        f"each run has a zero of its own, up to {change.size:.2g} {recording.response_unit} apart. "
+        f"That explains {100 * min(change.explained, 1.0):.0f} % of what one model for all runs "
+        'leaves. Say `response_origin = "run"`, unless it is the device that drifts from run to '
+        "run.",
+        tuple((0, recording.runs[i].drive.size - 1) for i in change.rows),
+    )
+
+
 def runs_apart_in_time(recording: Recording, fault: Fault) -> list[int]:
     """The runs that a fault of the kind `DIFFERS_WITH_TIME` is about."""
     names = [run.name for run in recording.runs]
+    each = set(range(1, len(names)))  # has an origin of its own, the first that of the model
     return next(
         sorted(rows)
-        for rows in time_cuts(recording)
+        for rows in (*time_cuts(recording), each)
         if names[min(rows)] == fault.run and len(rows) == len(fault.samples)
     )
 

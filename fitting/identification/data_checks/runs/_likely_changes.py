@@ -9,7 +9,7 @@ from fitting.identification.data_checks._thresholds import THRESHOLDS
 from fitting.identification.problem._problem import Problem
 from fitting.identification.problem._solution import Evaluation, Fit
 
-from ._change import Change
+from ._change import ORIGINS, Change
 from ._gap import squared_gap
 from ._run_columns import KINDS, change_columns
 
@@ -72,7 +72,9 @@ def changes_of_origin(
     """The offset of some runs, by fits in which each run has an origin of its own.
 
     What a model can do as well (origins that are linear in rate, say) counts as nothing; so the
-    fits, from two starts, may end at other origins. None where these are free, or cannot be.
+    fits, from two starts, may end at other origins. None where these are free, or cannot be. Also,
+    as the kind `ORIGINS`, all runs but the first with an origin of their own; its size is the range
+    of these.
     """
     own = problem.with_recording(
         dataclasses.replace(problem.recording, response_origin="run"),
@@ -81,7 +83,12 @@ def changes_of_origin(
         return []
     begins = [own.whole_vector(solution.own), own.start(own.ecdl)]
     ends = [fit(own, begin, weight) for begin in begins]
-    return [change for end in ends for change in _best_offset(own, end)]
+    best = min(ends, key=lambda end: end.squares)
+    gap = max(squared_gap(problem, weight, solution), 1e-300)
+    size = float(np.ptp(best.values[own.vector.size : own.vector.size + own.offsets]))
+    explained = 1.0 - squared_gap(own, weight, best) / gap
+    each = Change(ORIGINS, tuple(range(1, own.offsets)), size, explained)
+    return [each, *(change for end in ends for change in _best_offset(own, end))]
 
 
 def _best_offset(own: Problem, end: Evaluation) -> list[Change]:

@@ -15,8 +15,8 @@ from fitting.identification.data_checks._thresholds import THRESHOLDS
 from fitting.identification.problem._problem import Problem
 from fitting.identification.problem._solution import Evaluation, Fit
 
-from ._change import Change, undo
-from ._change_fault import describe_change
+from ._change import ORIGINS, Change, undo
+from ._change_fault import describe_change, describe_origins
 from ._gap import squared_gap, squared_gap_and_noise
 from ._law_cuts import amplitude_cuts
 from ._likely_changes import changes_of_groups, changes_of_one, changes_of_origin, column_range
@@ -28,7 +28,8 @@ def find_changed_runs(
 ) -> list[Fault]:
     """The change that makes all runs fit one model, as a fault; none where there is none.
 
-    All runs of small or of large swing together are not accused: there an amplitude law acts.
+    Where no change of one number does, each run may have an origin of its own. All runs of small or
+    of large swing together are not accused: there an amplitude law acts.
     """
     runs = len(problem.recording.runs)
     start, noise = squared_gap_and_noise(problem, weight, solution)
@@ -40,19 +41,24 @@ def find_changed_runs(
         *changes_of_origin(problem, weight, solution, fit),
     ]
     laws = amplitude_cuts(problem.recording)
+    origins = [change for change in likely if change.kind == ORIGINS]
     likely = [
         change
         for change in likely
         if change.explained >= THRESHOLDS.changed_runs_first and set(change.rows) not in laws
     ]
     best = None
-    for first in likely:
+    for first in (change for change in likely if change.kind != ORIGINS):
         found = _confirm(problem, weight, solution, first, start, fit)
         if found is not None and (best is None or found.explained > best.explained):
             best = found
-    if best is None or best.explained < THRESHOLDS.changed_runs_explained:
-        return []
-    return [describe_change(problem.recording, best)]
+    if best is not None and best.explained >= THRESHOLDS.changed_runs_explained:
+        return [describe_change(problem.recording, best)]
+    return [
+        describe_origins(problem.recording, change)
+        for change in origins
+        if change.explained >= THRESHOLDS.changed_runs_explained
+    ]
 
 
 def _confirm(

@@ -140,11 +140,6 @@ def test_guesses_of_a_jump_that_score_alike_are_all_begun_from_and_of_a_smooth_e
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(
-    strict=True,
-    reason="since plays may be bent: creep leaves 1.06 of chi-square a line and none 2.1, but what "
-    "the density explains of 641 a line is not credited, and that price outweighs the difference",
-)
 def test_an_effect_beside_a_base_that_misfits_far_more_is_found():
     """The operator leaves 225 of chi-square a line, of which others explain more than creep.
 

@@ -89,6 +89,18 @@ def test_an_offset_of_the_first_or_last_run_may_be_a_drift(row, seed, fit):
     assert runs_apart_in_time(columns.recording(), fault) == [row]
 
 
+@pytest.mark.parametrize("fit", [solved, refined])
+def test_runs_of_which_each_has_its_own_origin(fit):
+    """No offset of some runs explains the others': all are said, with how far they lie apart."""
+    columns = healthy(12)
+    for row, offset in enumerate((0.0, 5.0, 10.0, 15.0)):
+        columns.response[row] = columns.response[row] + offset
+    (fault,) = faults(columns, fit)
+    assert fault.kind == DIFFERS_WITH_TIME and "15 GHz apart" in fault.message
+    assert 'response_origin = "run"' in fault.message
+    assert runs_apart_in_time(columns.recording(), fault) == [1, 2, 3]
+
+
 def test_a_late_run_is_named_with_its_lag():
     columns = healthy(13)
     time, y = columns.time[3], columns.response[3]

@@ -41,7 +41,7 @@ def density_columns(
 ) -> Iterator[tuple[int, Float[np.ndarray, "columns runs grid"]]]:
     """The columns, some at a time: plays of the operator's mean weight, and powers of the drive.
 
-    Each with its kind: 0 for plays unlike the operator's, 1 for finer ones, 2 for bent ones.
+    Each with its kind, in order: 0 for plays unlike the operator's, 1 finer ones, 2 bent ones.
     `known_start`: whether Eq. 13 holds for a run; else plays begin in the middle of their bands.
     """
     u = np.asarray(operator.centred(given.u))
@@ -74,9 +74,6 @@ def density_columns(
 
     own, share = outputs((0.0, 0.0, 0.0, 0.0))
     yield 0, own
-    fine = _runs(operator, swings, rates, THRESHOLDS.fine_plays)
-    part = THRESHOLDS.plays / THRESHOLDS.fine_plays
-    yield 1, part * outputs((0.0, 0.0, 0.0, 0.0), fine)[0]
     for decay in THRESHOLDS.decays:
         yield 0, own * np.exp(-decay * share)[:, :, None]
     for change in VARIANTS:
@@ -86,6 +83,9 @@ def density_columns(
         yield 0, (steeper - own) * np.exp(-0.5 * share)[:, :, None]
     powers = [((u - centre) / half) ** k for k in range(2, THRESHOLDS.order + 1)]
     yield 0, weight * half * gain * np.stack(powers)
+    fine = _runs(operator, swings, rates, THRESHOLDS.fine_plays)
+    part = THRESHOLDS.plays / THRESHOLDS.fine_plays
+    yield 1, part * outputs((0.0, 0.0, 0.0, 0.0), fine)[0]
     about = (own / (weight * gain) - centre) / half
     for power in BENDS:
         bent = THRESHOLDS.bend_step * weight * half * gain * about**power

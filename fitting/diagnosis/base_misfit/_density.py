@@ -8,6 +8,9 @@ by evidence.
 """
 
 import dataclasses
+from collections.abc import Iterable, Iterator
+from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 from jaxtyping import Float
@@ -29,16 +32,18 @@ class PlayDensity:
     """The plays' responses beyond the tangent of the base, by principal directions.
 
     - `tangent`: orthonormal, of the base's own values, and of what an unknown start may change, see
-      `start_columns`. `directions`: orthonormal, and at right angles to it.
-    - `power`: variance along each direction at scale 1.
+      `start_columns`.
+    - `plays`: whitened responses, each at right angles to the tangent. `turn`: what of each of them
+      gives an orthonormal direction. `power`: variance along each direction at scale 1.
     """
 
     tangent: Float[np.ndarray, "lines values"]
-    directions: Float[np.ndarray, "lines rank"]
+    plays: Float[np.ndarray, "lines plays"]
+    turn: Float[np.ndarray, "plays rank"]
     power: Float[np.ndarray, " rank"]
 
     @classmethod
-    def of_each_kind(cls, refit: Refit, state: State) -> list["PlayDensity"]:
+    def of_each_kind(cls, refit: Refit, state: State) -> Iterator["PlayDensity"]:
         """About the operator and effects of `state`: of plain plays, also finer, also bent ones.
 
         Plays that a device does not have cost evidence, so which of the three it is, evidence says.
@@ -55,35 +60,42 @@ class PlayDensity:
             both = Linearised(response, whitened.at_first_period(state.effects, part))
             return whitened.jacobian_operator(refit.whitener, state.effects, both)
 
-        columns: list[list[np.ndarray]] = [[], [], []]
-        for kind, part in density_columns(operator, given, known):
-            columns[kind].append(whiten(part))
         moved = [refit.jacobian_base(state)]
         if not known.all():
             moved.append(whiten(start_columns(np.asarray(given.u), known)))
         tangent = orthonormal_basis(np.concatenate(moved, axis=1))
-        upto = [sum(columns[: kind + 1], []) for kind in range(len(columns))]
-        return [cls.along(tangent, np.concatenate(parts, axis=1)) for parts in upto]
+        found = density_columns(operator, given, known)
+        kinds = (
+            np.concatenate([whiten(part) for _, part in parts], axis=1)
+            for _, parts in groupby(found, key=itemgetter(0))
+        )
+        return cls.growing(tangent, kinds)
 
     @classmethod
-    def along(
-        cls, tangent: Float[np.ndarray, "lines values"], plays: Float[np.ndarray, "lines plays"]
-    ) -> "PlayDensity":
-        """By the whitened responses of plays."""
-        plays = plays[:, np.isfinite(plays).all(axis=0)]
-        plays = plays - tangent @ (tangent.T @ plays)
-        power, turn = np.linalg.eigh(plays.T @ plays)
-        kept = power * max(THRESHOLDS.scale_range) ** 2 > THRESHOLDS.least_variance
-        kept &= power > _RANK * power.max(initial=0.0)
-        directions = (plays @ turn[:, kept]) / np.sqrt(power[kept])
-        return cls(tangent, directions, power[kept])
+    def growing(
+        cls,
+        tangent: Float[np.ndarray, "lines values"],
+        kinds: Iterable[Float[np.ndarray, "lines _"]],
+    ) -> Iterator["PlayDensity"]:
+        """By whitened responses of plays: of the first kind, of the first two, and so on."""
+        plays, gram = np.zeros((tangent.shape[0], 0)), np.zeros((0, 0))
+        for more in kinds:
+            more = more[:, np.isfinite(more).all(axis=0)]
+            more = more - tangent @ (tangent.T @ more)
+            across = plays.T @ more
+            gram = np.block([[gram, across], [across.T, more.T @ more]])
+            plays = np.concatenate([plays, more], axis=1)
+            power, turn = np.linalg.eigh(gram)
+            kept = power * max(THRESHOLDS.scale_range) ** 2 > THRESHOLDS.least_variance
+            kept &= power > _RANK * power.max(initial=0.0)
+            yield cls(tangent, plays, turn[:, kept] / np.sqrt(power[kept]), power[kept])
 
     def covariance(self, scale: float) -> MisfitCovariance:
         """With weights of standard deviation `scale`, in units of the operator's mean weight."""
         variance = scale**2 * self.power
         kept = variance > THRESHOLDS.least_variance
         return MisfitCovariance(
-            np.concatenate([self.tangent, self.directions[:, kept]], axis=1),
+            np.concatenate([self.tangent, self.plays @ self.turn[:, kept]], axis=1),
             np.concatenate([np.full(self.tangent.shape[1], np.inf), variance[kept]]),
         )
 
@@ -96,7 +108,7 @@ class PlayDensity:
         """
         both = np.column_stack([errors, columns])
         both = both - self.tangent @ (self.tangent.T @ both)
-        along, gram = self.directions.T @ both, both.T @ both
+        along, gram = self.turn.T @ (self.plays.T @ both), both.T @ both
         out = np.empty(SCALES.size)
         for k, scale in enumerate(SCALES):
             variance = scale**2 * self.power

@@ -26,7 +26,7 @@ class FlexibleBase:
     @classmethod
     def about(cls, refit: Refit, state: State) -> "FlexibleBase":
         """About `state`, of the kind and scale of the greatest evidence there."""
-        errors, densities = state.errors, PlayDensity.of_each_kind(refit, state)
+        errors, densities = state.errors, list(PlayDensity.of_each_kind(refit, state))
         smooth = dataclasses.replace(refit, freeze_jumps=True)  # a jump's place has no derivative
         columns = smooth.jacobian_effects(state)[: errors.synchronous.size]
         found = np.stack([one.log_evidence(errors.synchronous, columns) for one in densities])

@@ -34,7 +34,9 @@ def orthonormal(columns):
 @pytest.fixture(scope="module")
 def small() -> PlayDensity:
     every = orthonormal(RANK + FLAT)
-    return PlayDensity(every[:, :FLAT], every[:, FLAT:], np.geomspace(1e-2, 1e4, RANK))
+    return PlayDensity(
+        every[:, :FLAT], every[:, FLAT:], np.eye(RANK), np.geomspace(1e-2, 1e4, RANK)
+    )
 
 
 def test_whitened_errors_have_unit_covariance():
@@ -58,13 +60,28 @@ def test_evidence_is_that_of_the_normal_law(small):
     found = small.log_evidence(errors, np.zeros((LINES, 0)))
     want = []
     for scale in SCALES:
-        covariance = (
-            np.eye(LINES) + (small.directions * scale**2 * small.power) @ small.directions.T
-        )
+        covariance = np.eye(LINES) + (small.plays * scale**2 * small.power) @ small.plays.T
         law = multivariate_normal(np.zeros(LINES - FLAT), beyond.T @ covariance @ beyond)
         off = np.log(scale / THRESHOLDS.usual_scale) / THRESHOLDS.scale_spread
         want.append(law.logpdf(beyond.T @ errors) - 0.5 * off**2)
     assert np.diff(found) == pytest.approx(np.diff(want), abs=1e-8)
+
+
+def test_each_kind_adds_its_plays_to_the_covariance():
+    """Beside the tangent: the sum of squares of all plays so far, those not finite left out."""
+    tangent, kinds = orthonormal(FLAT), [RNG.standard_normal((LINES, n)) for n in (4, 2, 7)]
+    kinds[1][3, 1] = np.inf
+    densities = list(PlayDensity.growing(tangent, kinds))
+    beyond = np.eye(LINES) - tangent @ tangent.T
+    for upto, density in enumerate(densities, 1):
+        plays = beyond @ np.concatenate(kinds[:upto], axis=1)
+        plays = plays[:, np.isfinite(plays).all(axis=0)]
+        found = density.covariance(0.7)
+        finite = np.isfinite(found.variance)
+        directions = found.directions[:, finite]
+        assert directions.T @ directions == pytest.approx(np.eye(finite.sum()), abs=1e-9)
+        want = 0.7**2 * plays @ plays.T
+        assert (directions * found.variance[finite]) @ directions.T == pytest.approx(want, abs=1e-9)
 
 
 def test_a_column_along_the_errors_explains_them(small):

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from fitting._parameter_words import describe_parameter
 from fitting.identification._identify import identify
 from fitting.identification._options import Progress
 from fitting.identification._result import FitResult
@@ -25,7 +26,6 @@ from ._joint_fit import Two, fit_jointly, linearise, rms, shared_errors
 from ._response_change import change_by_drive, gap_change, response_change
 from ._single_changes import contrast_changes, single_changes
 from ._thresholds import THRESHOLDS
-from ._words import describe_parameter
 
 _ORIGIN = ("d_0",)
 

@@ -2,10 +2,10 @@
 
 from typing import TYPE_CHECKING
 
+from fitting._parameter_words import briefly
 from fitting._units import quantity, readable_unit
 
 from ._thresholds import THRESHOLDS
-from ._words import briefly
 
 if TYPE_CHECKING:
     from ._comparison import Comparison
@@ -49,8 +49,8 @@ def _say_what_changed(comparison: "Comparison") -> str:
         )
         if _is_shared(misfit):
             return f"What the model lacks in both recordings changed: {left}"
-        where = "after and not before" if _is_larger(misfit) else "before and not after"
-        return f"Something that the model lacks is there {where}: {left}"
+        way = "came up" if _is_larger(misfit) else "went away"
+        return f"An effect that the model lacks {way} between the recordings: {left}"
     if not comparison.changed:
         least = quantity(comparison.detectable_response, unit)
         percent = f"{100 * THRESHOLDS.detection_power:g} %"

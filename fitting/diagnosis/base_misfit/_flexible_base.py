@@ -17,11 +17,13 @@ class FlexibleBase:
     """A density of plays about one state, and its scale.
 
     `refit`: of the identified operator, all of it free. `scale`: see `PlayDensity.covariance`.
+    `price`: chi-square that the prior odds of its kind of plays cost.
     """
 
     refit: Refit
     density: PlayDensity
     scale: float
+    price: float
 
     @classmethod
     def about(cls, refit: Refit, state: State) -> "FlexibleBase":
@@ -29,11 +31,11 @@ class FlexibleBase:
         errors, densities = state.errors, list(PlayDensity.of_each_kind(refit, state))
         smooth = dataclasses.replace(refit, freeze_jumps=True)  # a jump's place has no derivative
         columns = smooth.jacobian_effects(state)[: errors.synchronous.size]
+        odds = np.array([0.0, *THRESHOLDS.kind_log_odds])
         found = np.stack([one.log_evidence(errors.synchronous, columns) for one in densities])
-        found[1:] -= THRESHOLDS.kind_log_odds
-        found = np.where(np.isfinite(found), found, -np.inf)
+        found = np.where(np.isfinite(found), found - odds[:, None], -np.inf)
         kind, scale = np.unravel_index(int(np.argmax(found)), found.shape)
-        return cls(refit, densities[kind], float(SCALES[scale]))
+        return cls(refit, densities[kind], float(SCALES[scale]), 2.0 * float(odds[kind]))
 
     @cached_property
     def covariance(self) -> MisfitCovariance:
@@ -52,5 +54,5 @@ class FlexibleBase:
             self.refit,
             whitener=whitener,
             base=base,
-            log_determinant=self.covariance.log_determinant,
+            log_determinant=self.covariance.log_determinant + self.price,
         )

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fitting.diagnosis.base_misfit._flexible_base import FlexibleBase
 from fitting.diagnosis.mechanism._other_form import with_other_form
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from rapi_jax.effects import AbstractEffect
@@ -54,7 +55,7 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
     singles = search_one_effect(refits, none, none, guesses, progress)
     if not singles:
         return Attribution(none, ())
-    none = _refit_none_from_best(none, singles)
+    none = _refit_none_from_others(none, singles)
     if not refit.whitener.spectrum.measured:
         progress("each from the best one's base")
         singles = share_flexible_base(none, singles)
@@ -85,14 +86,23 @@ def without_effects(refit: Refit, on_base: State, eta_fixed: State) -> Candidate
     return Candidate((), eta_fixed, refit, on_base, flexible_refit, flexible, 1.0)
 
 
-def _refit_none_from_best(none: Candidate, singles: list[Candidate]) -> Candidate:
-    """`none`, from the best candidate's flexible base without its effect where that leaves less.
+def _refit_none_from_others(none: Candidate, singles: list[Candidate]) -> Candidate:
+    """`none`, from the flexible bases of the others, without their effects, where one leaves less.
 
-    Else the effect would be credited with a better start.
+    Else an effect would be credited with a better start. About the base of the best a density is
+    taken once more, since the plays that it needs may be others where no effect stands beside them.
     """
-    best = min(singles, key=lambda c: c.cost)
-    refit = best.flexible_refit
-    start = refit.evaluate(best.on_flexible_base.values, none.on_base.effects)
+    effects, best = none.on_base.effects, min(singles, key=lambda c: c.cost)
+    values = best.on_flexible_base.values
+    tried = [(c.flexible_refit, c.on_flexible_base.values) for c in singles]
+    if none.refit.whitener.spectrum.measured:
+        there = none.refit.evaluate(values, effects)
+        if np.isfinite(there.cost):
+            tried.append((FlexibleBase.about(none.refit, there).marginal, values))
+    else:  # each of these bases was searched; the best one's is where it ends lowest
+        tried = [(best.flexible_refit, values)]
+    starts = [(refit, refit.evaluate(base, effects)) for refit, base in tried]
+    refit, start = min(starts, key=lambda one: np.nan_to_num(one[1].cost, nan=np.inf))
     if not np.isfinite(start.cost) or start.cost > THRESHOLDS.none_start_cost * none.cost:
         return none
     end = refit.minimise(start, THRESHOLDS.none_steps, THRESHOLDS.none_tolerance)

@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from fitting._parameter_words import describe_parameter
 from fitting.report.charts._axis import Axis, make_axis, round_values, write_tick
 from fitting.report.charts._figure import ColourScale, Figure, Panel, Table
 from fitting.report.charts._marks import (
@@ -52,10 +53,11 @@ def draw_parameter(
     low, high = _limits(parameter)
     text = unit_text("" if parameter["unit"] == "1" else parameter["unit"])
     title = f"{parameter['name']} ({text})" if text else parameter["name"]
-    x = make_axis(
-        f"time since the first ({unit})" if group["hours"] else "recording, in the order given",
-        time,
-    )
+    if group["hours"]:
+        x = make_axis(f"time since the first ({unit})", time)
+    else:
+        whole = [v for v in round_values(min(time), max(time), 5) if v == round(v)]
+        x = make_axis("recording, in the order given", time, ticks=whole)
     y = make_axis(title, [], ends=(low, high))
     counts, bars = _histogram(parameter, y)
     values, index, scale = parameter["values"], group["index"], None
@@ -192,8 +194,9 @@ def _histogram(parameter: dict, y: Axis) -> tuple[Axis, Boxes | Areas]:
 
 
 def _describe(parameter: dict, group: dict) -> str:
-    unit = parameter["unit"]
-    text = (
+    unit, called = parameter["unit"], describe_parameter(parameter["name"])
+    text = "" if called == parameter["name"] else f"{called[:1].upper()}{called[1:]}. "
+    text += (
         f"Median {format_quantity(parameter['median'], unit, digits=5)}, robust standard deviation "
         f"{format_quantity(parameter['spread'], unit)}; the typical standard error is "
         f"{format_quantity(parameter['typical_stderr'], unit, digits=2)}."

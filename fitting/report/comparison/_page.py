@@ -39,7 +39,7 @@ def render_page(content: dict[str, Any]) -> str:
     return _load_template().render(
         title="What changed",
         headline=content["headline"].replace("`", ""),
-        details=[line.replace("`", "") for line in content["details"]],
+        details=content["details"],
         facts=list_facts(content),
         heads=HEADS,
         alone=ALONE,

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 from typing import Any
 
 from fitting._units import readable_unit
@@ -16,8 +17,9 @@ _EXPONENT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def unit_text(unit: str) -> str:
-    """A unit of a file as people write it."""
-    return _NAMES.get(unit, unit)
+    """A unit of a file as people write it: um with its letter, V^2 with a raised 2."""
+    raised = re.sub(r"\^(-?\d+)", lambda found: found[1].translate(_EXPONENT), unit)
+    return _NAMES.get(raised, raised)
 
 
 def finite_or_none(value: Any) -> float | None:

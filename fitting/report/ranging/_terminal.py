@@ -58,7 +58,7 @@ def render_summary(content: dict[str, Any]) -> Group:
     rows: list[RenderableType] = [table]
     if content["budget"]:
         rows.append(_budget(content["budget"]))
-    rows += [Text(f"  x {line}", style="red") for line in content["faults"]]
+    rows += [Text(f"  x {line}", style="red") for line in words.fold(content["faults"])]
     return Group(*rows)
 
 

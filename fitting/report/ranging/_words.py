@@ -1,5 +1,7 @@
 """Distances and velocities as people write them."""
 
+import re
+from collections.abc import Sequence
 from typing import Any
 
 from fitting.report.diagnosis._numbers import (
@@ -13,6 +15,7 @@ from fitting.report.fit._table import round_with_error
 
 _LENGTHS = ((10.0, "m", 1.0), (1e-3, "mm", 1e3), (1e-6, "um", 1e6), (0.0, "nm", 1e9))
 BEST_IN_NOISE = "resample-phase"
+_OF_SCAN = re.compile(r"scan at (?P<at>\S+) s: (?P<what>.*)")
 
 
 def length(value: Any, *, digits: int = 3) -> str:
@@ -42,6 +45,26 @@ def speed(value: Any, stderr: Any) -> str:
 
 def _times(x: float | None, factor: float) -> float | None:
     return None if x is None else x * factor
+
+
+def fold(faults: Sequence[str]) -> list[str]:
+    """Faults as lines: what is said of several scans in the same words, but for numbers, once."""
+    groups: dict[str, list[str]] = {}
+    for line in faults:
+        found = _OF_SCAN.fullmatch(line)
+        key = line if found is None else re.sub(r"\d+", "0", found["what"])
+        groups.setdefault(key, []).append(line)
+    return [_fold_alike(lines) for lines in groups.values()]
+
+
+def _fold_alike(lines: list[str]) -> str:
+    scans = [found for found in map(_OF_SCAN.fullmatch, lines) if found]
+    if len(scans) < 2:
+        return lines[0]
+    first, others = scans[0], len(scans) - 1
+    more = f"another up to {scans[-1]['at']} s" if others == 1 else ""
+    more = more or f"{others} others up to {scans[-1]['at']} s"
+    return f"scan at {first['at']} s, and alike {more}: {first['what']}"
 
 
 def facts(content: dict[str, Any]) -> list[tuple[str, str]]:

@@ -265,7 +265,7 @@ def test_compare_says_what_changed(rapi, folder, tmp_path):
     assert {p.name for p in (tmp_path / "out").iterdir()} == {"comparison.json", "report.html"}
     code, out, err = rapi(folder / "plain", folder / "etalon", "--compare", "-o", tmp_path / "two")
     assert (code, err) == (0, "") and "changed: yes" in out
-    assert "Something that the model lacks is there after and not before" in " ".join(out.split())
+    assert "An effect that the model lacks came up between the recordings" in " ".join(out.split())
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from fitting.report.ranging import _words as words
 from fitting.report.ranging._files import range_csv
 from fitting.report.ranging._page import render_page
 from fitting.report.ranging._terminal import render_summary
+from fitting.report.ranging._words import fold
 
 SCAN = {
     "time_s": 0.1,
@@ -160,3 +161,21 @@ def test_distances_have_the_digits_of_their_error():
     assert plain == "699.9958 ± 0.0048 mm"
     assert words.distance(23.4567891, 1.2e-4).endswith("m")
     assert "mm/s" in words.speed(0.005, 1e-7) and "μm/s" in words.speed(1e-7, 1e-8)
+
+
+def test_what_is_said_of_several_scans_is_said_once():
+    """With the first and the last of them; what is said of one scan, or of all, stays as it is."""
+    faults = [
+        "scan at 1.364 s: cavity peaks: 2 missed; the span is right",
+        "the state of the air is not given",
+        "scan at 1.389 s: cavity peaks: 3 missed; the span is right",
+        "scan at 2.5 s: no light",
+        "scan at 6.264 s: cavity peaks: 12 missed; the span is right",
+    ]
+    assert fold(faults) == [
+        "scan at 1.364 s, and alike 2 others up to 6.264 s: cavity peaks: 2 missed; the span is "
+        "right",
+        "the state of the air is not given",
+        "scan at 2.5 s: no light",
+    ]
+    assert fold(faults[:3])[0].startswith("scan at 1.364 s, and alike another up to 1.389 s: ")

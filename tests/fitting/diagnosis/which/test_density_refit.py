@@ -41,7 +41,10 @@ def test_the_effect_is_found_from_a_guess_where_the_base_ended_far_off(fitted):
 
 
 def test_costs_are_those_of_likelihoods(fitted):
-    """Less a constant: `r' C^-1 r + log det C`, here with the covariance written out."""
+    """Less a constant: `r' C^-1 r + log det C`, here with the covariance written out.
+
+    And twice the logarithm of the odds against the kind of plays.
+    """
     free, state = fitted.refit, fitted.state
     plain = free.evaluate(state.values, (DELAY,)).errors
     flexible = FlexibleBase.about(free, state)
@@ -51,7 +54,7 @@ def test_costs_are_those_of_likelihoods(fitted):
     covariance = np.eye(left.size) + (u[:, finite] * v[finite]) @ u[:, finite].T
     sign, log_determinant = np.linalg.slogdet(covariance)
     expected = left @ np.linalg.solve(covariance, left) + log_determinant
-    expected += plain.nonsynchronous @ plain.nonsynchronous
+    expected += plain.nonsynchronous @ plain.nonsynchronous + flexible.price
     assert sign == 1.0
     assert flexible.marginal.evaluate(state.values, (DELAY,)).cost == pytest.approx(expected)
 

@@ -23,6 +23,7 @@ from ._differences import Interval, ParameterDifference
 from ._effects import named_effects
 from ._estimates import PairEstimates, estimate_pair
 from ._joint_fit import Two, fit_jointly, linearise, rms, shared_errors
+from ._residual_curves import residual_curves
 from ._response_change import change_by_drive, gap_change, response_change
 from ._single_changes import contrast_changes, single_changes
 from ._thresholds import THRESHOLDS
@@ -136,6 +137,7 @@ def compare(
         response=response_change(errors, alone, about, covariances),
         detectable_response=detectable_response,
         response_by_drive=tuple(change_by_drive(errors, alone)),
+        residuals=tuple(residual_curves(model, pair)),
         gap=gap_change(reference, (model, model), pair),
         misfit=misfit,
         misfit_changed=misfit_changed,

@@ -28,6 +28,7 @@ class Comparison:
     - `response`: rms of the change of the response over both recordings' drives, in `unit`;
       `response_by_drive`: at each rate and swing. `detectable_response`: a change of any one
       parameter that moves the response by so much is found in 95 % of cases.
+    - `residuals`: data less one model over a period, before and after, at drives that both have.
     - `gap`: of one model in both, where periods show the noise; `misfit`: that of the own fit of
       each, which changes where an effect comes up that the model lacks. `effects`: named by a
       diagnosis, where that was asked for.
@@ -56,6 +57,7 @@ class Comparison:
     response: Interval
     detectable_response: float
     response_by_drive: tuple[dict[str, Any], ...]
+    residuals: tuple[dict[str, Any], ...]
     gap: GapChange | None
     misfit: GapChange | None
     misfit_changed: bool
@@ -107,6 +109,7 @@ class Comparison:
                 "response_change": dataclasses.asdict(self.response) | {"unit": self.unit},
                 "detectable_response": self.detectable_response,
                 "response_by_drive": list(self.response_by_drive),
+                "residuals": list(self.residuals),
                 "gap": None
                 if self.gap is None
                 else dataclasses.asdict(self.gap) | {"unit": self.unit},

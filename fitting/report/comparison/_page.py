@@ -13,6 +13,7 @@ from fitting._units import significant
 from fitting.report._pages import load_template, read_style
 from fitting.report.diagnosis._numbers import format_setting
 
+from ._figure import draw_residuals
 from ._tables import (
     ALONE,
     HEADS,
@@ -43,6 +44,7 @@ def render_page(content: dict[str, Any]) -> str:
         facts=list_facts(content),
         heads=HEADS,
         alone=ALONE,
+        figure=draw_residuals(content),
         rows=tabulate_parameters(content),
         response=format_size(content["response_change"], unit),
         gap=None

@@ -150,6 +150,12 @@ class Scale:
         unit, factor = readable_unit(unit, (x,))
         return factor * x, unit
 
+    def with_error(self, value: Any, stderr: Any, unit: str) -> str:
+        """A number in `unit` with its standard error, both in the unit as `convert` has it."""
+        if unit and unit == self.recorded:
+            return format_with_error(self.value(value), self.value(stderr), self.unit)
+        return format_with_error(value, stderr, unit)
+
     def __call__(self, recorded: Any, *, digits: int = 3, sign: bool = False) -> str:
         return format_quantity(self.value(recorded), self.unit, digits=digits, sign=sign)
 

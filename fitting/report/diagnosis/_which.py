@@ -13,7 +13,6 @@ from ._numbers import (
     format_interval,
     format_number,
     format_percent,
-    format_with_error,
 )
 
 _SHOWN_AT_LENGTH = 0.01  # less probable ones go to a table, unless in the 95 % set
@@ -103,6 +102,4 @@ def describe_parameters(found: dict, scale: Scale) -> list[tuple[str, str]]:
 
 
 def _describe_value(p: dict, scale: Scale) -> str:
-    value, unit = scale.convert(p.get("value"), str(p.get("unit") or ""))
-    error, _ = scale.convert(p.get("stderr"), str(p.get("unit") or ""))
-    return format_with_error(value, error, unit)
+    return scale.with_error(p.get("value"), p.get("stderr"), str(p.get("unit") or ""))

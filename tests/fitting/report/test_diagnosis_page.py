@@ -357,6 +357,22 @@ def test_error_sets_the_digits():
     assert spaced(format_with_error(2.5e-9, 1e-10, "s")) == "2.50 ± 0.10 ns"
 
 
+@pytest.mark.parametrize(
+    ("unit", "value", "stderr", "shown"),
+    [
+        ("s", 1.54e-5, 1.0e-7, "15.40 ± 0.10 μs"),
+        ("Hz", 10_780.0, 800.0, "10.78 ± 0.80 kHz"),
+        ("GHz", 0.0427, 0.0011, "42.7 ± 1.1 MHz"),
+        ("1", 0.39, 0.067, "0.390 ± 0.067"),
+    ],
+)
+def test_a_parameter_and_its_error_are_shown_in_one_unit(unit, value, stderr, shown):
+    """An error is often so much smaller that by itself it would be in another: 0.1 us is 100 ns."""
+    found = {"effect.size": {"value": value, "stderr": stderr, "unit": unit}}
+    ((_, text),) = describe_parameters(found, Scale.of("GHz", [0.05]))
+    assert spaced(text) == shown
+
+
 def luminance(colour: str) -> float:
     """Relative luminance of `#rrggbb` by WCAG 2."""
     parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]

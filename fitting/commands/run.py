@@ -54,7 +54,10 @@ def _usage_message(error: CycloptsError) -> str:
     elif isinstance(error, UnusedCliTokensError):
         what = f"too many arguments: {' '.join(error.unused_tokens or ())}."
     elif isinstance(error, CoercionError) and _is_list_of_numbers(error):
+        parts = error.token.value.split(",") if error.token else []
         what = f"{what} Separate numbers by spaces, not by commas."
+        if len(parts) == 2:
+            what += f" A decimal comma is a point here: {parts[0]}.{parts[1]}."
     return f"{what} `{command} --help` lists what there is."
 
 

@@ -95,7 +95,7 @@ def serve(
         Of the target from the start of the laboratory on, m/s.
     """
     from fitting.commands.shared._out import console
-    from fitting.commands.shared.files._measured_output import check_bench_output
+    from fitting.commands.shared.files._measured_output import check_bench_output, sealed
     from hardware import HislipServer, TcpServer, missing_packages
     from hardware.simulated import (
         ConstantVelocity,
@@ -138,7 +138,7 @@ def serve(
             text = bench_toml(at, delay_s=delay_s, measurement=arm is not None)
         else:
             text = current_tuned_toml(at, laboratory, limits=simulated.limits)
-        write_atomic(bench, text)
+        write_atomic(bench, sealed(text))
         for name, resource in at.items():
             out.print(f"{name:10} {resource}", markup=False, soft_wrap=True)
         out.print(f"written to {bench}; Ctrl-C ends the laboratory", markup=False, soft_wrap=True)

@@ -15,6 +15,7 @@ from ._table import (
     UNDETERMINED,
     describe_model,
     held_out_sizes,
+    parameter_remark,
     render_verdict,
     round_with_error,
 )
@@ -98,8 +99,8 @@ def _sections(result: "FitResult") -> list[Section]:
 
 def _parameter_row(p: Any) -> tuple[str, ...]:
     value, error = round_with_error(p.value, p.stderr)
-    remark = "held" if p.held else "at a bound" if p.at_bound else ""
-    return p.name, value, "" if p.held else error, "" if p.unit == "1" else p.unit, remark
+    unit = "" if p.unit == "1" else p.unit
+    return p.name, value, "" if p.held else error, unit, parameter_remark(p)
 
 
 def _held_out_rows(result: "FitResult") -> list[tuple[str, ...]]:

@@ -16,6 +16,7 @@ from fitting.report._plain_text import plain_text
 
 if TYPE_CHECKING:
     from fitting.identification._result import FitResult
+    from fitting.identification.assessment._estimates import Estimate
 
 
 def _format_number(value: float, digits: int = 4) -> str:
@@ -28,7 +29,7 @@ def round_with_error(value: float, stderr: float) -> tuple[str, str]:
         return f"{value:.6g}", "-" if stderr == 0 else "not fixed"
     places = int(np.floor(np.log10(stderr))) - 1
     if -8 < places <= 0:
-        return f"{value:.{-places}f}", f"{stderr:.{-places}f}"
+        return f"{value:z.{-places}f}", f"{stderr:.{-places}f}"
     digits = max(2, int(np.floor(np.log10(max(abs(value), stderr)))) - places + 1)
     return f"{value:.{digits}g}", f"{stderr:.2g}"
 
@@ -161,6 +162,15 @@ def _format_hours(hours: float) -> str:
     raise AssertionError("the last unit takes all")
 
 
+def parameter_remark(p: "Estimate") -> str:
+    """What else is to know of a parameter."""
+    if p.held:
+        return "held"
+    if p.at_bound:
+        return "at a bound"
+    return "error exceeds value" if np.isfinite(p.stderr) and p.stderr > abs(p.value) else ""
+
+
 def _tabulate_parameters(result: "FitResult", intervals: Ends | None) -> Table:
     table = Table(title="Parameters", title_justify="left")
     shown = () if intervals is None else ("95 % interval",)
@@ -168,7 +178,7 @@ def _tabulate_parameters(result: "FitResult", intervals: Ends | None) -> Table:
         table.add_column(name, justify="left" if name in ("name", "unit", "remark") else "right")
     for p in result.parameters:
         value, error = round_with_error(p.value, p.stderr)
-        remark = "held" if p.held else "at a bound" if p.at_bound else ""
+        remark = parameter_remark(p)
         between = [] if intervals is None else [_format_ends(intervals.get(p.name), p.stderr)]
         unit = "" if p.unit == "1" else p.unit
         table.add_row(p.name, value, "" if p.held else error, *between, unit, remark)

@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fitting._units import quantity, readable_unit
+from fitting.report._faults import fold_faults
 from fitting.report._plain_text import plain_text
 from fitting.report.fit._table import _format_number
 
@@ -31,7 +32,7 @@ def render_recording_check(check: "RecordingCheck", name: str) -> Group:
         style="not bold",
     )
     rows: list[RenderableType] = [head, _tabulate(check)]
-    rows += [Text(f"  x {fault.kind}: {fault.message}", style="red") for fault in check.faults]
+    rows += [Text(f"  x {line}", style="red") for line in fold_faults(check.faults)]
     rows += [Text(f"  - {note}") for note in check.notes]
     rows.append(Text("What may be asked of it:", style="bold"))
     for question in check.questions:

@@ -2,6 +2,7 @@
 
 import json
 import os
+from hashlib import sha256
 from pathlib import Path
 
 _CURE = "Choose another with `-o`, or move it away."
@@ -68,8 +69,19 @@ def check_sent_output(path: Path) -> None:
         )
 
 
+_SEAL = "# Written by `rapi bench serve`, sha256 of all above: "
+
+
+def sealed(text: str) -> str:
+    """The text of a bench file, with a last line by which a change of it is seen."""
+    return f"{text}{_SEAL}{sha256(text.encode()).hexdigest()}\n"
+
+
 def check_bench_output(path: Path) -> None:
-    """Refuse a bench file that is there and is not of a simulated laboratory: `OutputError`."""
+    """Refuse a bench file that is there and is of no simulated laboratory, or was changed since.
+
+    Raises `OutputError`. Limits that somebody has set are not lost.
+    """
     from rapi_jax import DataError
     from rapi_jax.internal import read_text
     from rapi_jax.io import OutputError, printable
@@ -84,6 +96,12 @@ def check_bench_output(path: Path) -> None:
         raise OutputError(
             f"the output {printable(path)} is there and describes no simulated laboratory. Choose "
             "another name, or move it away."
+        )
+    above, seal, digest = text.rpartition(_SEAL)
+    if seal and sha256(above.encode()).hexdigest() != digest.strip():
+        raise OutputError(
+            f"the output {printable(path)} was changed since `rapi bench serve` wrote it, its "
+            "limits perhaps. Choose another name, or move it away."
         )
 
 

@@ -87,7 +87,7 @@ def find_swapped_columns(recording: Recording) -> list[Fault]:
         if rough and _is_commanded(run.response[run.valid], least):
             text = (
                 f"run {run.name!r}: the response is as smooth as a command and the drive as rough "
-                "as a measurement: the columns `drive` and `response` are swapped."
+                "as a measurement: the columns `drive` and `response` are swapped. Exchange them."
             )
             found.append(Fault("columns swapped", run.name, text, ((0, run.drive.size - 1),)))
     return found if len(found) == len(recording.runs) else []

@@ -1,0 +1,24 @@
+"""Faults of a recording as lines of text."""
+
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fitting.identification.data_checks._fault import Fault
+
+_OWN = re.compile(r"'[^']*'|[-+]?\d[\d.e+-]*")  # names and numbers, which differ from run to run
+
+
+def fold_faults(faults: "Sequence[Fault]") -> list[str]:
+    """Kind and message of each; what is said of several runs in the same words is said once."""
+    groups: dict[tuple[str, str], list[Fault]] = {}
+    for fault in faults:
+        groups.setdefault((fault.kind, _OWN.sub("#", fault.message)), []).append(fault)
+    out = []
+    for (kind, _), alike in groups.items():
+        first, *others = alike
+        names = list(dict.fromkeys(one.run for one in others if one.run and one.run != first.run))
+        more = f" The same in {', '.join(names)}." if names else ""
+        out.append(f"{kind}: {first.message.rstrip('.')}.{more}")
+    return out

@@ -2,17 +2,14 @@
 
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from fitting.identification.data_checks._fault import Fault
+from typing import Any
 
 _OWN = re.compile(r"'[^']*'|[-+]?\d[\d.e+-]*")  # names and numbers, which differ from run to run
 
 
-def fold_faults(faults: "Sequence[Fault]") -> list[str]:
-    """Kind and message of each; what is said of several runs in the same words is said once."""
-    groups: dict[tuple[str, str], list[Fault]] = {}
+def fold_faults(faults: Sequence[Any]) -> list[str]:
+    """Kind and message of each `Fault`; what is said of several runs in the same words is said once."""
+    groups: dict[tuple[str, str], list[Any]] = {}
     for fault in faults:
         groups.setdefault((fault.kind, _OWN.sub("#", fault.message)), []).append(fault)
     out = []

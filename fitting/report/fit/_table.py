@@ -16,7 +16,6 @@ from fitting.report._plain_text import plain_text
 
 if TYPE_CHECKING:
     from fitting.identification._result import FitResult
-    from fitting.identification.assessment._estimates import Estimate
 
 
 def _format_number(value: float, digits: int = 4) -> str:
@@ -162,8 +161,8 @@ def _format_hours(hours: float) -> str:
     raise AssertionError("the last unit takes all")
 
 
-def parameter_remark(p: "Estimate") -> str:
-    """What else is to know of a parameter."""
+def parameter_remark(p: Any) -> str:
+    """What else is to know of an `Estimate` of a parameter."""
     if p.held:
         return "held"
     if p.at_bound:

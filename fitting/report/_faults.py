@@ -8,7 +8,7 @@ _OWN = re.compile(r"'[^']*'|[-+]?\d[\d.e+-]*")  # names and numbers, which diffe
 
 
 def fold_faults(faults: Sequence[Any]) -> list[str]:
-    """Kind and message of each `Fault`; what is said of several runs in the same words is said once."""
+    """Kind and message of each `Fault`; what is said of several runs in the same words, once."""
     groups: dict[tuple[str, str], list[Any]] = {}
     for fault in faults:
         groups.setdefault((fault.kind, _OWN.sub("#", fault.message)), []).append(fault)

@@ -8,7 +8,7 @@ from fitting.report.diagnosis._text import describe_hypothesis, join_items
 from rapi_jax.effects import ALL, AbstractEffect
 
 from ._thresholds import THRESHOLDS
-from .which._thresholds import THRESHOLDS as SETS
+from .which.evidence._thresholds import THRESHOLDS as SETS
 
 Effects = Sequence[AbstractEffect | type[AbstractEffect]]
 

@@ -8,6 +8,7 @@ from ._excess import excess, is_unexplained
 from ._forward_selection import Attribution
 from ._thresholds import THRESHOLDS
 from .evidence._probability import UNLISTED, Ranked
+from .evidence._thresholds import THRESHOLDS as EVIDENCE
 
 RankedCandidates = list[tuple[Candidate | None, float]]  # `None` stands for `unlisted`
 
@@ -59,4 +60,4 @@ def is_hidden_by_operator(candidate: Candidate, without: State, end: State) -> b
         return False
     if is_beyond_hysteresis(candidate.on_flexible_base):
         return False
-    return bool(excess(end) > (1.0 - THRESHOLDS.least_closed) * excess(without) > 0.0)
+    return bool(excess(end) > (1.0 - EVIDENCE.least_closed) * excess(without) > 0.0)

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 from jaxtyping import Float
 
-from fitting.diagnosis.which._thresholds import THRESHOLDS
+from ._thresholds import THRESHOLDS
 
 Ranked = list[tuple[str, float]]
 TYPES = ("none", "single", "pair", "unlisted")

@@ -5,10 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.stats import norm
 
-from fitting.diagnosis.which._thresholds import THRESHOLDS
-
 from ._calibration import Calibration, load_calibration
 from ._evidence import Evidence, HypothesisEvidence
+from ._thresholds import THRESHOLDS
 
 UNLISTED = "unlisted"
 Ranked = list[tuple[str, float]]

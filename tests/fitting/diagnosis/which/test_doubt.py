@@ -2,13 +2,13 @@
 
 import pytest
 
-from fitting.diagnosis.which._thresholds import THRESHOLDS
 from fitting.diagnosis.which.evidence._conformal import credible_set
 from fitting.diagnosis.which.evidence._probability import (
     doubt_remainder,
     doubt_unknown_noise,
     doubt_unpredictive,
 )
+from fitting.diagnosis.which.evidence._thresholds import THRESHOLDS
 
 RANKED = [("creep", 0.9), ("delay", 0.06), ("unlisted", 0.03), ("none", 0.01)]
 

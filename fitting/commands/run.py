@@ -56,7 +56,7 @@ def _usage_message(error: CycloptsError) -> str:
     elif isinstance(error, CoercionError) and _is_list_of_numbers(error):
         parts = error.token.value.split(",") if error.token else []
         what = f"{what} Separate numbers by spaces, not by commas."
-        if len(parts) == 2:
+        if len(parts) == 2 and all(part.lstrip("+-").isdigit() for part in parts):
             what += f" A decimal comma is a point here: {parts[0]}.{parts[1]}."
     return f"{what} `{command} --help` lists what there is."
 

@@ -94,13 +94,12 @@ def _refit_none_from_others(none: Candidate, singles: list[Candidate]) -> Candid
     """
     effects, best = none.on_base.effects, min(singles, key=lambda c: c.cost)
     values = best.on_flexible_base.values
-    tried = [(c.flexible_refit, c.on_flexible_base.values) for c in singles]
-    if none.refit.whitener.spectrum.measured:
+    tried = [(best.flexible_refit, values)]
+    if none.refit.whitener.spectrum.measured:  # else see `share_flexible_base`
+        tried += [(c.flexible_refit, c.on_flexible_base.values) for c in singles if c is not best]
         there = none.refit.evaluate(values, effects)
         if np.isfinite(there.cost):
             tried.append((FlexibleBase.about(none.refit, there).marginal, values))
-    else:  # each of these bases was searched; the best one's is where it ends lowest
-        tried = [(best.flexible_refit, values)]
     starts = [(refit, refit.evaluate(base, effects)) for refit, base in tried]
     refit, start = min(starts, key=lambda one: np.nan_to_num(one[1].cost, nan=np.inf))
     if not np.isfinite(start.cost) or start.cost > THRESHOLDS.none_start_cost * none.cost:

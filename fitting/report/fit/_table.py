@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fitting._units import quantity, readable_unit, significant
+from fitting.report._alike import group_alike, wording
 from fitting.report._plain_text import plain_text
 
 if TYPE_CHECKING:
@@ -73,27 +74,23 @@ def render_tables(
 
 def fold_runs(notes: Sequence[str]) -> tuple[str, ...]:
     """Notes with those that say the same of several runs said once, of the first of them."""
-    kinds: dict[str, list[str]] = {}
-    for note in notes:
+
+    def kind(note: str) -> str:
         about = re.match(r"run '[^']*': (.*)", note)
-        # The same but for numbers.
-        key = note if about is None else re.sub(r"\d[\d.e+-]*", "#", about[1])
-        kinds.setdefault(key, []).append(note)
+        return note if about is None else wording(about[1])
+
     return tuple(
         same[0] if len(same) == 1 else f"{first_sentence(same[0])} ({len(same)} runs are alike.)"
-        for same in kinds.values()
+        for same in group_alike(notes, kind)
     )
 
 
 def fold_notes(notes: Mapping[str, Sequence[str]]) -> list[str]:
     """The notes of several fits, by name of the recording: each kind once, and how many have it."""
-    kinds: dict[str, list[str]] = {}
-    for found in notes.values():
-        for note in found:
-            kinds.setdefault(note.split(":")[0], []).append(note)
+    every = [note for found in notes.values() for note in found]
     return [
         f"{len(same)} of {len(notes)} recordings: {first_sentence(same[0])}"
-        for same in kinds.values()
+        for same in group_alike(every, lambda note: note.split(":")[0])
     ]
 
 

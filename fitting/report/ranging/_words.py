@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
+from fitting.report._alike import group_alike, wording
 from fitting.report.diagnosis._numbers import (
     SPACE,
     finite_or_none,
@@ -49,12 +50,12 @@ def _times(x: float | None, factor: float) -> float | None:
 
 def fold(faults: Sequence[str]) -> list[str]:
     """Faults as lines: what is said of several scans in the same words, but for numbers, once."""
-    groups: dict[str, list[str]] = {}
-    for line in faults:
+
+    def kind(line: str) -> str:
         found = _OF_SCAN.fullmatch(line)
-        key = line if found is None else re.sub(r"\d+", "0", found["what"])
-        groups.setdefault(key, []).append(line)
-    return [_fold_alike(lines) for lines in groups.values()]
+        return line if found is None else wording(found["what"])
+
+    return [_fold_alike(lines) for lines in group_alike(faults, kind)]
 
 
 def _fold_alike(lines: list[str]) -> str:

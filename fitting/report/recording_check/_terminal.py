@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fitting._units import quantity, readable_unit
-from fitting.report._faults import fold_faults
+from fitting.report._alike import fold_faults
 from fitting.report._plain_text import plain_text
 from fitting.report.fit._table import _format_number
 

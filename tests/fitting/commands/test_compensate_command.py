@@ -102,6 +102,7 @@ def test_bias_shape_and_limits_are_followed(model, tmp_path, capsys):
         (("--span", -3, "--frequency", 10), 2, "positive"),
         (("--span", "wide", "--frequency", 10), 2, "span"),
         (("--span", 75, "--frequency", "10,20"), 2, "Separate numbers by spaces, not by commas."),
+        (("--span", "4,5", "--frequency", 10), 2, "A decimal comma is a point here: 4.5."),
         (("--span", 75, "--frequency", 0), 3, "positive rates"),
         (("--span", 75, "--frequency", 10, "nan"), 3, "positive rates"),
         (("--span", 75, "--frequency", 100), 3, "identified at 10 to 40"),

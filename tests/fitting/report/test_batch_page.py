@@ -58,6 +58,7 @@ def test_nothing_to_say_is_said(tmp_path):
     read = page(made.fits(tmp_path, values, correlation=np.eye(4), hours=False), tmp_path)
     assert read.texts[0][1] == "All 30 recordings have a trusted result."
     assert "No recording differs from the others by more than chance." in read.text
+    assert "Growth of the hysteresis with scan rate. Median " in read.text
     assert "No parameter has a trend beyond chance." in read.text
     assert "recording, in the order given" in read.text
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +11,16 @@ from parsed_page import Page
 from fitting.identification._fit import fit
 from fitting.identification.assessment._ends import Start
 from fitting.report._plain_text import plain_text
+from fitting.report.diagnosis._numbers import unit_text
 from fitting.report.fit._page import render_page
-from fitting.report.fit._table import _tabulate_starts, fold_notes, fold_runs, render_verdict
+from fitting.report.fit._table import (
+    _tabulate_starts,
+    fold_notes,
+    fold_runs,
+    parameter_remark,
+    render_verdict,
+    round_with_error,
+)
 from rapi_jax import (
     ECDL,
     RAPI,
@@ -202,3 +211,28 @@ def test_a_gap_is_said_beside_trust(result):
     assert said.startswith("The model can be trusted, with a gap of ") and " rms" in said
     without = dataclasses.replace(verdict, with_gap=False)
     assert "gap" not in render_verdict(dataclasses.replace(result, verdict=without)).plain
+
+
+@pytest.mark.parametrize(
+    ("value", "stderr", "held", "at_bound", "remark"),
+    [
+        (0.377, 23.0, False, False, "error exceeds value"),
+        (0.377, 0.02, False, False, ""),
+        (0.377, np.inf, False, False, ""),  # `not fixed` stands in the place of its error
+        (0.377, 23.0, True, False, "held"),
+        (0.0, 23.0, False, True, "at a bound"),
+    ],
+)
+def test_a_parameter_whose_error_exceeds_it_is_remarked(value, stderr, held, at_bound, remark):
+    found = SimpleNamespace(value=value, stderr=stderr, held=held, at_bound=at_bound)
+    assert parameter_remark(found) == remark
+
+
+def test_what_rounds_to_zero_has_no_sign():
+    assert round_with_error(-0.3, 96.0) == ("0", "96")
+    assert round_with_error(-0.3, 0.02) == ("-0.300", "0.020")
+
+
+def test_powers_of_units_are_raised():
+    assert unit_text("GHz/V^2") == "GHz/V\N{SUPERSCRIPT TWO}"
+    assert unit_text("um") == "\N{GREEK SMALL LETTER MU}m" and unit_text("GHz") == "GHz"

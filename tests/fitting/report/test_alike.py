@@ -1,7 +1,7 @@
 """Faults as lines: said once where runs differ by name and numbers alone."""
 
 from fitting.identification.data_checks._fault import Fault
-from fitting.report._faults import fold_faults
+from fitting.report._alike import fold_faults
 
 
 def test_what_is_said_of_several_runs_is_said_once():

@@ -1,0 +1,32 @@
+"""What is said of several runs, scans or recordings in the same words is said once."""
+
+import re
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from typing import Any, TypeVar
+
+Item = TypeVar("Item")
+
+_OWN = re.compile(r"'[^']*'|[-+]?\d[\d.e+-]*")
+
+
+def wording(text: str) -> str:
+    """A text without names in quotes and numbers, which differ from run to run."""
+    return _OWN.sub("#", text)
+
+
+def group_alike(items: Iterable[Item], key: Callable[[Item], Hashable]) -> list[list[Item]]:
+    """The items by `key`, groups in the order of their first."""
+    groups: dict[Hashable, list[Item]] = {}
+    for item in items:
+        groups.setdefault(key(item), []).append(item)
+    return list(groups.values())
+
+
+def fold_faults(faults: Sequence[Any]) -> list[str]:
+    """Kind and message of each `Fault`; one that several runs have is that of the first."""
+    out = []
+    for first, *others in group_alike(faults, lambda one: (one.kind, wording(one.message))):
+        names = list(dict.fromkeys(one.run for one in others if one.run and one.run != first.run))
+        more = f" The same in {', '.join(names)}." if names else ""
+        out.append(f"{first.kind}: {first.message.rstrip('.')}.{more}")
+    return out

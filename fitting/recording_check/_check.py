@@ -18,12 +18,15 @@ from fitting.identification.data_checks.drives._drive_reading import (
     find_reading_noise,
 )
 from fitting.identification.data_checks.holds._sweeps import describe_creep, single_sweep
+from fitting.identification.data_checks.periods._odd_periods import (
+    find_odd_periods,
+    find_unsettled,
+)
 from fitting.identification.data_checks.readings._levels import find_resolution
 from rapi_jax import DataError, Identified, Recording
 from rapi_jax.internal import describe_swap, is_read_from_fringes, takes
 
 from ._following import find_unrelated
-from ._odd_periods import find_odd_periods, find_unsettled
 from ._questions import Question, ask
 from ._runs import RunSummary
 from ._thresholds import THRESHOLDS as CHECK
@@ -133,16 +136,15 @@ def check_recording(recording: Recording) -> RecordingCheck:
         raise DataError(unusable[0].message)
     faults = [*unusable, *find_faults(recording), *find_swapped_columns(recording)]
     faults += find_unrelated(recording) if not faults else []
-    if not faults:
-        faults = foresee_drive_noise(recording)
-    unsettled = [] if faults else find_unsettled(recording.runs)
-    late = {one.run for one in unsettled}
-    late |= {
-        run.name
-        for run in recording.runs
-        for fault in faults
-        if (fault.kind, fault.run) == ("unsettled start", run.name) and run.drive.periods > 2
-    }
+    if all(fault.kind == "unsettled start" for fault in faults):
+        faults += foresee_drive_noise(recording)
+    refused = {fault.run for fault in faults if fault.kind == "unsettled start"}
+    # Other faults make periods differ, too; a drive that was read with noise does not.
+    comparable = all(fault.kind in ("unsettled start", "noisy drive") for fault in faults)
+    found = find_unsettled(recording.runs) if comparable else []
+    unsettled = [one for one in found if one.run not in refused]
+    late = refused | {one.run for one in unsettled}
+    late &= {run.name for run in recording.runs if run.drive.periods > 1}
     runs = tuple(
         RunSummary.of(run, recording.response_lag_s, settled=run.name not in late)
         for run in recording.runs

@@ -8,9 +8,9 @@ from fitting._units import quantity
 from fitting.identification.data_checks._drive_character import describe_repetition
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks.holds._sweeps import single_sweep
+from fitting.identification.data_checks.periods._odd_periods import OddPeriod
 from rapi_jax import Recording
 
-from ._odd_periods import OddPeriod
 from ._runs import RunSummary
 from ._thresholds import THRESHOLDS
 
@@ -114,12 +114,15 @@ def _ask_settled(recording: Recording, unsettled: Sequence[OddPeriod]) -> Questi
 
 def _ask_noise(recording: Recording, runs: Sequence[RunSummary]) -> Question:
     name = "the noise"
+    settled = "" if all(run.settled for run in runs) else "settled "
+    beside = f"which have one {settled}period or none"
     repeated = [run for run in runs if run.noise_from == "periods" and run.periods > 1]
     if not repeated:
         cure = describe_repetition(recording)
-        one = bool(_of_one_period(runs)) and cure is None
+        one = any(run.periods - (not run.settled) == 1 for run in runs) and cure is None
         because = (
-            "one period only, so there is no difference between periods to measure it from: "
+            f"one {settled}period only, so there is no difference between periods to measure it "
+            "from: "
             if one
             else "no drive is said to repeat: "
         ) + (
@@ -132,7 +135,7 @@ def _ask_noise(recording: Recording, runs: Sequence[RunSummary]) -> Question:
         return Question(
             name, "partly",
             f"measured from differences between periods in {len(repeated)} of {len(runs)} runs; in "
-            "the others, which have one period or none, it is taken from what a fit leaves.",
+            f"the others, {beside}, it is taken from what a fit leaves.",
             _more_periods(),
         )  # fmt: skip
     if fewest < THRESHOLDS.enough_periods:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from fitting.identification.assessment._noise import measure_run_noise
+from fitting.identification.assessment._noise import after_first_period, measure_run_noise
 from fitting.identification.data_checks.holds._sweeps import find_holds
 from rapi_jax import Run
 from rapi_jax.internal import usable
@@ -54,7 +54,7 @@ class RunSummary:
         index = np.flatnonzero(usable(run, response_lag_s))
         index = index if index.size else np.flatnonzero(run.valid)
         if not settled:
-            index = index[index > np.flatnonzero(drive.period == 0)[-1]]
+            index = index[after_first_period(run, index)]
         # A drive that does not repeat is no noise of the reading, and noise of the drive is none.
         (noise, repeated), (less, _) = (
             measure_run_noise(run, index, one)

@@ -86,6 +86,7 @@ def describe_recording(recording: Any, seconds: float, longest: float | None = N
     import numpy as np
 
     from fitting._units import quantity
+    from fitting.identification.data_checks.periods._odd_periods import find_late_starts
     from fitting.recording_check._runs import RunSummary
 
     runs = recording.runs
@@ -100,7 +101,8 @@ def describe_recording(recording: Any, seconds: float, longest: float | None = N
     text += f", {_COUNTS[swings] if swings < len(_COUNTS) else swings} swing"
     text += "s" if swings != 1 else ""
     if all(run.valid.any() for run in runs):
-        noise = [RunSummary.of(run, recording.response_lag_s).noise for run in runs]
+        late, lag = find_late_starts(runs), recording.response_lag_s
+        noise = [RunSummary.of(run, lag, settled=run.name not in late).noise for run in runs]
         whole = float(np.sqrt(np.mean(np.square(noise))))
         text += f", noise {quantity(float(f'{whole:.2g}'), recording.response_unit)} rms"
     more = "" if longest is None else f", up to {_round_seconds(longest)} where no model fits"

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from fitting.identification.data_checks.periods._odd_periods import find_late_starts
 from fitting.identification.problem._problem import Problem
 from rapi_jax import Run
 from rapi_jax.internal import white_noise_rms
@@ -38,14 +39,25 @@ class Noise:
 
 
 def measure_noise(problem: Problem, error: Float[np.ndarray, "runs time"]) -> Noise:
-    """The noise under `error`, model less data at the samples of all runs."""
+    """The noise under `error`, model less data at the samples of all runs.
+
+    A first period that is unlike the later ones of its run is no part of it.
+    """
     use, rms, repeated = problem.data.use, [], []
+    late = find_late_starts(problem.recording.runs)
     for row, run in enumerate(problem.recording.runs):
         index = np.flatnonzero(use[row])
+        if run.name in late:
+            index = index[after_first_period(run, problem.data.sample[row, index])]
         one, seen = measure_run_noise(run, problem.data.sample[row, index], error[row, index])
         repeated.append(seen)
         rms.append(one)
     return Noise(np.array(rms), np.array(repeated), use)
+
+
+def after_first_period(run: Run, sample: Int[np.ndarray, " used"]) -> Bool[np.ndarray, " used"]:
+    """Which samples of a run lie after its first whole period."""
+    return sample > np.flatnonzero(run.drive.period == 0)[-1]
 
 
 def measure_run_noise(

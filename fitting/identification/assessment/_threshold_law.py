@@ -11,11 +11,12 @@ from fitting.identification._posed import Posed
 from fitting.identification._result import FitResult
 from fitting.identification._starts import held_origin
 from fitting.identification._thresholds import THRESHOLDS
+from fitting.identification.data_checks.periods._odd_periods import find_late_starts
 from rapi_jax import RAPI, AbstractOperator, FixedRAPI, MixedRAPI
 from rapi_jax.internal import float64, follow
 
 from ._estimates import cut_to_runs
-from ._noise import measure_run_noise
+from ._noise import after_first_period, measure_run_noise
 
 _LAWS: dict[type[AbstractOperator], str] = {
     RAPI: "thresholds that grow with the swing",
@@ -77,8 +78,11 @@ def suggest_law(
 def _noise(result: FitResult, errors: list[np.ndarray]) -> float:
     """The rms of what does not repeat under the errors of all runs."""
     found, count = [], []
+    late = find_late_starts(result.recording.runs)
     for run, error, used in zip(result.recording.runs, errors, result.used, strict=True):
         index = np.flatnonzero(used)
+        if run.name in late:
+            index = index[after_first_period(run, index)]
         found.append(measure_run_noise(run, index, error[index])[0])
         count.append(index.size)
     return float(np.sqrt(np.average(np.square(found), weights=np.maximum(count, 1))))

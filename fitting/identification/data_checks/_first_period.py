@@ -8,6 +8,7 @@ from rapi_jax.internal import white_noise_rms
 
 from ._fault import Fault
 from ._thresholds import THRESHOLDS
+from .drives._drive_reading import quieter_response
 from .readings._levels import find_resolution
 
 
@@ -37,7 +38,8 @@ def first_period_miss(run: Run) -> float:
 
     0 where that is within noise or the steps of a digitiser, small beside the span, or not clearly
     more than in later periods, as with a drift; 0, too, where the drive itself does not close, and
-    of a single period that lacks readings.
+    of a single period that lacks readings. Where single readings do not tell, the means of the
+    first few of each period are compared: noise of drive and response is smaller in these.
     """
     drive, limits = run.drive, THRESHOLDS
     if not drive.repeats or not drive.periods or not run.span > 0:
@@ -47,16 +49,30 @@ def first_period_miss(run: Run) -> float:
         return 0.0
     if drive.periods < 2 and not run.valid.all():  # slow noise alone may part two readings
         return 0.0
+    miss = _miss(run, samples, 1)
+    few = int(limits.first_period_mean * samples)
+    return miss if miss or few < 2 else _miss(run, samples, few)
+
+
+def _miss(run: Run, samples: float, width: int) -> float:
+    """The miss of the mean of `width` readings from each period's begin on; 0 where it is none.
+
+    `samples`: in a period.
+    """
+    drive, limits = run.drive, THRESHOLDS
     begin = int(np.flatnonzero(drive.period == 0)[0])
     places = begin + samples * np.arange(drive.periods + 1)
-    places = places[places <= drive.size + 1e-6]  # the next period may begin a step after the last
+    # The next period may begin a step after the last sample.
+    places = places[places + width - 1 <= drive.size + 1e-6]
     if places.size < 2:
         return 0.0
     at, read = np.arange(drive.size), np.flatnonzero(run.valid)
-    response = np.interp(places, read, run.response[read])
+    known = quieter_response(run)[read]
+    window = places[:, None] + np.arange(width)
+    response = np.interp(window, read, known).mean(axis=1)
     missing = np.abs(read[:, None] - places[None, :2]).min(axis=0).max()
-    value = np.interp(places, at, drive.value)
-    noise = white_noise_rms(run.response[read])
+    value = np.interp(window, at, drive.value).mean(axis=1)
+    noise = white_noise_rms(known) / np.sqrt(width)
     misses = np.diff(response)
     # What the drive's own difference moves, at twice the usual slope.
     moved = 2.0 * abs(float(value[1] - value[0])) / max(drive.u_pp, 1e-300) * run.span

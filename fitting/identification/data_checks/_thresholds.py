@@ -250,6 +250,11 @@ class DataCheckThresholds:
     first_period_noise: float = threshold(
         8.0, unit="standard deviations", origin="convention; two readings are compared"
     )
+    first_period_mean: float = threshold(
+        0.02,
+        unit="of a period",
+        origin="a start decays over more; 0.01: noise is larger by 1.4, 0.04: a short start less",
+    )
     first_period_later: float = threshold(
         3.0, unit="times what later periods miss by", origin="convention; a drift goes on"
     )

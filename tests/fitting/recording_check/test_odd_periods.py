@@ -6,8 +6,17 @@ import numpy as np
 import pytest
 
 from fitting import check_recording
-from fitting.recording_check._odd_periods import compare_periods, find_odd_periods, find_unsettled
-from rapi_jax import Recording, Run, triangle
+from fitting.commands.shared._about import describe_recording
+from fitting.identification._posed import Posed
+from fitting.identification.assessment._noise import measure_noise
+from fitting.identification.data_checks._first_period import first_period_miss
+from fitting.identification.data_checks.periods._odd_periods import (
+    compare_periods,
+    find_late_starts,
+    find_odd_periods,
+    find_unsettled,
+)
+from rapi_jax import ECDL, RAPI, Recording, Run, triangle
 
 ASKED = "whether the device had settled"
 LAG_S, LAG_SHARE = 3e-3, 0.006
@@ -148,6 +157,78 @@ def test_noise_is_not_that_of_a_start_that_is_refused():
     found = check_recording(Recording(tuple(runs)))
     assert {fault.kind for fault in found.faults} == {"unsettled start"}
     np.testing.assert_allclose(found.noise, 0.02, rtol=0.05)
+
+
+def read_with_noise(recording: Recording, rng, noise: float, *, followed: bool) -> Recording:
+    """The same with noise of the drive, which the response follows or which its reading has."""
+    runs = []
+    for run in recording.runs:
+        off = noise * rng.standard_normal(run.drive.size)
+        drive = dataclasses.replace(run.drive, value=run.drive.value + off)
+        runs.append(Run(drive, run.response + (11.0 * off if followed else 0.0), run.name))
+    return Recording(tuple(runs))
+
+
+@pytest.mark.parametrize("followed", [False, True])
+def test_noise_of_the_drive_hides_no_start_that_is_refused(followed):
+    rng = np.random.default_rng(4)
+    runs = []
+    for run in recorded(rng, white).runs:
+        start = 0.1 * run.span * np.exp(-run.drive.time * run.drive.rate / 0.2)
+        runs.append(dataclasses.replace(run, response=run.response + start))
+    found = check_recording(read_with_noise(Recording(tuple(runs)), rng, 0.03, followed=followed))
+    kinds = [(fault.kind, fault.run) for fault in found.faults]
+    assert {name for kind, name in kinds if kind == "unsettled start"} == {
+        "run00",
+        "run01",
+        "run02",
+    }
+    assert ("noisy drive" in dict(kinds)) == (not followed)
+    assert [run.settled for run in found.runs] == [False] * 3
+
+
+def test_noise_of_the_drive_s_reading_hides_no_lag_that_starts_from_rest():
+    rng = np.random.default_rng(1)
+    recording = recorded(rng, white, settled=False)
+    found = check_recording(read_with_noise(recording, rng, 0.02, followed=False))
+    assert {fault.kind for fault in found.faults} == {"noisy drive"}
+    assert ASKED in [question.name for question in found.questions]
+    for run in found.runs:  # not inflated by the first period
+        np.testing.assert_allclose(run.noise, 0.02, rtol=0.08)
+
+
+@pytest.mark.parametrize("followed", [False, True])
+@pytest.mark.parametrize("periods", [2, 3, 5])
+def test_noise_of_the_drive_accuses_no_settled_run(periods, followed):
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        noisy = read_with_noise(recorded(rng, white, periods=periods), rng, 0.05, followed=followed)
+        assert [first_period_miss(run) for run in noisy.runs] == [0.0] * 3
+
+
+def test_of_two_periods_the_settled_one_tells_the_noise():
+    runs = []
+    for run in recorded(np.random.default_rng(4), white, periods=2).runs:
+        start = 0.05 * run.span * np.exp(-run.drive.time / LAG_S)
+        runs.append(dataclasses.replace(run, response=run.response + start))
+    found = check_recording(Recording(tuple(runs)))
+    assert {fault.kind for fault in found.faults} == {"unsettled start"}
+    np.testing.assert_allclose(found.noise, 0.02, rtol=0.05)
+    because = {question.name: question for question in found.questions}["the noise"].because
+    assert because.startswith("one settled period only")
+
+
+def test_the_noise_of_a_fit_and_of_the_line_before_it_leave_an_unsettled_period_out():
+    recording = recorded(np.random.default_rng(1), white, settled=False)
+    assert find_late_starts(recording.runs) == {"run00", "run01", "run02"}
+    assert find_late_starts(recorded(np.random.default_rng(1), white).runs) == set()
+    assert "noise 20 MHz rms" in describe_recording(recording, 10.0)
+    ecdl = ECDL(RAPI.guess(recording))
+    problem = Posed.of(ecdl, recording, None, "uniform", history=True, drift=False).problem
+    errors = np.zeros(problem.data.use.shape)  # a run is as long as the longest, or longer
+    for row, run in enumerate(recording.runs):
+        errors[row, : run.drive.size] = 11.0 * run.drive.value - run.response
+    np.testing.assert_allclose(measure_noise(problem, errors).rms, 0.02, rtol=0.08)
 
 
 def test_the_size_is_that_of_what_decays():

@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from fitting.identification.data_checks._thresholds import THRESHOLDS
 from rapi_jax import Recording, Run
-from rapi_jax.internal import usable
+from rapi_jax.internal import usable, white_noise_rms
 
 WHITE = np.sqrt(20.0)  # third differences of white noise of 1: 1 + 9 + 9 + 1
 
@@ -69,6 +69,17 @@ def smooth_response(run: Run, lag_s: float) -> Float[np.ndarray, " samples"]:
     scaled = (drive - drive.mean()) / run.drive.u_pp
     columns = np.stack([scaled**power for power in range(4)], axis=1)
     return columns @ np.linalg.lstsq(columns[run.valid], run.response[run.valid], rcond=None)[0]
+
+
+def quieter_response(run: Run) -> Float[np.ndarray, " samples"]:
+    """The response, or what its cubic in the drive leaves of it, by which has less white noise.
+
+    Where the response follows noise of the drive, most of that is gone. A part that is the same in
+    each period goes with it, where the drive repeats.
+    """
+    left = run.response - smooth_response(run, 0.0)
+    quieter = white_noise_rms(left[run.valid]) < white_noise_rms(run.response[run.valid])
+    return left if quieter else run.response
 
 
 def alternates(fast: Float[np.ndarray, " differences"]) -> bool:

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from fitting.identification.data_checks._first_period import first_period_miss
+from fitting.identification.data_checks.drives._drive_reading import quieter_response
 from rapi_jax import Run
 
 from ._thresholds import THRESHOLDS
@@ -34,6 +36,16 @@ def find_unsettled(runs: Sequence[Run]) -> list[OddPeriod]:
     is `THRESHOLDS.unsettled_level` (Bonferroni).
     """
     return _unexplained([one for run in runs for one in compare_periods(run)[:1]])
+
+
+def find_late_starts(runs: Sequence[Run]) -> frozenset[str]:
+    """The runs whose first period is no part of their noise: it is unlike those after it.
+
+    By the noise among the later periods, or by where the response ends the first one.
+    """
+    found = {one.run for one in find_unsettled(runs)}
+    missed = (run.name for run in runs if run.drive.periods > 1 and first_period_miss(run))
+    return frozenset((*found, *missed))
 
 
 def find_odd_periods(runs: Sequence[Run]) -> list[OddPeriod]:
@@ -111,7 +123,7 @@ def _cosine_terms(run: Run) -> Float[np.ndarray, "periods terms"] | None:
     begin = int(np.flatnonzero(drive.period == 0)[0])
     at = np.arange(drive.periods)[:, None] + np.arange(samples) / samples
     place = begin + at / (drive.rate * drive.step_s)
-    value = np.interp(place, np.flatnonzero(run.valid), run.response[run.valid])
+    value = np.interp(place, np.flatnonzero(run.valid), quieter_response(run)[run.valid])
     missing = np.interp(place, np.arange(drive.size), run.valid) < 1.0
     if missing.mean(axis=1).max() > THRESHOLDS.missing_readings or missing.all(axis=0).any():
         return None

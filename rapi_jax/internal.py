@@ -17,6 +17,8 @@ from ._metrics import Branch as Branch
 from ._parameter import follow as follow
 from ._precision import float64 as float64
 from ._threshold import threshold as threshold
+from .display._readable_unit import in_interval as in_interval
+from .display._readable_unit import interval_digits as interval_digits
 from .display._readable_unit import quantity as quantity
 from .display._readable_unit import readable_unit as readable_unit
 from .display._readable_unit import significant as significant

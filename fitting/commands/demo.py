@@ -109,11 +109,11 @@ def demo(
             }
         )
     else:
-        from fitting.report import render_tables
+        from fitting.report import render_brief
         from fitting.report.diagnosis._terminal import render_lines
 
         out = console(json)
-        out.print(render_tables(result, notes="folded"))
+        out.print(render_brief(result))
         out.print(_table(rows))
         out.print(
             f"The recordings, the model, the drives and the pictures are in {folder.resolve()}; "

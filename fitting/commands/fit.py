@@ -1,7 +1,7 @@
 """`rapi fit`: identify a model from each of some recordings, or check the claim of one."""
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -180,21 +180,10 @@ def fit(
         if json:
             tables.append(read_json(written[0]))
             continue
-        from fitting.report import render_tables
-        from fitting.report.fit._next_step import describe_next
-
         if recordings:
             out.rule(name)
         notes[name] = result.verdict.notes
-        out.print(render_tables(result, ends, notes="none" if recordings else "folded"))
-        names = ", ".join(one.name for one in written)
-        out.print(f"written to {place}: {names}", markup=False)
-        verdict = result.verdict
-        if not verdict.trusted or verdict.with_gap:
-            said = describe_next(
-                verdict.reasons, with_gap=verdict.with_gap, source=str(path), notes=verdict.notes
-            )
-            out.print(said, markup=False, soft_wrap=True)
+        _print_result(out, result, ends, place, written, path, several=bool(recordings))
     if json:
         print_json(tables if recordings else tables[0])
     elif recordings and any(notes.values()):
@@ -204,6 +193,42 @@ def fit(
         for line in fold_notes(notes):
             out.print(f"  - {line}", markup=False)
     return BAD_DATA if failed else DONE if trusted else UNTRUSTED
+
+
+def _print_result(
+    out: Any,
+    result: Any,
+    ends: Any,
+    place: Path,
+    written: Sequence[Path],
+    source: Path,
+    *,
+    several: bool,
+) -> None:
+    """What a person reads first of a fit, where the rest is, and what to do next."""
+    from fitting.report import render_brief
+    from fitting.report.fit._next_step import describe_next
+    from fitting.report.fit._page import PAGE
+
+    verdict = result.verdict
+    out.print(render_brief(result, ends, notes=not several))
+    names = [one.name for one in written]
+    rest = PAGE if PAGE in names else names[0]
+    out.print(
+        f"written to {place}: {', '.join(names)}. Each run, what was left out and predicted, the "
+        f"starts and the notes in full are in {rest}.",
+        markup=False,
+        soft_wrap=True,
+    )
+    if not several or not verdict.trusted or verdict.with_gap:
+        said = describe_next(
+            verdict.reasons,
+            with_gap=verdict.with_gap,
+            source=str(source),
+            folder=str(place),
+            notes=verdict.notes,
+        )
+        out.print(said, markup=False, soft_wrap=True)
 
 
 def check_fit_output(folder: Path, *, plots: bool, intervals: Intervals | None) -> None:

@@ -44,3 +44,30 @@ def significant(value: float, digits: int) -> str:
     """A number with so many significant digits, below a million without a power of ten: 360."""
     text = f"{value:.{digits}g}"
     return f"{float(text):.0f}" if "e+" in text and abs(float(text)) < 1e6 else text
+
+
+def interval_digits(value: float, width: float) -> int:
+    """The significant digits of a number in an interval: down to the second digit of its `width`.
+
+    At least 2, and 3 where the width says nothing (0, or not finite).
+    """
+    if not (np.isfinite(value) and np.isfinite(width) and width > 0):
+        return 3
+    place = _power(width) - 1  # of the last digit, as a power of ten
+    nearest = round(float(value), -place)
+    return min(max(_power(nearest) - place + 1, 2), 12) if nearest else 2
+
+
+def in_interval(value: float, width: float) -> str:
+    """A number with the digits that an interval so wide needs: 212.6 of one that is 7.4 wide."""
+    if not np.isfinite(value) or value == 0:
+        return f"{value:g}"
+    digits = interval_digits(value, width)
+    after = digits - 1 - _power(float(f"{value:.{digits - 1}e}"))
+    whole = -6 < after < digits + 4
+    return f"{round(value, after):z.{max(after, 0)}f}" if whole else f"{value:.{digits}g}"
+
+
+def _power(value: float) -> int:
+    """Of ten, in a number that is not 0."""
+    return int(f"{value:e}".split("e")[1])

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from fitting._units import readable_unit
+from fitting._units import interval_digits, readable_unit
 from fitting.report.diagnosis._numbers import (
     DASH,
     SPACE,
@@ -33,7 +33,9 @@ def state_p(p: Any) -> str:
 
 def format_range(interval: dict[str, Any], unit: str) -> str:
     """`+0.05 (+0.04 to +0.06) GHz`."""
-    value, low, high = (format_number(interval[key], sign=True) for key in ("value", "low", "high"))
+    value, low, high = (
+        format_number(interval[key], digits, sign=True) for key, digits in _digits(interval).items()
+    )
     end = "" if unit in ("", "1") else f"{SPACE}{unit_text(unit)}"
     return f"{value} ({low} to {high}){end}"
 
@@ -55,8 +57,18 @@ def format_size(interval: dict[str, Any], unit: str) -> str:
     interval = {key: factor * interval[key] for key in ("value", "low", "high")}
     if not finite_or_none(interval["low"]):
         return f"at most {format_quantity(interval['high'], unit)}"
-    low, high = format_number(interval["low"]), format_number(interval["high"])
-    return f"{format_quantity(interval['value'], unit)} ({low} to {high})"
+    digits = _digits(interval)
+    low, high = (format_number(interval[key], digits[key]) for key in ("low", "high"))
+    value = format_quantity(interval["value"], unit, digits=digits["value"])
+    return f"{value} ({low} to {high})"
+
+
+def _digits(interval: dict[str, Any]) -> dict[str, int]:
+    """The significant digits of the value and both ends, by the width between these."""
+    value, low, high = (finite_or_none(interval[key]) for key in ("value", "low", "high"))
+    width = 0.0 if low is None or high is None else high - low
+    ends = {"value": value, "low": low, "high": high}
+    return {key: interval_digits(end or 0.0, width) for key, end in ends.items()}
 
 
 def format_size_of(value: Any, unit: str) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from fitting._units import interval_digits
 from rapi_jax import effects
 
 from ._numbers import (
@@ -219,4 +220,5 @@ def _describe_range(low: Any, high: Any) -> str:
     """Ends of an interval in brackets; empty where one is missing."""
     if finite_or_none(low) is None or finite_or_none(high) is None:
         return ""
-    return f" ({format_number(low, 2)} to {format_number(high, 2)})"
+    ends = (format_number(end, interval_digits(end, high - low)) for end in (low, high))
+    return f" ({' to '.join(ends)})"

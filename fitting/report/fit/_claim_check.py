@@ -8,9 +8,9 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from fitting._units import quantity, readable_unit
+from fitting._units import in_interval, quantity, readable_unit
 
-from ._table import _format_number
+from ._rows import format_number
 
 if TYPE_CHECKING:
     from fitting.claim_check._check import Checked, ClaimCheck
@@ -93,12 +93,15 @@ def _tabulate(check: "ClaimCheck") -> Table:
             "run": escape(one.run),
             "branch": one.branch,
             "rate (Hz)": "-" if one.excitation_hz is None else f"{one.excitation_hz:g}",
-            swing: _format_number(one.swing, 3),
-            rms: _format_number(factor * one.rms, 3),
-            noise: _format_number(factor * one.noise, 3),
+            swing: format_number(one.swing, 3),
+            rms: format_number(factor * one.rms, 3),
+            noise: format_number(factor * one.noise, 3),
             claimed: "-"
             if math.isnan(one.high)
-            else " to ".join(_format_number(factor * end, 3) for end in (one.low, one.high)),
+            else " to ".join(
+                in_interval(factor * end, factor * (one.high - one.low))
+                for end in (one.low, one.high)
+            ),
             "outcome": _outcome(one),
         }
         table.add_row(*(cells[name] for name in names))

@@ -19,12 +19,14 @@ def describe_next(
     *,
     with_gap: bool = False,
     source: str | None = None,
+    folder: str | None = None,
     notes: Sequence[str] = (),
 ) -> str:
     """The next step, a sentence or two, by the reasons of a verdict: none where it is trusted.
 
     `with_gap`: whether a trusted fit leaves more than noise. `source`: where the recording is, for
-    the command. `notes`: of the verdict, one of which may advise another operator.
+    the command; `folder`: where the result is. `notes`: of the verdict, one of
+    which may advise another operator.
     """
     where = "RECORDING" if source is None else shlex.quote(source)
     command = f"`rapi diagnose {where} -o diagnosis`"
@@ -52,4 +54,5 @@ def describe_next(
         )
     if with_gap:
         return f"The residual is more than noise: {command} finds its cause."
-    return "`rapi compensate` makes drives from this model."
+    made = "" if folder is None else f" {shlex.quote(folder)} --span SPAN --frequency HZ -o drives"
+    return f"`rapi compensate{made}` makes drives from this model."

@@ -10,6 +10,7 @@ from fitting.report._pages import PagePicture
 from fitting.report._result_page import Section, list_versions, render_result
 
 from ._next_step import describe_next
+from ._rows import describe_together, list_runs, list_starts
 from ._table import (
     ORIGIN,
     UNDETERMINED,
@@ -29,7 +30,7 @@ PAGE = "fit.html"
 def render_page(result: "FitResult", source: str | None = None) -> str:
     """The fit as one page, with its pictures in it; `source`: where the recording is."""
     unit, verdict = result.recording.response_unit, result.verdict
-    facts = [("Verdict", "trusted" if verdict.trusted else "not to be trusted")]
+    facts = [("Verdict", "trusted to predict" if verdict.trusted else "not to be trusted")]
     facts.append(("Residual", f"{quantity(result.rmse, unit)} rms"))
     if np.isfinite(result.rmse_held_out):
         facts.append(("Held out", f"{quantity(result.rmse_held_out, unit)} rms"))
@@ -61,8 +62,20 @@ def _sections(result: "FitResult") -> list[Section]:
         "the band that holds 95 % of them. A shape that repeats from run to run is "
         "something that the model does not describe."
     )
+    together = describe_together(result) or (
+        "A correlation near 1 or −1 would say that the data fix the combination better than either "
+        "parameter; none is so near."
+    )
+    runs, starts = list_runs(result), list_starts(result)
     return [
         Section("What the model leaves", residual, shown(plot.residuals())),
+        Section(
+            "Runs",
+            "The width of the loop in percent of the span, the weight in the fit, what the model "
+            "leaves, and the correlation of an error with that of the sample before it.",
+            heads=runs.heads,
+            rows=runs.rows,
+        ),
         Section(
             "Measured and modelled loops",
             "The last period of each run. A straight line is taken off each loop, so that "
@@ -89,9 +102,15 @@ def _sections(result: "FitResult") -> list[Section]:
             shown(plot.spectrum()),
         ),
         Section(
-            "Parameters that are determined only together",
-            "A correlation near 1 or −1: the data fix the combination better than either.",
+            "Correlation of the parameters' errors",
+            together,
             shown(plot.correlation()),
+        ),
+        Section(
+            "Starts of the solver",
+            result.describe_starts(),
+            heads=starts.heads,
+            rows=starts.rows,
         ),
         Section("Notes", "" if result.verdict.notes else "None.", lines=result.verdict.notes),
     ]

@@ -3,7 +3,7 @@
 import io
 import re
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.console import Console, Group
@@ -11,16 +11,14 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from fitting._units import quantity, readable_unit, significant
+from fitting._units import in_interval, quantity, readable_unit
 from fitting.report._alike import group_alike, wording
 from fitting.report._plain_text import plain_text
 
+from ._rows import Rows, describe_runs, describe_together, format_number, list_runs, list_starts
+
 if TYPE_CHECKING:
     from fitting.identification._result import FitResult
-
-
-def _format_number(value: float, digits: int = 4) -> str:
-    return "-" if value is None or not np.isfinite(value) else significant(value, digits)
 
 
 def round_with_error(value: float, stderr: float) -> tuple[str, str]:
@@ -35,41 +33,58 @@ def round_with_error(value: float, stderr: float) -> tuple[str, str]:
 
 
 Ends = Mapping[str, tuple[float, float]]
-Notes = Literal["full", "folded", "none"]
 ORIGIN = (
     "Runs have origins of their own here; that of a run left out is taken from its mean, so its "
     "shape alone is tested."
 )
-_FEW_STARTS = 6  # rows that a reader takes in; more are told by kind
 UNDETERMINED = "not determined by the rest"
 
 
-def render_tables(
-    result: "FitResult", intervals: Ends | None = None, *, notes: Notes = "full"
-) -> Group:
+def render_tables(result: "FitResult", intervals: Ends | None = None) -> Group:
     """The verdict, the parameters, the runs, and the held-out data, for a rich console.
 
     `intervals`: both ends of the 95 % interval of each parameter, where they are to be shown.
-    `notes`: "full", the first sentence of each ("folded"), or "none".
     """
-    folded = notes == "folded"
-    shown = () if notes == "none" else result.verdict.notes
-    shown = fold_runs(shown) if folded else shown
-    lines: list[Text | Table] = [
-        render_verdict(result),
-        *(Text(f"  x {reason}", style="red") for reason in result.verdict.reasons),
-        Text(describe_model(result)),
-        *(Text(f"  - {first_sentence(note) if folded else note}") for note in shown),
-    ]
-    if folded and any(first_sentence(note) != note for note in shown):
-        lines.append(Text("  The notes in full are in model.json."))
     return Group(
-        *lines,
-        _tabulate_parameters(result, intervals),
+        *_render_head(result),
+        *(Text(f"  - {note}") for note in result.verdict.notes),
+        *_render_parameters(result, intervals),
         _tabulate_runs(result),
         _tabulate_held_out(result),
         _tabulate_starts(result),
     )
+
+
+def render_brief(
+    result: "FitResult", intervals: Ends | None = None, *, notes: bool = True
+) -> Group:
+    """What a person reads first: the verdict, the first sentence of each note, the parameters.
+
+    The rest is on the page and in `model.json`. `notes`: whether they are shown.
+    """
+    shown = fold_runs(result.verdict.notes) if notes else ()
+    runs = describe_runs(result)
+    return Group(
+        *_render_head(result),
+        *([Text(runs)] if runs else []),
+        *(Text(f"  - {first_sentence(note)}") for note in shown),
+        *_render_parameters(result, intervals),
+    )
+
+
+def _render_head(result: "FitResult") -> list[Text]:
+    """The verdict, what speaks against the fit, and what was fitted."""
+    return [
+        render_verdict(result),
+        *(Text(f"  x {reason}", style="red") for reason in result.verdict.reasons),
+        Text(describe_model(result)),
+    ]
+
+
+def _render_parameters(result: "FitResult", intervals: Ends | None) -> list[Text | Table]:
+    together = describe_together(result)
+    table = _tabulate_parameters(result, intervals)
+    return [table, *([Text(together)] if together else [])]
 
 
 def fold_runs(notes: Sequence[str]) -> tuple[str, ...]:
@@ -114,8 +129,9 @@ def render_verdict(result: "FitResult") -> Text:
     if claim is None:
         return Text(f"{text}; it leaves {quantity(result.rmse, unit)} rms.", style="bold green")
     scale, factor = readable_unit(unit, (claim.rms,))
+    width = factor * (claim.high - claim.low)
     rms, low, high, noise = (
-        _format_number(factor * x, 2) for x in (claim.rms, claim.low, claim.high, claim.noise)
+        in_interval(factor * x, width) for x in (claim.rms, claim.low, claim.high, claim.noise)
     )
     if result.predicts_no_run:
         text = f"{text} at the rates and swings recorded, not between them"
@@ -147,14 +163,14 @@ def describe_model(result: "FitResult") -> str:
 
 
 def _between(ends: tuple[float, float], unit: str) -> str:
-    low, high = (_format_number(end) for end in ends)
+    low, high = (format_number(end) for end in ends)
     return f"of {low} {unit}" if low == high else f"of {low} to {high} {unit}"
 
 
 def _format_hours(hours: float) -> str:
     for size, unit in ((1.0, "h"), (60.0, "min"), (3600.0, "s")):
         if hours * size >= 1.0 or unit == "s":
-            return f"{_format_number(hours * size, 2)} {unit}"
+            return f"{format_number(hours * size, 2)} {unit}"
     raise AssertionError("the last unit takes all")
 
 
@@ -189,33 +205,19 @@ def _format_ends(ends: tuple[float, float] | None, stderr: float) -> str:
     return f"{low} to {high}"
 
 
-def _tabulate_runs(result: "FitResult") -> Table:
-    unit, factor = readable_unit(result.recording.response_unit, (r.rmse for r in result.runs))
-    table = Table(title="Runs", title_justify="left")
-    heads = (
-        "run",
-        "rate (Hz)",
-        "periods",
-        "loop (%)",
-        "weight",
-        f"rmse ({unit})",
-        "% of span",
-        "rho",
-    )
-    for name in heads:
-        table.add_column(name, justify="left" if name == "run" else "right")
-    for run in result.runs:
-        table.add_row(
-            escape(run.name),
-            _format_number(run.excitation_hz) if run.excitation_hz else "-",
-            str(run.periods),
-            _format_number(100 * run.hysteresis, 3),
-            _format_number(run.weight, 3),
-            _format_number(factor * run.rmse),
-            _format_number(100 * run.rmse_fraction, 3),
-            _format_number(run.rho, 3),
-        )
+def _tabulate(title: str, content: Rows, right: Sequence[str]) -> Table:
+    """A table of rows, with the columns named in `right` set to the right."""
+    table = Table(title=title, title_justify="left")
+    for name in content.heads:
+        table.add_column(name, justify="right" if name in right else "left")
+    for row in content.rows:
+        table.add_row(*map(escape, row))
     return table
+
+
+def _tabulate_runs(result: "FitResult") -> Table:
+    content = list_runs(result)
+    return _tabulate("Runs", content, content.heads[1:])
 
 
 def _tabulate_held_out(result: "FitResult") -> Table:
@@ -235,8 +237,8 @@ def _tabulate_held_out(result: "FitResult") -> Table:
     for h in result.held_out:
         name = escape(h.scheme) + (" (origin from its mean)" if h.origin_from_data else "")
         shown = (factor * h.rmse, 4), (factor * h.std, 4), (100 * h.fraction, 3)
-        cells = [_format_number(*one) for one in shown] if h.determined else [UNDETERMINED, "", ""]
-        table.add_row(name, *cells, _format_number(factor * h.train_rmse))
+        cells = [format_number(*one) for one in shown] if h.determined else [UNDETERMINED, "", ""]
+        table.add_row(name, *cells, format_number(factor * h.train_rmse))
     return table
 
 
@@ -247,36 +249,9 @@ def held_out_sizes(result: "FitResult") -> list[float]:
 
 
 def _tabulate_starts(result: "FitResult") -> Table:
-    table = Table(title="Starts", title_justify="left")
+    table = _tabulate("Starts", list_starts(result), ("steps", "cost"))
     table.caption, table.caption_justify = result.describe_starts(), "left"
-    for name in ("start", "steps", "cost", "end"):
-        table.add_column(name, justify="right" if name in ("steps", "cost") else "left")
-    for alike in _alike(result.starts):
-        first, last = alike[0], alike[-1]
-        more = "" if first is last else f" and {len(alike) - 1} more"
-        end = last.describe()
-        end = end if first is last else end.replace(", cost ", ", cost up to ")
-        steps = _joined(*(str(f(start.steps for start in alike)) for f in (min, max)))
-        cost = _joined(*(_format_number(one.cost, 7) for one in (first, last)))
-        table.add_row(f"{first.origin}{more}", steps, cost, end)
     return table
-
-
-def _alike(starts: Sequence[Any]) -> list[list[Any]]:
-    """Starts whose ends are told in the same words but for numbers, in the order of their cost.
-
-    Each by itself where they are few.
-    """
-    if len(starts) <= _FEW_STARTS:
-        return [[start] for start in starts]
-    kinds: dict[str, list[Any]] = {}
-    for start in sorted(starts, key=lambda start: start.cost):
-        kinds.setdefault(re.sub(r"\d[\d.e+-]*", "#", start.describe()), []).append(start)
-    return list(kinds.values())
-
-
-def _joined(low: str, high: str) -> str:
-    return low if low == high else f"{low} to {high}"
 
 
 def render_text(result: "FitResult") -> str:

@@ -8,6 +8,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from fitting._units import in_interval
 from fitting.report._plain_text import plain_text
 from fitting.report.fit._table import round_with_error
 
@@ -70,10 +71,13 @@ def _tabulate_means(population: "Population") -> Table:
         ("name", "mean", "std. error", "unit", "scatter", "95 %"),
     )
     for p in population.parameters:
-        low = "0" if p.scatter_low == 0 else f"{p.scatter_low:.2g}"
+        width = p.scatter_high - p.scatter_low
+        scatter, low, high = (
+            in_interval(x, width) for x in (p.scatter, p.scatter_low, p.scatter_high)
+        )
         table.add_row(
             p.name, *_cells(p.mean), "" if p.unit == "1" else p.unit,
-            f"{p.scatter:.2g}", f"{low} to {p.scatter_high:.2g}",
+            scatter, f"{low} to {high}",
         )  # fmt: skip
     return table
 

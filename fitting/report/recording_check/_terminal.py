@@ -10,7 +10,7 @@ from rich.text import Text
 from fitting._units import quantity, readable_unit
 from fitting.report._alike import fold_faults
 from fitting.report._plain_text import plain_text
-from fitting.report.fit._table import _format_number
+from fitting.report.fit._rows import format_number
 
 if TYPE_CHECKING:
     from fitting.recording_check._check import RecordingCheck
@@ -69,11 +69,11 @@ def _tabulate(check: "RecordingCheck") -> Table:
             "-" if run.excitation_hz is None else f"{run.excitation_hz:.6g}",
             str(run.periods) if run.periods else "-",
             str(run.samples),
-            _format_number(run.sample_hz, 6),
-            _format_number(run.swing),
-            _format_number(run.bias),
-            _format_number(wide * run.span),
-            _format_number(fine * run.noise, 2) + star,
+            format_number(run.sample_hz, 6),
+            format_number(run.swing),
+            format_number(run.bias),
+            format_number(wide * run.span),
+            format_number(fine * run.noise, 2) + star,
             run.waveform,
         )
     if any(run.noise_from != "periods" for run in check.runs):

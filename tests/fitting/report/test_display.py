@@ -13,11 +13,13 @@ from fitting.identification.assessment._ends import Start
 from fitting.report._plain_text import plain_text
 from fitting.report.diagnosis._numbers import unit_text
 from fitting.report.fit._page import render_page
+from fitting.report.fit._rows import describe_together
 from fitting.report.fit._table import (
     _tabulate_starts,
     fold_notes,
     fold_runs,
     parameter_remark,
+    render_brief,
     render_verdict,
     round_with_error,
 )
@@ -211,6 +213,29 @@ def test_a_gap_is_said_beside_trust(result):
     assert said.startswith("The model can be trusted, with a gap of ") and " rms" in said
     without = dataclasses.replace(verdict, with_gap=False)
     assert "gap" not in render_verdict(dataclasses.replace(result, verdict=without)).plain
+
+
+def test_what_a_person_reads_first_is_short_and_the_rest_is_on_the_page(result):
+    brief, page = plain_text(render_brief(result)), Page(render_page(result))
+    assert "NOT to be trusted" in brief and "alpha" in brief and "2 runs: rmse " in brief
+    assert all(head not in brief for head in ("Starts", "weight", "rho"))
+    assert len(brief.splitlines()) < 30 < len(result.summary().splitlines())
+    for words in ("weight", "rho", "Starts of the solver", "lowest cost", result.describe_starts()):
+        assert words in page.text
+
+
+def test_parameters_that_are_known_only_together_are_named_beside_trust(result):
+    names = [p.name for p in result.parameters if not p.held]
+    places = [result.names.index(name) for name in names]
+    matrix = np.eye(len(result.names))
+    apart = dataclasses.replace(result, correlation=matrix)
+    assert describe_together(apart) == ""
+    matrix = matrix.copy()
+    for (i, j), r in zip([places[:2], places[1:3]], (-0.99, 0.96), strict=True):
+        matrix[i, j] = matrix[j, i] = r
+    said = describe_together(dataclasses.replace(result, correlation=matrix))
+    first, second = f"{names[0]} and {names[1]} (-0.990)", f"{names[1]} and {names[2]} (+0.960)"
+    assert f"{first}, {second}. A prediction needs the combination alone" in said
 
 
 @pytest.mark.parametrize(

@@ -41,6 +41,8 @@ def test_where_the_recording_has_a_fault_that_comes_first():
 
 
 def test_trusted_models():
+    said = describe_next((), folder="lab/my fit")
+    assert said.startswith("`rapi compensate 'lab/my fit' --span SPAN --frequency HZ -o drives`")
     assert "`rapi compensate`" in advice() and "`rapi diagnose" in advice(gap=True)
 
 

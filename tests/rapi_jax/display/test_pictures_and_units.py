@@ -5,10 +5,12 @@ import io
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rapi_jax import DriveLimits, Recording, compensate, linear_scan, plot, sine, triangle
 from rapi_jax.examples import paper_device
-from rapi_jax.internal import quantity, readable_unit
+from rapi_jax.internal import in_interval, interval_digits, quantity, readable_unit
 
 
 @pytest.mark.parametrize(
@@ -31,6 +33,34 @@ from rapi_jax.internal import quantity, readable_unit
 )
 def test_a_size_has_one_to_three_digits_before_the_point(value, unit, text):
     assert quantity(value, unit) == text
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "texts"),
+    [
+        (212.6, 219.9, ("212.6", "219.9")),
+        (18.66, 21.14, ("18.7", "21.1")),
+        (210.0, 224.2, ("210", "224")),
+        (9.96, 10.9, ("9.96", "10.90")),
+        (0.0011, 3.4, ("0.0011", "3.4")),  # an end far below the width keeps two digits
+        (0.0, 5.0, ("0", "5.0")),
+        (-3.2e-5, 4.1e-5, ("-3.2e-05", "4.1e-05")),
+        (21234.0, 35678.0, ("21000", "36000")),
+        (5.0, 5.0, ("5.00", "5.00")),
+        (2.0, float("inf"), ("2.00", "inf")),
+    ],
+)
+def test_ends_of_an_interval_have_the_digits_that_its_width_needs(low, high, texts):
+    assert (in_interval(low, high - low), in_interval(high, high - low)) == texts
+
+
+@given(low=st.floats(1e-6, 1e6), factor=st.floats(1e-6, 1e3))
+def test_rounded_ends_lie_within_a_tenth_of_the_width(low, factor):
+    """The second digit of the width is at most a tenth of it, and rounding half of that."""
+    width = factor * low
+    for end in (low, low + width):
+        assert 2 <= interval_digits(end, width) <= 12
+        assert abs(float(in_interval(end, width)) - end) <= 0.0501 * width + 1e-11 * end
 
 
 def test_one_unit_for_several_sizes():

@@ -1,6 +1,7 @@
 """What a drive may do to the piezo: checked before it is written or sent, refused whole."""
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -89,6 +90,28 @@ class DriveLimits:
                     "the limit if the device allows it. A smaller span needs less, unless the "
                     "model's own slope is small there."
                 )
+
+
+def join_refusals(refused: Sequence[tuple[str, LimitError]]) -> LimitError:
+    """One error for drives that are refused, each named by what `refused` says of it.
+
+    The first is told in full, with what to do; of the others what is wrong, nothing where it is the
+    same.
+    """
+    (name, first), *others = refused
+    text, seen = f"{name}: {first}", _fault(first)
+    if others:
+        more = [
+            other if _fault(error) == seen else f"{other} ({_fault(error)})"
+            for other, error in others
+        ]
+        text += f" Refused, too: {'; '.join(more)}."
+    return type(first)(text)
+
+
+def _fault(error: Exception) -> str:
+    """What is wrong, without what to do."""
+    return str(error).partition(". ")[0]
 
 
 def closing_step(drive: Drive) -> float:

@@ -12,6 +12,7 @@ from ._ecdl import operator_response as operator_response
 from ._ecdl import optical_side as optical_side
 from ._ecdl import respond as respond
 from ._limits import closing_step as closing_step
+from ._limits import join_refusals as join_refusals
 from ._metrics import SPEED_OF_LIGHT as SPEED_OF_LIGHT
 from ._metrics import Branch as Branch
 from ._parameter import follow as follow
@@ -25,6 +26,7 @@ from .display._readable_unit import significant as significant
 from .display._recording import recording_dataset as recording_dataset
 from .display._signature_axes import signature_axis as signature_axis
 from .effects.base._linear_path import LinearPath as LinearPath
+from .inversion._compensate import refuse_beyond as refuse_beyond
 from .inversion._inverse_effects import refuse as refuse
 from .io._safe import StrPath as StrPath
 from .io._safe import cause as cause

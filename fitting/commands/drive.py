@@ -113,6 +113,7 @@ def _make(
     from fitting.commands.shared._limits import check_limits_unit
     from fitting.commands.shared.files._drive_files import check_rates
     from rapi_jax import LimitError, ModelError, sine, triangle
+    from rapi_jax.internal import join_refusals
     from rapi_jax.io import read_limits
 
     if not frequency or not all(np.isfinite(hz) and hz > 0 for hz in frequency):
@@ -121,15 +122,17 @@ def _make(
     allowed = None if limits is None else read_limits(limits)
     check_limits_unit(allowed, limits, "V")
     shape = triangle if waveform == "triangle" else sine
-    made = []
+    made, refused = [], []
     for hz in frequency:
         (one,) = shape(hz, amplitude=high - low, bias=(low + high) / 2.0, samples=samples)
         try:
             if allowed is not None:
                 allowed.check(one)
         except LimitError as error:
-            raise LimitError(f"the drive at {hz:g} Hz: {error}") from error
+            refused.append((f"the drive at {hz:g} Hz", error))
         made.append(one)
+    if refused:
+        raise join_refusals(refused)
     return made, allowed
 
 

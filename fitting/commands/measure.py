@@ -1,5 +1,6 @@
 """`rapi measure`: run drives on a bench of instruments, real or simulated."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -72,19 +73,25 @@ def measure(
         read_bench,
     )
     from hardware import dry_run as dry
-    from rapi_jax import repeated
-    from rapi_jax.internal import located
+    from rapi_jax import LimitError, repeated
+    from rapi_jax.internal import join_refusals, located
     from rapi_jax.io import printable, read_drive, write_recording
 
     drivers = plugin_classes(load_plugins(plugin), AbstractDriver)
     file = read_bench(bench, drivers=drivers)
-    several = []
+    several, refused = [], []
     for path in (drive, *drives):
         check_belongs(path)
         check_drive_unit(path)
         one = repeated(read_drive(path, waveform=waveform), periods)
         with located(printable(path)):
-            several += check_against_bench(one, file)
+            try:
+                several += check_against_bench(one, file)
+            except LimitError as error:
+                refused.append((printable(path), error))
+    if refused:
+        raise join_refusals(refused)
+    unlisted = [path for path in (drive, *drives) if not _is_listed(path)]
     out = console(json)
     if dry_run:
         check_sent_output(output)
@@ -123,14 +130,39 @@ def measure(
                 "recording": str(output),
                 "runs": [run.name for run in recording.runs],
                 "faults": faults,
+                "unlisted": [str(path) for path in unlisted],
                 "data_sha256": recording.sha256(),
             }
         )
         return 0
     for name, fault in faults.items():
         out.print(f"{name}: {fault}", markup=False, soft_wrap=True)
+    if unlisted:
+        out.print(_describe_unlisted(unlisted), markup=False, soft_wrap=True)
     out.print(f"{len(recording.runs)} run(s) written to {output}", markup=False, soft_wrap=True)
     return 0
+
+
+def _is_listed(drive: Path) -> bool:
+    """Whether a list beside a drive, of `rapi compensate` or `rapi drive`, names it."""
+    from fitting._result_files import listed_files
+
+    lists = ("certificate.json", "drives.json")
+    return any(drive.name in listed_files(drive.with_name(name)) for name in lists)
+
+
+def _describe_unlisted(drives: Sequence[Path]) -> str:
+    """What could not be checked of drives that no list beside them names."""
+    from rapi_jax.io import printable
+
+    named = ", ".join(printable(path, 80) for path in drives[:3])
+    named += f" and {len(drives) - 3} more" if len(drives) > 3 else ""
+    one = len(drives) == 1
+    return (
+        f"no certificate lies beside {named}: the bench's limits were checked, but not whether "
+        f"{'it is' if one else 'they are'} complete, as written and in V, nor how straight "
+        f"{'its scan' if one else 'their scans'} should be."
+    )
 
 
 def _save_incomplete(opened: "LabBench", output: Path) -> str:

@@ -4,7 +4,8 @@ import abc
 import dataclasses
 from collections.abc import Sequence
 
-from rapi_jax import DataError, Drive, DriveLimits, Recording
+from rapi_jax import DataError, Drive, DriveLimits, LimitError, Recording
+from rapi_jax.internal import join_refusals
 
 
 class AbstractBench(abc.ABC):
@@ -27,12 +28,17 @@ class AbstractBench(abc.ABC):
 
 
 def check_drives(drives: Drive | Sequence[Drive], limits: DriveLimits) -> tuple[Drive, ...]:
-    """The drives, if all may be played; raises `LimitError` or `DataError` otherwise."""
+    """The drives, if all may be played; raises `LimitError` or `DataError` otherwise.
+
+    A `LimitError` names all that are beyond the limits.
+    """
     several = (drives,) if isinstance(drives, Drive) else tuple(drives)
     if not several:
         raise DataError("There is no drive to measure.")
+    refused = []
     for number, drive in enumerate(several, 1):
-        where = "" if len(several) == 1 else f"drive {number} of {len(several)}: "
+        name = f"drive {number} of {len(several)}"
+        where = "" if len(several) == 1 else f"{name}: "
         if not drive.repeats or drive.periods < 1:
             raise DataError(
                 f"{where}a generator plays a drive that repeats, but this one has no complete "
@@ -40,8 +46,12 @@ def check_drives(drives: Drive | Sequence[Drive], limits: DriveLimits) -> tuple[
             )
         try:
             limits.check(drive)
-        except DataError as error:
-            raise type(error)(f"{where}{error}") from None
+        except LimitError as error:
+            if not where:
+                raise
+            refused.append((name, error))
+    if refused:
+        raise join_refusals(refused)
     return several
 
 

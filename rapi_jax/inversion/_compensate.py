@@ -165,7 +165,7 @@ def compensate(
             f"to {limits.high_v:g} {limits.unit}."
         )
     if identified is not None and not extrapolate:
-        _refuse_beyond(identified.other_rate(target.excitation_hz))
+        refuse_beyond(identified.other_rate(target.excitation_hz))
     if isinstance(ecdl.operator, InverseRAPI):
         value, certificate = _paper(ecdl, ecdl.operator, target, bias)
     else:
@@ -177,7 +177,7 @@ def compensate(
     if identified is not None and beyond and not isinstance(ecdl.operator, InverseRAPI):
         _refuse_shrunk(ecdl, drive, identified)
     if not extrapolate:
-        _refuse_beyond(beyond)
+        refuse_beyond(beyond)
     predicted = None
     if not isinstance(ecdl.operator, InverseRAPI):
         predicted = _followed(ecdl, drive, wanted)
@@ -186,8 +186,8 @@ def compensate(
     return Compensation(drive, target, name, certificate, predicted, tuple(beyond), limits.unit)
 
 
-def _refuse_beyond(beyond: list[str]) -> None:
-    """Raise `ModelError` where a drive leaves what the model has seen; `beyond` says how."""
+def refuse_beyond(beyond: list[str]) -> None:
+    """Raise `ModelError` where drives leave what the model has seen; `beyond` says how."""
     if beyond:
         raise ModelError(
             f"{'; '.join(beyond)}. Identify the model where it is to be used, or ask for "

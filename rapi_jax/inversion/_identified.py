@@ -155,12 +155,20 @@ class Identified:
         found += self.other_rate(drive.rate)
         return found
 
-    def other_rate(self, rate_hz: float) -> list[str]:
-        """That the model was not identified at such a rate, in words; empty where it was."""
+    def other_rate(self, *rates_hz: float) -> list[str]:
+        """That the model was not identified at some of these rates, in words; empty where it was.
+
+        All of them in one text.
+        """
         slow, fast = min(self.rates_hz, default=0.0), max(self.rates_hz, default=np.inf)
-        if rate_hz > 0 and not self.rates_hz:
-            return [f"the scan rate is {rate_hz:g} Hz, the model was identified at none"]
-        if 0.95 * slow <= rate_hz <= 1.05 * fast:
+        other = [
+            f"{rate:g}"
+            for rate in rates_hz
+            if (rate > 0 and not self.rates_hz) or not 0.95 * slow <= rate <= 1.05 * fast
+        ]
+        if not other:
             return []
-        seen = f"{slow:g} to {fast:g}" if slow < fast else f"{slow:g}"
-        return [f"the scan rate is {rate_hz:g} Hz, the model was identified at {seen} Hz"]
+        what = "rate is" if len(other) == 1 else "rates are"
+        seen = f"{slow:g} to {fast:g} Hz" if slow < fast else f"{slow:g} Hz"
+        seen = seen if self.rates_hz else "none"
+        return [f"the scan {what} {', '.join(other)} Hz, the model was identified at {seen}"]

@@ -33,6 +33,7 @@ from fitting.identification.inverse._identify_inverse import (
 )
 from rapi_jax import Compensation, Identified, LimitError, ModelError, Target, linear_scan
 from rapi_jax import compensate as compensated
+from rapi_jax.internal import join_refusals, refuse_beyond
 from rapi_jax.io import read_limits, read_recording
 
 _CORNERS = (0.03, 0.05, 0.1, 0.2)  # of a period: what is tried where corners are too sharp
@@ -83,6 +84,8 @@ def compensate_into(
         raise ModelError(f"`--frequency` must be positive rates in Hz, but is {frequency}.")
     check_limits_unit(allowed, limits, about["drive_unit"])
     check_rates(frequency)
+    if not extrapolate:
+        refuse_beyond(identified.other_rate(*frequency))
 
     def targets_at(rates: list[float], rounded: float) -> tuple[Target, ...]:
         unit = about["response_unit"]
@@ -113,16 +116,17 @@ def compensate_into(
             bias=bias,
             extrapolate=extrapolate,
         )
-        made = []
+        made, refused = [], {}
         for target in targets:
             report_step(f"{target.excitation_hz:g} Hz")
             try:
-                one = drive_for(target)
+                made.append(drive_for(target))
             except LimitError as error:
-                text = _say_which(target.excitation_hz, allowed is None, error)
-                at_rate = partial(targets_at, [target.excitation_hz])
-                raise LimitError(text + _least_corner(drive_for, at_rate, corner)) from error
-            made.append(one)
+                refused[target.excitation_hz] = error
+        if refused:
+            at_corner = partial(targets_at, list(refused))
+            text = _say_which(refused, allowed is None)
+            raise LimitError(text + _least_corner(drive_for, at_corner, corner))
         report_step("band on the nonlinearity")
         bands, note = scan_bands(model, ecdl, made)
         report = certificate_report(
@@ -161,22 +165,24 @@ def _identify_inverse(
 
 def _least_corner(
     drive_for: Callable[[Target], Compensation],
-    at_rate: Callable[[float], tuple[Target, ...]],
+    at_corner: Callable[[float], tuple[Target, ...]],
     corner: float,
 ) -> str:
-    """Which of a few rounder corners passes, in words; nothing where none does."""
+    """Which of a few rounder corners passes at all rates, in words; nothing where none does."""
     for rounded in (c for c in _CORNERS if c > corner):
         try:
-            drive_for(at_rate(rounded)[0])
+            for target in at_corner(rounded):
+                drive_for(target)
         except (LimitError, ModelError, ValueError):
             continue
         return f" `--corner {rounded:g}` would pass."
     return ""
 
 
-def _say_which(hertz: float, of_recording: bool, error: Exception) -> str:
-    """Which scan a limit refuses, and whose limit it is."""
-    text = f"the scan at {hertz:g} Hz: {error}"
+def _say_which(refused: Mapping[float, LimitError], of_recording: bool) -> str:
+    """Which scans a limit refuses, by rate in Hz, and whose limit it is."""
+    named = [(f"the scan at {hertz:g} Hz", error) for hertz, error in refused.items()]
+    text = str(join_refusals(named))
     if of_recording:
         text += (
             " These limits are the recording's own range and a twentieth more, with three times "

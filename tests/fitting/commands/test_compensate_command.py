@@ -108,6 +108,12 @@ def test_bias_shape_and_limits_are_followed(model, tmp_path, capsys):
         (("--span", 75, "--frequency", 100), 3, "identified at 10 to 40"),
         (("--span", 75, "--frequency", 100, "--extrapolate"), 3, "V/s"),
         (("--span", 75, "--frequency", 10, 100, "--extrapolate"), 3, "the scan at 100 Hz: "),
+        (
+            ("--span", 75, "--frequency", 100, 10, 200, "--extrapolate"),
+            3,
+            "too: the scan at 200 Hz",
+        ),
+        (("--span", 75, "--frequency", 100, 10, 200), 3, "the scan rates are 100, 200 Hz, the"),
         (("--span", 75, "--frequency", 100, "--extrapolate"), 3, "the device's with `--limits`"),
         (("--span", 60, "--frequency", 50), 3, "identified at 10 to 40"),
         (("--span", 120, "--frequency", 10), 3, "a scan of 120 GHz about"),

@@ -50,7 +50,10 @@ def test_measured(tmp_path, drives, server, capsys):
         output = tmp_path / "recording"
         assert rapi("measure", served.bench, drives["40"], drives["80"], "-o", output) == 0
         assert served.parked()
-        capsys.readouterr()
+        said = " ".join(capsys.readouterr().out.split())
+        assert (
+            said.count("no certificate lies beside") == 1 and "80.csv: the bench's limits" in said
+        )
         assert rapi("bench", "check", served.bench, "--json") == 0
         told = json.loads(capsys.readouterr().out)
         assert told["laser_head"] == "TLB-6712" and "2000 V/s" in told["limits"]

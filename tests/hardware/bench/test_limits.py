@@ -48,6 +48,18 @@ def test_a_drive_beyond_a_limit_is_refused_whole(drive, words):
     assert bench.session_s == 0.0
 
 
+def test_all_drives_that_are_refused_are_named_once_with_what_to_do():
+    high = Drive(GOOD.time, np.where(GOOD.time > 0.01, 50.0, 3.0), 40.0, "triangle")
+    low = Drive(GOOD.time, -50.0 - GOOD.value, 40.0, "triangle")
+    with pytest.raises(LimitError) as error:
+        SimulatedBench.like_paper().measure([GOOD, high, high, low])
+    said = str(error.value)
+    assert said.startswith("drive 2 of 4: ") and said.count("Scan less, move the bias") == 1
+    first, _, others = said.partition(" Refused, too: ")
+    assert "`high_v`" in first and others.startswith("drive 3 of 4; drive 4 of 4 (")
+    assert "`low_v`" in others and others.endswith(").")
+
+
 def test_limits_hold_behind_the_amplifier():
     device = Device(paper_device(), Amplifier(gain=2.0))
     bench = SimulatedBench(Laboratory(device), DriveLimits(0.0, 7.5, 2000.0))

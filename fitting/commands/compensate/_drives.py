@@ -130,8 +130,9 @@ def compensate_into(
         report_step("band on the nonlinearity")
         bands, note = scan_bands(model, ecdl, made)
         report = certificate_report(
-            made, about, seen, allowed, fitted, ecdl, whole=whole, diagnosed=is_diagnosis(model)
-        )
+            made, about, seen, allowed, fitted, ecdl,
+            whole=whole, diagnosed=is_diagnosis(model), folder=output,
+        )  # fmt: skip
         for drive, band in zip(report["drives"], bands, strict=True):
             drive["nonlinearity_band"] = band and band | {"unit": about["response_unit"]}
         report["notes"] += [] if note is None else [note]

@@ -1,5 +1,6 @@
 """`rapi compensate`: drives under which a laser scans straight."""
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -116,24 +117,21 @@ def compensate(
         print_json(report)
         return 0
     out.print(_table(made, drive_unit, report["unit"]))
-    expected = report["expected"]
-    if expected is not None:
-        from fitting._units import quantity
+    if report["expected"] is not None:
+        from fitting.report.compensation._page import describe_expected
 
-        out.print(
-            f"Expected of the device: at most {quantity(expected['high'], expected['unit'])} rms "
-            "off a straight line on either branch (97.5 %), from runs that were left out.",
-            markup=False,
-        )
+        said = f"Expected of the device: {describe_expected(report)}"
+        out.print(said, markup=False, soft_wrap=True)
     else:
         out.print(
             f"Nothing is claimed of how straight the device will scan: {report['unclaimed']}. "
-            f"`rapi fit NEW-SCANS --check {output}` measures how straight the new scans are and "
-            "how far they reach.",
+            f"`rapi fit NEW-SCANS --check {shlex.quote(str(output))}` measures how straight the "
+            "new scans are and how far they reach.",
             markup=False,
+            soft_wrap=True,
         )
     for note in report["notes"]:
-        out.print(f"note: {note}", markup=False)
+        out.print(f"note: {note}", markup=False, soft_wrap=True)
     out.print(f"written to {output}: {', '.join(path.name for path in written)}", markup=False)
     return 0
 

@@ -1,5 +1,8 @@
 """The page of drives that were made: scans, drives, certificate, what to expect of the device."""
 
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from fitting._units import quantity
@@ -7,6 +10,7 @@ from fitting.report._pages import PagePicture
 from fitting.report._result_page import Section, list_versions, render_result
 
 PAGE = "drives.html"
+PART = "the middle 80 % of each branch"
 _ROUNDING = 1e-12  # of the span
 # Of each limit in the file: its name, and its unit where the drive is in `{u}`.
 _LIMITS = {
@@ -18,19 +22,22 @@ _LIMITS = {
 }
 
 
-def render_page(report: dict[str, Any], picture: PagePicture) -> str:
-    """The content of `certificate.json` as one page, with a picture of scans and drives."""
+def render_page(report: dict[str, Any], picture: PagePicture, *, folder: Path | None = None) -> str:
+    """The content of `certificate.json` as one page, with a picture of scans and drives.
+
+    `folder`: where the drives are, for the command that the page advises.
+    """
     drives, unit, volts = report["drives"], report["unit"], report["drive_unit"]
     rates = ", ".join(f"{one['excitation_hz']:g}" for one in drives)
     expected = report["expected"]
     return render_result(
         title="Drives",
         headline=f"Drives for straight scans of {drives[0]['span']:g} {unit} at {rates} Hz.",
-        advice=_advice(expected),
+        advice=_advice(expected, folder),
         cautions=report["notes"],
         facts=[
             ("Inverse", drives[0]["inverse"]),
-            ("Expected", _expected(expected, report["unclaimed"])),
+            ("Expected", describe_expected(report)),
             *([("Left out", ", ".join(report["left_out"]))] if report["left_out"] else []),
             ("Limits", "from a file" if report["limits_from"] == "file" else "as identified"),
         ],
@@ -71,9 +78,10 @@ def render_page(report: dict[str, Any], picture: PagePicture) -> str:
     )  # fmt: skip
 
 
-def _advice(expected: dict[str, Any] | None) -> str:
+def _advice(expected: dict[str, Any] | None, folder: Path | None) -> str:
     play = "Play them (`rapi measure`)"
-    check = "`rapi fit NEW-SCANS --check THIS-FOLDER`"
+    place = "THIS-FOLDER" if folder is None else shlex.quote(str(folder))
+    check = f"`rapi fit NEW-SCANS --check {place}`"
     if expected is None:
         return (
             f"{play}, then let {check} measure how straight the new scans are and how far they "
@@ -82,10 +90,24 @@ def _advice(expected: dict[str, Any] | None) -> str:
     return f"{play}, then compare the new scans with this certificate: {check}."
 
 
-def _expected(expected: dict[str, Any] | None, unclaimed: str | None) -> str:
+def describe_expected(report: dict[str, Any]) -> str:
+    """What is claimed of how straight the device will scan: in which part, and at which swings."""
+    expected, volts = report["expected"], report["drive_unit"]
     if expected is None:
-        return f"nothing is claimed: {unclaimed}."
-    return f"at most {quantity(expected['high'], expected['unit'])} rms off a line (97.5 %)"
+        return f"nothing is claimed: {report['unclaimed']}."
+    high = quantity(expected["high"], expected["unit"])
+    text = f"at most {high} rms off a straight line in {expected['part']} (97.5 %), from runs "
+    if not expected["swings_beside"]:
+        return f"{text}that were left out."
+    return (
+        f"{text}with swings of {_ends(expected['swings'])} {volts} that were left out. Of a drive "
+        f"that swings by {_ends(expected['swings_beside'])} {volts}, as here, it is not tested."
+    )
+
+
+def _ends(values: Sequence[float]) -> str:
+    low, high = f"{min(values):.3g}", f"{max(values):.3g}"
+    return low if low == high else f"{low} to {high}"
 
 
 def _row(one: dict[str, Any], unit: str, volts: str) -> tuple[str, ...]:

@@ -184,10 +184,19 @@ def test_a_swing_that_the_claim_is_not_of_is_noted(tmp_path, capsys, span, noted
     claim = {"rms": 0.05, "low": 0.02, "high": 0.13, "noise": 0.03, "unit": "GHz"}
     claim["swings"] = [4.5, 4.5]
     folder = write(tmp_path / "model", paper_device(), recording, claim=claim)
-    options = ("--frequency", 20, "--no-plots", "--samples", 1024, "-o", tmp_path / "out")
+    out = tmp_path / "new drives"
+    options = ("--frequency", 20, "--samples", 1024, "-o", out)
     assert rapi("compensate", folder, "--span", span, *options) == 0
-    report = json.loads((tmp_path / "out" / "certificate.json").read_text())
+    report = json.loads((out / "certificate.json").read_text())
     told = " ".join(capsys.readouterr().out.split())
+    assert "at most 126 MHz rms off a straight line in the middle 80 % of each branch" in told
+    assert (
+        "with swings of 4.5 V that were left out. Of a drive that swings by 3." in told
+    ) is noted
+    assert report["expected"]["swings"] == [4.5, 4.5]
+    assert [one > 3.0 for one in report["expected"]["swings_beside"]] == [True] * noted
+    page = Page((out / "drives.html").read_text()).text
+    assert f"rapi fit NEW-SCANS --check '{out}'" in page and "THIS-FOLDER" not in page + told
     assert ("prediction holds for swings of 4.5 V" in told) is noted
     assert report["expected"] is not None and bool(report["notes"]) is noted
     assert report["drives"][0]["notes"] == []  # so that the scan is checked

@@ -8,6 +8,7 @@ import pytest
 from benches import Served, bench_file
 
 from fitting.cli import app
+from fitting.commands.measure import _is_listed
 from fitting.commands.run import run
 from hardware import HislipServer, TcpServer
 from hardware.simulated import Silent, SimulatedBench
@@ -66,16 +67,26 @@ def test_measured(tmp_path, drives, server, capsys):
         assert np.nanstd(off) < 1.5e-3  # GHz: another generator's grid of levels
 
 
+def test_of_a_drive_that_a_list_names_nothing_is_left_unchecked(tmp_path, drives):
+    ends = ("--low", 1.5, "--high", 4.5)
+    assert rapi("drive", "--rate", 40, *ends, "-o", tmp_path / "listed") == 0
+    assert _is_listed(tmp_path / "listed" / "drive_40Hz.csv") and not _is_listed(drives["40"])
+
+
 @pytest.mark.fault(
     name="a drive beyond the bench's limits, under `rapi measure`", promise="exit 3, nothing played"
 )
 def test_nothing_is_played_beyond_the_limits(tmp_path, drives, capsys):
+    high = tmp_path / "high.csv"
+    write_drive(triangle([40.0], amplitude=1.0, bias=9.0, samples=2000)[0], high)
+    several = (drives["40"], drives["wide"], high)
     with contextlib.ExitStack() as stack:
         served = Served(stack, tmp_path, HislipServer)
-        code = rapi("measure", served.bench, drives["40"], drives["wide"], "-o", tmp_path / "r")
-        assert code == 3
+        assert rapi("measure", served.bench, *several, "-o", tmp_path / "r") == 3
         assert not served.lab.generator.seen[1].times_on
-    assert "wide.csv: " in capsys.readouterr().err
+    error = capsys.readouterr().err
+    first, _, others = error.partition(" Refused, too: ")
+    assert "wide.csv: " in first and "high.csv" in others and error.count("\n") == 1
     assert not (tmp_path / "r").exists()
 
 

@@ -163,7 +163,7 @@ def write_drives(
 
         figure = plot.compensation(made, about["response_unit"], about["drive_unit"])
         written.append(save_figure(figure, folder / "compensation.png"))
-        write_atomic(folder / PAGE, render_page(report, PagePicture.of(figure)))
+        write_atomic(folder / PAGE, render_page(report, PagePicture.of(figure), folder=folder))
         written.append(folder / PAGE)
     report |= list_files(written, earlier)
     write_atomic(folder / CERTIFICATE, json_text(report))

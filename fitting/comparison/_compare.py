@@ -24,7 +24,7 @@ from ._effects import named_effects
 from ._estimates import PairEstimates, estimate_pair
 from ._joint_fit import Two, fit_jointly, linearise, rms, shared_errors
 from ._residual_curves import residual_curves
-from ._response_change import change_by_drive, gap_change, response_change
+from ._response_change import ModelErrors, change_by_drive, gap_change, response_change
 from ._single_changes import contrast_changes, single_changes
 from ._thresholds import THRESHOLDS
 
@@ -93,7 +93,8 @@ def compare(
     report("what each fit leaves")
     own = estimates.results[0].ecdl, estimates.results[1].ecdl
     counts = int(estimates.records[0].free.sum()), int(estimates.records[1].free.sum())
-    misfit = gap_change("the own fit of each", own, pair, fitted=counts)
+    own_left = ModelErrors.of(own[0], before), ModelErrors.of(own[1], after)
+    misfit = gap_change("the own fit of each", own_left, fitted=counts)
     # Two tests of the parameters, and one of what they leave.
     p_parameters = test.p_change if misfit is None else min(1.0, 1.5 * test.p_change)
     p_misfit = 1.0 if misfit is None else min(1.0, 3.0 * misfit.p_value)
@@ -119,7 +120,8 @@ def compare(
         found = compare_estimates(values, covariances, estimates.degrees)
     report("change of the response")
     reference = "the model brought" if given is not None else "the fit of the first recording"
-    model = estimates.results[0].ecdl if given is None else given
+    model = own[0] if given is None else given
+    left = ModelErrors.of(model, before), ModelErrors.of(model, after)
     notes = [*estimates.notes, *cautions(before, after), *_doubts(estimates.results)]
     return Comparison(
         unit=before.response_unit,
@@ -137,8 +139,8 @@ def compare(
         response=response_change(errors, alone, about, covariances),
         detectable_response=detectable_response,
         response_by_drive=tuple(change_by_drive(errors, alone)),
-        residuals=tuple(residual_curves(model, pair)),
-        gap=gap_change(reference, (model, model), pair),
+        residuals=tuple(residual_curves(left, pair)),
+        gap=gap_change(reference, left),
         misfit=misfit,
         misfit_changed=misfit_changed,
         parameters_changed=parameters_changed,

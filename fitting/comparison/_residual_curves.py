@@ -5,10 +5,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from fitting.diagnosis.noise._periods import decimate
-from fitting.diagnosis.refit._whitened_model import WhitenedModel
-from fitting.diagnosis.which._base import measure_model_errors
-from rapi_jax import ECDL, Recording
+from rapi_jax import Recording
+
+from ._response_change import ModelErrors
 
 _POINTS = 200  # of a period
 _DIGITS = 3  # in which rates and swings of the two are the same
@@ -17,13 +16,15 @@ Drive = tuple[float, float]  # rate in Hz, swing
 Curve = Float[np.ndarray, " points"]
 
 
-def residual_curves(ecdl: ECDL, pair: tuple[Recording, Recording]) -> list[dict[str, Any]]:
+def residual_curves(
+    left: tuple[ModelErrors, ModelErrors], pair: tuple[Recording, Recording]
+) -> list[dict[str, Any]]:
     """Data less model by rate and swing of both, the mean over the periods, and its own mean off.
 
-    At so many parts of a period since the drive's minimum; a part without a reading is NaN. Empty
-    where the two have no periodic drive in common.
+    `left`: of each recording, by one model. At so many parts of a period since the drive's minimum;
+    a part without a reading is NaN. Empty where the two have no periodic drive in common.
     """
-    before, after = (_curves(ecdl, recording) for recording in pair)
+    before, after = (_curves(*one) for one in zip(left, pair, strict=True))
     period = ((np.arange(_POINTS) + 0.5) / _POINTS).tolist()
     return [
         {"excitation_hz": rate, "amplitude": swing, "period": period}
@@ -32,11 +33,10 @@ def residual_curves(ecdl: ECDL, pair: tuple[Recording, Recording]) -> list[dict[
     ]
 
 
-def _curves(ecdl: ECDL, recording: Recording) -> dict[Drive, Curve]:
-    whitened = WhitenedModel.of(decimate(recording))
-    errors, _ = measure_model_errors(whitened, ecdl)
+def _curves(left: ModelErrors, recording: Recording) -> dict[Drive, Curve]:
+    blocks = left.whitened.blocks
     sums: dict[Drive, tuple[Curve, Curve]] = {}
-    for drive, block, error in zip(recording.drives, whitened.blocks, errors, strict=True):
+    for drive, block, error in zip(recording.drives, blocks, left.errors, strict=True):
         if drive.excitation_hz is None or not block.repeats:
             continue
         rate, swing = (float(f"{x:.{_DIGITS}g}") for x in (drive.excitation_hz, drive.u_pp))

@@ -1,12 +1,13 @@
 """How much the response itself changed, and the gap that one model leaves before and after."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 from scipy import stats
 
 from fitting.diagnosis.noise._periods import decimate
+from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.where._gap import Gap, measure_gap
 from fitting.diagnosis.which._base import measure_model_errors
@@ -74,20 +75,36 @@ def _response_noise(
     return (slopes * steps) @ (axes * np.sqrt(np.maximum(size, 0.0)))
 
 
+class ModelErrors(NamedTuple):
+    """What a model leaves of a recording: model less data, "periods phases" a run, and its noise.
+
+    The rows are those of the runs of `whitened`.
+    """
+
+    whitened: WhitenedModel
+    errors: list[np.ndarray]
+    spectrum: Spectrum
+
+    @classmethod
+    def of(cls, ecdl: ECDL, recording: Recording) -> "ModelErrors":
+        """Of a model as it is."""
+        whitened = WhitenedModel.of(decimate(recording))
+        return cls(whitened, *measure_model_errors(whitened, ecdl))
+
+
 def gap_change(
     reference: str,
-    models: tuple[ECDL, ECDL],
-    pair: tuple[Recording, Recording],
+    left: tuple[ModelErrors, ModelErrors],
     *,
     fitted: tuple[int, int] = (0, 0),
 ) -> GapChange | None:
     """The gap that a model leaves above the noise before and after, and the test of a change of it.
 
-    `models`: for each recording; `fitted`: how many parameters were fitted to it. `None` where
-    nothing repeats in one, since noise cannot then be told from error. The models' constants are no
-    error. The interval of the change is by those of the two (MOVER, Zou and Donner 2008).
+    `left`: of each recording, by its model; `fitted`: how many parameters were fitted to it. `None`
+    where nothing repeats in one, since noise cannot then be told from error. The models' constants
+    are no error. The interval of the change is by those of the two (MOVER, Zou and Donner 2008).
     """
-    gaps = [_measure(*one) for one in zip(models, pair, fitted, strict=True)]
+    gaps = [_measure(*one) for one in zip(left, fitted, strict=True)]
     before, after = gaps[0].noise_floor, gaps[1].noise_floor
     if before is None or after is None:
         return None
@@ -101,14 +118,13 @@ def gap_change(
     return GapChange(reference, one, two, interval, (before, after), p)
 
 
-def _measure(ecdl: ECDL, recording: Recording, fitted: int) -> Gap:
-    whitened = WhitenedModel.of(decimate(recording))
-    errors, spectrum = measure_model_errors(whitened, ecdl)
-    if not whitened.own_origin:
+def _measure(left: ModelErrors, fitted: int) -> Gap:
+    whitened, errors, spectrum = left
+    own = whitened.own_origin
+    if not own:
         used = [e[b.use > 0] for e, b in zip(errors, whitened.blocks, strict=True)]
         mean = float(np.concatenate(used).mean())
         errors = [error - mean for error in errors]
-    own = whitened.own_origin
     return measure_gap(errors, whitened.blocks, spectrum, own_origin=own, fitted=fitted)
 
 

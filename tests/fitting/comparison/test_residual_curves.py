@@ -5,6 +5,7 @@ import pytest
 from edge_worlds import drives, record
 
 from fitting.comparison._residual_curves import residual_curves
+from fitting.comparison._response_change import ModelErrors
 from fitting.report.comparison._figure import draw_residuals
 from fitting.report.diagnosis._numbers import SPACE
 from rapi_jax import Recording
@@ -22,9 +23,15 @@ def shifted(recording: Recording, size: float) -> Recording:
     return Recording.of(recording.drives, out)
 
 
+def curves(before: Recording, after: Recording) -> list[dict]:
+    """Of the paper's device."""
+    left = ModelErrors.of(paper_device(), before), ModelErrors.of(paper_device(), after)
+    return residual_curves(left, (before, after))
+
+
 def test_curves_are_data_less_model_without_their_own_mean():
     before = record(drives(samples=400), noise=0.0)
-    rows = residual_curves(paper_device(), (before, shifted(before, 0.4)))
+    rows = curves(before, shifted(before, 0.4))
     assert [(row["excitation_hz"], row["amplitude"]) for row in rows] == [(10.0, 3.0), (40.0, 3.0)]
     for row in rows:
         rising = np.asarray(row["period"]) < 0.5
@@ -35,20 +42,20 @@ def test_curves_are_data_less_model_without_their_own_mean():
 def test_drives_that_one_lacks_are_left_out_and_the_largest_change_is_shown():
     before = record(drives((10.0, 20.0, 40.0)), noise=0.0)
     after = shifted(record(drives((20.0, 30.0)), noise=0.0), 0.4)
-    rows = residual_curves(paper_device(), (before, after))
+    rows = curves(before, after)
     assert [row["excitation_hz"] for row in rows] == [20.0]
     figure = draw_residuals(CONTENT | {"residuals": rows})
     assert figure is not None and len(figure.panels) == 1
     shows = figure.shows.replace(SPACE, " ")
     assert "At 20 Hz, swing 3 V" in shows and "200 MHz after" in shows
     other = record(drives((15.0,)), noise=0.0)
-    assert residual_curves(paper_device(), (before, other)) == []
+    assert curves(before, other) == []
     assert draw_residuals(CONTENT | {"residuals": []}) is None
 
 
 def test_parts_of_a_period_without_a_reading_are_missing():
     before = record(drives((10.0,), samples=40), noise=0.0)
-    (row,) = residual_curves(paper_device(), (before, before))
+    (row,) = curves(before, before)
     known = np.isfinite(row["after"])
     assert 20 < known.sum() < known.size
     figure = draw_residuals(CONTENT | {"residuals": [row]})

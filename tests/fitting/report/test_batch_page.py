@@ -158,6 +158,21 @@ def test_values_far_off_are_drawn_at_the_edge(tmp_path):
     assert sum(int(place[5].split()[0]) for place in bars.places) == 30
 
 
+@pytest.mark.parametrize("count", [2, 3, 4, 9, 40])
+def test_recordings_without_a_time_are_numbered_by_whole_ones(tmp_path, count):
+    """Not 1.5 of two recordings; the axis reaches from the first to the last all the same."""
+    records = made.fits(tmp_path, made.scattered(count, seed=2), hours=False)
+    group = summarise([read_result(record, tmp_path) for record in records])["groups"][0]
+    names = [record.name for record in records]
+    for parameter in group["parameters"]:
+        figure = _figures.draw_parameter(parameter, group, names, set(), "key")
+        axis = figure.panels[0].x
+        ticks = [value for value, _ in axis.ticks]
+        assert 2 <= len(ticks) <= 7 and set(ticks) <= set(range(1, count + 1))
+        assert [text for _, text in axis.ticks] == [f"{value:.0f}" for value in ticks]
+        assert len(axis.places) == len(ticks) and axis.low < 1.0 and axis.high > count
+
+
 def test_many_recordings_are_drawn_as_a_density(tmp_path):
     records = made.fits(tmp_path, made.scattered(60))
     content = summarise([read_result(record, tmp_path) for record in records])

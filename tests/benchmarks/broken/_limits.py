@@ -110,14 +110,14 @@ LIMITS = (
     Mutation(
         "identified: twice the fastest rate is inside",
         "rapi_jax/inversion/_identified.py",
-        "<= 1.05 * fast:",
-        "<= 2.1 * fast:",
+        "<= rate <= 1.05 * fast",
+        "<= rate <= 2.1 * fast",
         _SEEN,
     ),
     Mutation(
         "identified: any rate where none was recorded",
         "rapi_jax/inversion/_identified.py",
-        "rate_hz > 0 and not self.rates_hz",
+        "rate > 0 and not self.rates_hz",
         "False",
         _SEEN,
     ),

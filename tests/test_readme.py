@@ -121,7 +121,12 @@ def test_own_data_page(scope):
 @pytest.mark.slow
 def test_diagnosis_of_the_readme_and_its_page(scope, capsys):
     imported(scope)
+    capsys.readouterr()
     assert run(app, ["fit", "my-recording", "-o", "result", "--no-plots"]) == 0
+    shown = capsys.readouterr().out
+    assert len(shown.splitlines()) < 40 and "Starts" not in shown
+    assert "and the notes in full are in model.json." in shown
+    assert "`rapi compensate result --span SPAN --frequency HZ -o drives`" in shown
     for words in commands(marked("diagnosis", "bash")):
         assert run(app, words) == 0, capsys.readouterr()
     assert Path("diagnosis/report.html").is_file()

@@ -216,7 +216,7 @@ def diagnose(
     next_scan = None
     if scan and not blamed:
         report("next scan")
-        next_scan = propose_next_scan(whitened, fitted, ranked, credible, limits)
+        next_scan = propose_next_scan(whitened, fitted, ranked, evidence, credible, limits)
 
     verdict = give_verdict(
         name, probability, credible, top, attribution.none, gap, shrinkage, next_scan, recording

@@ -1,68 +1,45 @@
 """The choice of the next scan: the one that best discriminates between the hypotheses.
 
-Of all scans within the limits, the one whose worst pair of hypotheses is separated best (see
-`_discrimination`), whichever of the two is true. All are compared to first order; the leaders by
-joint refits. Near ties go to Buzzi-Ferraris's ratio, which counts how uncertain both predictions
-are. (G. Buzzi Ferraris and P. Forzatti, Chem. Eng. Sci. 38, 225, 1983.)
+Of all scans within the limits, the one after which the wrong one of the worst pair of hypotheses is
+least probable, whichever of the two is true (see `RivalSet`). All are compared to first order; the
+leaders by joint refits. Near ties go to Buzzi-Ferraris's ratio, which counts how uncertain both
+predictions are. (G. Buzzi Ferraris and P. Forzatti, Chem. Eng. Sci. 38, 225, 1983.)
 """
-
-import dataclasses
-from collections.abc import Sequence
 
 import numpy as np
 
 from fitting.diagnosis.noise._whitening import Whitener
-from fitting.diagnosis.refit._base_model import BaseModel
-from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from rapi_jax import DriveLimits, Identified, Recording
-from rapi_jax.effects import AbstractEffect
 from rapi_jax.internal import float64
 
 from ._candidates import candidate_scans
 from ._discrimination import buzzi_ferraris_ratio
 from ._next_scan import NextScan, next_scan_of
 from ._rated_scan import RatedScan, rate_scans
-from ._scan_batch import Rival
+from ._rival_set import RivalSet
 from ._thresholds import THRESHOLDS
 from ._wider_limits import best_remedy, describe_needs
-
-_WITHOUT_PREDICTION = ("unlisted",)  # it predicts nothing, so no scan is planned for it
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Hypothesis:
-    """Effects that may be at work, with all parameters as fitted to the data.
-
-    `values`: see `WhitenedModel.operator_response`; with initial states of the old runs.
-    """
-
-    name: str
-    effects: tuple[AbstractEffect, ...]
-    values: np.ndarray
-    probability: float
 
 
 @float64
 def choose_next_scan(
     whitened: WhitenedModel,
     whitener: Whitener,
-    base: BaseModel,
-    hypotheses: Sequence[Hypothesis],
+    rivals: RivalSet,
     limits: DriveLimits | None = None,
     *,
     samples: int | None = None,
     periods: int | None = None,
 ) -> NextScan | None:
-    """The scan that best separates `hypotheses`; `None` for fewer than two, or if none is allowed.
+    """The scan that best separates `rivals`; `None` for fewer than two, or if none is allowed.
 
     `limits`: by default the recording's own range and largest slope. `samples` a period and
     `periods` are by default those of the recording's middle run, so a faster scan is sampled
     faster: give fewer `samples` where the reading cannot keep up. A minute passes before the scan,
     its zero is its own, and a scan that repeats has been on for a while.
     """
-    rivals, chances = _rivals(whitened, whitener, base, hypotheses)
-    if len(rivals) < 2:
+    if len(rivals.rivals) < 2:
         return None
     usual = scan_length(whitened)
     samples, periods = samples or usual[0], periods or usual[1]
@@ -77,13 +54,13 @@ def choose_next_scan(
     rated = rate(limits)
     if not rated:
         return None
-    order, powers = _rank(rated, rivals)
-    best = _break_tie(order, powers, chances)
+    order, odds = _rank(rated)
+    best = _break_tie(order, odds, rivals)
     order.insert(0, order.pop(order.index(best)))
-    needs, power = "", powers[id(best)]
-    if power < THRESHOLDS.separated_power:
-        needs = describe_needs(power, periods, best_remedy(limits, rate, power))
-    return next_scan_of(order, powers, rivals, recording.drive_unit, needs)
+    needs, least = "", best.least_log_odds()
+    if least < THRESHOLDS.separated_log_odds:
+        needs = describe_needs(best, periods, best_remedy(limits, rate, least))
+    return next_scan_of(order, odds, recording.drive_unit, needs)
 
 
 def scan_length(whitened: WhitenedModel) -> tuple[int, int]:
@@ -99,17 +76,8 @@ def scan_start(recording: Recording) -> float:
     return max(float(drive.session_time[-1]) for drive in recording.drives) + THRESHOLDS.pause
 
 
-def _rivals(
-    whitened: WhitenedModel, whitener: Whitener, base: BaseModel, hypotheses: Sequence[Hypothesis]
-) -> tuple[list[Rival], list[float]]:
-    refit = Refit(whitened, whitener, base)
-    predicting = [h for h in hypotheses if h.name not in _WITHOUT_PREDICTION]
-    rivals = [Rival.of(refit, h.name, h.values, h.effects) for h in predicting]
-    return rivals, [h.probability for h in predicting]
-
-
-def _rank(rated: list[RatedScan], rivals: list[Rival]) -> tuple[list[RatedScan], dict[int, float]]:
-    """Candidates best first, and the power of each by its `id`.
+def _rank(rated: list[RatedScan]) -> tuple[list[RatedScan], dict[int, float]]:
+    """Candidates best first, and the log odds of each against the wrong one, by its `id`.
 
     The most promising is refitted, again and again, until none that could lead is left.
     """
@@ -118,34 +86,36 @@ def _rank(rated: list[RatedScan], rivals: list[Rival]) -> tuple[list[RatedScan],
         done = [r.refit_ratio() for r in rated if r.checked]
         scale = float(np.median(done)) if done else 1.0
         return {
-            id(r): r.least_power() if r.checked else scale * min(r.first.values()) for r in rated
+            id(r): r.least_log_odds() if r.checked else scale * r.least_first_log_odds()
+            for r in rated
         }
 
     for done in range(min(THRESHOLDS.most_refitted, len(rated))):
-        powers = estimates()
-        leader = max(powers.values())
-        waiting = max((r for r in rated if not r.checked), key=lambda r: powers[id(r)])
-        if done >= THRESHOLDS.least_refitted and powers[id(waiting)] < THRESHOLDS.tie * leader:
+        odds = estimates()
+        leader = max(odds.values())
+        waiting = max((r for r in rated if not r.checked), key=lambda r: odds[id(r)])
+        if done >= THRESHOLDS.least_refitted and odds[id(waiting)] < THRESHOLDS.tie * leader:
             break
-        waiting.check(rivals)
-    powers = estimates()
-    best = max(powers[id(r)] for r in rated if r.checked)
+        waiting.check()
+    odds = estimates()
+    best = max(odds[id(r)] for r in rated if r.checked)
     for r in rated:
         if not r.checked:
-            powers[id(r)] = min(powers[id(r)], best)  # an estimate does not outrank a refit
-    order = sorted(rated, key=lambda r: (-powers[id(r)], not r.checked))
-    return order, powers
+            odds[id(r)] = min(odds[id(r)], best)  # an estimate does not outrank a refit
+    order = sorted(rated, key=lambda r: (-odds[id(r)], not r.checked))
+    return order, odds
 
 
-def _break_tie(order: list[RatedScan], powers: dict[int, float], chances: list[float]) -> RatedScan:
+def _break_tie(order: list[RatedScan], odds: dict[int, float], rivals: RivalSet) -> RatedScan:
     """Of the refitted ones next to the best, the one with the largest ratios over all pairs.
 
     Their logarithms are averaged, pairs of likely hypotheses counting more.
     """
     done = [r for r in order if r.checked]
-    near = [r for r in done if powers[id(r)] >= THRESHOLDS.tie * powers[id(done[0])]]
+    near = [r for r in done if odds[id(r)] >= THRESHOLDS.tie * odds[id(done[0])]]
     if len(near) == 1:
         return near[0]
+    chances = rivals.probability
 
     def mean_log_ratio(r: RatedScan) -> float:
         pairs = [(i, j) for i, j in r.first if i < j]

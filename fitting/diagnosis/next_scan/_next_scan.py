@@ -7,9 +7,8 @@ import numpy as np
 
 from rapi_jax import Drive
 
-from ._candidates import Candidate
-from ._rated_scan import Pair, RatedScan
-from ._scan_batch import Rival
+from ._rated_scan import RatedScan
+from ._rival_set import probability_left
 from ._thresholds import THRESHOLDS
 
 
@@ -17,11 +16,12 @@ from ._thresholds import THRESHOLDS
 class NextScan:
     """A scan, what it separates, and what else was considered.
 
-    `power`: chi-square that the wrong one of the worst pair would lose, at least. `separates`: the
-    hypotheses of all pairs with a power of 9 or more. `pairs`: for each ordered pair the true one,
-    the `rival`, the `power`, and whether a joint refit gave it (`checked`). `candidates`: best
-    first; powers of scans that were not refitted are first-order ones, scaled as those that were.
-    `drive`: to play.
+    `power`: chi-square that the wrong one of the worst pair would lose, at least; `left`: the
+    probability that it would keep, of two as probable before. `separates`: the hypotheses of all
+    pairs of which the wrong one keeps 5 % at most. `pairs`: for each ordered pair the true one, the
+    `rival`, the `power`, whether a joint refit gave it (`checked`), and what is `left`.
+    `candidates`: best first; what scans that were not refitted leave is scaled as with those that
+    were. `drive`: to play.
     """
 
     waveform: str
@@ -30,6 +30,7 @@ class NextScan:
     bias: float
     separates: list[str]
     power: float
+    left: float
     pairs: list[dict[str, Any]]
     candidates: list[dict[str, Any]]
     reason: str
@@ -42,31 +43,37 @@ class NextScan:
 
 
 def next_scan_of(
-    order: list[RatedScan],
-    powers: dict[int, float],
-    rivals: list[Rival],
-    unit: str,
-    needs: str = "",
+    order: list[RatedScan], odds: dict[int, float], unit: str, needs: str = ""
 ) -> NextScan:
-    """The first of `order`; `needs`: what would separate the rivals where it does not."""
-    best, names = order[0], [rival.name for rival in rivals]
+    """The first of `order`; `odds`: log odds of each scan, by its `id`, see `RatedScan`.
+
+    `needs`: what would separate the rivals where the scan does not.
+    """
+    best = order[0]
+    names = [rival.name for rival in best.rivals.rivals]
     table = [
         {
             "true": names[i],
             "rival": names[j],
-            "power": best.checked.get((i, j), power),
+            "power": best.power((i, j)),
             "checked": (i, j) in best.checked,
+            "left": probability_left(best.log_odds((i, j))),
         }
-        for (i, j), power in sorted(best.first.items())
+        for i, j in sorted(best.first)
     ]
-    both = {
-        (i, j): min(best.checked.get(p, best.first[p]) for p in ((i, j), (j, i)))
+    least = {
+        (i, j): min(best.log_odds(pair) for pair in ((i, j), (j, i)))
         for i, j in best.first
         if i < j
     }
-    apart = {i for pair, power in both.items() if power >= THRESHOLDS.separated_power for i in pair}
+    apart = {i for p, found in least.items() if found >= THRESHOLDS.separated_log_odds for i in p}
     listed = [
-        {**r.candidate.to_dict(), "power": powers[id(r)], "checked": bool(r.checked)}
+        {
+            **r.candidate.to_dict(),
+            "power": r.power(r.worst()),
+            "checked": bool(r.checked),
+            "left": probability_left(odds[id(r)]),
+        }
         for r in order[: THRESHOLDS.shown]
     ]
     c = best.candidate
@@ -76,26 +83,34 @@ def next_scan_of(
         amplitude=c.amplitude,
         bias=c.bias,
         separates=[names[i] for i in sorted(apart)],
-        power=powers[id(best)],
+        power=best.power(best.worst()),
+        left=probability_left(best.least_log_odds()),
         pairs=table,
         candidates=listed,
-        reason=_reason(c, min(both, key=lambda p: both[p]), powers[id(best)], names, unit, needs),
+        reason=_reason(best, names, unit, needs),
         drive=c.drive,
     )
 
 
-def _reason(
-    candidate: Candidate, pair: Pair, power: float, names: list[str], unit: str, needs: str
-) -> str:
-    one, other = (names[i].replace("_", " ").replace("+", " and ") for i in pair)
-    scan, sigmas = candidate.describe(unit), float(np.sqrt(power))
-    if power >= THRESHOLDS.separated_power:
+def _reason(best: RatedScan, names: list[str], unit: str, needs: str) -> str:
+    pair, scan = best.worst(), best.candidate.describe(unit)
+    one, other = (names[i].replace("_", " ").replace("+", " and ") for i in sorted(pair))
+    sigmas, left = float(np.sqrt(best.power(pair))), probability_left(best.log_odds(pair))
+    if not needs:
         return (
             f"{scan} is the scan that best tells apart the two hypotheses that are hardest to "
             f"separate, ({one}) and ({other}): even refitted, the wrong one would miss it by "
-            f"{sigmas:.3g} standard deviations."
+            f"{sigmas:.3g} standard deviations, and be left a probability of about "
+            f"{describe_probability(left)} if both are as probable now."
         )
     return (
-        f"{scan} is the best scan within the limits, but the predictions of ({one}) and ({other}) "
-        f"still differ by only {sigmas:.2g} standard deviations: {needs}."
+        f"{scan} is the best scan within the limits, but ({one}) and ({other}) would stay hard to "
+        f"tell apart: refitted, the wrong one would miss it by {sigmas:.2g} standard deviations, "
+        f"and no effect follows its equation exactly, so of two that are as probable now it would "
+        f"be left about {describe_probability(left)}. {needs}."
     )
+
+
+def describe_probability(left: float) -> str:
+    """In percent, with two digits."""
+    return "less than 0.1 %" if left < 1e-3 else f"{100.0 * left:.2g} %"

@@ -2,13 +2,19 @@
 
 import numpy as np
 
+from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import FittedBase
+from fitting.diagnosis.which._candidate import Candidate
 from fitting.diagnosis.which._ranking import RankedCandidates
+from fitting.diagnosis.which.evidence._calibration import load_calibration
+from fitting.diagnosis.which.evidence._evidence import Evidence
+from fitting.diagnosis.which.evidence._tempering import Tempering
 from rapi_jax import DriveLimits
 
-from ._choice import Hypothesis, NextScan, choose_next_scan
+from ._choice import NextScan, choose_next_scan
 from ._confirmation import confirmation_scan, needs_confirmation
+from ._rival_set import Hypothesis, RivalSet
 from ._thresholds import THRESHOLDS
 
 
@@ -16,6 +22,7 @@ def propose_next_scan(
     whitened: WhitenedModel,
     fitted: FittedBase,
     ranked: RankedCandidates,
+    evidence: Evidence,
     credible: list[str],
     limits: DriveLimits | None,
 ) -> NextScan | None:
@@ -33,7 +40,18 @@ def propose_next_scan(
     rivals = likely if len(likely) > 1 else listed[:2]
     if len(rivals) < 2:
         return None
-    hypotheses = [
-        Hypothesis(c.name, c.on_base.effects, np.asarray(c.on_base.values), p) for c, p in rivals
+    rival_set = RivalSet.of(
+        Refit(whitened, fitted.whitener, fitted.refit.base),
+        _hypotheses(rivals),
+        tempering=Tempering.of(evidence, load_calibration()),
+        excess={frozenset(h.effects): evidence.excess(h) for h in evidence.hypotheses},
+        others=_hypotheses([(c, p) for c, p in ranked if c is not None]),
+    )
+    return choose_next_scan(whitened, fitted.whitener, rival_set, limits)
+
+
+def _hypotheses(candidates: list[tuple[Candidate, float]]) -> list[Hypothesis]:
+    return [
+        Hypothesis(c.name, c.on_base.effects, np.asarray(c.on_base.values), p)
+        for c, p in candidates
     ]
-    return choose_next_scan(whitened, fitted.whitener, fitted.refit.base, hypotheses, limits)

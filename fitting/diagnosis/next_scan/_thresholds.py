@@ -51,34 +51,39 @@ class NextScanThresholds:
     pause: float = threshold(60.0, unit="s", origin="a minute from the last run to the next scan")
 
     # Comparison of scans.
-    separated_power: float = threshold(
-        9.0, unit="chi-square", origin="three standard deviations: a pair counts as separated"
+    separated_log_odds: float = threshold(
+        2.944,
+        unit="log odds",
+        origin="ln 19: what is left to the wrong one of a pair is outside a set of 95 %",
     )
     wider: float = threshold(
         2.0, unit="of a limit", origin="what a laboratory may try next; 1.5 or 3 name the same one"
     )
     worth_wider: float = threshold(
-        1.5, unit="of the power within the limits", origin=f"{_TRIAL}; less is no help"
+        1.5, unit="of the log odds within the limits", origin=f"{_TRIAL}; less is no help"
     )
     most_periods: float = threshold(
         1e4, unit="periods", origin="minutes to an hour of scans; more is no plan"
     )
     least_refitted: int = threshold(
-        3, unit="scans", origin=f"{_TRIAL}; whose power is found by refits, at least"
+        3, unit="scans", origin=f"{_TRIAL}; whose powers are found by refits, at least"
     )
     most_refitted: int = threshold(
         6, unit="scans", origin=f"{_TRIAL}; the same at most; more cost time"
     )
-    near_least_power: float = threshold(
+    near_least_odds: float = threshold(
         4.0,
-        unit="of a scan's least first-order power",
-        origin=f"{_TRIAL}; a pair above it (and one besides) needs no refit",
+        unit="of a scan's least first-order log odds",
+        origin=f"{_TRIAL}; a pair above it (and the next besides) needs no refit",
+    )
+    near_least_log_odds: float = threshold(
+        0.1, unit="log odds", origin="one of chi-square at the calibrated temperature"
     )
     refitted_pairs: int = threshold(
         4, unit="ordered pairs", origin=f"{_TRIAL}; refitted for one scan; more cost time"
     )
     tie: float = threshold(
-        0.95, unit="of the best power", origin=f"{_TRIAL}; a scan above it ties with the best"
+        0.95, unit="of the best log odds", origin=f"{_TRIAL}; a scan above it ties with the best"
     )
     shown: int = threshold(20, unit="scans", origin="in the report, best first")
     ridge: float = threshold(

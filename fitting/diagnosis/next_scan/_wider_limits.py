@@ -1,8 +1,8 @@
 """What it would take to separate hypotheses that no scan within the limits separates.
 
 Each limit is doubled by itself, and the best scan found again, to first order. More periods of the
-scan that is best within the limits help at most in proportion: the chi-square of its readings grows
-so, while what the rival's parameters cost on the old data does not.
+scan that is best within the limits help at most as `RivalSet.repeats_needed` says: the chi-square
+of its readings grows in proportion, what the rival's parameters cost on the old data does not.
 """
 
 import dataclasses
@@ -12,7 +12,9 @@ import numpy as np
 
 from rapi_jax import DriveLimits
 
+from ._next_scan import describe_probability
 from ._rated_scan import RatedScan
+from ._rival_set import probability_left
 from ._thresholds import THRESHOLDS
 
 Rate = Callable[[DriveLimits], list[RatedScan]]  # all scans within limits, to first order
@@ -20,10 +22,10 @@ Rate = Callable[[DriveLimits], list[RatedScan]]  # all scans within limits, to f
 
 @dataclasses.dataclass(frozen=True)
 class Remedy:
-    """One limit doubled: which, in words, and the power to first order of the best scan then."""
+    """One limit doubled: which, in words, and to first order the log odds of the best scan then."""
 
     words: str
-    power: float
+    log_odds: float
 
 
 def doubled_limits(limits: DriveLimits) -> Iterator[tuple[str, DriveLimits]]:
@@ -45,24 +47,30 @@ def doubled_limits(limits: DriveLimits) -> Iterator[tuple[str, DriveLimits]]:
             )
 
 
-def best_remedy(limits: DriveLimits, rate: Rate, power: float) -> Remedy | None:
-    """The limit that helps most, doubled; `None` where none adds half to `power`."""
+def best_remedy(limits: DriveLimits, rate: Rate, least: float) -> Remedy | None:
+    """The limit that helps most, doubled; `None` where none adds half to the log odds `least`."""
     found = []
     for words, wider in doubled_limits(limits):
         rated = rate(wider)
         if rated:
-            found.append(Remedy(words, max(min(r.first.values()) for r in rated)))
-    best = max(found, key=lambda remedy: remedy.power, default=None)
-    return None if best is None or best.power < THRESHOLDS.worth_wider * power else best
+            found.append(Remedy(words, max(r.least_first_log_odds() for r in rated)))
+    best = max(found, key=lambda remedy: remedy.log_odds, default=None)
+    return None if best is None or best.log_odds < THRESHOLDS.worth_wider * least else best
 
 
-def describe_needs(power: float, periods: int, remedy: Remedy | None) -> str:
-    """What separates where `power` does not, of a scan with so many `periods`, as a clause."""
+def describe_needs(best: RatedScan, periods: int, remedy: Remedy | None) -> str:
+    """What separates where `best` does not, a scan with so many `periods`, as a clause."""
     needs = []
     if remedy is not None:
-        sigmas = float(np.sqrt(remedy.power))
-        needs.append(f"{remedy.words} would make it some {sigmas:.2g}")
-    more = THRESHOLDS.separated_power / power if power > 0 else np.inf
-    if more * periods <= THRESHOLDS.most_periods:
-        needs.append(f"{int(np.ceil(more * periods))} periods in place of {periods} are the least")
-    return "; ".join(needs) or "neither twice the limits nor thousands of periods separate them"
+        left = describe_probability(probability_left(remedy.log_odds))
+        needs.append(f"with {remedy.words} it would be left about {left}")
+    repeats = max(
+        best.rivals.repeats_needed(pair, best.power(pair), best.stake[pair]) for pair in best.first
+    )
+    if repeats * periods <= THRESHOLDS.most_periods:
+        count = int(np.ceil(repeats * periods))
+        needs.append(f"at least {count} periods in place of {periods} would separate them")
+    elif not np.isfinite(repeats):
+        needs.append("more periods would not separate them")
+    text = "; ".join(needs) or "neither twice the limits nor thousands of periods separate them"
+    return text[0].upper() + text[1:]

@@ -9,19 +9,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fitting.diagnosis.next_scan import _choice
 from fitting.diagnosis.next_scan._candidates import candidate_scans
-from fitting.diagnosis.next_scan._choice import Hypothesis, choose_next_scan
 from fitting.diagnosis.next_scan._discrimination import (
     buzzi_ferraris_ratio,
     linear_discrimination,
 )
 from fitting.diagnosis.next_scan._rival_refit import refit_rival
+from fitting.diagnosis.next_scan._rival_set import Hypothesis, RivalSet, probability_left
 from fitting.diagnosis.next_scan._scan_batch import Rival, ScanBatch, ScanPrediction
 from fitting.diagnosis.next_scan._wider_limits import doubled_limits
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
+from fitting.diagnosis.which.evidence._tempering import Tempering
 from rapi_jax import ECDL, RAPI, Drive, DriveLimits, Identified, Recording, predict, triangle
 from rapi_jax.effects._amplifier_lowpass import AmplifierLowpass
 from rapi_jax.effects._creep import Creep
@@ -36,6 +38,7 @@ N, P = 200, 3
 RATES, AMPLITUDES = (10.0, 40.0), (2.0, 3.0)
 NOISE = 0.02
 WHITE = Spectrum.of_white(NOISE**2)
+EXACT = Tempering()  # effects that follow their equations exactly
 LAGS = ((Delay(tau=1.3e-4),), (AmplifierLowpass(tau=1.3e-4),))
 SLOW = ((Creep(gain=0.001),), (Drift(amplitude=0.05, tau=1.0),))
 # On one triangle at 20 Hz, a pickup of its fourth harmonic ripples as an etalon does.
@@ -93,6 +96,22 @@ def world(truth, *rivals):
 
 FEED = ((CurrentCoupling(coupling=-2.5e-3),), (Delay(tau=1.3e-4),))
 PAIRS = {"lags": LAGS, "slow": SLOW, "sines": SINES, "feed": FEED}
+
+
+def rival_set(setup, tempering=EXACT, excess=None):
+    """The hypotheses of a world, `none` at its own fit beside them."""
+    whitened, whitener, base, said = setup
+    refit = Refit(whitened, whitener, base)
+    found = refit.minimise(refit.evaluate(base.prior_mean, ()), 25)
+    none = Hypothesis("none", (), found.values, 0.0)
+    excess = {frozenset(): found.cost} if excess is None else excess
+    return RivalSet.of(refit, said, tempering=tempering, excess=excess, others=[none])
+
+
+def choose_next_scan(whitened, whitener, base, said, limits=None, tempering=EXACT):
+    """The scan for a world, or for some of its hypotheses."""
+    rivals = rival_set((whitened, whitener, base, said), tempering)
+    return _choice.choose_next_scan(whitened, whitener, rivals, limits)
 
 
 @functools.cache
@@ -393,12 +412,67 @@ def test_what_would_separate_them_is_said_where_nothing_does():
     """Within narrow limits two lags look alike; the limit that is named makes it so much better."""
     narrow = DriveLimits(2.95, 3.05, 4.0, max_frequency_hz=20.0)
     found = choose_next_scan(*world("lags"), narrow)
-    assert found is not None and found.power < 9.0
-    assert "standard deviations: " in found.reason and "would make it some" in found.reason
-    wider = max(
+    assert found is not None and found.left > 0.05 and not found.separates
+    assert "would stay hard to tell apart" in found.reason
+    wider = min(
         (choose_next_scan(*world("lags"), limits) for _, limits in doubled_limits(narrow)),
-        key=lambda scan: scan.power,
+        key=lambda scan: scan.left,
     )
-    promised = float(found.reason.split("would make it some ")[1].split(";")[0].rstrip("."))
-    assert wider.power > 1.5 * found.power
-    assert promised == pytest.approx(wider.power**0.5, rel=0.3)
+    promised = float(found.reason.split("it would be left about ")[1].split(" %")[0]) / 100
+    assert wider.left < found.left
+    assert promised == pytest.approx(wider.left, rel=0.3)
+
+
+# The odds by which the answer will be given
+
+
+FORM = Tempering(misfit=1.5, base=4.0, form=0.01)
+
+
+@pytest.mark.parametrize(("power", "stake"), [(100.0, 0.0), (100.0, 500.0), (20.0, 80.0)])
+def test_so_many_more_periods_are_what_separates_and_no_fewer(power, stake):
+    rivals = dataclasses.replace(rival_set(world("lags")), tempering=FORM)
+    n = rivals.repeats_needed((0, 1), power, stake)
+    assert 0.0 < n < np.inf
+    assert rivals.log_odds((0, 1), n * power, n * stake) == pytest.approx(np.log(19), rel=1e-3)
+
+
+def test_no_number_of_periods_separates_what_differs_by_less_than_equations_are_good_to():
+    rivals = dataclasses.replace(rival_set(world("lags")), tempering=FORM)
+    assert rivals.repeats_needed((0, 1), 100.0, 2000.0) == np.inf
+    least = 100.0 / (2.0 * FORM.misfit * FORM.form * 2000.0)
+    assert rivals.log_odds((0, 1), 1e9 * 100.0, 1e9 * 2000.0) == pytest.approx(least, rel=1e-3)
+    found = choose_next_scan(*world("lags"), tempering=Tempering(1.0, 4.0, 10.0))
+    assert "ore periods would not separate them" in found.reason
+    assert "refitted, the wrong one would miss it by" in found.reason
+
+
+def test_nothing_left_is_what_even_odds_after_the_scan_say():
+    assert probability_left(0.0) == 0.5
+    assert probability_left(np.log(19)) == pytest.approx(0.05)
+    assert probability_left(1e9) == pytest.approx(0.0, abs=1e-300)
+
+
+def test_what_two_effects_explain_in_a_scan_is_what_no_effect_misses_there():
+    """A lag is nearly all of the stake in its own scan; a pair's stake is beside what is common."""
+    setup = world("lags")
+    rivals = rival_set(setup, FORM, {frozenset(): 100.0, frozenset({"delay"}): 7.0})
+    assert rivals.stake[0, 1] == 100.0 and [r.name for r in rivals.simpler] == ["none"]
+    whitened, whitener, base, said = setup
+    pair = dataclasses.replace(
+        said[1], name="amplifier_lowpass+delay", effects=(*said[0].effects, *said[1].effects)
+    )
+    both = rival_set((whitened, whitener, base, [said[0], pair]), FORM, rivals_excess())
+    assert both.stake[0, 1] == 7.0 and [r.name for r in both.simpler] == ["delay"]
+
+
+def rivals_excess():
+    return {frozenset(): 100.0, frozenset({"delay"}): 7.0}
+
+
+def test_equations_that_are_less_exact_favour_scans_that_differ_more_for_their_size():
+    exact, inexact = (
+        choose_next_scan(*world("lags"), tempering=Tempering(1.0, 4.0, form)) for form in (0.0, 0.1)
+    )
+    assert exact.left < inexact.left < 0.5
+    assert exact.power >= 0.9 * inexact.power

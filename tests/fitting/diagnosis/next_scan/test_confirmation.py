@@ -11,6 +11,7 @@ from fitting.diagnosis.next_scan._proposal import propose_next_scan
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which._base import fit_base
 from fitting.diagnosis.which._forward_selection import without_effects
+from fitting.diagnosis.which.evidence._evidence import Evidence
 from fitting.report.diagnosis._how_far import describe_next_scan
 from rapi_jax import DriveLimits, Identified
 from rapi_jax.effects import Creep
@@ -38,7 +39,8 @@ def test_where_one_answer_stands_alone_no_scan_is_proposed(whitened, name):
     fitted = fit_base(whitened, None)
     likely = without_effects(fitted.refit, fitted.state, fitted.eta_fixed[1])
     ranked = [(None, 0.97), (likely, 0.02), (likely, 0.01)]
-    assert propose_next_scan(whitened, fitted, ranked, [name], None) is None
+    evidence = Evidence(1, 0, True, ())
+    assert propose_next_scan(whitened, fitted, ranked, evidence, [name], None) is None
 
 
 def test_the_scan_lies_inside_what_was_recorded(whitened):

@@ -69,10 +69,10 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
             pairs += found
             if not all(exceeds_noise(pair.on_flexible_base) for pair in found):
                 break  # the strongest effect and another are enough: none else is looked for
-        if not explains_most(none, pairs):
+        if not explains_most(none, [*singles, *pairs]):
             progress("two effects at once")
             pairs += _refit_pairs_at_once(refits[1], none, guesses)
-        if explains_most(none, pairs):
+        if pairs and explains_most(none, pairs):
             progress("others in the place of one of two")
             pairs = exchange_members(refits[1], none, pairs, classes)
         singles, pairs = check_backward(refits, none, singles, pairs)
@@ -167,13 +167,13 @@ def _refit_pairs(
     return pairs
 
 
-def explains_most(none: Candidate, pairs: list[Candidate]) -> bool:
-    """Whether the best pair leaves little of what no effect leaves.
+def explains_most(none: Candidate, candidates: Sequence[Candidate]) -> bool:
+    """Whether the best of the candidates leaves little of what no effect leaves.
 
-    Then a look-alike of one of the two may leave less; else two may be missing of which neither
-    explains anything alone.
+    If it is a pair, a look-alike of one of the two may leave less. Where none of them does, neither
+    alone nor in a pair, two may be missing of which neither explains anything alone.
     """
-    left = min((excess(pair.on_flexible_base) for pair in pairs), default=np.inf)
+    left = min((excess(c.on_flexible_base) for c in candidates), default=np.inf)
     return left < THRESHOLDS.pair_leaves * excess(none.on_flexible_base)
 
 

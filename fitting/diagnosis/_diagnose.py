@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from fitting._threads import one_blas_thread
 from fitting.compile_cache._memory_maps import SHARED, forget_programs
 from fitting.identification.data_checks.runs._change_fault import (
     DIFFERS_WITH_RATE,
@@ -83,6 +84,7 @@ Progress = Callable[[str], None]
 
 @takes(ecdl=ECDL | None, recording=Recording, limits=DriveLimits | None)
 @float64
+@one_blas_thread
 @np.errstate(over="ignore", invalid="ignore")  # a refit that runs away has no finite cost
 def diagnose(
     ecdl: ECDL | None,

@@ -324,6 +324,7 @@ def look_alikes() -> dict[str, Any]:
                 "amplitude": 1.0,
                 "bias": 3.0,
                 "power": 4.2,
+                "left": 0.03,
             },
             {
                 "waveform": "sine",
@@ -331,6 +332,7 @@ def look_alikes() -> dict[str, Any]:
                 "amplitude": 2.0,
                 "bias": 3.0,
                 "power": 1.1,
+                "left": 0.31,
             },
         ],
     }

@@ -45,9 +45,9 @@ def confirmation_scan(
         bias=found.bias,
         separates=[],
         power=0.0,
-        left=0.5,
+        left=None,
         pairs=[],
-        candidates=[{**found.to_dict(), "power": 0.0, "checked": False, "left": 0.5}],
+        candidates=[{**found.to_dict(), "power": 0.0, "checked": False, "left": None}],
         reason=(
             f"{found.describe(recording.drive_unit)}, inside the recorded range, where the "
             f"hysteresis is known: it shows whether {whole}."

@@ -17,11 +17,11 @@ class NextScan:
     """A scan, what it separates, and what else was considered.
 
     `power`: chi-square that the wrong one of the worst pair would lose, at least; `left`: the
-    probability that it would keep, of two as probable before. `separates`: the hypotheses of all
-    pairs of which the wrong one keeps 5 % at most. `pairs`: for each ordered pair the true one, the
-    `rival`, the `power`, whether a joint refit gave it (`checked`), and what is `left`.
-    `candidates`: best first; what scans that were not refitted leave is scaled as with those that
-    were. `drive`: to play.
+    probability that it would keep, of two as probable before; `None` for a scan that confirms.
+    `separates`: the hypotheses of all pairs of which the wrong one keeps 5 % at most. `pairs`: for
+    each ordered pair the true one, the `rival`, the `power`, whether a joint refit gave it
+    (`checked`), and what is `left`. `candidates`: best first; what scans that were not refitted
+    leave is scaled as with those that were. `drive`: to play.
     """
 
     waveform: str
@@ -30,7 +30,7 @@ class NextScan:
     bias: float
     separates: list[str]
     power: float
-    left: float
+    left: float | None
     pairs: list[dict[str, Any]]
     candidates: list[dict[str, Any]]
     reason: str

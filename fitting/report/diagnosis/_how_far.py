@@ -5,7 +5,7 @@ from typing import Any
 from fitting.report.charts._figure import Table
 
 from . import _text as words
-from ._numbers import Scale, finite_or_none, format_interval, format_number, format_percent
+from ._numbers import Scale, finite_or_none, format_interval, format_percent
 
 _STEPS = {"before": "model alone", "after": "model refitted", "floor": "noise floor"}
 _NOTHING_EXCEEDS = "It does not exceed the noise: there is no gap to close"
@@ -118,6 +118,11 @@ def _place_interval(fraction: Any, start: float) -> dict[str, float] | None:
     return {k: min(1.0, max(0.0, (v - start) / (1.0 - start))) for k, v in ends.items()}
 
 
+def _left(scan: dict) -> float | None:
+    """The probability that a scan leaves to the wrong one of the two answers it separates least."""
+    return finite_or_none(scan.get("left"))
+
+
 def describe_next_scan(
     found: dict | None, drive_unit: str, labels: words.Labels
 ) -> dict[str, Any] | None:
@@ -125,13 +130,13 @@ def describe_next_scan(
     if not found:
         return None
     entries = [c for c in found.get("candidates") or [] if isinstance(c, dict)]
-    entries.sort(key=lambda c: -(finite_or_none(c.get("power")) or 0.0))
-    rows = [[words.describe_scan(c, drive_unit), format_number(c.get("power"))] for c in entries]
+    entries.sort(key=lambda c: 1.0 if (left := _left(c)) is None else left)
+    rows = [[words.describe_scan(c, drive_unit), format_percent(_left(c))] for c in entries]
     return {
         "scan": words.capitalise(words.describe_scan(found, drive_unit)),
         "separates": words.describe_separation(found, labels),
         "reason": words.to_sentence(str(found.get("reason") or "")),
-        "table": Table("Scans considered", ["scan", "power to separate"], rows)
+        "table": Table("Scans considered", ["scan", "left to the wrong answer"], rows)
         if rows[1:]
         else None,
     }

@@ -25,7 +25,7 @@ def import_command(
     "rapi import scope.csv --drive 'CH 1' --response-unit GHz --response-scale 4.5 --no-cut -o \
 my-recording"
     """
-    words = ["rapi", "import", *map(os.fspath, files)]
+    words = ["rapi", "import", *(os.fspath(file) for file in files)]
     for field in dataclasses.fields(options):
         value = getattr(options, field.name)
         if value == field.default:

@@ -31,6 +31,7 @@ from .runs._cut import cut_record
 from .runs._describe import describe_run
 from .runs._overlap import without_overlap
 from .runs._own_clocks import own_clocks
+from .runs._repeating_response import describe_repeating
 from .runs._skip import skip_start
 
 WRITER = "rapi import"
@@ -292,7 +293,9 @@ def _runs_of(
         )
     placed = list(zip(runs, begins, strict=True))
     notes += [] if options.made is not None else describe_flat("drive", placed, _drive_of)
-    notes += [] if optics is not None else describe_flat("response", placed, _response_of)
+    if optics is None:
+        notes += describe_flat("response", placed, _response_of)
+        notes += describe_repeating(runs)
     return runs, notes
 
 

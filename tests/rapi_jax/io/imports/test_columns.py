@@ -126,6 +126,20 @@ def test_a_drive_that_rises_like_a_time_is_remarked_and_a_ramp_of_one_sweep_is_n
     assert "rises evenly" not in " ".join(import_recording(ramp, options).notes)
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.02])  # of the response's span
+def test_a_drive_that_does_not_repeat_beside_a_response_that_does_is_remarked(tmp_path, noise):
+    rng = np.random.default_rng(0)
+    wander = np.cumsum(rng.standard_normal(T.size))
+    y = Y + noise * np.ptp(Y) * rng.standard_normal(T.size)
+    options = ImportOptions(time="0", drive="1", response="2", **PLAIN, units_checked=True)
+    made = import_recording(table(tmp_path, "", (T, wander, y)), options)
+    (note,) = (note for note in made.notes if "another column is the drive" in note)
+    assert "the response of run00 does, at 10 Hz" in note
+    for pair in ((U, y), (wander, np.cumsum(rng.standard_normal(T.size)))):
+        made = import_recording(table(tmp_path, "", (T, *pair)), options)
+        assert "another column is the drive" not in " ".join(made.notes)
+
+
 def test_records_below_each_other_are_not_taken_for_a_wrong_time(tmp_path):
     twice = [np.r_[one, one] for one in (T, U, Y)]
     path = table(tmp_path, "", (*twice, np.arange(2 * T.size)))

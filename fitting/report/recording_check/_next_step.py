@@ -43,11 +43,8 @@ def _import_words(line: str | None) -> list[str]:
         words = shlex.split(line or "")
     except ValueError:
         return []
-    return (
-        words
-        if words[:2] == ["rapi", "import"] and words[2:] and (line or "").isprintable()
-        else []
-    )
+    known = words[:2] == ["rapi", "import"] and len(words) > 2
+    return words if known and (line or "").isprintable() else []
 
 
 def _changes(check: "RecordingCheck", words: list[str]) -> tuple[dict[str, str] | None, str]:
@@ -73,7 +70,8 @@ def _changes(check: "RecordingCheck", words: list[str]) -> tuple[dict[str, str] 
         if len(ways) == 1:
             (way,) = ways
             return {"drive-as": way}, "with a drive that is free of noise"
-    if kinds == {"columns swapped"}:
+    elsewhere = {"drive-file", "drive-amplitude"}  # a drive that is no column of the same file
+    if kinds == {"columns swapped"} and all(_option(words, one) is None for one in elsewhere):
         drive, response = (_option(words, what) or what for what in ("drive", "response"))
         return {"drive": response, "response": drive}, "if drive and response are exchanged"
     return None, ""

@@ -157,7 +157,7 @@ def import_recording(
     runs, cleaned = clean_drives(runs, options.drive_as, drive_unit)
     runs, fewer = decimate(runs, options.decimate, options.max_samples)
     notes += cleaned + fewer
-    provenance |= {IMPORT_COMMAND: _command_by_names(paths, options)}
+    provenance |= _command_by_names(paths, options)
     provenance |= {"recorded_at": stamp} if stamp else {}
     provenance |= {_units.UNITS_CHECKED: "true"} if options.units_checked else {}
     provenance |= {"temperature_c": warm} if warm else {}
@@ -175,11 +175,15 @@ def import_recording(
     return Imported(recording, tuple(notes))
 
 
-def _command_by_names(paths: Sequence[StrPath], options: ImportOptions) -> str:
-    """The line that imports the same, from the folder of the files: a manifest holds no paths."""
+def _command_by_names(paths: Sequence[StrPath], options: ImportOptions) -> dict[str, str]:
+    """The line that imports the same, from the folder of the files: a manifest holds no paths.
+
+    None where a name is not printable, or the files are too many for one line.
+    """
     if options.drive_file is not None:
         options = dataclasses.replace(options, drive_file=Path(options.drive_file).name)
-    return printable(import_command([Path(path).name for path in paths], options), 10_000)
+    line = import_command([Path(path).name for path in paths], options)
+    return {IMPORT_COMMAND: line} if line == printable(line, 4000) else {}
 
 
 def _time_note(place: str, channels: Channels, runs: Sequence[Run]) -> str:

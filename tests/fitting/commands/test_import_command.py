@@ -262,6 +262,12 @@ def test_missing_readings_are_kept_as_gaps_where_asked(rapi, tmp_path):
     assert rapi("check", tmp_path / "r", "--nan", "mask")[0] == 0
 
 
+def test_check_tells_machines_the_next_step_too(rapi, tmp_path):
+    rapi("import", scope(tmp_path), "-o", tmp_path / "r", *SCOPE, "--no-picture")
+    code, out, _ = rapi("check", tmp_path / "r", "--json")
+    assert code == 0 and json.loads(out)["next_step"] == f"Next: `rapi fit {tmp_path}/r -o result`"
+
+
 def test_a_second_import_replaces_the_first(rapi, tmp_path):
     path = scope(tmp_path)
     where = ("import", path, "-o", tmp_path / "r", *SCOPE)

@@ -99,6 +99,8 @@ def test_noise_of_the_drive_and_exchanged_columns_name_their_option(tmp_path, mo
     assert {fault.kind for fault in swapped.faults} == {"columns swapped"}
     line = step(swapped)
     assert "if drive and response are exchanged" in line and "--drive b --response a" in line
+    apart = step(swapped, again=f"{IMPORT} --drive-file b.csv")
+    assert apart.startswith("Next: mend what is marked with x")
 
 
 def test_a_file_that_is_elsewhere_is_named_and_other_lines_are_not_copied(tmp_path, monkeypatch):

@@ -65,11 +65,8 @@ def describe_example(
     if options.cavity is not None and options.cavity_spacing is None:
         answers["cavity_spacing"] = "1.5 GHz"
     line = import_command([path], dataclasses.replace(options, **answers), "my-recording")
-    where = (
-        f", if {', '.join(supposed[:-1])}{' and ' if supposed[1:] else ''}{supposed[-1]}"
-        if supposed
-        else ""
-    )
+    *most, last = supposed or [""]
+    where = f", if {', '.join(most)}{' and ' if most else ''}{last}" if last else ""
     return f"For example{where}: `{line}`."
 
 

@@ -152,4 +152,4 @@ def _turns(value: Samples) -> int:
     """How often a signal turns, where it does so more than once; else 0."""
     finite = value[np.isfinite(value)]
     inner = turning_samples(finite, THRESHOLDS.turn).size - 2 if finite.size > 2 else 0
-    return max(inner, 0) if inner > 1 else 0
+    return inner if inner > 1 else 0

@@ -40,6 +40,9 @@ from .io.drives._afg_waveform import FULL as FULL
 from .io.drives._afg_waveform import POINTS as POINTS
 from .io.drives._afg_waveform import codes_of as codes_of
 from .io.drives._afg_waveform import period_volts as period_volts
+from .io.imports._import import IMPORT_COMMAND as IMPORT_COMMAND
+from .io.imports.columns._command import import_command as import_command
+from .io.imports.columns._open_question import OpenQuestion as OpenQuestion
 from .operators._origin import scan_origin as scan_origin
 from .plays._contact_intervals import Band as Band
 from .plays._monotone_stretches import Stretches as Stretches

@@ -14,9 +14,9 @@ def check(
 ) -> int:
     """Say what is in RECORDING, what is wrong with it, and what it allows.
 
-    Nothing is fitted and nothing is written. Exit code 0: nothing was found that speaks against a
-    fit. 4: a fit would be refused; the reasons are listed, and what to do. 3: a recording cannot be
-    read.
+    Nothing is fitted and nothing is written. The last line is the next command: a fit, or another
+    import that mends the recording. Exit code 0: nothing was found that speaks against a fit. 4: a
+    fit would be refused; the reasons are listed, and what to do. 3: a recording cannot be read.
 
     Parameters
     ----------
@@ -33,9 +33,10 @@ def check(
     from fitting._json import replace_nonfinite
     from fitting.commands.shared._out import console, print_json
     from fitting.recording_check._check import check_recording
+    from fitting.report.recording_check._next_step import describe_next
     from fitting.report.recording_check._terminal import render_recording_check
     from rapi_jax import DataError
-    from rapi_jax.internal import located
+    from rapi_jax.internal import IMPORT_COMMAND, located
     from rapi_jax.io import printable, read_recording
 
     from .run import BAD_DATA, DONE, UNTRUSTED, fail
@@ -56,10 +57,14 @@ def check(
             continue
         if not found.sound and code == DONE:
             code = UNTRUSTED
+        again = data.provenance.get(IMPORT_COMMAND)
+        step = describe_next(found, source=str(path), again=again, output=str(path))
         if json:
-            tables.append({"recording": str(path), **replace_nonfinite(found.to_dict())})
+            table = {"recording": str(path), **replace_nonfinite(found.to_dict())}
+            tables.append({**table, "next_step": step})
         else:
             out.print(render_recording_check(found, label), soft_wrap=False)
+            out.print(step, markup=False, soft_wrap=True)
     if json:
         print_json(tables if recordings else tables[0])
     return code

@@ -1,5 +1,6 @@
 """`rapi fit`: identify a model from each of some recordings, or check the claim of one."""
 
+import contextlib
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -147,6 +148,7 @@ def fit(
         seconds = estimate_seconds(data, "fit")
         begun = describe_recording(data, seconds)
         label = f"fitting {name}" if recordings else "fitting"
+        _tell_faults(data, f"{name}: " if recordings else "")
         with (
             failing_alone(name, failed, alone=not recordings),
             progress(label, json, about=begun, expected_s=seconds) as report_step,
@@ -229,6 +231,25 @@ def _print_result(
             notes=verdict.notes,
         )
         out.print(said, markup=False, soft_wrap=True)
+
+
+def _tell_faults(data: Any, prefix: str) -> None:
+    """Say on standard error, before a fit, what is known to be wrong with its recording.
+
+    Where no fit can be made of it the fit itself says so.
+    """
+    from fitting.recording_check._check import UNUSABLE, find_recording_faults
+    from fitting.report._alike import fold_faults
+    from rapi_jax import DataError
+
+    from .run import fail
+
+    with contextlib.suppress(DataError):
+        faults = find_recording_faults(data)
+        if any(fault.kind == UNUSABLE for fault in faults):
+            return
+        for line in fold_faults(faults):
+            fail("known before the fit", f"{prefix}{line}")
 
 
 def check_fit_output(folder: Path, *, plots: bool, intervals: Intervals | None) -> None:

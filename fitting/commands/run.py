@@ -178,9 +178,11 @@ def explain_error(error: Exception) -> tuple[int, str, str]:
     from fitting.batch.jobs._job import BatchError
     from fitting.commands.shared._model import UntrustedModel
     from rapi_jax import DataError, LimitError, ModelError, NotInvertible
-    from rapi_jax.internal import cause
+    from rapi_jax.internal import OpenQuestion, cause
     from rapi_jax.io import OutputError, printable
 
+    if isinstance(error, OpenQuestion):
+        return BAD_DATA, "question", str(error)
     if isinstance(error, UntrustedModel):
         return UNTRUSTED, "not to be trusted", str(error)
     if isinstance(error, LimitError):

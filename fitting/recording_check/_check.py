@@ -62,6 +62,12 @@ class RecordingCheck:
         return self.questions[0].answer != "no"
 
     @property
+    def unsettled(self) -> tuple[str, ...]:
+        """Names of the runs whose first period is unlike their later ones, or did not close."""
+        told = {fault.run for fault in self.faults if fault.kind == "unsettled start"}
+        return tuple(run.name for run in self.runs if not run.settled or run.name in told)
+
+    @property
     def noise(self) -> float:
         """Rms of the noise over all runs, in the response's unit."""
         weight = [run.samples - run.masked for run in self.runs]
@@ -110,6 +116,7 @@ class RecordingCheck:
         }
 
 
+UNUSABLE = "unusable run"  # kind of a fault for which a fit raises
 _FAULTS = "_faults"  # as a bench writes them into a recording's provenance
 
 
@@ -131,13 +138,7 @@ def check_recording(recording: Recording) -> RecordingCheck:
     >>> len(checked.runs), [fault.name for fault in checked.faults]
     (4, [])
     """
-    unusable = _find_unusable(recording)
-    if any(not run.valid.any() for run in recording.runs):
-        raise DataError(unusable[0].message)
-    faults = [*unusable, *find_faults(recording), *find_swapped_columns(recording)]
-    faults += find_unrelated(recording) if not faults else []
-    if all(fault.kind == "unsettled start" for fault in faults):
-        faults += foresee_drive_noise(recording)
+    faults = find_recording_faults(recording)
     refused = {fault.run for fault in faults if fault.kind == "unsettled start"}
     # Other faults make periods differ, too; a drive that was read with noise does not.
     comparable = all(fault.kind in ("unsettled start", "noisy drive") for fault in faults)
@@ -167,6 +168,27 @@ def check_recording(recording: Recording) -> RecordingCheck:
     )
 
 
+def find_recording_faults(recording: Recording) -> list[Fault]:
+    """What a fit would not be trusted for, of all that shows without one.
+
+    Raises `DataError` where a run has no reading that is a number.
+
+    >>> from fitting.recording_check._check import find_recording_faults
+    >>> from rapi_jax.examples import paper_recording
+    >>> recording, _ = paper_recording(samples=400, periods=2)
+    >>> find_recording_faults(recording)
+    []
+    """
+    unusable = _find_unusable(recording)
+    if any(not run.valid.any() for run in recording.runs):
+        raise DataError(unusable[0].message)
+    faults = [*unusable, *find_faults(recording), *find_swapped_columns(recording)]
+    faults = faults or find_unrelated(recording)
+    if all(fault.kind == "unsettled start" for fault in faults):
+        faults += foresee_drive_noise(recording)
+    return faults
+
+
 def _find_unusable(recording: Recording) -> list[Fault]:
     """Runs without a complete period, or with a lag that is too long for them, as faults."""
     found = []
@@ -174,7 +196,7 @@ def _find_unusable(recording: Recording) -> list[Fault]:
         try:
             check_usable(dataclasses.replace(recording, runs=(run,)))
         except DataError as error:
-            found.append(Fault("unusable run", run.name, str(error), ((0, run.drive.size - 1),)))
+            found.append(Fault(UNUSABLE, run.name, str(error), ((0, run.drive.size - 1),)))
     return found
 
 

@@ -26,6 +26,12 @@ def without_progress(text: str) -> str:
     )
 
 
+def split_known_faults(text: str) -> tuple[list[str], str]:
+    """Kinds of the faults that a fit tells before it begins, and standard error without them."""
+    known = re.findall(r"^known before the fit: ([^:\n]+): .*\n", text, re.MULTILINE)
+    return known, re.sub(r"^known before the fit: .*\n", "", text, flags=re.MULTILINE)
+
+
 def assert_failure(text: str, code: int) -> None:
     """The object on standard output of a command that failed under `--json`."""
     found = json.loads(text, parse_constant=pytest.fail)

@@ -61,7 +61,7 @@ def import_files(
 
     A record of several scan rates or swings is cut into one run for each. Everything that was
     found, done and assumed is printed and written into the manifest. After it stands what
-    `rapi check` says of the recording.
+    `rapi check` says of the recording, and the next command.
 
     Parameters
     ----------
@@ -72,7 +72,8 @@ def import_files(
         More files of the same session and device; their runs follow in the order given.
     output
         Folder for the recording, or a file whose name ends in .nc. An earlier import there is
-        replaced; anything else there is refused. Without this option nothing is written.
+        replaced, and that is said; anything else there is refused. Without this option nothing is
+        written.
     time
         Column of the time: its name, or its number, counted from 0. Default: the column whose name
         is that of a time.
@@ -172,61 +173,77 @@ def import_files(
     check_fringes(
         fringes, interferometer, response, response_unit, response_scale, cavity, cavity_spacing
     )
-    from fitting._json import replace_nonfinite
     from fitting.commands.shared._out import console, print_json
-    from fitting.recording_check._check import check_recording
-    from fitting.report.recording_check._terminal import render_recording_check
-    from rapi_jax.io import (
-        ImportOptions,
-        check_output,
-        import_recording,
-        printable,
-        write_import,
-    )
+    from fitting.commands.shared._progress import progress
 
-    options = ImportOptions(
-        time=time, drive=drive, response=response,
-        drive_file=None if drive_file is None else str(drive_file),
-        time_unit=time_unit, drive_unit=drive_unit, response_unit=response_unit,
-        drive_scale=drive_scale, response_scale=response_scale,
-        sample_rate=sample_rate, made=made, drive_as=drive_as, rates=rate, waveform=waveform,
-        cut=cut, skip_periods=skip_periods, skip_seconds=skip_seconds,
-        decimate=decimate, max_samples=max_samples, nan=nan, response_origin=response_origin,
-        response_lag_s=response_lag, recorded_at=recorded_at, temperature_c=temperature,
-        fringes=fringes, interferometer=interferometer,
-        cavity=cavity, cavity_spacing=cavity_spacing, units_checked=units_checked,
-    )  # fmt: skip
-    if output is not None:
-        check_output(output)  # now, before a long file is read
-    imported = import_recording(paths, options)
-    checked = check_recording(imported.recording)
-    written: list[Path] = []
-    if output is not None and not dry_run:
-        written = write_import(imported, output, picture=_picture(imported) if picture else None)
+    with progress("importing", json) as report_step:  # what follows loads for two or three seconds
+        report_step(", ".join(path.name for path in paths[:3]) + (", ..." if paths[3:] else ""))
+        from fitting._json import replace_nonfinite
+        from fitting.recording_check._check import check_recording
+        from fitting.report.recording_check._next_step import describe_next
+        from fitting.report.recording_check._terminal import render_recording_check
+        from rapi_jax.internal import import_command
+        from rapi_jax.io import (
+            ImportOptions,
+            check_output,
+            import_recording,
+            printable,
+            write_import,
+        )
+
+        options = ImportOptions(
+            time=time, drive=drive, response=response,
+            drive_file=None if drive_file is None else str(drive_file),
+            time_unit=time_unit, drive_unit=drive_unit, response_unit=response_unit,
+            drive_scale=drive_scale, response_scale=response_scale,
+            sample_rate=sample_rate, made=made, drive_as=drive_as, rates=rate, waveform=waveform,
+            cut=cut, skip_periods=skip_periods, skip_seconds=skip_seconds,
+            decimate=decimate, max_samples=max_samples, nan=nan, response_origin=response_origin,
+            response_lag_s=response_lag, recorded_at=recorded_at, temperature_c=temperature,
+            fringes=fringes, interferometer=interferometer,
+            cavity=cavity, cavity_spacing=cavity_spacing, units_checked=units_checked,
+        )  # fmt: skip
+        replaced = output is not None and check_output(output)  # before a long file is read
+        imported = import_recording(paths, options)
+        checked = check_recording(imported.recording)
+        written: list[Path] = []
+        if output is not None and not dry_run:
+            shown = _picture(imported) if picture else None
+            written = write_import(imported, output, picture=shown)
+    label = None if output is None else printable(output)
+    step = describe_next(
+        checked,
+        source=str(output) if written else None,
+        again=import_command([file, *files], options),
+        output="my-recording" if output is None else str(output),
+    )
     if json:
         table: dict[str, Any] = {
             "schema": "rapi.import/1",
             "recording": None if output is None else str(output),
             "written": [str(path) for path in written],
+            "replaced": replaced and not dry_run,
             "notes": list(imported.notes),
             "check": replace_nonfinite(checked.to_dict()),
+            "next_step": step,
         }
         print_json(table)
         return 0
     out = console(json)
     for note in imported.notes:
         out.print(f"  - {note}", markup=False, soft_wrap=True)
-    out.print(
-        render_recording_check(checked, printable(paths[0].name if output is None else output))
-    )
-    if output is None:
+    out.print(render_recording_check(checked, label or printable(paths[0].name)))
+    if label is None:
         done = "nothing was written: add `-o my-recording` to write it"
     elif dry_run:
-        done = f"nothing was written (--dry-run); this would be: {printable(output)}"
+        instead = ", in place of the earlier import that is there" if replaced else ""
+        done = f"nothing was written (--dry-run); this would be: {label}{instead}"
     else:
         named = ", ".join(path.name for path in written[1:])
-        done = f"written to {printable(output)}" + (f", with {named}" if named else "")
+        done = f"written to {label}" + (f", with {named}" if named else "")
+        done += "; the earlier import that was there is replaced" if replaced else ""
     out.print(done, markup=False, soft_wrap=True)
+    out.print(step, markup=False, soft_wrap=True)
     return 0
 
 

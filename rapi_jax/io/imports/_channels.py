@@ -17,12 +17,13 @@ from rapi_jax.io.tables._units import (
     time_factor,
 )
 
-from ._clipping import describe_flat
 from ._clock import follow_clock, join_clocks
 from ._made_drive import check_made, make_drive
 from ._options import ImportOptions
-from ._questions import locate_columns
-from ._stated_units import other_units, refuse_temperature, time_column
+from .columns._assumptions import describe_assumptions
+from .columns._questions import locate_columns
+from .columns._roles import Roles
+from .columns._stated_units import other_units, refuse_temperature, time_column
 from .fringes._read import check_fringes
 
 ASSUMED = ", assumed)"  # of a time that has no unit
@@ -56,11 +57,15 @@ def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
     short = printable(Path(path).name)
     notes = [f"{short}: {table.form}; columns {table.describe()}"]
     source = table if options.drive_file is None else read_table(options.drive_file)
-    places = locate_columns(table, source, options)
+    places = locate_columns(table, source, options, path)
     what = options.measured
     response_at = places[what]
+    roles = Roles.of(table, path, options, places)
+    roles.check_units()
     response, response_unit, said = _scaled(table, response_at, what, options)
     time, clock = _time_of(table, response_at, response.size, options)
+    roles.check_time(time)
+    notes += [f"{short}: {line}" for line in describe_assumptions(table, response_at, options)]
     notes += other_units(short, table, response_at, what, options)
     columns = [clock, f"{what}: {printable(table.columns[response_at].name, 40)} ({said})"]
     cavity = None
@@ -72,7 +77,6 @@ def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
             columns.append(f"cavity: {printable(table.columns[places['cavity']].name, 40)}")
     else:
         response = _settle(response, table.label, options)
-        notes += [f"{short}: {line}" for line in describe_flat(what, response)]
     if options.made is not None:
         unit, factor = drive_factor(str(options.drive_unit))
         drive = factor * make_drive(options.made, time - time[0])
@@ -105,7 +109,6 @@ def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
         _check_drive(drive, source.label)
         notes += other_units(other_short, source, drive_at, "drive", options)
         columns.insert(1, f"drive: {printable(source.columns[drive_at].name, 40)} ({said})")
-        notes += [f"{other_short}: {line}" for line in describe_flat("drive", drive)]
         other, _ = _time_of(source, drive_at, drive.size, options)
         if other.size != time.size or not np.array_equal(other, time):
             try:
@@ -118,6 +121,8 @@ def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
             except DataError as error:
                 raise DataError(f"{table.label}: {error}") from error
             notes.append(f"{short}: {said}")
+        if what == "response":
+            notes += [f"{other_short}: {line}" for line in roles.check_moving(drive, response)]
     warm = _temperature(table, options)
     return Channels(
         time, drive, response, drive_unit, response_unit, ", ".join(columns), tuple(notes),

@@ -18,20 +18,24 @@ from rapi_jax.recording._response_source import FRINGES, RESPONSE_FROM
 from rapi_jax.recording._run import Run
 
 from ._channels import Channels, read_channels
+from ._clipping import describe_flat
 from ._clock import even_clock, is_even, resample
 from ._decimate import decimate
 from ._join import all_recordings, join_recordings
 from ._options import ImportOptions
 from ._repeats import check_repeats
 from .cleaning._clean import clean_drives
+from .columns._command import import_command
 from .fringes._read import FringeOptics, read_fringe_run
 from .runs._cut import cut_record
 from .runs._describe import describe_run
 from .runs._overlap import without_overlap
 from .runs._own_clocks import own_clocks
+from .runs._repeating_response import describe_repeating
 from .runs._skip import skip_start
 
 WRITER = "rapi import"
+IMPORT_COMMAND = "import_command"  # in the provenance: the line, without paths and output
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -153,6 +157,7 @@ def import_recording(
     runs, cleaned = clean_drives(runs, options.drive_as, drive_unit)
     runs, fewer = decimate(runs, options.decimate, options.max_samples)
     notes += cleaned + fewer
+    provenance |= _command_by_names(paths, options)
     provenance |= {"recorded_at": stamp} if stamp else {}
     provenance |= {_units.UNITS_CHECKED: "true"} if options.units_checked else {}
     provenance |= {"temperature_c": warm} if warm else {}
@@ -168,6 +173,17 @@ def import_recording(
     )
     _units.check_plausible(recording)
     return Imported(recording, tuple(notes))
+
+
+def _command_by_names(paths: Sequence[StrPath], options: ImportOptions) -> dict[str, str]:
+    """The line that imports the same, from the folder of the files: a manifest holds no paths.
+
+    None where a name is not printable, or the files are too many for one line.
+    """
+    if options.drive_file is not None:
+        options = dataclasses.replace(options, drive_file=Path(options.drive_file).name)
+    line = import_command([Path(path).name for path in paths], options)
+    return {IMPORT_COMMAND: line} if line == printable(line, 4000) else {}
 
 
 def _time_note(place: str, channels: Channels, runs: Sequence[Run]) -> str:
@@ -233,6 +249,7 @@ def _runs_of(
                    if averaged > 1 else "")
             )  # fmt: skip
     runs: list[Run] = []
+    begins: list[int] = []  # of each run, its first sample
     for a, b in stretches:
         if b - a < 3:
             notes.append(f"dropped {b - a} sample(s) between two gaps")
@@ -261,6 +278,7 @@ def _runs_of(
             except DataError as error:
                 raise DataError(f"{label}: {error}") from error
             rows = slice(rows.start + skipped, rows.stop)
+            begins.append(rows.start)
             notes += [describe_run(one, name, rows.start, channels.drive_unit), *left_out]
             if optics is None:
                 runs.append(Run(one, response[rows], name))
@@ -277,7 +295,20 @@ def _runs_of(
         raise DataError(
             f"{label}: no stretch without a gap is long enough for a run. Record again."
         )
+    placed = list(zip(runs, begins, strict=True))
+    notes += [] if options.made is not None else describe_flat("drive", placed, _drive_of)
+    if optics is None:
+        notes += describe_flat("response", placed, _response_of)
+        notes += describe_repeating(runs)
     return runs, notes
+
+
+def _drive_of(run: Run) -> np.ndarray:
+    return run.drive.value
+
+
+def _response_of(run: Run) -> np.ndarray:
+    return run.response
 
 
 def _optics(options: ImportOptions) -> FringeOptics | None:

@@ -15,6 +15,12 @@ class ImportThresholds:
     few_gaps: float = threshold(
         0.01, unit="of the steps", origin="convention; more are no gaps but uneven sampling"
     )
+    backward_steps: float = threshold(
+        0.01,
+        unit="of the steps",
+        origin="derivation: records below each other of 100 samples or more go back less often; a "
+        "triangle or sine does half of the time",
+    )
     uneven_step: float = threshold(
         0.01, unit="of a step", origin="rounding of printed times; less is made even"
     )

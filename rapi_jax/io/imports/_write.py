@@ -17,15 +17,17 @@ from ._import import WRITER, Imported
 PICTURE = "preview.png"
 
 
-def check_output(path: StrPath) -> None:
+def check_output(path: StrPath) -> bool:
     """Refuse an output that is there and was not written by an import, or was changed since.
 
-    Raises `OutputError`.
+    Returns whether an earlier import is there, which `write_import` replaces. Raises `OutputError`.
 
     >>> from pathlib import Path
     >>> from rapi_jax.io import OutputError, check_output
     >>> Path("thesis").mkdir()
     >>> _ = Path("thesis/chapter.txt").write_text("text")
+    >>> check_output("my-recording")
+    False
     >>> try:
     ...     check_output("thesis")
     ... except OutputError as error:
@@ -37,12 +39,12 @@ def check_output(path: StrPath) -> None:
     cure = "Choose another with `-o`."
     if target.is_dir():
         if not any(target.iterdir()):
-            return
+            return False
         if not (target / MANIFEST).exists():
             raise OutputError(f"the output {label} is there and is no recording. {cure}")
     elif not target.exists():
         _check_parent(target, label, cure)
-        return
+        return False
     elif not os.fspath(path).endswith(".nc"):
         raise OutputError(f"the output {label} is there and is not a folder. {cure}")
     try:
@@ -68,6 +70,7 @@ def check_output(path: StrPath) -> None:
                 f"the output {label} also holds '{printable(other[0], 60)}', which `rapi import` "
                 f"did not write. {cure}"
             )
+    return True
 
 
 def _check_parent(target: Path, label: str, cure: str) -> None:
@@ -99,9 +102,8 @@ def write_import(imported: Imported, path: StrPath, *, picture: bytes | None = N
     >>> [path.name for path in write_import(made, "my-recording")]
     ['my-recording']
     """
-    check_output(path)
+    again = check_output(path)
     recording, target = imported.recording, Path(path)
-    again = target.is_file() or (target / MANIFEST).exists()
     target.parent.mkdir(parents=True, exist_ok=True)
     provenance = recording.provenance | {"imported_sha256": recording.sha256()}
     whole = dataclasses.replace(recording, provenance=provenance)

@@ -6,8 +6,8 @@ from rapi_jax._errors import DataError
 from rapi_jax.io._safe import printable
 
 _MICRO = "\u00b5\u03bc"  # the micro sign and the Greek letter
-_TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
-_VOLT = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "kV": 1e3}
+TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+VOLTS = {"V": 1.0, "mV": 1e-3, "uV": 1e-6, "kV": 1e3}
 _LENGTH = {"m": 1e6, "mm": 1e3, "um": 1.0, "nm": 1e-3, "pm": 1e-6}  # in um
 _CHARGE = {"C": 1e6, "mC": 1e3, "uC": 1.0, "nC": 1e-3, "pC": 1e-6}  # in uC
 _ANGLE = {"rad": 1e3, "mrad": 1.0, "urad": 1e-3, "deg": 17.453292519943295}  # in mrad
@@ -35,16 +35,16 @@ _EITHER = {  # a diode's current, a coil's field, a motor's angle and a press's 
     **{unit: ("mT", factor) for unit, factor in _FIELD.items()},
 }
 _OTHER = {**_EITHER, **{unit: ("uC/cm2", factor) for unit, factor in _POLARISATION.items()}}
-_KNOWN = {*_TIME, *_VOLT, *_LENGTH, *_CHARGE, *_OPTICAL, *_OTHER}
+_KNOWN = {*TIMES, *VOLTS, *_LENGTH, *_CHARGE, *_OPTICAL, *_OTHER}
 
 DRIVES = {
-    **{unit: ("V", factor) for unit, factor in _VOLT.items()},
+    **{unit: ("V", factor) for unit, factor in VOLTS.items()},
     **{unit: ("um", factor) for unit, factor in _LENGTH.items()},
     **_EITHER,
 }
 RESPONSES = {
     **{unit: ("GHz", factor) for unit, factor in _OPTICAL.items()},
-    **{unit: ("V", factor) for unit, factor in _VOLT.items()},
+    **{unit: ("V", factor) for unit, factor in VOLTS.items()},
     **{unit: ("um", factor) for unit, factor in _LENGTH.items()},
     "nm": ("nm", 1.0),
     "pm": ("nm", 1e-3),
@@ -86,9 +86,9 @@ def split_unit(name: str) -> tuple[str, str | None]:
 def time_factor(unit: str) -> float:
     """Seconds in one `unit`. Raises `DataError` where that is no unit of time."""
     found = known_unit(unit)
-    if found not in _TIME:
-        raise DataError(_refusal("--time-unit", unit, _TIME))
-    return _TIME[found]
+    if found not in TIMES:
+        raise DataError(_refusal("--time-unit", unit, TIMES))
+    return TIMES[found]
 
 
 def drive_factor(unit: str) -> tuple[str, float]:

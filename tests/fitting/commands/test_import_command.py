@@ -1,6 +1,8 @@
 """`rapi import`: from an oscilloscope's file to a fit, and natural mistakes."""
 
 import json
+import re
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +10,7 @@ import pytest
 from command_output import assert_one_line
 from scope_files import MAKERS, put, rows, scanned
 
+from rapi_jax import DataError
 from rapi_jax.examples import paper_device
 from rapi_jax.io import read_recording
 
@@ -26,7 +29,9 @@ def test_from_a_scope_file_to_a_model_close_to_the_true_one(rapi, tmp_path):
     assert (code, err) == (0, "")
     for word in ("scope.csv: text, separated by commas", "40 Hz", "nothing speaks against a fit"):
         assert word in out
-    assert out.splitlines()[-1] == f"written to {data}, with preview.png"
+    done, step = out.splitlines()[-2:]
+    assert done == f"written to {data}, with preview.png"
+    assert step == f"Next: `rapi fit {data} -o result`"
     assert (data / "preview.png").read_bytes().startswith(b"\x89PNG")
     assert rapi("check", data)[0] == 0
     options = ("--starts", 2, "--no-plots", "--plays", 8)
@@ -55,11 +60,14 @@ def test_dry_run_writes_nothing_and_json_says_all(rapi, tmp_path):
     path = scope(tmp_path)
     code, out, _ = rapi("import", path, "-o", tmp_path / "r", *SCOPE, "--dry-run")
     assert code == 0 and "nothing was written (--dry-run); this would be" in out
+    assert "earlier import" not in out
     assert list(tmp_path.iterdir()) == [path]
     code, out, err = rapi("import", path, "-o", tmp_path / "r.nc", *SCOPE, "--json")
     table = json.loads(out, parse_constant=pytest.fail)
     assert (code, err, table["schema"]) == (0, "", "rapi.import/1")
     assert [Path(one).name for one in table["written"]] == ["r.nc", "r.preview.png"]
+    assert table["replaced"] is False
+    assert table["next_step"] == f"Next: `rapi fit {tmp_path / 'r.nc'} -o result`"
     assert [one["excitation_hz"] for one in table["check"]["runs"]] == [10.0, 20.0, 40.0]
     assert read_recording(tmp_path / "r.nc").sha256() == table["check"]["data_sha256"]
 
@@ -254,12 +262,73 @@ def test_missing_readings_are_kept_as_gaps_where_asked(rapi, tmp_path):
     assert rapi("check", tmp_path / "r", "--nan", "mask")[0] == 0
 
 
+def test_check_tells_machines_the_next_step_too(rapi, tmp_path):
+    rapi("import", scope(tmp_path), "-o", tmp_path / "r", *SCOPE, "--no-picture")
+    code, out, _ = rapi("check", tmp_path / "r", "--json")
+    assert code == 0 and json.loads(out)["next_step"] == f"Next: `rapi fit {tmp_path}/r -o result`"
+
+
 def test_a_second_import_replaces_the_first(rapi, tmp_path):
     path = scope(tmp_path)
-    assert rapi("import", path, "-o", tmp_path / "r", *SCOPE)[0] == 0
-    assert rapi("import", path, "-o", tmp_path / "r", *SCOPE, "--decimate", 2)[0] == 0
+    where = ("import", path, "-o", tmp_path / "r", *SCOPE)
+    assert "earlier import" not in rapi(*where)[1]
+    assert "in place of the earlier import that is there" in rapi(*where, "--dry-run")[1]
+    code, out, _ = rapi(*where, "--decimate", 2)
+    assert code == 0 and "the earlier import that was there is replaced" in out
     sizes = [run.drive.size for run in read_recording(tmp_path / "r").runs]
     assert sum(sizes) < 0.52 * T.size and len(list((tmp_path / "r").glob("*.csv"))) == 3
+
+
+def test_a_file_alone_is_asked_about_and_the_example_imports_it(rapi, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scope(tmp_path)
+    code, out, err = rapi("import", "scope.csv")
+    assert (code, out) == (3, "")
+    assert_one_line(err, "question: scope.csv: which columns are", "time is column 'TIME'")
+    (line,) = re.findall("`rapi (import scope.csv [^`]*)`", err)
+    assert line == "import scope.csv --drive CH1 --response CH2 -o my-recording"
+    code, out, _ = rapi(*line.split())
+    assert code == 0 and "assumed: the response is a voltage in V" in out
+    code, out, _ = rapi("import", "scope.csv", "--json")
+    assert (code, json.loads(out)["kind"]) == (3, "question")
+
+
+def test_the_last_line_leads_from_a_start_at_rest_to_a_fit(rapi, tmp_path, monkeypatch):
+    """Each line is run as it stands, also that of `rapi check`."""
+    monkeypatch.chdir(tmp_path)
+    late = Y.copy()
+    late[:800] -= 5.0 * np.exp(-np.arange(800) / 160.0)
+    scope(tmp_path, y=late)
+
+    def following(*line):
+        _, out, _ = rapi(*line)
+        return shlex.split(re.findall("`rapi (.*)`", out.splitlines()[-1])[0])
+
+    first = following("import", "scope.csv", *SCOPE)
+    assert "--skip-periods" in first and first[-2:] == ["-o", "my-recording"]
+    assert following("import", "scope.csv", *SCOPE, "-o", "my-recording") == first
+    again = following("check", "my-recording")
+    assert sorted(again) == sorted(first)
+    assert following(*again) == ["fit", "my-recording", "-o", "result"]
+    assert following("check", "my-recording") == ["fit", "my-recording", "-o", "result"]
+
+
+def test_a_fit_tells_what_is_known_before_it_begins(rapi, tmp_path, monkeypatch):
+    def begin(*args, **options):
+        raise DataError("the fit began")
+
+    monkeypatch.setattr("fitting.commands.fit.identify_into", begin)
+    late = Y.copy()
+    late[:800] -= 5.0 * np.exp(-np.arange(800) / 160.0)
+    for name, y in (("late", late), ("sound", Y)):
+        rapi("import", scope(tmp_path, y=y), *SCOPE, "-o", tmp_path / name, "--no-picture")
+    code, out, err = rapi("fit", tmp_path / "late", "-o", tmp_path / "f")
+    known, begun = err.splitlines()
+    assert (code, out) == (3, "") and "the fit began" in begun
+    assert known.startswith("known before the fit: unsettled start: run 'run00'")
+    _, _, err = rapi("fit", tmp_path / "sound", tmp_path / "late", "-o", tmp_path / "f")
+    (known,) = (line for line in err.splitlines() if "known before" in line)
+    assert known.startswith("known before the fit: late: unsettled start")
 
 
 def test_a_noisy_drive_is_said_with_the_option_that_cleans_it(rapi, tmp_path):

@@ -31,11 +31,21 @@ class Cycle:
 
 def find_cycles(drive: Samples, step_s: float) -> list[Cycle]:
     """The complete cycles of a drive, between its minima or its maxima, whichever are more."""
+    return max(find_both_cycles(drive, step_s), key=count_samples)
+
+
+def find_both_cycles(drive: Samples, step_s: float) -> tuple[list[Cycle], list[Cycle]]:
+    """The complete cycles of a drive between its minima, and those between its maxima."""
     if not np.ptp(drive) > 0:
-        return []
+        return [], []
     turns = turning_samples(drive, THRESHOLDS.turn)
-    both = [_cycles(drive, _of_kind(drive, turns, sign), step_s) for sign in (1.0, -1.0)]
-    return max(both, key=lambda cycles: sum(c.last - c.first for c in cycles))
+    low, high = (_cycles(drive, _of_kind(drive, turns, sign), step_s) for sign in (1.0, -1.0))
+    return low, high
+
+
+def count_samples(cycles: list[Cycle]) -> int:
+    """Over how many samples cycles last."""
+    return sum(cycle.last - cycle.first for cycle in cycles)
 
 
 def closed_cycle(drive: Samples, step_s: float) -> Cycle | None:

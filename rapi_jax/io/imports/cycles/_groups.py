@@ -2,7 +2,19 @@
 
 from rapi_jax.io.imports._thresholds import THRESHOLDS
 
-from ._cycles import Cycle
+from ._cycles import Cycle, Samples, count_samples, find_both_cycles
+
+
+def find_repeating(drive: Samples, step_s: float) -> list[Cycle]:
+    """The complete cycles between minima or between maxima, of which more samples repeat.
+
+    A drive that rests between runs rests at one of them, and hides where cycles begin there.
+    """
+
+    def key(cycles: list[Cycle]) -> tuple[int, int]:
+        return sum(map(count_samples, repeated_cycles(cycles))), count_samples(cycles)
+
+    return max(find_both_cycles(drive, step_s), key=key)
 
 
 def repeated_cycles(cycles: list[Cycle]) -> list[list[Cycle]]:

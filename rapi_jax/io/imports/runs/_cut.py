@@ -8,13 +8,12 @@ from rapi_jax.io.imports._thresholds import THRESHOLDS
 from rapi_jax.io.imports.cycles._cycles import (
     Cycle,
     closed_cycle,
-    find_cycles,
     loses_a_period,
     name_waveform,
     refine_rate,
     round_rate,
 )
-from rapi_jax.io.imports.cycles._groups import repeated_cycles
+from rapi_jax.io.imports.cycles._groups import find_repeating, repeated_cycles
 from rapi_jax.io.imports.cycles._noisy_cycles import find_noisy_cycles
 
 from ._describe import describe_dropped
@@ -36,7 +35,7 @@ def cut_record(
 ) -> tuple[list[Piece], list[str]]:
     """The runs of a record, and what was done. Raises `DataError` where a stated rate is wrong."""
     whole = (0, drive.size - 1)
-    cycles = find_cycles(drive, step_s)
+    cycles = find_repeating(drive, step_s)
     if not cycles:
         if (closed := closed_cycle(drive, step_s)) is not None:
             return run_of_one_period(drive, closed, step_s, options, label)

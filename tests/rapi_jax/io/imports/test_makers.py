@@ -72,7 +72,8 @@ def test_times_before_the_first_reading_hide_no_names_and_no_units(tmp_path):
     made = import_recording(path, known)
     assert "6 row(s) without readings left out before its first reading" in made.notes[0]
     assert "columns 0 'x-axis' (s), 1 (V), 2 (V)" in made.notes[0]
-    assert "assumed" not in "".join(made.notes)
+    (assumed,) = (note for note in made.notes if "assumed" in note)
+    assert assumed.startswith("scope.csv: assumed: the response is a voltage in V, the unit of its")
     assert (made.recording.drive_unit, made.recording.response_unit) == ("V", "V")
     put(tmp_path / "later.csv", keysight(T[6:], U[6:], Y[6:]))
     same = import_recording(tmp_path / "later.csv", known).recording
@@ -206,6 +207,9 @@ def test_what_is_written_is_what_is_read(tmp_path):
         assert again.provenance["imported_by"] == "rapi import"
         assert again.provenance["columns00"].startswith("time: time (s, assumed), drive: drive")
         assert str(tmp_path) not in "".join(again.provenance.values())
+        assert again.provenance["import_command"] == (
+            "rapi import a.npz --drive drive --response response --drive-unit V --response-unit GHz"
+        )
 
 
 def test_options_that_make_no_sense():

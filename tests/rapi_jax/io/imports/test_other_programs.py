@@ -226,8 +226,12 @@ def test_a_unit_of_a_response_for_the_drive_asks_whether_they_are_exchanged(tmp_
     table = "\n".join(f"{a!r},{b!r},{1e3 * c!r}" for a, b, c in np.stack([t, u, y], 1).tolist())
     (tmp_path / "a.csv").write_text(f"t (s),piezo (V),nu (MHz)\n{table}\n", encoding="utf-8")
     options = ImportOptions(drive="nu", response="piezo")
-    with pytest.raises(DataError, match="not 'MHz'.*are --drive and --response exchanged"):
+    likely = "'nu \\(MHz\\)'.*unit is MHz.*--drive piezo --response nu`"
+    with pytest.raises(DataError, match=likely):
         import_recording(tmp_path / "a.csv", options)
+    said = ImportOptions(drive="nu", response="piezo", drive_unit="MHz")
+    with pytest.raises(DataError, match="not 'MHz'.*are --drive and --response exchanged"):
+        import_recording(tmp_path / "a.csv", said)
 
 
 def test_a_drive_file_without_times_is_named(tmp_path):

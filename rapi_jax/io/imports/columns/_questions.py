@@ -2,22 +2,27 @@
 
 import shlex
 
-from rapi_jax._errors import DataError
 from rapi_jax.io._safe import printable
+from rapi_jax.io.imports._options import ImportOptions
+from rapi_jax.io.imports.fringes._optics import CAVITY_EXAMPLE, INTERFEROMETER_EXAMPLES
 from rapi_jax.io.tables._table import Table
 from rapi_jax.io.tables._units import DRIVES, RESPONSES, known_unit
 
-from ._options import ImportOptions
-from .fringes._optics import CAVITY_EXAMPLE, INTERFEROMETER_EXAMPLES
+from ._command import column_key
+from ._example import describe_example
+from ._open_question import OpenQuestion
+from ._stated_units import time_column
 
 _ALLOWED = {"drive": DRIVES, "response": RESPONSES}
 
 
-def locate_columns(table: Table, source: Table, options: ImportOptions) -> dict[str, int]:
+def locate_columns(
+    table: Table, source: Table, options: ImportOptions, path: str
+) -> dict[str, int]:
     """The columns of the response or of fringes, in `table`, and of a recorded drive, in `source`.
 
-    Raises `DataError`, with one question for all columns, units and clocks that neither files nor
-    options give, and the options that answer it.
+    Raises `OpenQuestion`, with one question for all columns, units and clocks that neither files
+    nor options give, the options that answer it, and an example for the file `path`.
     """
     measured = options.measured
     tables = {measured: table} | ({"drive": source} if options.made is None else {})
@@ -29,19 +34,20 @@ def locate_columns(table: Table, source: Table, options: ImportOptions) -> dict[
     clocks = _ask_clock(tables, places, measured, options)
     if not columns and not units and not optics and not clocks:
         return {what: place for what, place in places.items() if place is not None}
-    parts = []
+    parts, likely = [], _by_units(tables, columns)
     if columns:
         which = "which column is the " if len(columns) == 1 else "which columns are the "
-        likely = _by_units(tables, columns)
-        parts.append(f"{which}{' and the '.join(columns)}? Name {_options(columns)}{likely}.")
+        parts.append(
+            f"{which}{' and the '.join(columns)}? Name {_options(columns)}"
+            f"{_name_likely(tables, likely)}."
+        )
+        parts += [] if clocks else _say_time(table, options)
     if units:
         verb = "is" if len(units) == 1 else "are"
         noun = "unit" if len(units) == 1 else "units"
-        choices = (f"--{what}-unit is one of {', '.join(_ALLOWED[what])}" for what in units)
         parts.append(
             f"the {noun} of the {' and the '.join(units)} {verb} not known. Give "
-            f"{' and '.join(f'--{what}-unit' for what in units)}; no unit is assumed "
-            f"({'; '.join(choices)})."
+            f"{' and '.join(f'--{what}-unit' for what in units)}; no unit is assumed."
         )
     parts += clocks + optics
     there = {one.label: one for one in (table, source) if columns or clocks}
@@ -50,8 +56,13 @@ def locate_columns(table: Table, source: Table, options: ImportOptions) -> dict[
         + f", by number or name: {one.describe(values=True)}."
         for label, one in there.items()
     ]
+    example = describe_example(
+        path, tables, places, options, units=units, clock=bool(clocks), likely=likely
+    )
+    lists += [example] if example else []
+    lists += [f"--{what}-unit is one of {', '.join(_ALLOWED[what])}." for what in units]
     text = " ".join([parts[0], *(part[0].upper() + part[1:] for part in parts[1:]), *lists])
-    raise DataError(f"{table.label}: {text}")
+    raise OpenQuestion(f"{table.label}: {text}")
 
 
 def _place(table: Table, what: str, options: ImportOptions) -> int | None:
@@ -63,28 +74,39 @@ def _place(table: Table, what: str, options: ImportOptions) -> int | None:
     return named[0] if len(named) == 1 else None
 
 
-def _by_units(tables: dict[str, Table], columns: list[str]) -> str:
-    """The options with the only columns whose units are those of a drive and of a response.
+def _by_units(tables: dict[str, Table], columns: list[str]) -> dict[str, int]:
+    """The only columns whose units are those of a drive and of a response.
 
     Empty where units do not tell. A voltage may be a response, too: only where it is no drive.
     """
-    found: dict[str, str] = {}
-    for what in columns:
+    found: dict[str, int] = {}
+    for what in columns if len(columns) > 1 else ():
         if what not in _ALLOWED:
-            return ""
+            return {}
         told = [
-            (column.bare or column.name, known_unit(column.unit or ""))
-            for column in tables[what].columns
+            (place, known_unit(column.unit or ""))
+            for place, column in enumerate(tables[what].columns)
             if not column.is_time
         ]
-        volts = [name for name, unit in told if unit in DRIVES and DRIVES[unit][0] == "V"]
-        others = [name for name, unit in told if unit in RESPONSES and name not in volts]
+        volts = [place for place, unit in told if unit in DRIVES and DRIVES[unit][0] == "V"]
+        others = [place for place, unit in told if unit in RESPONSES and place not in volts]
         likely = volts if what == "drive" else others
         if len(likely) != 1:
-            return ""
+            return {}
         found[what] = likely[0]
-    words = " ".join(f"--{what} {shlex.quote(printable(name))}" for what, name in found.items())
-    return f", by their units `{words}`" if len(found) == len(columns) > 1 else ""
+    return found
+
+
+def _name_likely(tables: dict[str, Table], likely: dict[str, int]) -> str:
+    words = [f"--{what} {shlex.quote(column_key(tables[what], at))}" for what, at in likely.items()]
+    return f", by their units `{' '.join(words)}`" if words else ""
+
+
+def _say_time(table: Table, options: ImportOptions) -> list[str]:
+    """Which column is taken as the time, where one is."""
+    if options.sample_rate is not None or (at := time_column(table, options)) is None:
+        return []
+    return [f"the time is column '{printable(column_key(table, at), 40)}'."]
 
 
 def _has_unit(tables: dict[str, Table], what: str, options: ImportOptions) -> bool:

@@ -4,10 +4,9 @@ import re
 
 from rapi_jax._errors import DataError
 from rapi_jax.io._safe import printable
+from rapi_jax.io.imports._options import ImportOptions
 from rapi_jax.io.tables._table import Table
 from rapi_jax.io.tables._units import known_unit
-
-from ._options import ImportOptions
 
 _TEMPERATURE = re.compile(r"temp(?!l)|thermo|celsius|\bt_?c\b", re.IGNORECASE)
 

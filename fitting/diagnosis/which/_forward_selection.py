@@ -69,7 +69,7 @@ def select_effects(fitted: FittedBase, candidates: Classes, progress: Progress) 
             pairs += found
             if not all(exceeds_noise(pair.on_flexible_base) for pair in found):
                 break  # the strongest effect and another are enough: none else is looked for
-        if not explains_most(none, [*singles, *pairs]):
+        if may_be_two_at_once(none, singles, pairs):
             progress("two effects at once")
             pairs += _refit_pairs_at_once(refits[1], none, guesses)
         if pairs and explains_most(none, pairs):
@@ -170,11 +170,20 @@ def _refit_pairs(
 def explains_most(none: Candidate, candidates: Sequence[Candidate]) -> bool:
     """Whether the best of the candidates leaves little of what no effect leaves.
 
-    If it is a pair, a look-alike of one of the two may leave less. Where none of them does, neither
-    alone nor in a pair, two may be missing of which neither explains anything alone.
+    If it is a pair, a look-alike of one of the two may leave less.
     """
     left = min((excess(c.on_flexible_base) for c in candidates), default=np.inf)
     return left < THRESHOLDS.pair_leaves * excess(none.on_flexible_base)
+
+
+def may_be_two_at_once(
+    none: Candidate, singles: Sequence[Candidate], pairs: Sequence[Candidate]
+) -> bool:
+    """Whether two effects may be missing of which neither explains anything alone.
+
+    So where no effect explains most, neither alone nor beside another.
+    """
+    return not explains_most(none, [*singles, *pairs])
 
 
 def _refit_pairs_at_once(free: Refit, none: Candidate, guesses: InitialGuesses) -> list[Candidate]:

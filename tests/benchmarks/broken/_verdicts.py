@@ -118,7 +118,7 @@ VERDICTS = (
     ),
     Mutation(
         "odd values: as probable as usual ones",
-        "fitting/diagnosis/which/evidence/_probability.py",
+        "fitting/diagnosis/which/evidence/_listed_weights.py",
         "np.exp(log_weight + np.array([h.log_prior for h in found]))",
         "np.exp(log_weight)",
         "tests/fitting/diagnosis/which/test_log_prior.py",
@@ -129,6 +129,27 @@ VERDICTS = (
         "    return _keep_unlisted(ranked, THRESHOLDS.unlisted_unknown_noise)\n",
         "    return ranked\n",
         "tests/fitting/diagnosis/which/test_doubt.py",
+    ),
+    Mutation(
+        "next scan: equations taken to be exact",
+        "fitting/diagnosis/next_scan/_rival_set.py",
+        "        gained = power - wanted * self.tempering.form * stake\n",
+        "        gained = power\n",
+        "tests/fitting/diagnosis/next_scan/test_choice.py",
+    ),
+    Mutation(
+        "next scan: nothing at stake in the scan itself",
+        "fitting/diagnosis/next_scan/_rated_scan.py",
+        "        stake[pair] = 0.0 if common is None else without[i, common]\n",
+        "        stake[pair] = 0.0\n",
+        "tests/fitting/diagnosis/next_scan/test_choice.py",
+    ),
+    Mutation(
+        "two effects at once: looked for where one alone explains all",
+        "fitting/diagnosis/which/_forward_selection.py",
+        "    return not explains_most(none, [*singles, *pairs])\n",
+        "    return not explains_most(none, pairs)\n",
+        "tests/fitting/diagnosis/which/test_forward_selection.py",
     ),
     Mutation(
         "pairs: looked for only where a base could not leave as much",

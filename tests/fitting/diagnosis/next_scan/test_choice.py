@@ -10,11 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fitting.diagnosis.next_scan import _choice
-from fitting.diagnosis.next_scan._candidates import candidate_scans
+from fitting.diagnosis.next_scan._candidates import Candidate, candidate_scans
 from fitting.diagnosis.next_scan._discrimination import (
     buzzi_ferraris_ratio,
     linear_discrimination,
 )
+from fitting.diagnosis.next_scan._rated_scan import rate_scans
 from fitting.diagnosis.next_scan._rival_refit import refit_rival
 from fitting.diagnosis.next_scan._rival_set import Hypothesis, RivalSet, probability_left
 from fitting.diagnosis.next_scan._scan_batch import Rival, ScanBatch, ScanPrediction
@@ -470,7 +471,24 @@ def rivals_excess():
     return {frozenset(): 100.0, frozenset({"delay"}): 7.0}
 
 
-def test_equations_that_are_less_exact_favour_scans_that_differ_more_for_their_size():
+def test_the_stake_of_a_scan_is_what_no_effect_could_not_follow_there():
+    """By a joint refit of no effect to the old data and the scan, within the power's 10 %."""
+    setup = world("lags")
+    whitened, whitener, _, _ = setup
+    rivals = rival_set(setup)
+    (drive,) = triangle(60.0, amplitude=2.0, bias=3.0, samples=N * P, periods=P)
+    drive = dataclasses.replace(drive, start_s=100.0)
+    scan = Candidate("triangle", 60.0, 2.0, 3.0, drive)
+    (found,) = rate_scans([scan], rivals, whitener, 1)
+    (none,) = rivals.simpler
+    prediction = found.predictions[0]
+    first = linear_discrimination(prediction, found.batch.predict(none)[0])
+    shown = refit_rival(found.batch, 0, prediction, none, first)
+    assert found.stake[0, 1] == pytest.approx(shown, rel=0.1)
+    assert found.stake[0, 1] > 30.0 * found.power((0, 1)) > 0.0
+
+
+def test_equations_that_are_less_exact_leave_more_to_the_wrong_one():
     exact, inexact = (
         choose_next_scan(*world("lags"), tempering=Tempering(1.0, 4.0, form)) for form in (0.0, 0.1)
     )

@@ -11,7 +11,11 @@ from fitting.diagnosis.refit._whitened_model import WhitenedErrors, WhitenedMode
 from fitting.diagnosis.which._base import fit_base
 from fitting.diagnosis.which._candidate import Candidate
 from fitting.diagnosis.which._excess import exceeds_chance, is_unexplained
-from fitting.diagnosis.which._forward_selection import explains_most, select_effects
+from fitting.diagnosis.which._forward_selection import (
+    explains_most,
+    may_be_two_at_once,
+    select_effects,
+)
 from rapi_jax.effects import Delay, Etalon, Pickup
 
 
@@ -50,3 +54,20 @@ def left(excess: float) -> Candidate:
 )
 def test_a_pair_explains_most_where_it_leaves_less_than_four_tenths(pairs, most):
     assert explains_most(left(10_000.0), [left(x) for x in pairs]) is most
+
+
+@pytest.mark.parametrize(
+    ("singles", "pairs", "searched"),
+    [
+        ([9000.0, 3900.0], [], False),  # one alone explains most, and nothing beside it
+        ([9000.0], [3900.0], False),
+        ([9000.0], [], True),
+        ([9000.0], [8900.0], True),
+        ([], [], True),
+    ],
+)
+def test_two_at_once_are_searched_where_neither_one_nor_a_pair_explains_most(
+    singles, pairs, searched
+):
+    alone, together = ([left(x) for x in some] for some in (singles, pairs))
+    assert may_be_two_at_once(left(10_000.0), alone, together) is searched

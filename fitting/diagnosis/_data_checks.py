@@ -10,7 +10,7 @@ from fitting.identification._options import default_free
 from fitting.identification._parameter_vector import ParameterVector
 from fitting.identification._posed import Posed
 from fitting.identification.data_checks._data_checks import check_usable, find_faults
-from fitting.identification.data_checks._fault import Fault
+from fitting.identification.data_checks._fault import Fault, hides_effects
 from fitting.identification.data_checks.drives._drive_noise import find_swapped_columns
 from fitting.identification.data_checks.holds._sweeps import single_sweep
 from fitting.identification.data_checks.runs._exchanged_runs import find_copied_readings
@@ -85,7 +85,7 @@ def find_inconsistencies(
     swapped = find_swapped_columns(recording)
     plain = find_faults(recording)
     if swapped or plain:  # a plain fault is said as it is
-        return swapped or [fault for fault in plain if _hides_effects(fault, recording)]
+        return swapped or [fault for fault in plain if hides_effects(fault, recording)]
     sweep = single_sweep(recording)
     if sweep is not None:
         kind, _, text = sweep.partition(": ")
@@ -98,16 +98,6 @@ def find_inconsistencies(
     except DataError:  # too few samples to tell
         return []
     return posed.suspicions(model, THRESHOLDS.consistency_steps)
-
-
-def _hides_effects(fault: Fault, recording: Recording) -> bool:
-    """Whether an effect would only imitate the fault: the model's drive is not the real one.
-
-    A first period from rest is told from creep by the periods after it.
-    """
-    if fault.kind == "unsettled start":
-        return all(run.drive.periods < 2 for run in recording.runs)
-    return fault.kind in ("wrong period", "broadband drive", "response turns back")
 
 
 def shown_faults(

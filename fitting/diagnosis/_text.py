@@ -23,7 +23,7 @@ _OF_A_SENSOR = {
     "etalon": (
         "a ripple periodic in the reading",
         "Look at the sensor's own ripple (interpolation, fringes). What only the sensor shows must "
-        "not be compensated: leave it out (`rapi compensate diagnosis --without etalon`).",
+        "not be compensated: leave it out (`--without etalon` of `rapi compensate`).",
     ),
     "mode_hop": (
         "jumps of the reading",
@@ -37,7 +37,7 @@ _OF_A_SENSOR = {
     "current_coupling": (
         "a part that follows the drive at once",
         "Look at cross-talk of the drive into the sensor. What only the sensor shows must not be "
-        "compensated: leave it out (`rapi compensate diagnosis --without current_coupling`).",
+        "compensated: leave it out (`--without current_coupling` of `rapi compensate`).",
     ),
 }
 

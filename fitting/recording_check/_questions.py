@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from fitting._units import quantity
 from fitting.identification.data_checks._drive_character import describe_repetition
-from fitting.identification.data_checks._fault import Fault
+from fitting.identification.data_checks._fault import Fault, hides_effects
 from fitting.identification.data_checks.holds._sweeps import single_sweep
 from fitting.identification.data_checks.periods._odd_periods import OddPeriod
 from rapi_jax import Recording
@@ -15,6 +15,8 @@ from ._runs import RunSummary
 from ._thresholds import THRESHOLDS
 
 Answer = Literal["yes", "partly", "no"]
+# Kinds of faults beside which a diagnosis names no effect, other than `hides_effects` says.
+_NOT_JUDGED = ("columns swapped", "unrelated columns", "unusable run", "noisy drive")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -204,11 +206,18 @@ def _ask_effects(
     recording: Recording, runs: Sequence[RunSummary], faults: Sequence[Fault]
 ) -> Question:
     name = "which effect is missing (`rapi diagnose`)"
+    sweep = single_sweep(recording)
+    if sweep is not None:
+        return Question(name, "no", "no effect is named of a single sweep.")
     if faults:
-        return Question(
-            name, "no", "no effect is named while the data have faults.",
-            "What to do stands with each fault above.",
-        )  # fmt: skip
+        hidden = any(f.kind in _NOT_JUDGED or hides_effects(f, recording) for f in faults)
+        said = (
+            "no effect is named on data with such a fault."
+            if hidden
+            else "an effect that is named may be the fault above."
+        )
+        cure = "What to do stands with each fault above."
+        return Question(name, "no" if hidden else "partly", said, cure)
     missing = []
     if min(run.periods for run in runs) < THRESHOLDS.enough_periods:
         missing.append("three periods")

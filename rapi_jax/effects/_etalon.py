@@ -49,7 +49,7 @@ class Etalon(AbstractOpticalEffect, AbstractInvertible):
     remedy: ClassVar[str] = (
         "Tilt or coat what reflects. Where it stands between the laser and the interferometer that "
         "reads, and sends no light back into the laser, only the reading has the ripple: "
-        "compensate the model of this diagnosis (`rapi compensate diagnosis --without etalon`). "
+        "compensate the model of this diagnosis without it (`--without etalon`). "
         "Where light returns into the laser "
         "(no isolator), the optical frequency has it, too, and the corrected model compensates "
         "what is left."

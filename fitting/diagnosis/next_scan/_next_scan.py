@@ -100,17 +100,17 @@ def _reason(best: RatedScan, names: list[str], unit: str, needs: str) -> str:
         return (
             f"{scan} is the scan that best tells apart the two hypotheses that are hardest to "
             f"separate, ({one}) and ({other}): even refitted, the wrong one would miss it by "
-            f"{sigmas:.3g} standard deviations, and be left a probability of about "
+            f"{sigmas:.3g} standard deviations, and be left a probability of "
             f"{describe_probability(left)} if both are as probable now."
         )
     return (
         f"{scan} is the best scan within the limits, but ({one}) and ({other}) would stay hard to "
         f"tell apart: refitted, the wrong one would miss it by {sigmas:.2g} standard deviations, "
         f"and no effect follows its equation exactly, so of two that are as probable now it would "
-        f"be left about {describe_probability(left)}. {needs}."
+        f"be left {describe_probability(left)}. {needs}."
     )
 
 
 def describe_probability(left: float) -> str:
-    """In percent, with two digits."""
-    return "less than 0.1 %" if left < 1e-3 else f"{100.0 * left:.2g} %"
+    """In percent, with two digits; it is foreseen, so roughly."""
+    return "less than 0.1 %" if left < 1e-3 else f"about {100.0 * left:.2g} %"

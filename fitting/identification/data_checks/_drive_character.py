@@ -102,7 +102,9 @@ def _repetition(drive: Drive) -> float:
     spectrum = np.fft.rfft(u, size)
     product = np.fft.irfft(np.abs(spectrum) ** 2, size)[: u.size]
     square = np.cumsum(u**2)
-    lags = np.arange(1, int(THRESHOLDS.longest_lag * u.size))
+    lags = np.arange(THRESHOLDS.least_period_samples, int(THRESHOLDS.longest_lag * u.size))
+    if not lags.size:
+        return 0.0
     # Sums of squares of the two parts that overlap at each lag.
     early, late = square[u.size - 1 - lags], square[-1] - square[lags - 1]
     alike = 2.0 * product[lags] / np.maximum(early + late, 1e-300)

@@ -2,6 +2,8 @@
 
 import dataclasses
 
+from rapi_jax import Recording
+
 
 @dataclasses.dataclass(frozen=True)
 class Fault:
@@ -15,6 +17,20 @@ class Fault:
     message: str
     samples: tuple[tuple[int, int], ...] = ()
     left_out: bool = False
+
+
+# The model's drive is not the real one, or tells nothing of hysteresis.
+_HIDING = ("wrong period", "broadband drive", "response turns back", "switched drive")
+
+
+def hides_effects(fault: Fault, recording: Recording) -> bool:
+    """Whether an effect would only imitate the fault.
+
+    A first period from rest is told from creep by the periods after it.
+    """
+    if fault.kind == "unsettled start":
+        return all(run.drive.periods < 2 for run in recording.runs)
+    return fault.kind in _HIDING
 
 
 def format_intervals(stretches: list[tuple[int, int]]) -> str:

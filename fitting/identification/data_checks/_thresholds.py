@@ -190,6 +190,15 @@ class DataCheckThresholds:
     clipped_samples_digitised: int = threshold(
         6, unit="samples", origin="set by trial; the same of a reading that is digitised coarsely"
     )
+    least_period_samples: int = threshold(
+        8, unit="samples", origin="convention; with fewer, branches and turns are not told apart"
+    )
+    equal_neighbours: float = threshold(
+        0.01,
+        unit="of the samples",
+        origin="noise that is not digitised repeats no value; an encoder's in a public recording "
+        "do in 6 %. Half and double: the same there",
+    )
     clipped_steps: float = threshold(
         6.0,
         unit="steps of the digitiser",

@@ -159,6 +159,6 @@ def draw_normal(
         if tried >= 1.0 / THRESHOLDS.rejected and kept < THRESHOLDS.rejected * tried:
             raise ModelError(
                 "hardly any draw of the normal approximation lies within the parameters' bounds. "
-                'Take bands from the posterior (`method="posterior"`), which keeps to them.'
+                'In Python `method="posterior"` takes them from the posterior, which keeps to them.'
             )
     return ModelDraws(ecdl, out, "laplace")

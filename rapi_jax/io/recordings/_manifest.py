@@ -63,11 +63,21 @@ def _scalars(table: Mapping[str, Any]) -> dict[str, str]:
     return {k: str(v) for k, v in table.items() if not isinstance(v, dict | list)}
 
 
+_FOREIGN = (
+    "it names nothing that a recording does, so the folder is probably another "
+    "program's: no recording. `rapi import FILE... -o my-recording` makes one from its files; a "
+    f'manifest written by hand begins with schema = "{SCHEMA}".'
+)
+
+
 def parse_manifest(table: Mapping[str, Any]) -> Manifest:
     """The manifest in `table`. Raises `DataError` naming the first key that is wrong."""
     try:
         manifest = Manifest.model_validate(dict(table))
     except pydantic.ValidationError as error:
+        known = {field.alias or name for name, field in Manifest.model_fields.items()}
+        if table and not table.keys() & known:
+            raise DataError(_FOREIGN) from error
         first = error.errors()[0]
         raise DataError(_explain(first, error.error_count() - 1)) from error
     _units.drive_unit(manifest.drive_unit)

@@ -7,6 +7,7 @@ from diagnosis_contract import check
 from fitting import diagnose
 from fitting.diagnosis._data_checks import find_inconsistencies
 from fitting.identification._posed import Posed
+from fitting.recording_check._check import check_recording
 from rapi_jax import RAPI
 from rapi_jax.effects import Creep, Drift, Etalon, RateLaw
 from rapi_jax.internal import float64
@@ -34,6 +35,22 @@ def test_what_is_wrong_is_found_before_any_effect(way, kind):
     columns = healthy(71)
     WAYS[way](columns)
     assert {fault.kind for fault in found(columns)} == {kind}
+
+
+@pytest.mark.parametrize(
+    ("way", "judged"),
+    [
+        ("a square drive", False),
+        ("noisy drive", False),
+        ("columns swapped", False),
+        ("clipped at 5 %", True),
+    ],
+)
+def test_what_check_says_of_a_diagnosis_is_what_it_does(way, judged):
+    columns = healthy(74)
+    WAYS[way](columns)
+    (question,) = (q for q in check_recording(columns.recording()).questions if "effect" in q.name)
+    assert (found(columns) == []) is judged and (question.answer != "no") is judged
 
 
 def test_runs_explained_to_noise_are_not_fitted_once_more(monkeypatch):

@@ -142,7 +142,8 @@ def test_faults_are_those_of_the_data_checks(tmp_path):
     data(clipped(None, 0.8))(tmp_path / "r")
     found = check_recording(read_recording(tmp_path / "r"))
     assert [fault.kind for fault in found.faults] == ["clipped"]
-    assert not found.sound and [q.answer for q in found.questions[::5]] == ["no", "no"]
+    assert not found.sound and [q.answer for q in found.questions[::5]] == ["no", "partly"]
+    assert "may be the fault" in found.questions[5].because  # saturation looks the same
 
 
 def test_a_response_that_is_a_triangle_under_a_drive_that_is_none_is_noted():

@@ -172,6 +172,7 @@ def test_defaults_keys_of_others_and_columns_of_others(tmp_path):
 
 BAD_MANIFESTS = {
     "": "`schema` is missing",
+    'name = "other"\n[plugin]\nversion = 3\n': "the folder is probably another program's",
     HEAD: "`run` is missing: add one [[run]] table",
     HEAD + "run = []": "`run`",
     HEAD + "run = 3": "`run`",

@@ -89,9 +89,13 @@ def check_frozen(run: Run) -> Fault | None:
     hold, turns = find_hold(y[run.valid]), turning_samples(u, limits.branch_swing)
     fast = float(np.median(np.abs(np.diff(y[run.valid], 3)))) if run.valid.sum() > 3 else 0.0
     noisy = resolution == 0.0 and fast > limits.reading_noise * run.span
+    equal = [(a, last + 1) for a, last in _intervals(np.diff(y) == 0.0)]
+    short = sum(b - a for a, b in equal if b - a + 1 < shortest)
+    in_steps = resolution > 0.0 or short > limits.equal_neighbours * y.size  # resampled perhaps
+    noisy = noisy and not in_steps
     flat = [
         (a, b)
-        for a, b in ((a, last + 1) for a, last in _intervals(np.diff(y) == 0.0))
+        for a, b in equal
         if b - a + 1 >= shortest
         and float(np.abs(u[a : b + 1] - u[a]).max()) / run.drive.u_pp * run.span > least
     ]
@@ -104,7 +108,7 @@ def check_frozen(run: Run) -> Fault | None:
     for a, b in flat:
         way = np.sign(u[a] - u[max(a - 3, 0)])
         onward = float((way * (u[a : b + 1] - u[a])).max()) / run.drive.u_pp * run.span
-        if resolution > 0 and _rests_beside(y, a, b, least):
+        if in_steps and _rests_beside(y, a, b, least):
             continue  # a flat part of the loop, digitised: it moves no more before and after
         if not noisy and ((a, b) in resting or onward <= least):
             continue
@@ -146,9 +150,9 @@ def _after_most_turns(resting: set[tuple[int, int]], turns: np.ndarray) -> bool:
 
 
 def _rests_beside(y: np.ndarray, a: int, b: int, least: float) -> bool:
-    """Whether the reading moves by less than `least` in as many samples before and after, too."""
+    """Whether the reading moves by less than `least` in as many samples before or after, too."""
     beside = (y[max(2 * a - b, 0) : a + 1], y[b : 2 * b - a + 1])
-    return all(float(np.nanmax(part) - np.nanmin(part)) < least for part in beside)
+    return any(float(np.nanmax(part) - np.nanmin(part)) < least for part in beside)
 
 
 def _intervals(mask: np.ndarray) -> list[tuple[int, int]]:

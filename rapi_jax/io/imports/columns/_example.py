@@ -5,6 +5,7 @@ from typing import Any
 
 from rapi_jax.io.imports._options import ImportOptions, MadeDrive
 from rapi_jax.io.tables._table import Table
+from rapi_jax.io.tables._units import TIMES, known_unit
 
 from ._clock_column import find_clock_columns
 from ._command import column_key, import_command
@@ -44,7 +45,9 @@ def describe_example(
         free = [
             i
             for i, column in enumerate(table.columns)
-            if not column.is_time and (id(table), i) not in taken
+            if not column.is_time
+            and known_unit(column.unit or "") not in TIMES
+            and (id(table), i) not in taken
         ]
         place = likely.get(what, free[0] if free else None)
         if what == "drive" and len(free) == 1 and places.get(measured, 0) is None:

@@ -79,3 +79,15 @@ def test_readings_that_change_with_every_sample_or_by_single_steps_are_not_held(
     assert find_hold(slow + 1e-3 * rng.standard_normal(5000)) == 0
     assert find_hold(np.round(slow * 200.0)) == 0  # a step every 25 samples
     assert find_hold(joint().response) == 0
+
+
+def test_a_play_whose_encoder_was_resampled_rests_without_hanging():
+    """Resampling hides the steps of an encoder: values repeat all along, where it rests longer."""
+    run = joint()
+    coarse = Run(run.drive, 0.3 * np.round(run.response / 0.3))
+    time = np.arange(0.0, run.drive.time[-1], 0.0237)
+    drive = Drive(time, np.interp(time, run.drive.time, run.drive.value), RATE, "sine")
+    near = np.searchsorted(run.drive.time, time)
+    rng = np.random.default_rng(1)
+    moved = np.where(rng.random(time.size) < 0.5, 1e-9 * rng.standard_normal(time.size), 0.0)
+    assert kinds(Run(drive, coarse.response[near] + moved)) == []

@@ -221,8 +221,9 @@ def diagnose(
         next_scan = propose_next_scan(whitened, fitted, ranked, evidence, credible, limits)
 
     verdict = give_verdict(
-        name, probability, credible, top, attribution.none, gap, shrinkage, next_scan, recording
-    )
+        name, probability, credible, top, attribution.none, gap, shrinkage, next_scan, recording,
+        plays=refit.base.operator.count if flexible else None,
+    )  # fmt: skip
     verdict = mention_likeliest(verdict, ranked, held_out, recording.response_unit)
     if name == "unlisted" and faults and faults[0].kind != DIFFERS_WITH_RATE:
         verdict = doubt_data(verdict, faults)

@@ -144,12 +144,14 @@ def verdict_advice(
     unit: str = "GHz",
     straighter: float | None = None,
     expected: float | None = None,
+    plays: int | None = None,
 ) -> str:
     """What to do next, in one or two sentences.
 
     `tied`: names in the credible set. `unsure`: whether it holds `unlisted` beside one named
     hypothesis. `unit`: of the response. `straighter`: by what factor at most (97.5 %) a compensated
     scan is straighter with the effects than without; `expected`: by what factor it is predicted.
+    `plays`: of the diagnosis' model, where that of the fit leaves more than noise for fewer plays.
     """
     if len(tied) > 1:
         labels = effect_labels((*ALL, *effects), unit)
@@ -161,7 +163,14 @@ def verdict_advice(
             "none is established as the cause."
         )
     if name == "none":
-        return "Use the model as it is."
+        return (
+            "Use the model as it is."
+            if plays is None
+            else (
+                f"Use the model of this diagnosis, which has {plays} plays: they describe what the "
+                "model of the fit leaves beyond noise."
+            )
+        )
     if name == "unlisted":
         then = " and record the next scan" if scan is not None else ""
         return (

@@ -35,8 +35,10 @@ def give_verdict(
     shrinkage: dict[str, Any],
     next_scan: NextScan | None,
     recording: Recording,
+    *,
+    plays: int | None = None,
 ) -> Verdict:
-    """The verdict on the most probable hypothesis.
+    """The verdict on the most probable hypothesis; `plays`: see `verdict_advice`.
 
     `credible`: names of the credible set. `top`: the candidate of that name, `none` for `unlisted`.
     """
@@ -63,6 +65,7 @@ def give_verdict(
             unit=recording.response_unit,
             straighter=gain.get("high"),
             expected=gain.get("value"),
+            plays=plays,
         ),
     )
 

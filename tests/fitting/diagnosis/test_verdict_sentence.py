@@ -156,3 +156,9 @@ def test_sentence_and_table_have_the_same_interval():
     ):
         plain = format_interval(closed).translate({ord(SPACE): " ", ord("\N{MINUS SIGN}"): "-"})
         assert closed_share(closed) == plain.replace(" %)", ")")
+
+
+@pytest.mark.parametrize(("plays", "said"), [(None, "as it is"), (24, "which has 24 plays")])
+def test_where_more_plays_leave_noise_it_is_their_model_that_is_advised(plays, said):
+    advice = verdict_advice("none", (), [], None, plays=plays)
+    assert advice.startswith("Use the model") and said in advice

@@ -114,7 +114,7 @@ def _beside_claim(made: list[Any], about: dict[str, Any], folder: str) -> list[s
     return [
         f"a drive swings by {_ends(min(far), max(far))} {unit}, but the fit's prediction holds for "
         f"swings of {_ends(low, high)} {unit}. Beside these a drive rests on how thresholds are "
-        "taken to follow the swing (Eq. 11), so how far its scan reaches is not claimed: "
+        "taken to depend on the swing, so how far its scan reaches is not claimed: "
         f"`rapi fit NEW-SCANS --check {folder}` says what span was reached. A run with a swing "
         f"of about {np.mean(far):.2g} {unit} among those fitted would measure it."
     ]

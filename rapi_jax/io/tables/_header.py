@@ -2,7 +2,8 @@
 
 Layouts, from public manuals and examples: Tektronix (`TIME,CH1` below a preamble; or the preamble
 beside the first rows), Keysight (`x-axis,1,2` above `second,Volt,Volt`), Rigol (`X,CH1,Start,
-Increment` above `Sequence,Volt,t0,step`; or `t0 = , tInc = `), Siglent (`Source,CH1` above
+Increment` above `Sequence,Volt,t0,step`; or `t0 = , tInc = `), Keysight's analysers
+(`DataName, V1, I1` above rows that begin with `DataValue`), Siglent (`Source,CH1` above
 `Second,Value`), Rohde & Schwarz (`in s,C1 in V`), PicoScope (`Time,Channel A` above `(ms),(V)`).
 """
 
@@ -40,7 +41,8 @@ def read_header(
 ) -> Header:
     """Names and units of the columns `use`, from the cells above them and of the first rows."""
     about = {row[0].lower(): row[1:] for row in (*lines, *rows) if row and row[0]}
-    beside = use[0] > 0 and any(row[0] and not row[0][:1].isdigit() for row in rows)
+    labels = {row[0] for row in rows if row[0] and not row[0][:1].isdigit()}
+    beside = use[0] > 0 and bool(labels) and (len(labels) > 1 or len(rows) == 1)
     names, units, counts = _from_preamble(about, use) if beside else _from_rows(lines, use)
     columns = []
     for place in use:

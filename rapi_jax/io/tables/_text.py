@@ -45,6 +45,12 @@ def read_text_tables(path: Path) -> list[Table]:
     if delimiter == ",":
         _check_commas(lines, first, label)
     sections = _sections(lines, first, delimiter, use)
+    once = {tuple(lines[begin:end]): (begin, end) for begin, end in reversed(sections)}
+    if len(once) < len(sections):  # an analyser shows a measurement once more
+        sections = [section for section in sections if section in once.values()]
+    if len(once) == 1:
+        ((begin, end),) = sections
+        return [_table_of(label, text, lines[:end], delimiter, use, begin)]
     if len(sections) > 1:
         return [
             _table_of(f"{label}, table {k + 1}", text, lines[:end], delimiter, use, begin)

@@ -17,6 +17,7 @@ from scope_files import (
 
 from rapi_jax import DataError
 from rapi_jax.io import ImportOptions, import_recording, read_recording, write_import
+from rapi_jax.io.tables._read import read_tables
 from rapi_jax.io.tables._units import split_unit
 
 T, U, Y = scanned((10.0, 2, 4.5), (20.0, 2, 4.5), sample_hz=8000.0)
@@ -237,3 +238,18 @@ def test_two_channels_with_a_preamble_each_side_by_side(tmp_path):
     made = import_recording(file, options).recording
     np.testing.assert_allclose(made.runs[0].response[:5], 4.5 * Y[:5], atol=1e-6)
     np.testing.assert_allclose(made.runs[0].drive.value[:5], U[:5], atol=1e-6)
+
+
+@pytest.mark.parametrize("shown", [1, 2])
+def test_an_analyser_labels_each_row_and_may_show_a_measurement_once_more(tmp_path, shown):
+    """Keysight's analysers: `DataName`, then rows of `DataValue`, each section below its setup."""
+    rows = zip(T.tolist(), U.tolist(), Y.tolist(), strict=True)
+    table = "".join(f"DataValue, {u!r}, {y!r}, {t!r}\n" for t, u, y in rows)
+    above = (
+        "SetupTitle, PUND\nTestParameter, Name, Points, Range\nTestParameter, Value, 100, 5\n"
+        "Dimension1, 100, 100, 100\nDataName, V1, I1, V1_time\n"
+    )
+    path = put(tmp_path / "analyser.csv", shown * (above + table))
+    (read,) = read_tables(path)
+    assert [column.name for column in read.columns] == ["V1", "I1", "V1_time"]
+    np.testing.assert_array_equal(read.load([0, 2]), [U, T])

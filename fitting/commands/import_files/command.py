@@ -167,6 +167,10 @@ def import_files(
         drive_amplitude, drive_offset, drive_rate, drive_phase, drive_waveform,
         column=drive is not None or drive_file is not None,
     )  # fmt: skip
+    rates = [path.name for path in files if _is_rate(path)] if rate else []
+    if rates:
+        several = " ".join(f"--rate {one}" for one in (*(f"{hz:g}" for hz in rate), *rates))
+        refuse(f"--rate takes one number; for several say `{several}`.")
     paths = _expand([file, *files])
     if drive_file is not None and len(paths) > 1:
         refuse("--drive-file can be given with one FILE only. Import the others apart.")
@@ -255,6 +259,15 @@ def _expand(paths: list[Path]) -> list[Path]:
         names = sorted(glob.glob(str(path))) if pattern else []
         found += [Path(name) for name in names] or [path]
     return found
+
+
+def _is_rate(path: Path) -> bool:
+    """Whether what was taken for a file is a number, and no file."""
+    try:
+        float(str(path))
+    except ValueError:
+        return False
+    return not path.exists()
 
 
 def _picture(imported: Any) -> bytes:

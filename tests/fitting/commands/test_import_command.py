@@ -411,3 +411,11 @@ def test_fringes_become_optical_frequency(rapi, tmp_path):
         assert code == 2 and "the response is the optical frequency" in err
     code, _, err = rapi("import", path, "--drive", "CH1", "--response", "CH2", "--cavity", "CH3")
     assert code == 2 and "used only with fringes" in err
+
+
+def test_several_rates_after_one_option_are_told_apart_from_files(rapi, tmp_path):
+    path = scope(tmp_path)
+    code, out, err = rapi("import", path, *SCOPE, "--rate", 10, 20, 40)
+    assert (code, out) == (2, "") and "--rate 10 --rate 20 --rate 40" in err
+    several = ("--rate", 10, "--rate", 20, "--rate", 40)
+    assert rapi("import", path, *SCOPE, *several)[0] == 0

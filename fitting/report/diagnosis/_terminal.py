@@ -34,6 +34,8 @@ def render_lines(diagnosis: dict[str, Any], labels: Labels | None = None) -> Gro
     rows.append(Text(_describe_gap(diagnosis["gap"], scale)))
     if baseline := describe_baseline(diagnosis, scale):
         rows.append(Text(baseline.replace(SPACE, " ")))
+    if not verdict.get("judged", True):  # no hypothesis was weighed
+        return Group(*rows, *_list_notes(diagnosis))
     rows.append(_tabulate(diagnosis, scale))
     if nonlinearity := describe_nonlinearity(diagnosis, scale):
         rows.append(Text(f"nonlinearity after compensation: {nonlinearity}".replace(SPACE, " ")))
@@ -45,8 +47,11 @@ def render_lines(diagnosis: dict[str, Any], labels: Labels | None = None) -> Gro
         rows.append(Text(f"next scan: {scan['reason']}"))
     if shown := _describe_detectability(diagnosis, scale):
         rows.append(Text(shown))
-    rows += [Text(f"note: {note}") for note in diagnosis.get("notes", [])]
-    return Group(*rows)
+    return Group(*rows, *_list_notes(diagnosis))
+
+
+def _list_notes(diagnosis: dict[str, Any]) -> list[Text]:
+    return [Text(f"note: {note}") for note in diagnosis.get("notes", [])]
 
 
 def _describe_gap(gap: dict[str, Any], scale: Scale) -> str:

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 from diagnosis_contract import check
+from rich.console import Console
 
 from fitting import diagnose
 from fitting.diagnosis._data_checks import find_inconsistencies
 from fitting.identification._posed import Posed
 from fitting.recording_check._check import check_recording
+from fitting.report.diagnosis._terminal import render_lines
 from rapi_jax import RAPI
 from rapi_jax.effects import Creep, Drift, Etalon, RateLaw
 from rapi_jax.internal import float64
@@ -95,6 +97,17 @@ def test_probabilities_say_as_little_of_the_device_as_the_sentence():
     }
     assert content["verdict"]["set"] == ["unlisted", "none"]
     assert content["next_scan"] is None
+
+
+def test_a_square_drive_is_told_once_and_no_hypotheses_are_listed():
+    columns = healthy(77)
+    WAYS["a square drive"](columns)
+    content = check(diagnose(None, columns.recording()))
+    kinds = [fault["kind"] for fault in content["faults"]]
+    assert kinds.count("switched drive") == 1 and not content["verdict"]["judged"]
+    with (console := Console(width=200)).capture() as shown:
+        console.print(render_lines(content))
+    assert "switches between two levels" in shown.get() and "Hypotheses" not in shown.get()
 
 
 def test_what_differs_at_the_only_run_of_a_rate_may_be_the_device():

@@ -1,6 +1,7 @@
 """One thread for linear algebra: of processes side by side, and of a function. Imports no NumPy."""
 
 import functools
+import os
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
@@ -20,11 +21,14 @@ def one_blas_thread(function: Callable[P, T]) -> Callable[P, T]:
 
     Its products are many and small: a second thread gains nothing, and is waited for wherever
     something else runs. Sums do not depend on the number of processors, either. Of several Python
-    threads at once the first one decides, as threadpoolctl does it.
+    threads at once the first one decides, as threadpoolctl does it. Where the process was started
+    with one thread, nothing is looked up.
     """
 
     @functools.wraps(function)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> T:
+        if os.environ.items() >= ONE_THREAD.items():
+            return function(*args, **kwargs)
         from threadpoolctl import threadpool_limits
 
         with threadpool_limits(limits=1, user_api="blas"):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from fitting._threads import one_blas_thread
+from fitting._threads import ONE_THREAD, one_blas_thread
 
 
 def blas_threads():
@@ -14,7 +14,9 @@ def blas_threads():
 
 
 @pytest.fixture(autouse=True)
-def three():
+def three(monkeypatch):
+    """A process with three threads, whatever its environment says."""
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
     with threadpool_limits(limits=3, user_api="blas"):
         assert set(blas_threads()) == {3}
         yield
@@ -45,3 +47,9 @@ def test_an_error_restores_too():
     with pytest.raises(RuntimeError):
         inside(fail)
     assert set(blas_threads()) == {3}
+
+
+def test_a_process_started_with_one_thread_is_left_alone(monkeypatch):
+    for name, value in ONE_THREAD.items():
+        monkeypatch.setenv(name, value)
+    assert set(inside()) == {3}

@@ -9,7 +9,7 @@ from fitting.diagnosis.which._candidate import Candidate
 from fitting.diagnosis.which._ranking import RankedCandidates
 from fitting.diagnosis.which.evidence._calibration import load_calibration
 from fitting.diagnosis.which.evidence._evidence import Evidence
-from fitting.diagnosis.which.evidence._tempering import Tempering
+from fitting.diagnosis.which.evidence._tempering import Tempering, excess_at_stake
 from rapi_jax import DriveLimits
 
 from ._choice import NextScan, choose_next_scan
@@ -44,7 +44,7 @@ def propose_next_scan(
         Refit(whitened, fitted.whitener, fitted.refit.base),
         _hypotheses(rivals),
         tempering=Tempering.of(evidence, load_calibration()),
-        excess={frozenset(h.effects): evidence.excess(h) for h in evidence.hypotheses},
+        stake=lambda one, other: excess_at_stake(one, other, evidence),
         others=_hypotheses([(c, p) for c, p in ranked if c is not None]),
     )
     return choose_next_scan(whitened, fitted.whitener, rival_set, limits)

@@ -92,8 +92,11 @@ def rate_scans(
             scans = group[at : at + together]
             padded = scans + [scans[-1]] * (together - len(scans))
             batch = ScanBatch.of([c.drive for c in padded], whitener)
+            every = {id(rival): rival for rival in (*rivals.rivals, *rivals.simpler)}
+            predictions = {key: batch.predict(rival) for key, rival in every.items()}
             predicted, simpler = (
-                [batch.predict(rival) for rival in some] for some in (rivals.rivals, rivals.simpler)
+                [predictions[id(rival)] for rival in some]
+                for some in (rivals.rivals, rivals.simpler)
             )
             for k, candidate in enumerate(scans):
                 own, other = ([p[k] for p in some] for some in (predicted, simpler))

@@ -6,7 +6,7 @@ more readings of one scan make the wrong one only so improbable.
 """
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -63,38 +63,38 @@ class RivalSet:
         hypotheses: Sequence[Hypothesis],
         *,
         tempering: Tempering,
-        excess: Mapping[frozenset[str], float],
+        stake: Callable[[frozenset[str], frozenset[str]], float],
         others: Sequence[Hypothesis] = (),
     ) -> "RivalSet":
-        """`hypotheses` at their own fits. `excess`: of hypotheses by their effects' names.
+        """`hypotheses` at their own fits. `stake`: of two by their effects' names.
 
         `others`: simpler hypotheses; where one that is needed is missing, the one without any
-        effect stands for it, and where that is missing, too, nothing is at stake.
+        effect stands for it, and where that is missing, too, nothing is at stake in a scan.
         """
         predicting = [h for h in hypotheses if h.name not in _WITHOUT_PREDICTION]
         known = {h.names: h for h in (*others, *hypotheses) if h.name not in _WITHOUT_PREDICTION}
-        needed: list[Hypothesis] = []
-        common, stake = {}, {}
+        fits = {h.name: Rival.of(refit, h.name, h.values, h.effects) for h in predicting}
+        needed: list[str] = []
+        common, staked = {}, {}
         for i, j in combinations(range(len(predicting)), 2):
-            both = predicting[i].names & predicting[j].names
-            simpler = known.get(both, known.get(frozenset()))
+            one, other = predicting[i].names, predicting[j].names
+            staked[i, j] = staked[j, i] = stake(one, other)
+            simpler = known.get(one & other, known.get(frozenset()))
             if simpler is None:
                 continue
-            if simpler not in needed:
-                needed.append(simpler)
-            common[i, j] = common[j, i] = needed.index(simpler)
-            stake[i, j] = stake[j, i] = max(excess.get(simpler.names, 0.0), 0.0)
-
-        def fit(hypothesis: Hypothesis) -> Rival:
-            return Rival.of(refit, hypothesis.name, hypothesis.values, hypothesis.effects)
-
+            if simpler.name not in needed:
+                needed.append(simpler.name)
+            common[i, j] = common[j, i] = needed.index(simpler.name)
+            if simpler.name not in fits:
+                fit = Rival.of(refit, simpler.name, simpler.values, simpler.effects)
+                fits[simpler.name] = fit
         return cls(
-            [fit(h) for h in predicting],
+            [fits[h.name] for h in predicting],
             [h.probability for h in predicting],
             tempering,
-            [fit(h) for h in needed],
+            [fits[name] for name in needed],
             common,
-            stake,
+            staked,
         )
 
     def log_odds(self, pair: Pair, power: float, stake: float) -> float:

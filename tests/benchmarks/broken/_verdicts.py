@@ -135,14 +135,14 @@ VERDICTS = (
         "fitting/diagnosis/next_scan/_rival_set.py",
         "        gained = power - wanted * self.tempering.form * stake\n",
         "        gained = power\n",
-        "tests/fitting/diagnosis/next_scan/test_choice.py",
+        "tests/fitting/diagnosis/next_scan/test_rival_set.py",
     ),
     Mutation(
         "next scan: nothing at stake in the scan itself",
         "fitting/diagnosis/next_scan/_rated_scan.py",
         "        stake[pair] = 0.0 if common is None else without[i, common]\n",
         "        stake[pair] = 0.0\n",
-        "tests/fitting/diagnosis/next_scan/test_choice.py",
+        "tests/fitting/diagnosis/next_scan/test_rival_set.py",
     ),
     Mutation(
         "two effects at once: looked for where one alone explains all",

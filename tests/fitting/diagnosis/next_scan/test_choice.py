@@ -8,111 +8,31 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scan_worlds import (
+    NOISE,
+    RATES,
+    WHITE,
+    N,
+    P,
+    choose_next_scan,
+    drives,
+    recorded,
+    world,
+)
 
-from fitting.diagnosis.next_scan import _choice
-from fitting.diagnosis.next_scan._candidates import Candidate, candidate_scans
+from fitting.diagnosis.next_scan._candidates import candidate_scans
 from fitting.diagnosis.next_scan._discrimination import (
     buzzi_ferraris_ratio,
     linear_discrimination,
 )
-from fitting.diagnosis.next_scan._rated_scan import rate_scans
 from fitting.diagnosis.next_scan._rival_refit import refit_rival
-from fitting.diagnosis.next_scan._rival_set import Hypothesis, RivalSet, probability_left
 from fitting.diagnosis.next_scan._scan_batch import Rival, ScanBatch, ScanPrediction
 from fitting.diagnosis.next_scan._wider_limits import doubled_limits
-from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._gauss_newton import Refit
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
-from fitting.diagnosis.which.evidence._tempering import Tempering
 from rapi_jax import ECDL, RAPI, Drive, DriveLimits, Identified, Recording, predict, triangle
-from rapi_jax.effects._amplifier_lowpass import AmplifierLowpass
-from rapi_jax.effects._creep import Creep
 from rapi_jax.effects._current_coupling import CurrentCoupling
-from rapi_jax.effects._delay import Delay
-from rapi_jax.effects._drift import Drift
-from rapi_jax.effects._etalon import Etalon
-from rapi_jax.effects._pickup import Pickup
-from rapi_jax.examples import paper_device
-
-N, P = 200, 3
-RATES, AMPLITUDES = (10.0, 40.0), (2.0, 3.0)
-NOISE = 0.02
-WHITE = Spectrum.of_white(NOISE**2)
-EXACT = Tempering()  # effects that follow their equations exactly
-LAGS = ((Delay(tau=1.3e-4),), (AmplifierLowpass(tau=1.3e-4),))
-SLOW = ((Creep(gain=0.001),), (Drift(amplitude=0.05, tau=1.0),))
-# On one triangle at 20 Hz, a pickup of its fourth harmonic ripples as an etalon does.
-SINES = (
-    (Pickup(amplitude=0.01, phase=np.pi / 2, hertz=80.0),),
-    tuple(
-        Etalon(amplitude=0.008, phase=phase, spacing=spacing)
-        for spacing in (22.0, 24.0, 26.0, 28.0)
-        for phase in (0.0, 1.6, 3.2, 4.8)
-    ),
-)
-
-
-def drives(rates=RATES, amplitudes=AMPLITUDES):
-    """Triangles of one session."""
-    out, start = [], 0.0
-    for amplitude in amplitudes:
-        for hz in rates:
-            (one,) = triangle(hz, amplitude=amplitude, bias=3.0, samples=P * N, periods=P)
-            out.append(dataclasses.replace(one, start_s=start))
-            start += P / hz + 0.2
-    return out
-
-
-def recorded(operator, effects, runs):
-    """The session without noise; each run with a zero of its own."""
-    blank = Recording.of(runs, [np.zeros(d.size) for d in runs], response_origin="run")
-    whitened = WhitenedModel.of(blank)
-    base = BaseModel.of(whitened, operator)
-    rows = whitened.response_rows(
-        effects, whitened.operator_response(operator, base.prior_mean, effects)
-    )
-    model = [block.interpolate(rows[k]) for k, block in enumerate(whitened.blocks)]
-    full = [np.resize(m.ravel(), d.size) for m, d in zip(model, runs, strict=True)]
-    return Recording.of(runs, full, response_origin="run")
-
-
-@functools.cache
-def world(truth, *rivals):
-    """Model, whitening, base and each hypothesis as fitted to data of `truth`, without noise."""
-    operator = paper_device().operator
-    runs = drives((20.0,), (3.0,)) if truth == "sines" else drives()
-    whitened = WhitenedModel.of(recorded(operator, PAIRS[truth][0], runs))
-    base, whitener = BaseModel.of(whitened, operator), whitened.make_whitener(WHITE)
-    refit = Refit(whitened, whitener, base)
-    starts = [e for name in (truth, *rivals) for e in PAIRS[name]]
-    # The best of several starts, each alone.
-    tries = [
-        [refit.minimise(refit.evaluate(base.prior_mean, (e,)), 25) for e in some] for some in starts
-    ]
-    fits = [min(some, key=lambda state: state.cost) for some in tries]
-    said = [Hypothesis(f.effects[0].name, f.effects, f.values, 1.0 / len(fits)) for f in fits]
-    return whitened, whitener, base, said
-
-
-FEED = ((CurrentCoupling(coupling=-2.5e-3),), (Delay(tau=1.3e-4),))
-PAIRS = {"lags": LAGS, "slow": SLOW, "sines": SINES, "feed": FEED}
-
-
-def rival_set(setup, tempering=EXACT, excess=None):
-    """The hypotheses of a world, `none` at its own fit beside them."""
-    whitened, whitener, base, said = setup
-    refit = Refit(whitened, whitener, base)
-    found = refit.minimise(refit.evaluate(base.prior_mean, ()), 25)
-    none = Hypothesis("none", (), found.values, 0.0)
-    excess = {frozenset(): found.cost} if excess is None else excess
-    return RivalSet.of(refit, said, tempering=tempering, excess=excess, others=[none])
-
-
-def choose_next_scan(whitened, whitener, base, said, limits=None, tempering=EXACT):
-    """The scan for a world, or for some of its hypotheses."""
-    rivals = rival_set((whitened, whitener, base, said), tempering)
-    return _choice.choose_next_scan(whitened, whitener, rivals, limits)
 
 
 @functools.cache
@@ -422,75 +342,3 @@ def test_what_would_separate_them_is_said_where_nothing_does():
     promised = float(found.reason.split("it would be left about ")[1].split(" %")[0]) / 100
     assert wider.left < found.left
     assert promised == pytest.approx(wider.left, rel=0.3)
-
-
-# The odds by which the answer will be given
-
-
-FORM = Tempering(misfit=1.5, base=4.0, form=0.01)
-
-
-@pytest.mark.parametrize(("power", "stake"), [(100.0, 0.0), (100.0, 500.0), (20.0, 80.0)])
-def test_so_many_more_periods_are_what_separates_and_no_fewer(power, stake):
-    rivals = dataclasses.replace(rival_set(world("lags")), tempering=FORM)
-    n = rivals.repeats_needed((0, 1), power, stake)
-    assert 0.0 < n < np.inf
-    assert rivals.log_odds((0, 1), n * power, n * stake) == pytest.approx(np.log(19), rel=1e-3)
-
-
-def test_no_number_of_periods_separates_what_differs_by_less_than_equations_are_good_to():
-    rivals = dataclasses.replace(rival_set(world("lags")), tempering=FORM)
-    assert rivals.repeats_needed((0, 1), 100.0, 2000.0) == np.inf
-    least = 100.0 / (2.0 * FORM.misfit * FORM.form * 2000.0)
-    assert rivals.log_odds((0, 1), 1e9 * 100.0, 1e9 * 2000.0) == pytest.approx(least, rel=1e-3)
-    found = choose_next_scan(*world("lags"), tempering=Tempering(1.0, 4.0, 10.0))
-    assert "ore periods would not separate them" in found.reason
-    assert "refitted, the wrong one would miss it by" in found.reason
-
-
-def test_nothing_left_is_what_even_odds_after_the_scan_say():
-    assert probability_left(0.0) == 0.5
-    assert probability_left(np.log(19)) == pytest.approx(0.05)
-    assert probability_left(1e9) == pytest.approx(0.0, abs=1e-300)
-
-
-def test_what_two_effects_explain_in_a_scan_is_what_no_effect_misses_there():
-    """A lag is nearly all of the stake in its own scan; a pair's stake is beside what is common."""
-    setup = world("lags")
-    rivals = rival_set(setup, FORM, {frozenset(): 100.0, frozenset({"delay"}): 7.0})
-    assert rivals.stake[0, 1] == 100.0 and [r.name for r in rivals.simpler] == ["none"]
-    whitened, whitener, base, said = setup
-    pair = dataclasses.replace(
-        said[1], name="amplifier_lowpass+delay", effects=(*said[0].effects, *said[1].effects)
-    )
-    both = rival_set((whitened, whitener, base, [said[0], pair]), FORM, rivals_excess())
-    assert both.stake[0, 1] == 7.0 and [r.name for r in both.simpler] == ["delay"]
-
-
-def rivals_excess():
-    return {frozenset(): 100.0, frozenset({"delay"}): 7.0}
-
-
-def test_the_stake_of_a_scan_is_what_no_effect_could_not_follow_there():
-    """By a joint refit of no effect to the old data and the scan, within the power's 10 %."""
-    setup = world("lags")
-    whitened, whitener, _, _ = setup
-    rivals = rival_set(setup)
-    (drive,) = triangle(60.0, amplitude=2.0, bias=3.0, samples=N * P, periods=P)
-    drive = dataclasses.replace(drive, start_s=100.0)
-    scan = Candidate("triangle", 60.0, 2.0, 3.0, drive)
-    (found,) = rate_scans([scan], rivals, whitener, 1)
-    (none,) = rivals.simpler
-    prediction = found.predictions[0]
-    first = linear_discrimination(prediction, found.batch.predict(none)[0])
-    shown = refit_rival(found.batch, 0, prediction, none, first)
-    assert found.stake[0, 1] == pytest.approx(shown, rel=0.1)
-    assert found.stake[0, 1] > 30.0 * found.power((0, 1)) > 0.0
-
-
-def test_equations_that_are_less_exact_leave_more_to_the_wrong_one():
-    exact, inexact = (
-        choose_next_scan(*world("lags"), tempering=Tempering(1.0, 4.0, form)) for form in (0.0, 0.1)
-    )
-    assert exact.left < inexact.left < 0.5
-    assert exact.power >= 0.9 * inexact.power

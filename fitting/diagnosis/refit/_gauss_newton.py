@@ -98,9 +98,8 @@ class Refit:
         response = self.whitened.operator_response(base.operator, values, effects)
         with np.errstate(invalid="ignore", over="ignore"):  # a step too far is no warning
             errors = self.whitened.evaluate_errors(self.whitener, effects, response)
-        span = max(float(np.ptp(block.data)) for block in self.whitened.blocks)
         largest = max(float(np.abs(e).max()) for e in errors.raw)
-        if largest > THRESHOLDS.lost_readings * span > 0.0:  # scans not recorded have no readings
+        if largest > THRESHOLDS.lost_readings * self.whitened.span > 0.0:  # 0: nothing recorded
             lost = np.full_like(errors.synchronous, np.inf)
             errors = errors._replace(synchronous=lost)
         with np.errstate(invalid="ignore", over="ignore"):

@@ -88,6 +88,11 @@ class WhitenedModel:
         grids = SamplingGrids(data.drives)
         return cls(recording, grids, period_blocks(recording, data), own, unknown)
 
+    @cached_property
+    def span(self) -> float:
+        """The widest range of a run's readings."""
+        return max(float(np.ptp(block.data)) for block in self.blocks)
+
     def make_whitener(self, spectrum: Spectrum) -> Whitener:
         """The whitening of this recording's runs for a noise spectrum."""
         return Whitener(self.blocks, spectrum, self.own_origin)
@@ -195,11 +200,22 @@ class WhitenedModel:
 
         `values`: the operator's parameters, then the unknown initial states.
         """
-        start, given = self._padded_initial_state(operator, values), self.operator_input(effects)
+        given = self.operator_input(effects)  # the same object for the same effects on the drive
+        key = (operator, values, given)
+        return self._answers.get(key, lambda: self._respond(operator, values, given))
+
+    def _respond(
+        self, operator: AbstractOperator, values: np.ndarray, given: OperatorInput
+    ) -> Float[Array, "runs grid"]:
+        start = self._padded_initial_state(operator, values)
         response = respond(operator, values, given, start)
         if _is_known(response):
             return response
         return respond(operator, values, given._replace(stretches=None), start)
+
+    @cached_property
+    def _answers(self) -> Recent[Float[Array, "runs grid"]]:
+        return Recent(_KEPT)
 
     def linearise_operator(
         self, operator: AbstractOperator, values: Float[np.ndarray, " values"], effects: Effects

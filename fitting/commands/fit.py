@@ -132,6 +132,7 @@ def fit(
     from .run import BAD_DATA, DONE, UNTRUSTED, fail, failing_alone
 
     several = [recording, *recordings]
+    usual = not _takes_another_time(options)
     kind = find_operator(operator, plugin)
     read = [read_recording(path, nan=nan) for path in several]  # all, before the first is fitted
     places = [output / name if recordings else output for name in name_jobs(several)]
@@ -146,12 +147,14 @@ def fit(
     for place, data, path in zip(places, read, several, strict=True):
         name = place.name
         seconds = estimate_seconds(data, "fit")
-        begun = describe_recording(data, seconds)
+        begun = describe_recording(data, seconds, usual=usual)
         label = f"fitting {name}" if recordings else "fitting"
         _tell_faults(data, f"{name}: " if recordings else "")
         with (
             failing_alone(name, failed, alone=not recordings),
-            progress(label, json, about=begun, expected_s=seconds) as report_step,
+            progress(
+                label, json, about=begun, expected_s=seconds if usual else None
+            ) as report_step,
             output_kept_if_written(place),
         ):
             result, written = identify_into(
@@ -291,7 +294,15 @@ def identify_into(
     return result, write_fit(result, folder, plots=plots, more=more, files=files, source=source)
 
 
+# Options by which a fit takes another time than those that were measured, see `_about`.
+_TIMED = ("plays", "order", "each", "operator", "choose", "loss", "starts", "history", "intervals")
 _CHECKING = {"recording", "recordings", "output", "check", "nan", "plugin", "json"}
+
+
+def _takes_another_time(values: dict[str, Any]) -> bool:
+    """Whether options were given with which no fit was timed."""
+    defaults = inspect.signature(fit).parameters
+    return any(values[name] != defaults[name].default for name in _TIMED)
 
 
 def _refuse_unused(values: dict[str, Any]) -> None:

@@ -140,3 +140,13 @@ def joined(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
         np.concatenate([run.drive.value for run in recording.runs]),
         np.concatenate([run.response for run in recording.runs]),
     )
+
+
+# Three scans of the paper's device, as `rapi import` is given them.
+T, U, Y = scanned((10.0, 3, 4.5), (20.0, 3, 4.5), (40.0, 3, 4.5), sample_hz=8000.0)
+SCOPE = ("--drive", "CH1", "--response", "CH2", "--response-scale", "1", "--response-unit", "GHz")
+
+
+def scope(folder: Path, t=T, u=U, y=Y, maker: str = "Tektronix") -> Path:
+    """A file of a maker."""
+    return put(folder / "scope.csv", MAKERS[maker][0](t, u, y))

@@ -78,10 +78,13 @@ def estimate_seconds(recording: Any, work: Work) -> float:
     return fit
 
 
-def describe_recording(recording: Any, seconds: float, longest: float | None = None) -> str:
+def describe_recording(
+    recording: Any, seconds: float, longest: float | None = None, *, usual: bool = True
+) -> str:
     """Such as `5 runs of 4 periods at 10 to 40 Hz, two swings, noise 20 MHz rms; about 30 s`.
 
-    `longest`: what it takes at most, s, of a device that no model describes.
+    `longest`: what it takes at most, s, of a device that no model describes. `usual`: whether the
+    options are those with which times were measured.
     """
     import numpy as np
 
@@ -106,7 +109,8 @@ def describe_recording(recording: Any, seconds: float, longest: float | None = N
         whole = float(np.sqrt(np.mean(np.square(noise))))
         text += f", noise {quantity(float(f'{whole:.2g}'), recording.response_unit)} rms"
     more = "" if longest is None else f", up to {_round_seconds(longest)} where no model fits"
-    return f"{text}; about {_round_seconds(seconds)}{more}"
+    with_what = "" if usual else " with the default options"
+    return f"{text}; about {_round_seconds(seconds)}{with_what}{more}"
 
 
 def _between(values: Any) -> str:

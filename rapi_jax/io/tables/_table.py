@@ -3,7 +3,7 @@
 import dataclasses
 import difflib
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -100,6 +100,24 @@ class Table:
 
         Raises `DataError` naming `option`, the nearest name and all columns where there is none.
         """
+        return self.find_each({option: key})[option]
+
+    def find_each(self, keys: Mapping[str, str]) -> dict[str, int]:
+        """The number of the column of each option. Raises one `DataError` for all not found."""
+        found = {option: self._find(key, option) for option, key in keys.items()}
+        missing = [option for option, place in found.items() if place is None]
+        if missing:
+            which = [f"'{printable(keys[option], 40)}' for {option}" for option in missing]
+            near = dict.fromkeys(name for one in missing for name in self._nearest(keys[one]))
+            meant = [f"'{printable(name, 40)}'" for name in near]
+            raise DataError(
+                f"{self.label}: no column {', and none '.join(which)}."
+                + (f" Did you mean {' and '.join(meant)}?" if meant else "")
+                + f" Columns, by number or name: {self.describe() or 'none'}."
+            )
+        return {option: place for option, place in found.items() if place is not None}
+
+    def _find(self, key: str, option: str) -> int | None:
         for same in (str, str.lower):
             places = [
                 i for i, column in enumerate(self.columns) if same(key) in map(same, column.names)
@@ -111,15 +129,13 @@ class Table:
                     f"{self.label}: several columns are called '{printable(key, 40)}': give "
                     f"{option} the number of one of {places}."
                 )
-        if key.isascii() and key.isdigit() and int(key) < len(self.columns):
-            return int(key)
+        known = key.isascii() and key.isdigit() and int(key) < len(self.columns)
+        return int(key) if known else None
+
+    def _nearest(self, key: str) -> list[str]:
+        """The name most like `key`, if one is."""
         names = [name for column in self.columns for name in column.names]
-        near = difflib.get_close_matches(key[:60], names[:1000], n=1, cutoff=0.5)
-        meant = f" Did you mean '{printable(near[0], 40)}'?" if near else ""
-        raise DataError(
-            f"{self.label}: no column '{printable(key, 40)}' for {option}.{meant} Columns, by "
-            f"number or name: {self.describe() or 'none'}."
-        )
+        return difflib.get_close_matches(key[:60], names[:1000], n=1, cutoff=0.5)
 
     def find_time(self) -> int | None:
         """The column that is a clock by its name or its unit; `None` where none is alone."""

@@ -2,12 +2,14 @@
 
 import dataclasses
 import importlib
+import inspect
 import json
 
 import numpy as np
 import pytest
 
 from fitting.cli import app, main
+from fitting.commands.fit import _takes_another_time, fit
 from fitting.commands.run import run
 from fitting.commands.shared import _progress
 from fitting.commands.shared._about import describe_recording, estimate_seconds
@@ -87,12 +89,26 @@ def test_what_is_about_to_be_worked_on():
     text = describe_recording(data, 58.0)
     assert text == "4 runs of 4 periods at 10 to 40 Hz, two swings, noise 20 MHz rms; about 60 s"
     assert describe_recording(data, 190.0).endswith("about 3 minutes")
+    other = describe_recording(data, 58.0, usual=False)
+    assert other.endswith("about 60 s with the default options")
     assert describe_recording(data, 20.0, 160.0).endswith(
         "about 20 s, up to 3 minutes where no model fits"
     )
     fewer = dataclasses.replace(data, runs=data.runs[:2])
     for work in ("fit", "diagnose"):  # which of them takes longer is not known: see MEASURED
         assert estimate_seconds(fewer, work) < estimate_seconds(data, work)
+
+
+@pytest.mark.parametrize(
+    ("given", "another"),
+    [({}, False), ({"plots": False, "drift": True}, False), ({"starts": 12}, True)]
+    + [({"choose": True}, True), ({"intervals": "profile"}, True)],
+)
+def test_a_time_is_of_the_options_with_which_it_was_measured(
+    given: dict[str, object], another: bool
+):
+    defaults = {name: one.default for name, one in inspect.signature(fit).parameters.items()}
+    assert _takes_another_time(defaults | given) == another
 
 
 def test_a_drive_that_turns_densely_is_announced_to_take_longer():

@@ -27,6 +27,7 @@ def locate_columns(
     measured = options.measured
     tables = {measured: table} | ({"drive": source} if options.made is None else {})
     tables |= {"cavity": table} if options.cavity is not None else {}
+    _find_named(table, [what for what, one in tables.items() if one is table], options)
     places = {what: _place(one, what, options) for what, one in tables.items()}
     columns = [what for what, place in places.items() if place is None]
     units = [what for what in (measured, "drive") if not _has_unit(tables, what, options)]
@@ -63,6 +64,12 @@ def locate_columns(
     lists += [f"--{what}-unit is one of {', '.join(_ALLOWED[what])}." for what in units]
     text = " ".join([parts[0], *(part[0].upper() + part[1:] for part in parts[1:]), *lists])
     raise OpenQuestion(f"{table.label}: {text}")
+
+
+def _find_named(table: Table, columns: list[str], options: ImportOptions) -> None:
+    """Raise one `DataError` for all names that options give and `table` does not hold."""
+    keys = {f"--{what}": getattr(options, what) for what in [*columns, "time"]}
+    table.find_each({option: key for option, key in keys.items() if key is not None})
 
 
 def _place(table: Table, what: str, options: ImportOptions) -> int | None:

@@ -86,7 +86,12 @@ def _screen_all(
         found[name] = screen_effect(refit, state, grid, basis, remainder)
     found = {name: each for name, each in found.items() if each}
     enough = least_falls(remainder) if start.effects and flexible is not None else (0.0, 0.0)
+    laws = frozenset(
+        n for n, each in found.items() if isinstance(each[0].effect, AbstractLawEffect)
+    )
     found = _that_may_explain(found, enough, in_any_case)
+    if start.effects:
+        in_any_case |= laws & found.keys()  # where the base follows, they explain more
     if flexible is not None:
         found = refine_guesses(flexible.marginal, start.on_base, found)
     if start.effects:
@@ -101,9 +106,6 @@ def _screen_all(
         )
     beyond = max((one.flexible_score for each in found.values() for one in each), default=0.0)
     taken_up = beyond <= THRESHOLDS.chance_fall and is_unexplained(start.on_base)
-    laws = frozenset(
-        n for n, each in found.items() if isinstance(each[0].effect, AbstractLawEffect)
-    )
     return ScreenedEffects(
         found,
         telling=measured,

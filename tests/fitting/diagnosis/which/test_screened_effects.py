@@ -148,3 +148,16 @@ def test_an_effect_beside_a_base_that_misfits_far_more_is_found():
     device = draw_device(955017126, "listed", "creep", 3.514, base_misfit=True)
     found = diagnose(None, to_recording(device.runs), scan=False)
     assert found.verdict.name == "creep"
+
+
+@pytest.mark.slow
+def test_a_law_beside_a_mode_hop_is_refitted_though_its_score_is_small():
+    """The mode hop leaves 19 of chi-square a line; the rate law scores a tenth of that.
+
+    Its signature is that of a base which has not followed: refitted beside it, 1.0 is left.
+    """
+    device = draw_device(
+        3243787796, "pair", "mode_hop+rate_law", 14.756, base_misfit=True, any_session=True
+    )
+    found = diagnose(None, to_recording(device.runs), scan=False)
+    assert found.verdict.name == "mode_hop+rate_law"

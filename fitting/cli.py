@@ -16,9 +16,9 @@ app = App(
     version="0.1.0",
     help_format="plaintext",
     help_formatter=FilledHelp(),
-    help_epilogue="`rapi` alone says where to begin; `rapi COMMAND --help` has examples. Options "
-    "can also stand in a `rapi.toml` beside the data, in a table of the command's name: `[fit]`, "
-    "then `starts = 12`. Those on the command line win.",
+    help_epilogue="`rapi` alone says where to begin; `rapi COMMAND --help` has examples. "
+    "Commands that read data also take options from a `rapi.toml` beside them: a table `[fit]`, "
+    "then `starts = 12`. The command line wins.",
     config=apply_options_file,
     suppress_keyboard_interrupt=False,  # `run` says so, and exits with 130
 )

@@ -11,9 +11,11 @@ from .links._link import AbstractLink
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Address = Annotated[str, Field(min_length=1, max_length=200)]
-# VISA: pyvisa-py, or the library that is installed on the computer (NI-VISA, Keysight's). A file
-# never names a library by its path: what is loaded from there would run.
 Backend = Literal["@py", "@ivi"]
+"""VISA: pyvisa-py ("@py"), or the library installed on the computer ("@ivi": NI-VISA, Keysight's).
+
+A file never names a library by its path: what is loaded from there would run.
+"""
 
 
 class Table(pydantic.BaseModel):

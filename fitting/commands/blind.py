@@ -19,6 +19,7 @@ app = App(
     name="blind",
     help="Check the diagnosis on simulated lasers whose effect is withheld from it.",
     help_format="plaintext",
+    help_epilogue="",
 )
 
 
@@ -90,7 +91,8 @@ def make(
         print_json(about)
     else:
         out = console(json)
-        out.print(f"{about['count']} recordings of tier {tier} in {bank}", markup=False)
+        noun = "recording" if about["count"] == 1 else "recordings"
+        out.print(f"{about['count']} {noun} of tier {tier} in {bank}", markup=False)
     return 0
 
 
@@ -154,8 +156,8 @@ def score(
     bank
         A folder that `rapi blind make` wrote.
     follow
-        How many devices whose credible set holds several causes are measured once more, with the
-        advised scan and with a random one, and diagnosed again.
+        How many devices whose 95 % credible set holds several causes are measured once more, with
+        the advised scan and with a random one, and diagnosed again.
     workers
         Processes; by default two, or one where there is one processor.
     json

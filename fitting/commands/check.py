@@ -23,7 +23,7 @@ def check(
     recording
         A folder with a `manifest.toml`, or a netCDF-4 file.
     recordings
-        More recordings. If one cannot be read, that is said, and the others are still checked.
+        More recordings. One that cannot be read is reported, and the others are still checked.
     nan
         What to do about readings that are not numbers. `raise`: refuse the recording. `mask`: leave
         those samples out.

@@ -27,11 +27,11 @@ def demo(
 ) -> int:
     """Scan a simulated laser at 10 to 40 Hz, identify it, make it scan straight; diagnose another.
 
-    The laser behaves like the one of the paper: a 4.5 V triangle on 3 V scans about 75 GHz with the
-    nonlinearity of the paper's Table 1. Its frequency is read from the fringes of a 5 m
-    interferometer and a Fabry-Perot cavity, as digitized at 30 MS/s; drives pass the 14 bits of a
-    generator. The second laser has an effect in its light path that the model lacks; its
-    frequency is read with 20 MHz of noise, and the diagnosis is to find the effect.
+    The laser behaves like the one of the paper: a triangle of 4.5 V peak to peak, centred on 3 V,
+    scans about 75 GHz with the nonlinearity of the paper's Table 1. Its frequency is read from the
+    fringes of a 5 m interferometer and a Fabry-Perot cavity, as digitized at 30 MS/s; drives pass
+    the 14 bits of a generator. The second laser has an effect in its light path that the model
+    lacks; its frequency is read with 20 MHz of noise, and the diagnosis is to find the effect.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ def diagnose(
     recording
         A folder with a `manifest.toml`, or a netCDF-4 file.
     recordings
-        More of them; what is compiled for the first serves the others.
+        More recordings; code compiled for the first is reused for them.
     output
         Folder for the results; made if missing.
     model
@@ -45,8 +45,8 @@ def diagnose(
     limits
         A file with the drive's limits, for the next scan; by default the range and slew recorded.
     plugin
-        A Python file with effects of your own: further candidates, and those that the model may
-        name. Its code is run. May be given several times.
+        A Python file with effects of your own (further candidates, and those that the model may
+        name), or with an operator that it names. Its code is run. May be given several times.
     scan
         Look for the next scan, which would best separate the hypotheses that remain.
     compare

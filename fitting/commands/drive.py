@@ -32,7 +32,8 @@ def drive(
     Parameters
     ----------
     frequency
-        Scan rates, Hz. Several rates, one of them twice another, are what a model needs.
+        Scan rates, Hz. For a model: three or more that span yours, the highest at least twice the
+        lowest, and all of them again at half the peak-to-peak voltage.
     low
         Lowest voltage, V.
     high

@@ -49,8 +49,8 @@ def fit(
     is not to be trusted; `rapi batch` is for many.
 
     With `--check` nothing is fitted: RECORDING is a new measurement, of runs like those that were
-    fitted or of scans made with certified drives, and is held against what was claimed. Exit code
-    0: the claim held, or none was made of these scans, which are then measured; 4: it did not; 3:
+    fitted or of scans made with certified drives, and is compared with the claimed error. Exit code
+    0: the claim held, or none covers these scans, which are then only measured; 4: it did not; 3:
     bad data, or no run that the claim is of.
 
     Parameters
@@ -58,12 +58,12 @@ def fit(
     recording
         A folder with a `manifest.toml`, or a netCDF-4 file.
     recordings
-        More of them; what is compiled for the first serves the others.
+        More recordings; code compiled for the first is reused for them.
     output
-        Folder for the results; made if missing. Needed but with `--check`, where it is for
-        `check.json`.
+        Folder for the results; made if missing. Required, except with `--check`, which writes
+        `check.json` there if it is given.
     check
-        The result to hold RECORDING against: a folder that `rapi fit` wrote (the error of its model
+        The result to compare RECORDING with: a folder that `rapi fit` wrote (the error of its model
         in each run, against its claim) or `rapi compensate` (how straight each scan is and how far
         it reaches, against its certificate, also where that claims nothing). Of the other options
         only `--output`, `--nan`, `--plugin` and `--json` go with it.
@@ -83,23 +83,23 @@ def fit(
     weights
         Weights of the runs: by hysteresis percentage (Eq. 26), or equal.
     loss
-        Of residuals: squares, with outliers left out and listed; or, for data that cannot be
+        Loss function: squares, with outliers left out and listed; or, for data that cannot be
         cleaned, huber or student (heavier tails), which leave nothing out.
     starts
         At most so many first guesses; two that end with nearly the same response are enough. Where
         the model leaves a residual that repeats, or no two agree, up to 28 more fits begin beside
         the best end.
     history
-        Free the plays' initial values in runs that do not repeat.
+        Fit the plays' initial values in runs that do not repeat.
     drift
-        Let the origin creep with the logarithm of session time; by default with six periods or
-        more.
+        Let the origin creep with the logarithm of session time; by default where a run has
+        six periods or more.
     nan
         What to do with readings that are not finite: refuse, or leave those samples out.
     intervals
         Also write and show 95 % intervals: from standard errors (gauss-newton), by profile
         likelihood, or from the posterior (NUTS; needs the extra `bayes`; its draws go to
-        `posterior.nc`, for ArviZ; exit code 4 where they are not to be trusted).
+        `posterior.nc`, for ArviZ; exit code 4 where they are not to be trusted). By default none.
     plots
         Write pictures.
     json

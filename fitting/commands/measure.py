@@ -38,7 +38,7 @@ def measure(
     drive
         One period as CSV (`time_s,drive`), as `rapi compensate` writes it.
     drives
-        More of them, played one after the other.
+        More drives, played one after the other.
     output
         Folder for the recording, or a file that ends in .nc; with `--dry-run`, for the bytes.
     periods

@@ -40,8 +40,8 @@ def predict(
     nan
         What to do with readings that are not finite: refuse, or leave those samples out.
     plugin
-        A Python file with effects of your own, which MODEL names; its code is run. May be given
-        several times.
+        A Python file with effects or an operator of your own, which MODEL names; its code is run.
+        May be given several times.
     plots
         Write a picture.
     json

@@ -23,9 +23,9 @@ def range_command(
 ) -> int:
     """Range a target: distance of every scan in RECORDS, and distance and velocity over time.
 
-    Writes `range.json`, `range.csv` (a row a scan), `range.png` and `report.html`, a page with the
-    error budget. What is wrong or doubtful about the records is listed. Exit code 0: done; 3: bad
-    data; where no scan at all gave a distance, the files are written nevertheless.
+    Writes `range.json`, `range.csv` (one row per scan), `range.png` and `report.html`, a page with
+    the error budget. What is wrong or doubtful about the records is listed. Exit code 0: done; 3:
+    bad data; where no scan at all gave a distance, the files are written nevertheless.
 
     Parameters
     ----------
@@ -34,14 +34,15 @@ def range_command(
     output
         Folder for the results; made if missing.
     method
-        Of the distance: `resample-phase` (the best in noise), `resample-fft`, or the paper's,
-        `counting` from cavity peak to cavity peak and `counting-region` over a fixed region.
+        Estimator of the distance: `resample-phase` (least sensitive to noise), `resample-fft`, or
+        the paper's, `counting` from cavity peak to cavity peak and `counting-region` over a fixed
+        region.
     kalman
         Follow the target by a Kalman filter, or take each scan as of a target at rest; by default
         it is followed where there are four scans, of both directions.
     expected
-        Least and largest distance that is possible, m: it settles which of two targets a short
-        record shows, where motion folds the fringes.
+        Lowest and highest possible distance, m: it decides between two solutions where a short
+        record and fast motion leave two. By default any positive distance.
     plots
         Write the picture.
     json

@@ -57,10 +57,10 @@ def fit_many(
     - `models`: one for all recordings, or one for each.
     - `lanes`: how many fits of one shape are solved by one program; by default 1024 on an
       accelerator, and 1 on a CPU, where together they take nearly as long as one after the other.
-    - the others: as for `fit`. A verdict that is not to be trusted is no error here.
+    - the others: as for `fit`. A fit that is not to be trusted raises no error here.
 
-    **Returns** a `FitResult` a recording, in their order. Raises `DataError`, before any fit, where
-    a recording holds too few usable samples.
+    **Returns** one `FitResult` per recording, in their order. Raises `DataError`, before any fit,
+    where a recording holds too few usable samples.
 
     >>> from fitting import fit_many
     >>> from rapi_jax.examples import paper_device, paper_recording
@@ -73,7 +73,7 @@ def fit_many(
     given = [models] * len(recordings) if isinstance(models, ECDL) else list(models)
     if len(given) != len(recordings):
         raise ValueError(
-            f"Argument `models` must be one model or one a recording, but there are {len(given)} "
+            f"Argument `models` must be one model or one per recording, but there are {len(given)} "
             f"of {len(recordings)}."
         )
     kind, options = loss_of(loss), solver_options(max_steps)

@@ -36,7 +36,7 @@ def hysteresis_fraction(run: Run, lag_s: float = 0.0) -> float:
 
 @takes(recording=Recording)
 def hysteresis_weights(recording: Recording) -> np.ndarray:
-    """`A_j` of Eq. 26, one a run: proportional to the hysteresis percentage, with mean 1.
+    """`A_j` of Eq. 26, one per run: proportional to the hysteresis percentage, with mean 1.
 
     >>> from fitting import hysteresis_weights
     >>> from rapi_jax.examples import paper_recording
@@ -55,7 +55,7 @@ def hysteresis_weights(recording: Recording) -> np.ndarray:
 
 
 def run_weights(recording: Recording, weights: str | Sequence[float]) -> np.ndarray:
-    """The weights asked for: "hysteresis", "uniform", or a positive number a run."""
+    """The weights asked for: "hysteresis", "uniform", or a positive number per run."""
     if isinstance(weights, str):
         if weights == "hysteresis":
             return hysteresis_weights(recording)
@@ -67,7 +67,7 @@ def run_weights(recording: Recording, weights: str | Sequence[float]) -> np.ndar
     given = np.asarray(weights, dtype=float)
     if given.shape != (len(recording.runs),) or not (np.isfinite(given) & (given > 0)).all():
         raise ValueError(
-            f"Argument `weights` must be {len(recording.runs)} positive numbers, one a run, but is "
-            f"{weights}."
+            f"Argument `weights` must be {len(recording.runs)} positive numbers, one per run, but "
+            f"is {weights}."
         )
     return given / given.mean()

@@ -55,7 +55,7 @@ def check_record(population: Population, record: Record) -> Change:
     if not population.excludes(record.sha256):
         raise DataError(
             f"{record.label}: this recording is one of the population. Leave it out there, so that "
-            "it is held against the others."
+            "it is compared with the others."
         )
     estimates, model = population.estimates, population.model
     values, own, known = estimates.of(record)

@@ -66,7 +66,7 @@ class AfgChannel(AbstractOutput, AbstractReadBack, AbstractWatchdog):
         if limits is None:
             raise LimitError(
                 f"Channel {port.n} has no limits, so its output stays off. Give `limits`: lowest "
-                "and highest voltage, slew, step and rate that the device behind it stands."
+                "and highest voltage, slew, step and rate that the device behind it withstands."
             )
         if not load_ohm > 0 or not math.isfinite(park_v):
             raise ValueError("`load_ohm` must be positive, and `park_v` a number of volts.")

@@ -47,7 +47,7 @@ def settable_limits(limits: DriveLimits, largest_v: float) -> DriveLimits:
         if math.isinf(getattr(limits, name)):
             raise LimitError(
                 f"`{name}` has no limit, but an instrument needs one. Give what the device behind "
-                "it stands, from its data sheet."
+                "it withstands, from its data sheet."
             )
     low, high = ceil_level(limits.low_v), floor_level(limits.high_v)
     if max(-low, high) > largest_v:

@@ -31,8 +31,8 @@ class TLB6700(AbstractLaser, AbstractReadBack):
     """The controller, identified: remote, at rest, tracking off, without faults, not too warm.
 
     Every setting is answered, read back, and followed by a look at the fault queue. Raises
-    `InstrumentError` for another controller or head, `LimitError` for a value beyond `limits`;
-    none given is refused. A context manager: at its end scan and tracking are stopped and the front
+    `InstrumentError` for another controller or head, `LimitError` for a value beyond `limits`,
+    and without `limits`. A context manager: at its end scan and tracking are stopped and the front
     panel works again. Emission is left as it is: switching ages the diode and lets it drift.
 
     >>> from hardware import TLB6700, LaserLimits, VisaLaserLink
@@ -65,7 +65,7 @@ class TLB6700(AbstractLaser, AbstractReadBack):
         if limits is None:
             raise LimitError(
                 "The laser has no limits, so it is not touched. Give `limits`: wavelength, piezo, "
-                "current and temperatures that its head stands."
+                "current and temperatures that its head withstands."
             )
         self.limits = limits
         self.resource = link.resource

@@ -172,7 +172,7 @@ class Scan(NamedTuple):
         """What a span larger than the drive allows asks for, what is reached, and what to do."""
         unit, of = self.limits.unit, self.target.unit
         text = (
-            f"a scan of {self.target.span:g} {of} about {self.bias:.4g} {unit} at "
+            f"a scan of {self.target.span:g} {of} centred on {self.bias:.4g} {unit} at "
             f"{self.target.excitation_hz:g} Hz needs more than {self.widest:.4g} {unit} peak "
             f"to peak, which is all that the limits {self.limits.low_v:.4g} to "
             f"{self.limits.high_v:.4g} {unit} leave there: by the model it reaches "

@@ -64,8 +64,8 @@ def law_of(ecdl: ECDL, freq: float, u_pp: float, bias: float) -> Law:
             law = effect(law, as_float64(bias))
     if not float(law.gain) > 0:
         raise NotInvertible(
-            f"the laws give a gain of {float(law.gain):.4g} at {u_pp:.4g} V peak to peak about "
-            f"{bias:.4g} V, which must be positive. Scan nearer to what was identified."
+            f"the laws give a gain of {float(law.gain):.4g} at {u_pp:.4g} V peak to peak centred "
+            f"on {bias:.4g} V, which must be positive. Scan nearer to what was identified."
         )
     return law
 

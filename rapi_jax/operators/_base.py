@@ -76,9 +76,9 @@ class AbstractOperator(eqx.Module):
 
     fields: eqx.AbstractClassVar[Fields]
     count: eqx.AbstractVar[int]  # the number of plays, N1
-    # Parameters that hold one number or one a play; in a fit, those with one a play are first tied.
+    # Parameters that hold one number or one per play; a fit first ties those with one per play.
     tied_first: ClassVar[tuple[str, ...]] = ()
-    # A parameter in which the weights of plays are linear: one number for all, or one a play.
+    # A parameter in which the weights of plays are linear: one number for all, or one per play.
     weight: ClassVar[str | None] = None
     # A parameter to which the weights of all plays are proportional, if hysteresis may fade by it.
     amplitude: ClassVar[str | None] = None
@@ -232,20 +232,20 @@ class AbstractOperator(eqx.Module):
 
 
 def per_play(value: Float[Array, "..."], count: int) -> Float[Array, " plays"]:
-    """One value a play, whether `value` is shared (a scalar) or already one each."""
+    """One value per play, whether `value` is shared (a scalar) or already one each."""
     return jnp.broadcast_to(value, (count,))
 
 
 def check_shapes(operator: AbstractOperator, each: Sequence[str], single: Sequence[str]) -> None:
-    """Refuse shapes that do not fit: `each` holds one number or one a play, `single` just one."""
+    """Refuse shapes that do not fit: `each` holds one number or one per play, `single` just one."""
     if operator.count < 1:
         raise ValueError(f"Argument `plays` must be at least 1, but is {operator.count}.")
     for name in each:
         shape = jnp.shape(getattr(operator, name))
         if shape not in ((), (operator.count,)):
             raise ValueError(
-                f"Argument `{name}` must be a number or {operator.count} of them (one a play), but "
-                f"has shape {shape}."
+                f"Argument `{name}` must be a number or {operator.count} of them (one per play), "
+                f"but has shape {shape}."
             )
     for name in single:
         if jnp.shape(getattr(operator, name)) != ():

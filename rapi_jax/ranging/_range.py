@@ -31,13 +31,13 @@ def range_records(
 
     **Arguments:**
 
-    - `method`: `"resample-phase"` (the best in noise), `"resample-fft"`, `"counting"` from one peak
-      of the cavity to another (Eqs. 2 and 4), or `"counting-region"` with orders interpolated, as
-      the paper's spread suggests.
+    - `method`: `"resample-phase"` (least sensitive to noise), `"resample-fft"`, `"counting"` from
+      one peak of the cavity to another (Eqs. 2 and 4), or `"counting-region"` with orders
+      interpolated, as the paper's spread suggests.
     - `kalman`: whether to follow the target by a Kalman filter; by default where there are at least
       four scans, of both directions. Without it every scan is taken as of a target at rest.
-    - `expected_m`: least and largest distance that is possible, m. It settles which of two targets
-      a short record shows, where motion folds the fringes.
+    - `expected_m`: lowest and highest possible distance, m; any positive one by default. It decides
+      between two solutions where a short record and fast motion leave two.
     - `on_part`: called with the scans of each stretch as soon as it is read.
 
     Raises `DataError` where a record shows no fringes of the interferometer or no turns, or no scan
@@ -141,8 +141,8 @@ def _scale_faults(scale: Scale, nominal: float, *, cavity: bool) -> list[str]:
     off = scale.delay_s / nominal - 1.0
     if abs(off) > THRESHOLDS.path_off:
         return [
-            f"`interferometer_path_m` is {off:+.2%} off what the cavity tells, which is used. Is "
-            "one of the two written wrong?"
+            f"`interferometer_path_m` is {100 * off:+.2f} % off what the cavity tells, which "
+            "is used. Is one of the two written wrong?"
         ]
     return []
 

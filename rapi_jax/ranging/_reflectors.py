@@ -34,8 +34,8 @@ class OtherReflector:
         where = "beyond" if self.offset_m > 0 else "before"
         return (
             f"a second reflector about {1e3 * abs(self.offset_m):.3g} mm {where} the strongest, "
-            f"with {self.amplitude:.0%} of its fringes' amplitude: distances are those of the "
-            "strongest, and pulled by the other. Block or tilt what reflects"
+            f"with {100 * self.amplitude:.0f} % of its fringes' amplitude: distances are those of "
+            "the strongest, and pulled by the other. Block or tilt what reflects"
         )
 
 

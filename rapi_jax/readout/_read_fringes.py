@@ -51,7 +51,7 @@ def read_fringes(fringes: Fringes, drive: Drive) -> Readout:
     mask = mask_clipped(fringes.interferometer, fringes.full_scale)
     if mask is not None:
         faults.append(
-            f"interferometer: {mask.mean():.2%} of samples clipped, first at "
+            f"interferometer: {100 * mask.mean():.2f} % of samples clipped, first at "
             f"{fringes.start_s + int(np.argmax(mask)) / fringes.sample_hz:.6g} s; left out"
         )
     data = decimate(fringes.interferometer, fringes.sample_hz, fringes.start_s, mask, drive)

@@ -46,11 +46,11 @@ def batch(
     do
         What to do with each: fit (the default), compensate, diagnose or range.
     workers
-        Processes of a cluster on this computer, a thread each. 0 does one job after the other in
-        this process, which a job that crashes ends, too.
+        Processes of a cluster on this computer, one thread each. 0 runs the jobs one after another
+        in this process; a job that crashes then ends the batch.
     scheduler
-        Address of a Dask scheduler that runs already, instead: tcp://HOST:8786. Its workers must
-        see recordings and output by the same paths.
+        Instead of `--workers`: address of a running Dask scheduler, tcp://HOST:8786. Its workers
+        must see recordings and output by the same paths.
     retry
         Do failed jobs again, too.
     watch

@@ -12,7 +12,12 @@ Port = Annotated[int, Parameter(validator=validators.Number(gte=0, lte=65535))]
 Metres = Annotated[float, Parameter(validator=validators.Number(gte=0, lte=1000))]
 Json = Annotated[bool, Parameter(negative="")]
 
-app = App(name="bench", help="A bench of instruments, real or simulated.", help_format="plaintext")
+app = App(
+    name="bench",
+    help="A bench of instruments, real or simulated.",
+    help_format="plaintext",
+    help_epilogue="",
+)
 app.command(
     "fitting.commands.bench.range:bench_range",
     name="range",
@@ -24,8 +29,8 @@ app.command(
 def check(bench: Path, /, *, plugin: Plugins = (), json: Json = False) -> int:
     """Connect to every instrument of BENCH, match identities, limits and interlocks; play nothing.
 
-    An output that was found on, as after a process that was killed, is said, with what it played;
-    it is parked and switched off. Load and clamp are set and read back.
+    An output found on (as after a killed process) is reported with what it played, then parked and
+    switched off. Load and clamp are set and read back.
 
     Parameters
     ----------
@@ -88,11 +93,12 @@ def serve(
     device
         The external-cavity laser of the paper, or one with effects that its model has no term for.
     seed
-        Of all noise.
+        Seed of all noise.
     target
-        Distance of a target before a measurement arm, m, for `rapi bench range`.
+        Distance of a target before a measurement arm, m, for `rapi bench range`. By default no
+        target.
     velocity
-        Of the target from the start of the laboratory on, m/s.
+        Velocity of the target from the start of the laboratory on, m/s.
     """
     from fitting.commands.shared._out import console
     from fitting.commands.shared.files._measured_output import check_bench_output, sealed

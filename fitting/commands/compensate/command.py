@@ -34,9 +34,10 @@ def compensate(
     """Write drives that make the response of MODEL a straight scan.
 
     For each rate: `drive_<HZ>Hz.csv` (`time_s,drive`, one period, from its minimum), the same as
-    generator codes (`.afg`) and with its target as netCDF (`.nc`); `certificate.json`, what was
-    proved about the model before a drive was made. All drives are written, or none is. Earlier
-    drives in the folder are replaced: those that are not written again are removed.
+    generator codes (`.afg`) and with its target as netCDF (`.nc`); and `certificate.json`: the
+    proof that the model can be inverted and, for a trusted fit, the nonlinearity to expect. All
+    drives are written, or none is. Earlier drives in the folder are replaced: those that are not
+    written again are removed.
 
     Parameters
     ----------
@@ -58,10 +59,11 @@ def compensate(
     inverse
         `exact` inverts the model sample by sample; `paper` fits the paper's inverse operator.
     extrapolate
-        Also make drives beyond the range, the rates and the swings that were identified.
+        Also make drives beyond the range, the rates and the peak-to-peak voltages identified.
     untrusted
-        Also make drives from a model that is not to be trusted; without it the exit code is 4. No
-        drive is then refused for its swing; the certificate notes one that was not recorded.
+        Also make drives from a model that is not to be trusted; without it the exit code is 4.
+        With it no drive is refused for its peak-to-peak voltage; the certificate notes one that was
+        not recorded.
     without
         An effect of MODEL to leave out of what is inverted, by its name in the diagnosis: for one
         that only the reading has. An etalon between laser and interferometer that sends no light
@@ -76,8 +78,8 @@ def compensate(
     recording
         For `--inverse paper`: what to identify the inverse on, instead of the model's own response.
     plugin
-        A Python file with effects of your own, which MODEL names; its code is run. May be given
-        several times.
+        A Python file with effects or an operator of your own, which MODEL names; its code is run.
+        May be given several times.
     plots
         Write a picture.
     json

@@ -72,15 +72,17 @@ def import_files(
         More files of the same session and device; their runs follow in the order given.
     output
         Folder for the recording, or a file whose name ends in .nc. An earlier import there is
-        replaced, and that is said; anything else there is refused. Without this option nothing is
-        written.
+        replaced, and this is reported; anything else there is refused. Without this option nothing
+        is written.
     time
         Column of the time: its name, or its number, counted from 0. Default: the column whose name
         is that of a time.
     drive
-        Column of the drive, by name or number.
+        Column of the drive, by name or number. Default: the column called `drive`. Required where
+        there is none, unless `--drive-amplitude` and `--drive-rate` describe the drive.
     response
-        Column of the response, by name or number.
+        Column of the response, by name or number. Default: the column called `response`. Required
+        where there is none, unless `--fringes` is given.
     fringes
         Column of an interferometer's signal, by name or number. The optical frequency is read from
         its fringes, so no response is needed. Sampling must be even, four samples or more a fringe.
@@ -139,7 +141,8 @@ def import_files(
     skip_seconds
         Leave out this many seconds at the beginning of each run.
     decimate
-        Replace this many samples by their average.
+        Replace this many samples by their average. By default none, unless `--max-samples` is
+        exceeded.
     max_samples
         Recordings with more samples than this are averaged down to it, and a line says so.
     nan

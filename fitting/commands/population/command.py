@@ -9,6 +9,11 @@ from cyclopts import Parameter
 Covariate = Literal["time", "temperature"]
 
 
+def _list_default(names: Sequence[str]) -> str:
+    """A default as it would be typed."""
+    return " ".join(names) or "none"
+
+
 def population(
     result: Path,
     *results: Path,
@@ -16,27 +21,31 @@ def population(
     check: Path | None = None,
     drift: Literal["auto", "line", "smooth"] = "auto",
     structure: Literal["auto", "diagonal", "factor", "full"] = "auto",
-    without: Annotated[tuple[str, ...], Parameter(negative="")] = ("d_0",),
-    ignore: Annotated[tuple[Covariate, ...], Parameter(negative="")] = (),
+    without: Annotated[tuple[str, ...], Parameter(negative="", show_default=_list_default)] = (
+        "d_0",
+    ),
+    ignore: Annotated[
+        tuple[Covariate, ...], Parameter(negative="", show_default=_list_default)
+    ] = (),
     keep_outliers: Annotated[bool, Parameter(negative="")] = False,
     nan: Literal["raise", "mask"] = "raise",
     plots: bool = True,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """See a laser age: means, drift and scatter of its parameters over many recordings.
+    """Follow one device over many recordings: means, drift and scatter of its parameters.
 
-    Writes `population.json` and `population.png`, a panel a parameter. Recordings that do not fit
-    the others are listed and left out; so are fits that are not to be trusted. When and how warm a
-    recording was is read from its manifest: `recorded_at` and `temperature_c`. Exit code 0: done,
-    and with `--check` nothing changed; 4: the device changed, or the new fit is not to be trusted;
-    3: bad data.
+    Writes `population.json` and `population.png`, one panel per parameter. Recordings that do not
+    fit the others are listed and left out; so are fits that are not to be trusted. When and how
+    warm a recording was is read from its manifest: `recorded_at` and `temperature_c`. Exit code 0:
+    done, and with `--check` nothing changed; 4: the device changed, or the new fit is not to be
+    trusted; 3: bad data.
 
     Parameters
     ----------
     result
         A folder that `rapi fit` wrote, or one whose subfolders are such, as of `rapi batch`.
     results
-        More of them.
+        More results.
     output
         Folder for the results; made if missing.
     check
@@ -47,8 +56,8 @@ def population(
         A line in time; a line and a smooth curve for every parameter (minutes with ten); or a curve
         for those that the recordings show to need one.
     structure
-        Of the covariance between recordings: diagonal, diagonal and one common cause, full; or the
-        one with the most evidence.
+        Structure of the covariance between recordings: diagonal, diagonal and one common cause,
+        full; or the one with the most evidence.
     without
         Parameters that are no property of the device. May be repeated.
     ignore
@@ -141,7 +150,7 @@ def _tables(path: Path) -> list[Path]:
 
 
 def _new_result(check: Path, folders: Sequence[Path], found: Any, output: Path, nan: Any) -> Any:
-    """The result to hold against the population: as given, or of a recording that is fitted."""
+    """The result to compare with the population: as given, or of a recording that is fitted."""
     from fitting import fit
     from fitting.commands.shared._model import UntrustedModel, load_model
     from fitting.commands.shared._out import output_folder

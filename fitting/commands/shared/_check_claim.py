@@ -1,4 +1,4 @@
-"""`rapi fit --check`: a recording held against what a result claims."""
+"""`rapi fit --check`: a recording compared with what a result claims."""
 
 from pathlib import Path
 from typing import Any

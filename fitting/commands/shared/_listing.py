@@ -141,7 +141,9 @@ rapi makes the frequency scan of a piezo-tuned laser linear. Where to begin:
   rapi check my-recording            what the recording allows, in seconds
   rapi fit my-recording -o result    identify a model and say whether it can be trusted
   rapi compensate result --span 60 --frequency 10 20 -o drives
+                                     the drives for a straight scan
   rapi diagnose my-recording -o diagnosis
+                                     what the model lacks: where, and which effect
 
 `rapi --help` lists all commands, `rapi COMMAND --help` explains one with examples.
 """

@@ -44,7 +44,7 @@ def options_hint(command: str) -> str:
     """What the help of a command says of the file; empty where it reads none."""
     if command not in DATA:
         return ""
-    return f"Options can also stand in a {NAME} beside the data, in the table [{command}]."
+    return f"Options can also be given in a {NAME} beside the data, in the table [{command}]."
 
 
 def find_options_file(paths: Sequence[Path]) -> Path | None:

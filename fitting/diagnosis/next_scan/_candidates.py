@@ -61,7 +61,7 @@ class Candidate:
 
     def describe(self, unit: str) -> str:
         """The scan in a sentence."""
-        swing = f"{self.amplitude:.3g} {unit} peak to peak about {self.bias:.3g} {unit}"
+        swing = f"{self.amplitude:.3g} {unit} peak to peak centred on {self.bias:.3g} {unit}"
         if self.excitation_hz is None:
             levels = ", ".join(f"{level:.3g}" for level in self.levels)
             return f"Steps to {levels} {unit} of {self.hold_s:.2g} s each"

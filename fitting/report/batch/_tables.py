@@ -31,7 +31,7 @@ def state(row: dict) -> str:
 
 
 def tabulate_parameters(group: dict) -> list[list[str]]:
-    """A row a parameter: centre, spread, standard error, scatter, trend."""
+    """A row per parameter: centre, spread, standard error, scatter, trend."""
     rows = []
     for one in group["parameters"]:
         unit, drift = one["unit"], one["drift"]

@@ -1,4 +1,4 @@
-"""A heat map: a row a run, a cell a bin, the value as colour and as the cell's text."""
+"""A heat map: a row per run, a cell per bin, the value as colour and as the cell's text."""
 
 from collections.abc import Sequence
 

@@ -83,7 +83,7 @@ def _list_provenance(content: dict[str, Any]) -> list[tuple[str, str]]:
         swings = ", ".join(format_setting(v, content["drive_unit"]) for v in one["amplitudes"])
         parts = [
             one["name"],
-            f"{one['runs']} runs",
+            f"{one['runs']} run{'' if one['runs'] == 1 else 's'}",
             f"{one['samples']} samples",
             settings,
             swings,

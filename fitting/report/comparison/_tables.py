@@ -78,7 +78,7 @@ def format_size_of(value: Any, unit: str) -> str:
 
 
 def tabulate_parameters(content: dict[str, Any]) -> list[dict[str, Any]]:
-    """A row a parameter: `name`, `words`, `cells`, whether `changed`, and `whisker` for a page.
+    """A row per parameter: `name`, `words`, `cells`, whether `changed`, and `whisker` for a page.
 
     The whisker is the difference in standard errors with its interval, on one scale for all rows.
     """

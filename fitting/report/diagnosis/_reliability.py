@@ -10,7 +10,7 @@ from ._numbers import finite_or_none
 
 
 def tabulate_reliability(diagnosis: dict) -> Table | None:
-    """A row a bin of probability; `None` where the file has none."""
+    """A row per bin of probability; `None` where the file has none."""
     found = (diagnosis.get("calibration") or {}).get("reliability") or []
     rows = [row for row in map(_row, found) if row]
     if not rows:

@@ -9,7 +9,7 @@ from ._numbers import Scale, finite_or_none, format_percent
 
 
 def tabulate_runs(shrinkage: dict[str, Any], scale: Scale, drive_unit: str) -> Table | None:
-    """A row a run, the one that says most first; `None` where no effect is named."""
+    """A row per run, the one that says most first; `None` where no effect is named."""
     found = [e for e in shrinkage.get("by_run") or [] if isinstance(e, dict)]
     found = [e for e in found if finite_or_none(e.get("share")) is not None]
     if not found:

@@ -22,7 +22,9 @@ def list_facts(diagnosis: dict, scale: Scale, labels: words.Labels) -> list[tupl
     among = words.credible_names(diagnosis["verdict"])
     lines = [("Probability", format_percent(words.verdict_probability(diagnosis)))]
     if len(among) > 1:
-        lines.append(("95 % set", words.capitalise(words.list_alternatives(among, labels))))
+        lines.append(
+            ("95 % credible set", words.capitalise(words.list_alternatives(among, labels)))
+        )
     before, after = finite_or_none(shrinkage.get("before")), finite_or_none(shrinkage.get("after"))
     if not shrinkage.get("held_out"):
         before = after = None  # no more is known than the gap as recorded

@@ -41,7 +41,7 @@ def render_lines(diagnosis: dict[str, Any], labels: Labels | None = None) -> Gro
         rows.append(Text(f"nonlinearity after compensation: {nonlinearity}".replace(SPACE, " ")))
     if len(verdict["set"]) > 1:
         names = list_alternatives(verdict["set"], labels)
-        rows.append(Text(f"95 % set of hypotheses: {names}"))
+        rows.append(Text(f"95 % credible set: {names}"))
     scan = diagnosis.get("next_scan")
     if scan is not None:
         rows.append(Text(f"next scan: {scan['reason']}"))

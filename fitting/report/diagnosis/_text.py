@@ -61,7 +61,7 @@ def list_alternatives(items: list[str], labels: Labels) -> str:
 
 
 def credible_names(verdict: dict) -> list[str]:
-    """The 95 % set, the verdict first."""
+    """The 95 % credible set, the verdict first."""
     first = str(verdict.get("name") or "unlisted")
     rest = [str(name) for name in verdict.get("set") or []]
     return [first, *(name for name in rest if name != first)]
@@ -148,8 +148,8 @@ def explain_no_scan(verdict: dict) -> str:
     if not verdict.get("judged", True):
         return "The recording has a fault: correct it first, then a scan can be chosen."
     if len(credible_names(verdict)) > 1:
-        return "No scan within the limits would separate the effects of the 95 % set."
-    return "No further scan is needed: the 95 % set holds a single hypothesis."
+        return "No scan within the limits would separate the effects of the 95 % credible set."
+    return "No further scan is needed: the 95 % credible set holds a single hypothesis."
 
 
 def name_run(entry: dict) -> str:

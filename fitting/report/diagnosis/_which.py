@@ -15,13 +15,13 @@ from ._numbers import (
     format_percent,
 )
 
-_SHOWN_AT_LENGTH = 0.01  # less probable ones go to a table, unless in the 95 % set
+_SHOWN_AT_LENGTH = 0.01  # less probable ones go to a table, unless in the 95 % credible set
 
 
 def tabulate_hypotheses(
     diagnosis: dict, labels: words.Labels, scale: Scale
 ) -> dict[str, Any] | None:
-    """The likely ones at length, the others as a table, and what the 95 % set is."""
+    """The likely ones at length, the others as a table, and what the 95 % credible set is."""
     inside = words.credible_names(diagnosis["verdict"])
     found = [h for h in diagnosis.get("hypotheses") or [] if isinstance(h, dict)]
     if not found:
@@ -36,7 +36,7 @@ def tabulate_hypotheses(
     return {
         "shown": shown,
         "others": _tabulate_others(rest) if rest else None,
-        "shows": f"The smallest set of hypotheses with at least 95 % of the probability: "
+        "shows": f"The 95 % credible set, the smallest with at least 95 % of the probability: "
         f"{members}{together}. A line on the left marks its members.",
     }
 

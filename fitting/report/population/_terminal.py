@@ -111,7 +111,7 @@ def _cells(effect: "Effect") -> tuple[str, str]:
 
 
 def render_change(change: "Change") -> Group:
-    """What a new recording changed, with a row a parameter."""
+    """What a new recording changed, with a row per parameter."""
     head = Text(f"{change.label}: ", style="bold")
     head.append(change.sentence, style="bold red" if change.changed else "bold green")
     table = _table(

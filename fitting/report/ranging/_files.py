@@ -51,7 +51,7 @@ def write_range(
 
 
 def range_csv(content: dict[str, Any]) -> str:
-    """A row a scan: m, s, Hz; a number that is missing is left empty.
+    """A row per scan: m, s, Hz; a number that is missing is left empty.
 
     `track_distance` and the like are those of the track at the scan's middle.
     """

@@ -86,7 +86,7 @@ def facts(content: dict[str, Any]) -> list[tuple[str, str]]:
         found.append(("velocity", _velocity(content)))
     elif summary["distance"] is not None:
         found.append(("velocity", "not estimated: every scan is taken as of a target at rest"))
-    best = ", the best in noise" if content["method"] == BEST_IN_NOISE else ""
+    best = ", the least sensitive to noise" if content["method"] == BEST_IN_NOISE else ""
     found.append(("method", f"{content['method']}{best}"))
     found.append(("index of air", _index(content)))
     found.append(("scale", _scale(content["scale"])))

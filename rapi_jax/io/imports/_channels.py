@@ -90,7 +90,7 @@ def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
         columns.insert(1, "drive: made")
         notes.append(
             f"{short}: no drive was recorded; assumed is a {made.waveform} at {made.rate:g} "
-            f"Hz, {made.amplitude:g} {options.drive_unit} peak to peak about {made.offset:g}, "
+            f"Hz, {made.amplitude:g} {options.drive_unit} peak to peak centred on {made.offset:g}, "
             f"{made.phase:g} of a period after its minimum at the first sample; {turn}"
         )
         drive_unit = unit

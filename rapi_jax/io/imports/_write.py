@@ -88,7 +88,7 @@ def _check_parent(target: Path, label: str, cure: str) -> None:
 def write_import(imported: Imported, path: StrPath, *, picture: bytes | None = None) -> list[Path]:
     """Write the recording, and `picture` (a PNG) in it or beside it; the paths written.
 
-    A folder with `manifest.toml` and a CSV file a run, or a netCDF-4 file where `path` ends in
+    A folder with `manifest.toml` and a CSV file per run, or a netCDF-4 file where `path` ends in
     `.nc`. An earlier import at `path` is replaced, anything else is refused with `OutputError`.
 
     >>> import numpy as np

@@ -29,7 +29,7 @@ class Motion:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Estimates:
-    """One value a scan, in the order of `Scans`.
+    """One value per scan, in the order of `Scans`.
 
     - `delay_s`: apparent delay of the target, folded to positive. `stderr_s`: from the noise of
       this scan alone. Not numbers where a scan could not be read.

@@ -107,8 +107,8 @@ def list_clipped(record: FringeRecord, full_scale: tuple[float, float] | None) -
                 share += own / part.size
         if share:
             faults.append(
-                f"{record.name}: the detector of the {name} is clipped in {share:.1%} of the "
-                "samples: its fringes are bent, and distances less sure. Widen its range"
+                f"{record.name}: the detector of the {name} is clipped in {100 * share:.1f} % of "
+                "the samples: its fringes are bent, and distances less sure. Widen its range"
             )
     return faults
 

@@ -12,7 +12,7 @@ Column = Float[np.ndarray, " scans"]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Observations:
-    """Apparent distances of scans, one entry a scan, in the order of time.
+    """Apparent distances of scans, one entry per scan, in the order of time.
 
     A scan of a moving target measures `|L + G v + A a|` with distance L, velocity v and
     acceleration a at its middle: the optical path changes while the frequency does, and the sign of
@@ -42,7 +42,7 @@ class Observations:
             if column.shape != np.shape(self.time_s) or column.ndim != 1:
                 raise DataError(
                     f"`{field.name}` has shape {column.shape}, but there are "
-                    f"{np.size(self.time_s)} scans. Give one entry a scan."
+                    f"{np.size(self.time_s)} scans. Give one entry per scan."
                 )
             if not np.isfinite(column).all():
                 where = int(np.argmin(np.isfinite(column)))

@@ -51,7 +51,7 @@ def test_make(rapi, tmp_path):
     assert (code, err) == (0, "")
     assert json.loads(out) == json.loads((tmp_path / "bank" / "bank.json").read_text())
     code, out, err = rapi("make", tmp_path / "bank", "--tier", "nulls", "--count", 1)
-    assert (code, err) == (0, "") and "1 recordings of tier nulls" in out.replace("\n", " ")
+    assert (code, err) == (0, "") and "1 recording of tier nulls" in out.replace("\n", " ")
     said = rapi("make", tmp_path / "bank", "--tier", "nulls", "--count", 2)
     assert_one_line(said, 3, str(tmp_path / "bank"), "another")
 

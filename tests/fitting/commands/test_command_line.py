@@ -59,6 +59,26 @@ def test_help_of_a_command_tells_all_and_ends_with_examples(capsys, monkeypatch)
     assert all(len(line.split()) > 3 for line in out.splitlines()[2:5] if line)  # filled
 
 
+def test_a_help_tells_of_the_options_file_where_a_command_reads_it(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    for words, read in (
+        (["fit"], True),
+        ([], True),
+        (["bench", "serve"], False),
+        (["blind"], False),
+    ):
+        assert ran([*words, "--help"]) == 0
+        assert ("rapi.toml" in capsys.readouterr().out) == read
+
+
+def test_help_shows_defaults_as_they_are_typed(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setattr(app["population"], "help", COMMANDS["population"].sentence)  # kept after it
+    assert ran(["population", "--help"]) == 0
+    out = capsys.readouterr().out
+    assert "[default: d_0]" in out and "[default: none]" in out
+
+
 def test_a_failure_is_an_object_for_machines_and_a_line_for_people(tmp_path, capsys):
     for arguments, code, kind in (
         (["fit", str(tmp_path / "none"), "-o", "x", "--json"], 3, "bad data"),

@@ -116,7 +116,7 @@ def test_bias_shape_and_limits_are_followed(model, tmp_path, capsys):
         (("--span", 75, "--frequency", 100, 10, 200), 3, "the scan rates are 100, 200 Hz, the"),
         (("--span", 75, "--frequency", 100, "--extrapolate"), 3, "the device's with `--limits`"),
         (("--span", 60, "--frequency", 50), 3, "identified at 10 to 40"),
-        (("--span", 120, "--frequency", 10), 3, "a scan of 120 GHz about"),
+        (("--span", 120, "--frequency", 10), 3, "a scan of 120 GHz centred on"),
         (("--span", 120, "--frequency", 10), 3, "the recordings, 0.75 to 5.25 V, span 76.4"),
         (("--span", 75, "--frequency", 10, "--bias", 5.2), 3, "needs more than"),
         (("--span", 75, "--frequency", 10, "--bias", 50), 3, "does not lie within the limits"),

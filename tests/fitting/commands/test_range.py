@@ -69,7 +69,7 @@ def test_files(rapi, still, tmp_path):
     assert content["scale"]["path_m"] == pytest.approx(7.34, rel=1e-5)
     assert (output / "range.png").read_bytes().startswith(b"\x89PNG")
     said = " ".join(out.split())
-    assert "resample-phase, the best in noise" in said and "mean of 5 scans" in said
+    assert "resample-phase, the least sensitive to noise" in said and "mean of 5 scans" in said
     assert f"{0.7e3 / content['air_index']:.3f}" in said and "report.html" in said
 
 

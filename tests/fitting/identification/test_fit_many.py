@@ -79,5 +79,5 @@ def test_what_cannot_be_fitted_is_refused_before_any_fit():
     short = Recording.of([Drive(np.arange(4) * 1e-3, np.arange(4.0))], [np.arange(4.0)])
     with pytest.raises(DataError, match="cannot fix"):
         fit_many(start(), [*recordings(1), short])
-    with pytest.raises(ValueError, match="one model or one a recording"):
+    with pytest.raises(ValueError, match="one model or one per recording"):
         fit_many([start()], recordings(2))

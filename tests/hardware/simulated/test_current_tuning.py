@@ -144,7 +144,7 @@ def test_more_current_is_more_light_and_a_longer_wavelength(laser):
 
 
 def test_what_a_diode_does_not_stand(laser):
-    with pytest.raises(ValueError, match="this laser stands"):
+    with pytest.raises(ValueError, match="this laser withstands"):
         laser.diode.play(np.array([laser.diode.highest_ma * 1.1]), 1.0)
 
 

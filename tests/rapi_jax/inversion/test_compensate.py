@@ -395,6 +395,8 @@ def test_a_span_beyond_what_was_recorded_is_refused_as_such(identified, span):
     """With an effect of the response, too, where the scan's place is looked for first."""
     (target,) = linear_scan(10.0, span=span, samples=256)
     laser = ECDL(paper_device().operator, (Etalon.at(depth=0.01),))
-    message = rf"a scan of {span:g} GHz about 3 V .* the recordings, 0.75 to 5.25 V, span 7.* GHz"
+    message = (
+        rf"a scan of {span:g} GHz centred on 3 V .* the recordings, 0.75 to 5.25 V, span 7.* GHz"
+    )
     with pytest.raises(LimitError, match=message):
         compensate(laser, target, identified=identified)

@@ -82,7 +82,7 @@ def test_no_target(measurement):
 def test_a_second_reflector(offset, amplitude):
     found = range_records(records(SCANS.record(TARGET, more=((offset, amplitude),))))
     side = "beyond" if offset > 0 else "before"
-    assert_said(found, "a second reflector", side, f"{amplitude:.0%} of its fringes")
+    assert_said(found, "a second reflector", side, f"{100 * amplitude:.0f} % of its fringes")
     (line,) = (line for line in found.faults if "second reflector" in line)
     assert float(line.split()[4]) == pytest.approx(1e3 * abs(offset), abs=0.8)
     assert np.abs(found.distance - TARGET).max() < 1e-4

@@ -68,7 +68,7 @@ def draw_phase(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure | Non
 
 
 def draw_frequency(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure | None:
-    """The mean residual over the response itself, a row a run and direction."""
+    """The mean residual over the response itself, a row per run and direction."""
     x = finite_values(found.get("nu"))
     entries = sort_by_rate([runs[e.get("run")] | e for e in found.get("rows") or []])
     names = [f"{e['label']} {e.get('direction') or ''}".strip() for e in entries]

@@ -40,7 +40,7 @@ class LaserDiode:
     | `thermal` | $Z$ | K/W |
     | `red_ghz_per_k` | $\sigma$ | GHz/K |
     | `blue_ghz_per_mw` | $\kappa$ | GHz/mW |
-    | `lowest_ma`, `highest_ma` | what it stands | mA |
+    | `lowest_ma`, `highest_ma` | what it withstands | mA |
 
     After K. Petermann, Laser Diode Modulation and Noise (1988), sections 2.2, 4.4 and 5.4, and T.
     L. Koch and R. A. Linke, Appl. Phys. Lett. 48, 613 (1986), for the chirp. Left out: the
@@ -81,8 +81,8 @@ class LaserDiode:
         """
         if ma.min() < self.lowest_ma or ma.max() > self.highest_ma:
             raise ValueError(
-                f"The current runs from {ma.min():.4g} to {ma.max():.4g} mA, but this laser stands "
-                f"{self.lowest_ma:g} to {self.highest_ma:g} mA. Drive it by less."
+                f"The current runs from {ma.min():.4g} to {ma.max():.4g} mA, but this laser "
+                f"withstands {self.lowest_ma:g} to {self.highest_ma:g} mA. Drive it by less."
             )
         before, kelvin = np.full_like(ma, -np.inf), np.zeros_like(ma)
         while np.abs(kelvin - before).max() > _EXACT_K:

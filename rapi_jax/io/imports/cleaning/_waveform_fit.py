@@ -36,7 +36,7 @@ class FittedWaveform:
         """What it is, in words."""
         rise = f", {100 * self.rise:.4g} % of it rising" if self.rise != 0.5 else ""
         return (
-            f"a {self.waveform} of {self.amplitude:.6g} {unit} peak to peak about "
+            f"a {self.waveform} of {self.amplitude:.6g} {unit} peak to peak centred on "
             f"{self.offset:.6g} {unit} at {self.rate:.8g} Hz, "
             f"{round(self.phase, 5) % 1.0:.5f} of a period after its minimum at the first sample"
             f"{rise}"

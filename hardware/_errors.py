@@ -18,8 +18,8 @@ def escape(data: bytes | str) -> str:
 class InstrumentError(Exception):
     """An instrument failed, or did not obey.
 
-    - `resource`: address of the instrument. `command`: what was sent to it, empty where it was not
-      come to that.
+    - `resource`: address of the instrument. `command`: what was sent to it, empty where nothing
+      was sent.
     - `reply`: what came back, empty where nothing did.
 
     All three are safe to print: control characters are escaped and long texts are cut.

@@ -129,7 +129,7 @@ class Branch:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Linearity:
-    """Both branches of a scan: `up` and `down` over all complete periods, and one a period.
+    """Both branches of a scan: `up` and `down` over all complete periods, and one per period.
 
     >>> from rapi_jax import Run, linearity, triangle
     >>> (drive,) = triangle(10.0, amplitude=4.5, bias=3.0, samples=200)

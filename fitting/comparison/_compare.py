@@ -46,8 +46,9 @@ def compare(
     """What changed between `before` and `after`: which parameters, by how much, how sure that is.
 
     One model is fitted to each recording alone, with the same parameters free, from one start, and
-    to both together. What one model costs more than two is measured by the covariances of the
-    estimates, which are corrected for correlated residuals; p-values and intervals are by F and t.
+    to both together. The increase in misfit of one model over two is computed from the covariances
+    of the estimates, which are corrected for correlated residuals; p-values and intervals are by F
+    and t.
 
     **Arguments:**
 
@@ -59,7 +60,7 @@ def compare(
 
     **Returns** a `Comparison`. Raises `DataError` where units differ, where the drives have no
     range in common or where both are the same data; `ModelError` where no parameter has an estimate
-    in both; `TypeError` for arguments of another class.
+    in both; `TypeError` for arguments of the wrong type.
 
     >>> from fitting import compare
     >>> from rapi_jax.examples import paper_device, paper_recording

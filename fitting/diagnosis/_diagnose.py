@@ -107,8 +107,8 @@ def diagnose(
     - `progress`: called with a line before each step.
 
     **Returns** a `Diagnosis`. Raises `DataError` where the recording holds nothing to judge by
-    (readings that rest, no complete period, fewer samples than parameters), and `TypeError` for
-    arguments of another class.
+    (constant readings, no complete period, fewer samples than parameters), and `TypeError` for
+    arguments of the wrong type.
 
     >>> import numpy as np
     >>> from fitting import diagnose

@@ -96,7 +96,7 @@ def verdict_sentence(
 
 
 def _verb(probability: float) -> str:
-    """How surely the gap is what it is called: "is" where the 95 % set holds nothing else."""
+    """How surely the gap is what it is called: "is" where nothing else is in the credible set."""
     if probability >= SETS.credible_level:
         return "is"
     return "is probably" if probability > THRESHOLDS.probable else "may be"

@@ -46,20 +46,20 @@ def fit(
     - `recording`: of more than 400 000 samples it is thinned; the result holds what was fitted.
     - `free`: selects what may move, as in `equinox.tree_at`: `lambda e: e.operator`, or
       `lambda e: (e.operator.lam, e.effects[-1])`. Default: see `default_free`.
-    - `weights`: `A_j` of Eq. 26: "hysteresis" (its percentage), "uniform", or one number a run.
-    - `loss`: of residuals. "squares", with outliers left out and listed; or, for data that cannot
-      be cleaned, "huber" or "student" (heavier tails): every reading counts, by a weight.
+    - `weights`: `A_j` of Eq. 26: "hysteresis" (its percentage), "uniform", or one number per run.
+    - `loss`: the loss function. "squares", with outliers left out and listed; or, for data that
+      cannot be cleaned, "huber" or "student" (heavier tails): every reading counts, by a weight.
     - `starts`: at most so many first guesses; two that end with nearly the same response are
       enough. Starts beside an end found before come on top: see `search_starts`.
     - `guess`: let first guesses from the data be among the starts; or models to use as such,
       or guesses made before.
-    - `history`: free the plays' initial values in runs that do not repeat.
+    - `history`: fit the plays' initial values in runs that do not repeat.
     - `drift`: let the origin creep with the logarithm of session time, as piezos do. By default
       where some run holds six periods or more; the model itself keeps no drift.
     - `hold_out`: also refit without the last third, and without each rate and amplitude; or some
       of "last third", "rate" and "amplitude".
     - `max_steps`: the limit of solver steps in each fit, looked at every forty.
-    - `throw`: raise `UntrustedFit` where the verdict is not to be trusted.
+    - `throw`: raise `UntrustedFit` where the fit is not to be trusted.
     - `progress`: called with a line before each step.
 
     **Returns** a `FitResult`. Raises `DataError` where the recording holds fewer usable samples

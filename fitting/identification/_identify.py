@@ -51,11 +51,11 @@ def identify(
 
     - `plays`, `order`: N1 and N2.
     - `each`: what has a value for each play; by default both a shared `lam` and one for each play
-      are fitted, and held-out data choose; of more than 10 000 samples of a drive that turns every
-      few of them, as one with noise does, the shared one alone.
+      are fitted, and held-out data choose; for more than 10 000 samples of a noisy
+      drive (one that turns every few samples) only the shared one is fitted.
     - `choose`: choose among several `plays` and `order` too.
     - `operator`: the class to fit; one of your own needs `initial_guesses`.
-    - `throw`: raise `UntrustedFit` where the verdict is not to be trusted.
+    - `throw`: raise `UntrustedFit` where the fit is not to be trusted.
 
     The other arguments are those of `fit`.
 

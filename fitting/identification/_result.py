@@ -25,9 +25,10 @@ class FitResult:
 
     `predicted` holds the model's response to each run, `correlation` that of `names`, `effective`
     the number of independent samples the residuals are worth. `claim`: what to expect of data not
-    seen. `loss`: of residuals. `recording` is what was fitted; `data_sha256` is set where more was
-    given, and is that of what was given. RMS values are in `recording.response_unit`; with a loss
-    other than "squares" those of `held_out` and `claim` are of errors weighted as in the fit.
+    seen. `loss`: the loss function. `recording` is what was fitted; `data_sha256`: hash of the
+    whole recording, where only part of it was fitted. RMS values are in `recording.response_unit`;
+    with a loss other than "squares" those of `held_out` and `claim` are of errors weighted as in
+    the fit.
 
     >>> from fitting import fit
     >>> from rapi_jax.examples import paper_device, paper_recording
@@ -171,7 +172,7 @@ class FitResult:
 
 
 class UntrustedFit(RuntimeError):
-    """A fit whose verdict is not to be trusted; `result` holds it all the same.
+    """A fit that is not to be trusted; `result` holds it all the same.
 
     >>> from fitting import UntrustedFit, fit
     >>> from rapi_jax.examples import paper_device, paper_recording

@@ -39,7 +39,7 @@ def unregister_exit_action(action: Callable[[], None]) -> None:
 
 @contextlib.contextmanager
 def exit_on_signals() -> Iterator[None]:
-    """Within this block the same signals become a `SystemExit`, whether an output is on or not.
+    """Within this block SIGTERM and SIGHUP become a `SystemExit`, whether an output is on or not.
 
     >>> import signal
     >>> from hardware import exit_on_signals

@@ -107,8 +107,9 @@ def read_bench(path: StrPath, *, drivers: Iterable[Driver] = ()) -> BenchFile:
 
     Of a key that is misspelt it also names the one that is likely meant.
 
-    No limit has a default: what the device behind the generator stands, this package cannot know.
-    `drivers`: classes beside those of this package that the file may name by their `kind`.
+    No limit has a default: this package cannot know what the device behind the generator
+    withstands. `drivers`: classes beside those of this package that the file may name by their
+    `kind`.
 
     >>> from pathlib import Path
     >>> from hardware import read_bench

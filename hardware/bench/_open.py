@@ -106,7 +106,7 @@ class DryRun:
 
 
 def dry_run(file: BenchFile, *, seed: int = 0, drivers: Iterable[Driver] = ()) -> DryRun:
-    """The same bench with nothing connected: no time passes, and nothing is switched.
+    """The bench of `file` with nothing connected: no time passes, and nothing is switched.
 
     A driver connects to the simulated instrument of its family. Raises `DataError` for a driver
     that does not support this, `InstrumentError` for one that takes it for another instrument.

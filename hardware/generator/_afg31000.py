@@ -87,7 +87,7 @@ class AFG31000(AbstractGenerator):
     ) -> AfgChannel:
         """Channel 1 or 2, off, with its load and its clamp set and read back.
 
-        - `limits`: of the voltage at the load; none is none given, and refused.
+        - `limits`: of the voltage at the load; required: `None` is refused.
         - `load_ohm`: what is connected, infinite for the high impedance of an amplifier's input.
         - `park_v`: where the output rests before it is switched; as near to it as `limits` allow.
           A relay that opens at another voltage than 0 is itself a step.

@@ -14,8 +14,8 @@ class AbstractGeneratorTable(AbstractDriverTable):
 
     - `channel`: the output. `load_ohm`: what is connected, `inf` for high impedance.
     - `park_v`: where the output rests before it is switched. `points`: samples a period.
-    - `watchdog_s`: where given, the output ends each drive by itself, so much later than the record
-      needs, s: what instruments may take to answer, and data to come over.
+    - `watchdog_s`: if given, the output ends each drive by itself this long after the record should
+      have ended, s; allow for slow answers and data transfer.
 
     >>> from hardware import AbstractGeneratorTable
     >>> class OwnTable(AbstractGeneratorTable):

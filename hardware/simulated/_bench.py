@@ -131,9 +131,9 @@ class SimulatedBench(AbstractBench):
     def dfb(cls, seed: int = 0, *, measurement: MeasurementArm | None = None) -> "SimulatedBench":
         """A DFB laser at 1550 nm, tuned by its current: 0 to 5 V at its driver, up to 1 kHz.
 
-        Triangles of 4 V about 2.5 V (60 to 140 mA) scan some 60 GHz at 100 Hz and 50 at 1 kHz. The
-        optical frequency falls as the voltage rises; a reading rises with the drive, since fringes
-        do not tell the sign.
+        Triangles of 4 V peak to peak, centred on 2.5 V (60 to 140 mA), scan some 60 GHz at 100 Hz
+        and 50 at 1 kHz. The optical frequency falls as the voltage rises; a reading rises with the
+        drive, since fringes do not tell the sign.
         """
         laboratory, limits = current_tuned("dfb", measurement)
         return cls(laboratory, limits, seed=seed)
@@ -142,7 +142,8 @@ class SimulatedBench(AbstractBench):
     def vcsel(cls, seed: int = 0, *, measurement: MeasurementArm | None = None) -> "SimulatedBench":
         """A VCSEL at 850 nm, tuned by its current: 0 to 5 V at its driver, up to 1 kHz.
 
-        Triangles of 4 V about 2.5 V (1.8 to 4.2 mA) scan some 530 GHz. Signs as for `dfb`.
+        Triangles of 4 V peak to peak, centred on 2.5 V (1.8 to 4.2 mA), scan some 530 GHz. Signs as
+        for `dfb`.
         """
         laboratory, limits = current_tuned("vcsel", measurement)
         return cls(laboratory, limits, seed=seed)

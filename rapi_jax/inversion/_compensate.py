@@ -37,8 +37,8 @@ class Compensation:
     - `certificate`: for the exact inverse, what was proved about the model before the drive was
       made; for the paper's, what holds for the inverse operator itself.
     - `predicted`: the forward model's steady response, relative to its minimum; for the exact
-      inverse the target, to 1e-6 of its span (rms) with effects that have a memory, to rounding
-      without. `None` for the paper's inverse, which knows no forward model.
+      inverse the target, to about 1e-7 of its span (rms, with 8192 samples) with effects that have
+      a memory, to rounding without. `None` for the paper's inverse, which knows no forward model.
     - `notes`: in which ways it goes beyond what was identified. `drive_unit`: of the drive.
 
     >>> from rapi_jax import DriveLimits, compensate, linear_scan
@@ -125,10 +125,10 @@ def compensate(
     - `bias`: the middle of the range of the drive that reaches the operator; by default that of
       `identified`, or of the limits.
 
-    Where an effect has a memory, a drive of finitely many samples follows to about their step: 1e-7
-    of the span (rms) with 8192 samples and the usual corners, as the square of the step. At most it
-    is off by some ten times that, where a play comes into contact: there the drive through an
-    amplifier's lag would have to jump. Sharp corners ask for a jump at every turn.
+    Where an effect has a memory, the error falls as the square of the sampling step: about 1e-7 of
+    the span (rms) with 8192 samples and the usual corners, and some ten times the rms where a play
+    comes into contact: there the drive through an amplifier's lag would have to jump. Sharp corners
+    ask for a jump at every turn.
 
     Raises `NotInvertible` where the model is not monotone on the range needed, or has an effect
     that cannot be undone; `LimitError` where the drive would leave `limits`; `ModelError` where it

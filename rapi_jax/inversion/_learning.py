@@ -77,9 +77,9 @@ def learn(
 ) -> Learned:
     r"""Learn the drive under which the device follows `target`, up to a constant.
 
-    $u \leftarrow u + \gamma\, Q R^{-1}[(\nu^* - \nu)(t + \tau) / s(t)]$: $Q$ is a low pass of
-    zero phase, $\tau$ the response's lag, $s$ its local slope, $R$ the rest of its linear dynamics
-    where they are known.
+    $u \leftarrow u + \gamma\, Q R^{-1}[(\nu^* - \nu)(t + \tau) / s(t)]$: $Q$ is a zero-phase
+    low-pass filter, $\tau$ the response's lag, $s$ its local slope, $R$ the rest of its linear
+    dynamics where they are known.
 
     **Arguments:**
 
@@ -94,7 +94,7 @@ def learn(
       It must stay below the device's resonances, where the response is larger than `slope` and
       turns its sign: learning diverges there.
     - `lead_s`: lag of the response, s; by default how much later the first response turns.
-    - `slope`: local slope, GHz/V, one number or one a sample; by default from the first run.
+    - `slope`: local slope, GHz/V, one number or one per sample; by default from the first run.
     - `response`: hertz -> complex response of amplifier and mirror relative to that at rest,
       without what `lead_s` holds; by default 1. With it the bandwidth may pass a resonance.
 

@@ -28,7 +28,7 @@ class GeneralRAPI(AbstractOperator):
     | `zeta` | growth of the thresholds with scan rate, $\zeta_i = \zeta_0 + \zeta_1 (i/N_1 - 1/2)$ | V/Hz |
     | `b` | decay of the weights, $p_i = a_i \exp(-b_1 r_i - b_2 r_i^2)$ | 1/V, 1/V^2 |
     | `bow` | bend of all falling bounds: $\lambda_i u + \eta_i r_i + c (u - u_0)^2$ | 1/V |
-    | `rho` | what thresholds have besides, fixed in the drive's unit: $(\alpha_i u_{pp}/2 + \rho_i)\,i/N_1$; shared or one a play; held in fits | V |
+    | `rho` | what thresholds have besides, fixed in the drive's unit: $(\alpha_i u_{pp}/2 + \rho_i)\,i/N_1$; shared or one per play; held in fits | V |
     | `u_0` | the drive, from the origin, about which they bend; held in fits, since `lam` and `eta` follow it | V |
 
     With `bow` and the second entries of `zeta` and `b` at 0 it is `MixedRAPI`, without `rho` `RAPI`

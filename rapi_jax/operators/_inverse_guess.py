@@ -11,7 +11,7 @@ from ._thresholds import THRESHOLDS
 
 @dataclasses.dataclass(frozen=True)
 class Contacts:
-    """Where the plays of a forward operator are taken along, at one rate, one number a play.
+    """Where the plays of a forward operator are taken along, at one rate, one number per play.
 
     `up` and `down`: the responses from which a play moves on the rising and on the falling branch.
     `moves`: whether it does so on both. `low`, `high`: the responses' ends. `slope`: the mean

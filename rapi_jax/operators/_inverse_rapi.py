@@ -31,8 +31,8 @@ class InverseRAPI(AbstractOperator):
     | `s_1`, `s_2`, `s_3` | thresholds $z_i(f) = s_1 i^2 + s_2 i + s_3 + \kappa f$ | GHz | 18, 19 |
     | `kappa` | growth of every threshold with scan rate | GHz/Hz | 19 |
     | `sigma`, `epsilon` | weights $q_i = \sigma i^\varepsilon$ | V/GHz, 1 | 18 |
-    | `lam` | slope of the falling bound; shared or one a play | 1 | 20 |
-    | `eta` | intercept of the falling bound, in thresholds; shared or one a play | 1 | 20 |
+    | `lam` | slope of the falling bound; shared or one per play | 1 | 20 |
+    | `eta` | intercept of the falling bound, in thresholds; shared or one per play | 1 | 20 |
     | `g` | polynomial from the first power on | V/GHz^k | 22 |
     | `g_0` | the drive at the origin, which the paper leaves out | V | ours |
     | `v_0` | the frequency from which plays and polynomial count | GHz | ours |
@@ -168,7 +168,7 @@ class InverseRAPI(AbstractOperator):
         return [guess for members in ranked for _, guess in members][:count]
 
     def held(self, recording: Recording) -> set[str]:
-        """The origin `v_0`; with one rate `kappa` and `eta` (one a play: `s_1` to `s_3`)."""
+        """The origin `v_0`; with one rate `kappa` and `eta` (one per play: `s_1` to `s_3`)."""
         thresholds = ("s_1", "s_2", "s_3")
         held = {"v_0", *thresholds[: max(3 - self.count, 0)]}
         if recording.one_rate:

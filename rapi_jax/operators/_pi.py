@@ -19,8 +19,8 @@ class PI(AbstractOperator):
 
     | field | meaning | unit |
     |---|---|---|
-    | `r` | thresholds, one a play, the same at every rate and amplitude | V |
-    | `p` | weights, one a play | GHz/V |
+    | `r` | thresholds, one per play, the same at every rate and amplitude | V |
+    | `p` | weights, one per play | GHz/V |
     | `d` | polynomial; `d_1` is the `p_0` of Eq. 17 | GHz/V^k |
     | `d_0` | origin of the response | GHz |
     | `origin` | the drive from which plays and polynomial count; held in fits | V |

@@ -23,11 +23,11 @@ class RAPI(AbstractRAPI):
 
     | field | meaning | unit | equation |
     |---|---|---|---|
-    | `alpha` | widest play's threshold per half peak-to-peak drive; shared or one a play | 1 | 11 |
+    | `alpha` | widest play's threshold per half peak-to-peak drive, shared or per play | 1 | 11 |
     | `zeta` | growth of every threshold with scan rate | V/Hz | 11 |
-    | `lam` | slope of the falling bound; shared or one a play | 1 | 9, 12 |
-    | `eta` | intercept of the falling bound, in thresholds; shared or one a play | 1 | 9, 12 |
-    | `a`, `b` | weights $p_i = a_i e^{-b r_i}$, `a` shared or one a play | GHz/V, 1/V | 14 |
+    | `lam` | slope of the falling bound; shared or one per play | 1 | 9, 12 |
+    | `eta` | intercept of the falling bound, in thresholds; shared or one per play | 1 | 9, 12 |
+    | `a`, `b` | weights $p_i = a_i e^{-b r_i}$, `a` shared or one per play | GHz/V, 1/V | 14 |
     | `d` | polynomial from the first power on | GHz/V^k | 15 |
     | `d_0` | origin of the response, which the paper leaves undefined | GHz | ours |
     | `origin` | the drive from which plays and polynomial count; held in fits | V | ours |

@@ -54,7 +54,7 @@ def turning_places(u: Float[np.ndarray, " time"]) -> Int[np.ndarray, " turns"]:
 def find_stretches(
     u: Float[np.ndarray, "runs time"],
 ) -> tuple[Int[np.ndarray, "runs turns"], Int[np.ndarray, "runs time"]] | None:
-    """The fields of `Stretches` of the drives `u`, one a row; `None` where these are short.
+    """The fields of `Stretches` of the drives `u`, one per row; `None` where these are short.
 
     The number of turns is that of the row with the most, raised to a power of two so that drives of
     one kind share compiled code; a row's last one is repeated.
@@ -75,7 +75,7 @@ def find_stretches(
 
 
 def stretches_on_device(u: Float[np.ndarray, "runs time"]) -> Stretches | None:
-    """The stretches of the drives `u`, one a row, as JAX arrays; `None` where they are short."""
+    """The stretches of the drives `u`, one per row, as JAX arrays; `None` where they are short."""
     found = find_stretches(u)
     return None if found is None else Stretches(*jax.device_put(found))
 

@@ -99,7 +99,7 @@ def play(
     - `start`: the output before the first sample; Eq. 13 gives `max(u_min - r, lam u_min + eta r)`.
 
     **Returns** the output at each sample. Its derivative is exact away from kinks, at the cost of
-    one gather a tangent.
+    one gather per tangent.
 
     >>> import jax.numpy as jnp
     >>> from rapi_jax import play

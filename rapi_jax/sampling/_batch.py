@@ -1,4 +1,4 @@
-"""A recording as rectangular arrays: one row a run, ready for a model that is mapped over runs."""
+"""A recording as rectangular arrays: one row per run, ready for a model mapped over runs."""
 
 import dataclasses
 from collections.abc import Sequence

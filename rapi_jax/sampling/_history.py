@@ -6,7 +6,7 @@ from jaxtyping import Array, Float, Int
 
 
 class History(NamedTuple):
-    """What the runs of a session know of what came before them; one row a run.
+    """What the runs of a session know of what came before them; one row per run.
 
     - `period_s`: s, of the one period of lead-in with which the row begins; 0 where it has none.
     - `lead`: number of samples of that lead-in.

@@ -30,7 +30,7 @@ _UNITS |= {f"closed_fraction{end}": "1" for end in ("", "_low", "_high")}
 
 @dataclasses.dataclass(frozen=True)
 class Column:
-    """One column: a value a recording, None where there is none.
+    """One column: a value per recording, None where there is none.
 
     `unit` is empty for text and counts, and where recordings differ in it. `estimated`: whether it
     is a parameter or its standard error.

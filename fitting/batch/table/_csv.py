@@ -15,7 +15,7 @@ _QUOTED = set(",;|\"\t\n\r'")  # the separators that spreadsheets guess at
 
 
 def table_csv(columns: Sequence[Column]) -> str:
-    """A header, then a row a recording. Numbers in full precision; what is missing is empty.
+    """A header, then a row per recording. Numbers in full precision; what is missing is empty.
 
     Text that a spreadsheet would run as a formula gets an apostrophe in front; control characters
     are written as escapes.

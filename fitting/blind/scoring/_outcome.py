@@ -19,7 +19,7 @@ class Outcome:
     - `size`: of the effect, in multiples of the noise; 0 for a null.
     - `correct`: the correct verdict.
     - `verdict`: the one given; `error` where there was no diagnosis, which counts as wrong.
-    - `credible_set`: names in the 95 % set.
+    - `credible_set`: names in the 95 % credible set.
     - `probability`: of every hypothesis; of an error, all on `error`.
     """
 

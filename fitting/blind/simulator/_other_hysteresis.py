@@ -40,7 +40,7 @@ class Actuator(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class FixedPlays:
-    """Symmetric plays, each bent or straight, and a polynomial; all arrays one entry a play."""
+    """Symmetric plays, each bent or straight, and a polynomial; all arrays one entry per play."""
 
     threshold: Array  # V
     weight: Array  # GHz/V

@@ -133,7 +133,7 @@ def draw_scans(rng: np.random.Generator) -> tuple[Scan, ...]:
 
 
 def _draw_rates(rng: np.random.Generator, count: int) -> list[float]:
-    """Rates in Hz, one a run: four differ at the full swing, and a small swing repeats one."""
+    """Rates in Hz, one per run: four differ at the full swing, and a small swing repeats one."""
     while True:
         rates = rng.choice(RATES, size=count, replace=True).astype(float)
         full = rates[-4:]

@@ -179,7 +179,7 @@ def _profile_since_turn(
 
 
 def since_turn_edges(since: list[np.ndarray], blocks: list[PeriodBlock]) -> np.ndarray:
-    """Edges of bins that grow with the time since a turn (`since`, s, one row a run)."""
+    """Edges of bins that grow with the time since a turn (`since`, s, one row per run)."""
     longest = max(float(s.max()) for s in since)
     shortest = min(max(min(b.step_s for b in blocks), longest * 1e-5), longest / 2)
     return np.geomspace(shortest, longest * (1 + 1e-9), _TIME_BINS + 1)

@@ -58,7 +58,7 @@ class Claim:
         return cls(**numbers, rates_hz=rates, swings=swings, runs=runs)
 
     def high_of(self, runs: int) -> float:
-        """What the largest error of so many new runs exceeds as seldom as that of one `high`."""
+        """The 97.5 % limit for the largest error of `runs` new runs; `high` is that of one."""
         from scipy.special import stdtrit
 
         degrees = self.runs - 1 if self.runs > 1 else 1e9

@@ -14,7 +14,7 @@ from ._fault import Fault, format_intervals
 from ._step_detection import nearby
 from ._thresholds import THRESHOLDS
 
-Places = tuple[Bool[np.ndarray, "_"], ...]  # one a run, of its own length
+Places = tuple[Bool[np.ndarray, "_"], ...]  # one per run, of its own length
 
 
 def plain_faults(problem: Problem) -> list[Fault]:

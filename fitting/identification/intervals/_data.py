@@ -70,7 +70,7 @@ class Stretched:
 
     @classmethod
     def of(cls, u: np.ndarray, u_min: np.ndarray) -> "Stretched":
-        """The stretches of the drives `u`, one a row; rows with fewer end with empty ones."""
+        """The stretches of the drives `u`, one per row; rows with fewer end with empty ones."""
         turns = [turning_places(row) for row in u]
         begin = np.zeros((len(u), 1 + max(t.size for t in turns)), dtype=np.int32)
         for row, found in enumerate(turns):
@@ -170,7 +170,7 @@ class Stretched:
 
 
 def _combine(x: Float[np.ndarray, "runs time"], coefficients: np.ndarray) -> np.ndarray:
-    """Polynomials in `x`, one a row, their coefficients from the constant on."""
+    """Polynomials in `x`, one per row, their coefficients from the constant on."""
     total = np.zeros_like(x)
     for one in coefficients.T[::-1]:
         total *= x

@@ -38,8 +38,9 @@ def identify_inverse(
 
     - `plays`: N1; by default the forward model's.
     - `order`: N2; 4 by default. `each`: what has a value for each play, "lam", "eta" or both; "lam"
-      by default. With one rate and amplitude 2 and nothing: one loop cannot tell polynomial
-      and asymmetry from plays, and a larger model fits it by what fails on other loops.
+      by default. With a single rate and amplitude the defaults are order 2 and no `each`: one
+      loop cannot tell polynomial and asymmetry from plays, and a larger model fits it by what fails
+      on other loops.
     - `hold_out`: by default the rates.
     - `starts`, `max_steps`, `throw`, `progress`: as for `fit`.
 

@@ -41,7 +41,7 @@ class ModelDraws:
 
 @takes(result=FitResult)
 def laplace_draws(result: FitResult, *, draws: int = 1000, seed: int = 0) -> ModelDraws:
-    """Draws from the normal law of the fit's estimates (Laplace's approximation).
+    """Draws from the normal distribution of the fit's estimates (Laplace's approximation).
 
     Their covariance is that of the fit, corrected for correlated residuals. Draws outside the
     parameters' bounds are drawn again. Raises `ModelError` where the data do not fix a parameter,
@@ -95,7 +95,7 @@ def laplace_draws_of(
 def posterior_draws(
     result: FitResult, posterior: Any, *, draws: int = 1000, seed: int = 0
 ) -> ModelDraws:
-    """`draws` of those in `posterior`, of `sample_posterior`, picked at random without return.
+    """`draws` of those in `posterior`, of `sample_posterior`, picked at random without replacement.
 
     All of them where there are fewer. Raises `ModelError` where it is of another fit.
 

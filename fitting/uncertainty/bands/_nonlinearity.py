@@ -55,7 +55,7 @@ class NonlinearityBand:
         return interval(rms, self.level)[0], interval(self._with_misfit(rms), self.level)[1]
 
     def _with_misfit(self, rms: Float[np.ndarray, " draws"]) -> Float[np.ndarray, " draws"]:
-        """With a share of the misfit, any as likely as another."""
+        """With a share of the misfit, uniform between 0 and 1."""
         shares = (np.arange(rms.size) + 0.5) / rms.size
         return np.hypot(rms, self.misfit * np.random.default_rng(0).permutation(shares))
 
@@ -101,8 +101,8 @@ def nonlinearity_band(
     `source`, `method`, `posterior`, `draws`, `seed`: as for `prediction_band`. `misfit`: rms by
     which a model of this structure misses runs that it was not fitted to, beyond noise, GHz; by
     default 0, for a device that the model describes exactly. Each branch is judged about a line of
-    its own, which takes from nothing to all of such an error: the upper end has a share of it, any
-    as likely as another, the lower end none.
+    its own, which may absorb any part of this error. The upper end includes a share of it, uniform
+    between 0 and 1; the lower end none.
 
     Raises `ModelError` for a drive with fewer samples than a scan is judged by, `ValueError` for a
     `misfit` below 0 or not finite, and what `prediction_band` raises.

@@ -46,10 +46,10 @@ def sample_posterior(
     - `throw`: raise `UntrustedPosterior` unless R-hat < 1.01 and more than 400 effective draws in
       bulk and tails for each parameter, and no divergence.
 
-    **Returns** groups `posterior` (a variable a parameter, offset, drift and initial fraction, with
-    dimensions `chain` and `draw`) and `sample_stats`. Raises `ModelError` for a robust loss, for
-    residuals without noise, or where the data do not fix a parameter; `ModuleNotFoundError` without
-    the extra `bayes`.
+    **Returns** groups `posterior` (one variable per parameter, offset, drift and initial fraction,
+    with dimensions `chain` and `draw`) and `sample_stats`. Raises `ModelError` for a robust loss,
+    for residuals without noise, or where the data do not fix a parameter; `ModuleNotFoundError`
+    without the extra `bayes`.
 
     >>> from fitting import fit, sample_posterior
     >>> from rapi_jax.examples import paper_device, paper_recording

@@ -25,7 +25,7 @@ class Formats:
 
 @dataclasses.dataclass(frozen=True)
 class Words:
-    """The operator in integers, one a play where it says so; see `Formats`.
+    """The operator in integers, one per play where it says so; see `Formats`.
 
     `d` is the polynomial in the drive over its full scale, constant first, with guard bits. `start`
     are the plays at rest at `low`.

@@ -1,4 +1,4 @@
-"""A recording as a folder: `manifest.toml` beside one CSV file a run."""
+"""A recording as a folder: `manifest.toml` beside one CSV file per run."""
 
 import contextlib
 import errno

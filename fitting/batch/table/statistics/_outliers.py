@@ -150,7 +150,7 @@ def _f_statistics(predicted: Prediction) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _p_values(predicted: Prediction, member: np.ndarray, together: bool) -> np.ndarray:
-    """One p-value a recording, not yet corrected for their number.
+    """One p-value per recording, not yet corrected for their number.
 
     The reference set has lost its ends where recordings other than the one in question are not in
     it: its covariance is enlarged by what a normal distribution without them lacks (Croux and

@@ -34,7 +34,7 @@ def amplifier_lowpass(rng: np.random.Generator, setting: Setting) -> Recipe:
 
 
 def start_late(u: Array, now: RunState, latencies: Array) -> Array:
-    """Each period is started by a trigger of its own, `latencies` s late, one a period in turn.
+    """Each period is started by a trigger of its own, `latencies` s late, one per period in turn.
 
     The generator rests at a period's end until the next trigger, and is cut short by it.
     """

@@ -19,7 +19,7 @@ def assert_one_line(text: str, *words: str) -> None:
 def without_progress(text: str) -> str:
     """Standard error without what is said of the work before and while it is done."""
     time = r"\d+ (s|minutes?)"
-    about = rf"; about {time}(, up to {time} where no model fits)?"
+    about = rf"; about {time}( with the default options)?(, up to {time} where no model fits)?"
     said = rf"(fitting|diagnosing)[^:]*: .*({about}| \(\d+ s\))"
     return "".join(
         line for line in text.splitlines(keepends=True) if not re.fullmatch(said, line.strip())

@@ -201,7 +201,7 @@ class WhitenedModel:
         `values`: the operator's parameters, then the unknown initial states.
         """
         given = self.operator_input(effects)  # the same object for the same effects on the drive
-        key = (operator, values, given)
+        key = (operator, values.tobytes(), given)
         return self._answers.get(key, lambda: self._respond(operator, values, given))
 
     def _respond(

@@ -1,5 +1,7 @@
 """What was computed of late is found by the identity of what it was computed from."""
 
+import numpy as np
+
 from fitting.diagnosis.refit._recent import Recent
 
 
@@ -23,3 +25,11 @@ def test_equal_objects_are_not_the_same_and_a_longer_key_is_another():
     assert recent.get((other,), lambda: 2) == 2
     assert recent.get((one, other), lambda: 3) == 3
     assert recent.get((one,), lambda: 4) == 1
+
+
+def test_numbers_changed_in_place_are_others():
+    recent, numbers = Recent(4), np.zeros(2)
+    assert recent.get((numbers.tobytes(),), lambda: 1) == 1
+    assert recent.get((numbers.tobytes(),), lambda: 2) == 1  # other bytes, the same content
+    numbers[0] = 1.0
+    assert recent.get((numbers.tobytes(),), lambda: 3) == 3

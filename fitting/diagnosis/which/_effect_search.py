@@ -68,7 +68,8 @@ def _screen_all(
     """Every guess beside `start`, by what the base and a density of plays about it leave.
 
     Where a density explains all that the operator does not, it may be another hysteresis, or an
-    effect that changes the hysteresis: of these no score tells.
+    effect that changes the hysteresis: of these no score tells. Beside another effect such a law
+    is refitted where the scores of its guesses, before these were refitted, may be enough.
     """
     (refit, free), state = refits, start.eta_fixed
     basis = orthonormal_basis(refit.jacobian_base(state))

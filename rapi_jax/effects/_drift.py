@@ -1,5 +1,6 @@
 """Drift of the optical frequency in the course of a session."""
 
+from collections.abc import Iterable, Iterator
 from typing import ClassVar
 
 import jax.numpy as jnp
@@ -9,8 +10,11 @@ from jaxtyping import Array, Float
 from rapi_jax._parameter import parameter
 from rapi_jax._precision import float64
 
+from ._thresholds import THRESHOLDS
 from .base._by_place import AbstractOpticalEffect
+from .base._contribution import Contribution
 from .base._first_guess import fit_amplitude
+from .base._random_walk import anew_in_each_run, narrow_band, random_walk
 from .base._residual_summary import ResidualSummary
 
 
@@ -46,6 +50,22 @@ class Drift(AbstractOpticalEffect):
         since = jnp.maximum(t - self.start, 0.0)
         return nu - self.amplitude * jnp.expm1(-since / self.tau)
 
+    def other_forms(self, here: Contribution) -> Iterable[Float[np.ndarray, "functions samples"]]:
+        """A random walk in the session's time, and a smoother curve, within the runs, too."""
+        count = _walk_functions(here)
+        return [here.scaled(random_walk(here.time, count, n)) for n in (1, 2)]
+
+    def rival_forms(self, here: Contribution) -> Iterator[Float[np.ndarray, "functions samples"]]:
+        """What begins anew with each run, as warmth of the drive; and noise about one frequency."""
+        for part in anew_in_each_run(here.time, here.run):  # in place of the drift that was found
+            yield here.scaled(np.vstack([part, here.added]))
+        lasts = float(np.ptp(here.time))
+        if lasts > 0:
+            highest = _walk_functions(here) / (2.0 * lasts)
+            octaves = np.arange(np.log2(max(highest * lasts / THRESHOLDS.hunting_cycles, 1.0)))
+            for hertz in THRESHOLDS.hunting_cycles / lasts * 2.0**octaves:
+                yield here.scaled(narrow_band(here.time, hertz, highest))
+
     @classmethod
     def initial_guesses(cls, summary: ResidualSummary) -> "list[Drift]":
         start = float(summary.time.min())
@@ -55,3 +75,7 @@ class Drift(AbstractOpticalEffect):
         return [
             cls.at(amplitude=a, tau=tau, start=start) for a, tau in zip(sizes, taus, strict=True)
         ]
+
+
+def _walk_functions(here: Contribution) -> int:
+    return min(THRESHOLDS.walk_functions * here.rates.size, THRESHOLDS.most_walk_functions)

@@ -175,6 +175,20 @@ class EffectThresholds:
         origin="of a gain: the fastest takes a run for its cycle, and there are as many as of "
         "levels and slopes that begin anew with each run, its rivals",
     )
+    walk_functions: int = threshold(
+        80,
+        unit="functions a run",
+        origin="those within a run count: of 4 simulated random walks and a diffusion of heat all "
+        "are named drift, with half 4, with a quarter 2; double, on one of them: the same",
+    )
+    most_walk_functions: int = threshold(
+        640, unit="functions", origin="more cost time and memory; those of eight runs"
+    )
+    hunting_cycles: float = threshold(
+        4.0,
+        unit="cycles in the session",
+        origin="fewer are a bend, as of drift; from there by octaves",
+    )
     etalon_beat_steps: float = threshold(
         6.0,
         unit="spacings tried a cycle in the span",

@@ -16,7 +16,8 @@ from fitting.diagnosis.refit._effect_vector import Effects
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.which._candidate import Candidate
 from fitting.diagnosis.which._effect_sets import insert_effect
-from fitting.diagnosis.which._excess import is_unexplained
+from fitting.diagnosis.which._excess import is_unexplained, leaves_nonsynchronous
+from fitting.diagnosis.which._thresholds import THRESHOLDS
 from rapi_jax.effects import AbstractEffect, Contribution
 
 _SCALES = np.geomspace(1e-3, 1e2, 26)  # of a function's size, in units of the effect's own
@@ -30,12 +31,12 @@ def with_other_form(candidate: Candidate) -> Candidate:
     refit, state = candidate.flexible_refit, candidate.on_flexible_base
     if len(candidate.effects) != 1 or not refit.whitener.spectrum.measured:
         return candidate
-    if not is_unexplained(state):
+    if not (is_unexplained(state) or leaves_nonsynchronous(state)):
         return candidate
     (effect,) = candidate.effects
     here = contribution_of(effect, refit, state)
     best = _likeliest(effect.other_forms(here), refit, state)
-    if best.cost >= state.cost or is_unexplained(best):
+    if best.cost > state.cost - THRESHOLDS.chance_fall or is_unexplained(best):
         return candidate
     if _likeliest(effect.rival_forms(here), refit, state).cost < best.cost:
         return candidate

@@ -24,6 +24,17 @@ def nonsynchronous_excess(state: State) -> float:
     return state.nonsynchronous - state.errors.nonsynchronous.size
 
 
+def leaves_nonsynchronous(state: State) -> bool:
+    """Whether more of what does not repeat is left than chance leaves of noise known exactly.
+
+    No base, however far off, leaves such.
+    """
+    chance = THRESHOLDS.explained_nonsynchronous_sigmas * np.sqrt(
+        2.0 * state.errors.nonsynchronous.size
+    )
+    return nonsynchronous_excess(state) > float(chance)
+
+
 def is_unexplained(state: State) -> bool:
     """Whether more is left than noise, and than a base that is not quite the device's."""
     lines = state.errors.synchronous.size

@@ -1,4 +1,6 @@
-"""Functions of time of which a random walk is a sum, and such as begin anew with each run."""
+"""Functions of time of which a random walk is a sum, narrow-band noise, and such as begin anew with
+each run.
+"""
 
 from collections.abc import Iterator
 
@@ -6,6 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 _FADING = np.geomspace(0.1, 5.0, 30)  # time constants, of a run
+_BEYOND = 1.25  # of the session, after which sines and cosines repeat
 
 
 def random_walk(
@@ -21,6 +24,22 @@ def random_walk(
     share = (time - time.min()) / lasts if lasts > 0 else np.zeros_like(time)
     order = np.arange(1, count + 1)[:, None] - 0.5
     return np.sin(order * np.pi * share) / order**smoothness
+
+
+def narrow_band(
+    time: Float[np.ndarray, " samples"], hertz: float, highest: float, quality: float = 1.0
+) -> Float[np.ndarray, "functions samples"]:
+    """Sines and cosines up to `highest` Hz of which noise about `hertz` is a sum.
+
+    Their variances by frequency are those of white noise behind a band pass of second order, as of
+    a controller that hunts: with `quality` 1, a band as wide as its frequency.
+    """
+    lasts = _BEYOND * float(np.ptp(time))  # else the noise would end as it begins
+    tone = np.arange(1, int(highest * lasts) + 1)[:, None] / lasts
+    width = tone * hertz / quality
+    size = width / np.sqrt((tone**2 - hertz**2) ** 2 + width**2)
+    turn = 2.0 * np.pi * tone * (time - time.min())
+    return np.vstack([size * np.sin(turn), size * np.cos(turn)])
 
 
 def anew_in_each_run(

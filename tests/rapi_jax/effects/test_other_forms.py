@@ -5,10 +5,12 @@ import dataclasses
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy import signal
 
 from rapi_jax.effects import (
     ALL,
     Contribution,
+    Drift,
     Etalon,
     GainDrift,
     Law,
@@ -76,6 +78,47 @@ def test_a_gain_may_change_in_any_way_that_is_slower_than_a_run():
     assert of_the_gain(np.sin(2.0 * np.pi * 10.0 * TIME)) > 0.9
 
 
+def test_a_drift_may_be_any_walk_in_the_session():
+    """Simulated step by step; but it does not follow a tone of the mains, within the runs."""
+    here = contribution(np.ones(TIME.size))
+    walk, smooth = Drift.at(amplitude=0.1).other_forms(here)
+    steps = np.random.default_rng(0).standard_normal(TIME.size).cumsum()
+    assert left(walk, steps - steps[0]) < 0.1
+    assert left(smooth, steps.cumsum()) < 1e-3
+    assert left(walk, np.sin(2.0 * np.pi * 400.0 * TIME)) > 0.9
+
+
+def test_noise_about_one_frequency_is_told_from_a_walk():
+    """The likelier of the two by the marginal likelihood, of noise that SciPy's resonator made."""
+    drift = Drift.at(amplitude=0.1)
+    numerator, denominator = signal.iirpeak(30.0, 3.0, fs=5000.0)
+    noise = np.random.default_rng(1).standard_normal((3, TIME.size + 20_000))
+    hunting = signal.lfilter(numerator, denominator, noise[0])[20_000:]
+    walk = noise[1].cumsum()[: TIME.size]
+
+    def likelier_by(wave):
+        """Twice the logarithm, a walk against the likeliest of its rivals."""
+        wave = wave / np.std(wave) + 0.1 * noise[2, : TIME.size]
+        wave -= wave.mean()
+        here = contribution(np.ones(TIME.size))
+        forms, rivals = drift.other_forms(here), drift.rival_forms(here)
+        least = [min(minus_twice_log(f, wave) for f in sets) for sets in (forms, rivals)]
+        return least[1] - least[0]
+
+    def minus_twice_log(functions, wave):
+        """Of the functions' sizes, at the likeliest of their scales, beside noise of a tenth."""
+        functions = functions - functions.mean(axis=1, keepdims=True)
+        power, turn = np.linalg.eigh(functions @ functions.T / 0.01)
+        along = turn.T @ (functions @ wave) / 0.01
+        scales = np.geomspace(1e-6, 1e2, 60)[:, None]
+        spread = scales * np.maximum(power, 0.0)
+        costs = np.log1p(spread) - scales * along**2 / (1.0 + spread)
+        return costs.sum(axis=1).min()
+
+    assert likelier_by(hunting) < -10.0
+    assert likelier_by(walk) > 10.0
+
+
 def test_fringes_of_a_second_cavity():
     """A quarter longer than the one that was found; a line of absorption is none."""
     etalon = Etalon.at(amplitude=0.1, spacing=4.0, phase=0.4)
@@ -135,7 +178,7 @@ def test_at_two_rates_the_power_law_is_any_law():
     assert not RateLaw.at(exponent=0.7).other_forms(contribution(0.1 * DRIVE, rates=(10.0, 40.0)))
 
 
-HAVE_FORMS = {"pickup", "gain_drift", "etalon", "rate_law", "quantisation"}
+HAVE_FORMS = {"pickup", "drift", "gain_drift", "etalon", "rate_law", "quantisation"}
 
 
 @pytest.mark.parametrize("cls", ALL, ids=lambda cls: cls.name)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from edge_worlds import NOISE, drives, off, record
 from jaxtyping import Array, Float
+from scipy import signal
 from scipy.stats import multivariate_normal
 
 from fitting import diagnose
@@ -21,6 +22,7 @@ from rapi_jax.effects import (
     AbstractLawEffect,
     Creep,
     Delay,
+    Drift,
     Etalon,
     GainDrift,
     Law,
@@ -66,6 +68,24 @@ def two_cavities(time: np.ndarray, drive: np.ndarray, response: np.ndarray) -> n
     del time, drive
     turn = 2.0 * np.pi * response / 5.0
     return 0.2 * np.sin(turn + 0.5) + 0.15 * np.sin(1.25 * turn + 2.0)
+
+
+def in_session(path: np.ndarray, lasts: float = 2.0):
+    """What adds `path`, in equal steps over `lasts` seconds of the session, to a response."""
+    clock = np.linspace(0.0, lasts, path.size)
+    return lambda time, drive, response: np.interp(time, clock, path)
+
+
+def random_walk_of_the_light() -> np.ndarray:
+    """In steps of 5 ms, about 1 GHz in a second."""
+    return 0.07 * np.random.default_rng(3).standard_normal(400).cumsum()
+
+
+def hunting_controller() -> np.ndarray:
+    """Noise of 0.2 GHz about 4 Hz, in steps of 1 ms, by a resonator of SciPy's."""
+    numerator, denominator = signal.iirpeak(4.0, 3.0, fs=1000.0)
+    wave = signal.lfilter(numerator, denominator, np.random.default_rng(4).standard_normal(6000))
+    return 0.2 * wave[4000:] / np.std(wave[4000:])
 
 
 class RelaxationPeak(AbstractLawEffect):
@@ -147,6 +167,7 @@ def test_functions_of_which_the_errors_are_a_sum_leave_the_noise(stood):
     ("cls", "rival", "make"),
     [
         (Pickup, Etalon, lambda: with_added(pulses)),
+        (Drift, Creep, lambda: with_added(in_session(random_walk_of_the_light()))),
         (GainDrift, Creep, lambda: with_added(cycle_of_the_gain)),
         (Etalon, ModeHop, lambda: with_added(two_cavities)),
         (RateLaw, GainDrift, at_five_rates),
@@ -178,4 +199,13 @@ def test_what_no_form_explains_stays_unlisted():
 
     found = diagnose(None, with_added(curve), candidates=(Pickup, Etalon, Delay), scan=False)
     assert found.verdict.name == "unlisted"
+    assert not any("another form" in note for note in found.notes)
+
+
+@pytest.mark.slow
+def test_noise_about_one_frequency_is_no_drift():
+    """A walk explains all of it; noise about one frequency does so with fewer functions."""
+    recording = with_added(in_session(hunting_controller()))
+    found = diagnose(None, recording, candidates=(Drift, Creep), scan=False)
+    assert found.verdict.name != Drift.name
     assert not any("another form" in note for note in found.notes)

@@ -64,7 +64,7 @@ from .which._ranking import (
     needs_flexible_base,
 )
 from .which._refined_noise import select_with_refined_noise
-from .which._shifted_runs import faults_of_origin
+from .which._shifted_runs import faults_of_origin, in_any_form
 from .which.evidence._calibration import load_calibration
 from .which.evidence._conformal import answer_type, credible_set, widen
 from .which.evidence._evidence import Evidence
@@ -151,6 +151,7 @@ def diagnose(
     if other is not None:
         report("thresholds fixed in volts")
         fitted, attribution = select_with_refined_noise(other, classes, report)
+    attribution = in_any_form(attribution, found)
     broken += faults_of_origin(fitted, attribution, found)
 
     evidence = Evidence.of(attribution, noise_known=fitted.spectrum.measured)

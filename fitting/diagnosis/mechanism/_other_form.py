@@ -23,22 +23,24 @@ from rapi_jax.effects import AbstractEffect, Contribution
 _SCALES = np.geomspace(1e-3, 1e2, 26)  # of a function's size, in units of the effect's own
 
 
-def with_other_form(candidate: Candidate) -> Candidate:
+def with_other_form(candidate: Candidate, *, in_any_case: bool = False) -> Candidate:
     """A single effect's candidate with another form of it, where that alone explains the data.
 
-    Else, or where noise is not known, the same.
+    Else, or where noise is not known, the same. `in_any_case`: also where the equation leaves no
+    more than a base may that is not quite the device's.
     """
     refit, state = candidate.flexible_refit, candidate.on_flexible_base
     if len(candidate.effects) != 1 or not refit.whitener.spectrum.measured:
         return candidate
-    if not (is_unexplained(state) or leaves_nonsynchronous(state)):
+    if not (in_any_case or is_unexplained(state) or leaves_nonsynchronous(state)):
         return candidate
     (effect,) = candidate.effects
     here = contribution_of(effect, refit, state)
     best = _likeliest(effect.other_forms(here), refit, state)
     if best.cost > state.cost - THRESHOLDS.chance_fall or is_unexplained(best):
         return candidate
-    if _likeliest(effect.rival_forms(here), refit, state).cost < best.cost:
+    alone = _without(here.added, refit, state)
+    if _likeliest(effect.rival_forms(here), refit, alone).cost < best.cost:
         return candidate
     return dataclasses.replace(candidate, on_flexible_base=best, has_other_form=True)
 
@@ -71,6 +73,17 @@ def refit_form(
         errors=state.errors._replace(synchronous=left[:split], nonsynchronous=left[split:]),
         prior_cost=state.prior_cost + price,
     )
+
+
+def _without(added: Float[np.ndarray, " samples"], refit: Refit, state: State) -> State:
+    """The state without what its effect adds, at the same base."""
+    synchronous, nonsynchronous = refit.whitener.whiten(_by_run(added[None], refit))
+    errors = state.errors
+    left = errors._replace(
+        synchronous=errors.synchronous - synchronous[0],
+        nonsynchronous=errors.nonsynchronous - nonsynchronous[0],
+    )
+    return dataclasses.replace(state, errors=left)
 
 
 def _likeliest(

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fitting.diagnosis.mechanism._other_form import with_other_form
 from fitting.diagnosis.noise._whitening import Whitener
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks.runs._change_fault import (
@@ -20,6 +21,18 @@ from rapi_jax import AbstractOperator
 from ._base import FittedBase, fit_starts, with_all_free
 from ._forward_selection import Attribution, without_effects
 from ._thresholds import THRESHOLDS
+
+
+def in_any_form(attribution: Attribution, found: Sequence[Fault]) -> Attribution:
+    """The same with single effects in another form, where one is likelier and runs lie apart.
+
+    A drift that wanders leaves little beside an exponential where runs are short, and then runs
+    would seem to have origins of their own.
+    """
+    if all(fault.kind != DIFFERS_WITH_TIME for fault in found):
+        return attribution
+    every = [with_other_form(one, in_any_case=True) for one in attribution.candidates]
+    return Attribution(attribution.none, tuple(sorted(every, key=lambda one: one.cost)))
 
 
 def faults_of_origin(

@@ -91,8 +91,8 @@ class AbstractEffect(eqx.Module):
     def rival_forms(self, here: Contribution) -> Iterable[Float[np.ndarray, "functions samples"]]:
         """Sets of functions that tell another mechanism from any form of this one.
 
-        Where such a set is likelier than all of `other_forms`, none of these is taken. By default
-        none are known.
+        They stand in place of what the equation adds. Where such a set is likelier than all of
+        `other_forms`, none of these is taken. By default none are known.
         """
         del here
         return ()

@@ -6,6 +6,8 @@ from diagnosis_contract import check
 from rich.console import Console
 
 from fitting import diagnose
+from fitting.blind.protocol._exchange import to_recording
+from fitting.blind.simulator._bank import Spec
 from fitting.diagnosis._data_checks import find_inconsistencies
 from fitting.identification._posed import Posed
 from fitting.recording_check._check import check_recording
@@ -150,3 +152,12 @@ def test_a_drift_that_an_offset_of_the_first_run_nearly_explains_is_named(amplit
     diagnosis = diagnose(None, recording, candidates=[Drift, Creep], scan=False)
     assert diagnosis.verdict.name == "drift" and diagnosis.verdict.judged
     assert diagnosis.verdict.probability > 0.9
+
+
+@pytest.mark.slow
+def test_a_drift_that_wanders_is_named_though_its_runs_lie_apart():
+    """A simulated random walk of twice the noise: runs with origins of their own leave more."""
+    device = Spec(1005, "form", "drift", 2.0, base_misfit=False).draw()
+    diagnosis = diagnose(None, to_recording(device.runs), candidates=[Drift, Creep], scan=False)
+    assert {"differs with time"} == {fault["kind"] for fault in diagnosis.content["faults"]}
+    assert diagnosis.verdict.name == "drift" and diagnosis.verdict.judged

@@ -1,5 +1,6 @@
 """The command line as people type it: first steps, sentences, examples, progress, JSON errors."""
 
+import contextlib
 import dataclasses
 import importlib
 import inspect
@@ -14,8 +15,9 @@ from fitting.commands.run import run
 from fitting.commands.shared import _progress
 from fitting.commands.shared._about import describe_recording, estimate_seconds
 from fitting.commands.shared._listing import COMMANDS
-from rapi_jax import Recording, predict, triangle
+from rapi_jax import DataError, Recording, predict, triangle
 from rapi_jax.examples import paper_device
+from rapi_jax.io import write_recording
 
 
 def ran(arguments: list[str]) -> int:
@@ -192,6 +194,22 @@ def test_progress_without_a_terminal_is_a_line_now_and_then(capsys, monkeypatch)
     ]  # fmt: skip
     monkeypatch.setenv(_progress.SWITCH, "0")
     assert said() == ["fitting: 4 runs; about 10 s"]
+
+
+@pytest.mark.parametrize(("options", "known"), [([], True), (["--plays", "6"], False)])
+def test_the_bar_has_the_time_left_where_it_was_measured(tmp_path, monkeypatch, options, known):
+    write_recording(recording(), tmp_path / "data")
+    seen = []
+
+    @contextlib.contextmanager
+    def noted(title, as_json, *, about="", expected_s=None):
+        seen.append(expected_s)
+        raise DataError("far enough")
+        yield
+
+    monkeypatch.setattr(_progress, "progress", noted)
+    assert ran(["fit", str(tmp_path / "data"), "-o", str(tmp_path / "out"), *options]) == 3
+    assert [expected is not None for expected in seen] == [known]
 
 
 def test_progress_on_a_terminal_has_the_time_left(capsys, monkeypatch):

@@ -12,7 +12,9 @@ from .recording._drive import Drive
 
 @dataclasses.dataclass(frozen=True)
 class DriveLimits:
-    """Limits of the voltage at the piezo's input.
+    """Limits of a voltage, where the drive that they are compared with is stated.
+
+    That is at the piezo's input for a bench, at the generator's output for `AFG31000.channel`.
 
     - `low_v`, `high_v`: V.
     - `slew_v_per_s`: steepest slope between samples, V/s.

@@ -41,13 +41,14 @@ def drive(
     output
         Folder for the drives; made if missing.
     waveform
-        What the drives are.
+        Waveform of the drives.
     samples
         Samples in a period.
     limits
         TOML file with `low_v`, `high_v`, `slew_v_per_s` and, if wanted, `step_v`,
-        `max_frequency_hz`: what the device allows. Without it nothing is checked, and a line says
-        so.
+        `max_frequency_hz`: what the device allows, in the voltages of the drives themselves (with
+        an amplifier behind them, the piezo's limits divided by its gain). Without it nothing is
+        checked, and a line says so.
     json
         Print `drives.json` on standard output.
     """

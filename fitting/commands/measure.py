@@ -45,7 +45,7 @@ def measure(
         How many periods are recorded of each drive; with fewer than three a fit and a check cannot
         tell noise from what repeats.
     waveform
-        What the drives are.
+        Waveform of the drives.
     raw
         Empty folder for the digitizer's records, so that they can be read again.
     plugin
@@ -159,7 +159,8 @@ def _describe_unlisted(drives: Sequence[Path]) -> str:
     named += f" and {len(drives) - 3} more" if len(drives) > 3 else ""
     one = len(drives) == 1
     return (
-        f"no certificate lies beside {named}: the bench's limits were checked, but not whether "
+        f"no certificate.json or drives.json beside {named} lists {'it' if one else 'them'}: the "
+        "bench's limits were checked, but not whether "
         f"{'it is' if one else 'they are'} complete, as written and in V, nor how straight "
         f"{'its scan' if one else 'their scans'} should be."
     )

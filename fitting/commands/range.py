@@ -93,8 +93,8 @@ def check_expected(expected: tuple[float, float] | None) -> None:
 
     if expected is not None and not 0 <= expected[0] < expected[1]:
         raise DataError(
-            f"`--expected` {expected[0]:g} {expected[1]:g}: give the least distance in m, then the "
-            "largest."
+            f"`--expected` {expected[0]:g} {expected[1]:g}: give the lowest possible distance "
+            "in m, 0 or more, then the highest."
         )
 
 

@@ -163,7 +163,7 @@ def _known_in_one(
         owner = part.name.partition(".")[0]
         source = _LABELS.index(only_in[owner]) if owner in only_in else which
         value = float(records[source].values[at])
-        why = "at a bound" if records[which].at_bound[at] else "not fixed by the data"
+        why = "at a bound" if records[which].at_bound[at] else "not determined by the data"
         held[part.name] = value
         notes.append(f"`{part.name}` is {why} {_LABELS[which]}: held at {value:.4g} in both.")
     return held, notes

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fitting._units import readable_unit
-from fitting.report.diagnosis._text import describe_hypothesis, join_items
+from fitting.report.diagnosis._text import describe_hypothesis
 from rapi_jax.effects import ALL, AbstractEffect
 
 from ._thresholds import THRESHOLDS
@@ -111,8 +111,8 @@ def _held_out_alike(shrinkage: dict[str, Any], unit: str) -> str:
     shown, factor = readable_unit(unit, sizes)
     before, after = (f"{factor * size:.3g}" for size in sizes)
     return (
-        f" Held-out data do not show it: a hysteresis fitted without it predicts them within "
-        f"{before} {shown} rms, not surely more than noise, and with it within {after}."
+        f" Held-out data do not show it: the model fitted without it leaves {before} {shown} rms "
+        f"there, not significantly more than noise, and with it {after} {shown} rms."
     )
 
 
@@ -155,12 +155,15 @@ def verdict_advice(
     """
     if len(tied) > 1:
         labels = effect_labels((*ALL, *effects), unit)
-        apart = f"tell {join_items([describe_hypothesis(n, labels) for n in tied], 'from')}"
+        which = ", or ".join(describe_hypothesis(n, labels) for n in tied)
         if scan is not None:
-            return f"These data cannot yet {apart}: record the next scan given below."
+            return (
+                f"These data cannot yet decide which effect it is: {which}. Record the next scan "
+                "given below."
+            )
         return (
-            f"These data cannot {apart}. The model predicts equally well with each of them, but "
-            "none is established as the cause."
+            f"These data cannot decide which effect it is: {which}. The model predicts equally "
+            "well with each of them, but none is established as the cause."
         )
     if name == "none":
         return (
@@ -182,12 +185,12 @@ def verdict_advice(
         first = "First record the next scan given below: a second effect may be missing. Then: "
     if straighter is not None and straighter < 1.0:
         return (
-            f"{first}Do not compensate with this model: its scans are less straight than without "
-            "the effect."
+            f"{first}Do not compensate with this model: compensated scans would be less straight "
+            "than with the model without the effect."
         )
     if expected is not None and expected < 1.0:
         return (
-            f"{first}Do not compensate with this model yet: its scans are predicted to be less "
-            "straight than without the effect."
+            f"{first}Do not compensate with this model yet: compensated scans are predicted to be "
+            "less straight than with the model without the effect."
         )
     return first + " ".join(_remedy(effect, unit) for effect in sort_effects(effects))

@@ -208,14 +208,14 @@ def collect_notes(
     if recording.one_rate:
         which = "One scan rate" if recording.rates[0] > 0 else "No scan rate"
         notes.append(
-            f"{which}: a lag cannot be told reliably from rate-dependent thresholds, nor what is "
-            "fixed in time (a tone, a resonance) near a multiple of the rate from hysteresis. "
-            "Record a second rate, five times faster or slower."
+            f"{which}: a lag cannot be distinguished reliably from rate-dependent thresholds, nor "
+            "a tone or resonance near a multiple of the scan rate from hysteresis. Record two scan "
+            "rates, at least a factor of two and better a factor of five apart."
         )
     if len(recording.amplitudes) == 1:
         notes.append(
-            "One amplitude: a dependence on amplitude cannot be seen, and drift cannot be told "
-            "from creep. Record a second amplitude, half as large."
+            "One swing: a dependence on the swing cannot be seen, and drift cannot be told from "
+            "creep. Record a second swing, half as large."
         )
     if top.has_other_form:
         cause = describe_effects(top.effects, recording.response_unit)

@@ -228,8 +228,8 @@ def _drive_notes(
     return [
         f"drive noise: the drive as written carries noise of {most.rms:.2g} "
         f"{recording.drive_unit} rms ({where}) that the response does not follow: noise of its "
-        f"reading, or the steps of its converter. A model makes {size} rms of it, beside noise of "
-        f"the response of {own}. {describe_cure(most.run)}"
+        f"reading, or the steps of its converter. A model turns it into {size} rms of "
+        f"response, where the noise of the response is {own} rms. {describe_cure(most.run)}"
     ]
 
 

@@ -66,7 +66,7 @@ def _ask_model(
         kinds = ", ".join(dict.fromkeys(fault.kind for fault in faults))
         return Question(
             name, "no", f"a fit would not be trusted, because of: {kinds}.",
-            "What to do stands with each fault above.",
+            "Each fault above says what to do.",
         )  # fmt: skip
     sweep = single_sweep(recording)
     if sweep is not None:
@@ -123,13 +123,12 @@ def _ask_noise(recording: Recording, runs: Sequence[RunSummary]) -> Question:
         cure = describe_repetition(recording)
         one = any(run.periods - (not run.settled) == 1 for run in runs) and cure is None
         because = (
-            f"one {settled}period only, so there is no difference between periods to measure it "
-            "from: "
+            f"only one {settled}period, so periods cannot be compared: "
             if one
-            else "no drive is said to repeat: "
+            else "no drive is declared periodic: "
         ) + (
-            "it is taken from what changes from sample to sample, which misses slow noise, or from "
-            "what a fit leaves, which counts errors of the model, too."
+            "the noise is estimated from differences between samples, which misses slow noise, or "
+            "from the residual of a fit, which includes errors of the model."
         )
         return Question(name, "partly", because, cure or _more_periods())
     fewest = min(run.periods for run in repeated)
@@ -155,7 +154,7 @@ def _ask_rates(recording: Recording) -> Question:
         return Question(
             name, "yes", f"{len(rates)} scan rates, {min(rates):.6g} to {max(rates):.6g} Hz."
         )
-    cure = "Record a second rate, at least twice as high or half as high."
+    cure = "Record two scan rates, at least a factor of two and better a factor of five apart."
     if max(rates) == 0:
         said = "Give it by `--rate` of `rapi import`, or as `excitation_hz` in the manifest. "
         return Question(name, "no", "no run has a scan rate.", said + cure)
@@ -167,7 +166,7 @@ def _ask_rates(recording: Recording) -> Question:
 
 
 def _ask_amplitudes(recording: Recording) -> Question:
-    name, swings, unit = "the law of the swing", recording.amplitudes, recording.drive_unit
+    name, swings, unit = "dependence on the swing", recording.amplitudes, recording.drive_unit
     if _swings_differ(recording):
         shown = f"{len(swings)} swings, {swings[0]:.4g} to {swings[-1]:.4g} {unit} peak to peak."
         return Question(name, "yes", shown)
@@ -208,24 +207,25 @@ def _ask_effects(
     name = "which effect is missing (`rapi diagnose`)"
     sweep = single_sweep(recording)
     if sweep is not None:
-        return Question(name, "no", "no effect is named of a single sweep.")
+        return Question(name, "no", "no effect can be named from a single sweep.")
     if faults:
         hidden = any(f.kind in _NOT_JUDGED or hides_effects(f, recording) for f in faults)
         said = (
             "no effect is named on data with such a fault."
             if hidden
-            else "an effect that is named may be the fault above."
+            else "a named effect may only reflect the fault above."
         )
-        cure = "What to do stands with each fault above."
+        cure = "Each fault above says what to do."
         return Question(name, "no" if hidden else "partly", said, cure)
     missing = []
     if min(run.periods for run in runs) < THRESHOLDS.enough_periods:
-        missing.append("three periods")
+        missing.append("at least three periods")
     if recording.one_rate:
-        missing.append("several rates")
+        missing.append("at least two rates")
     if not _swings_differ(recording):
-        missing.append("two swings")
+        missing.append("at least two swings")
     if not missing:
         return Question(name, "yes", "there are enough periods, rates and swings.")
-    because = f"the answer is less certain without {', '.join(missing)}."
-    return Question(name, "partly", because, f"Record {', '.join(missing)} or more.")
+    lacks = " and ".join(missing)
+    because = f"the answer is less certain without {lacks}."
+    return Question(name, "partly", because, f"Record {lacks}.")

@@ -45,7 +45,8 @@ class Optics(Table):
     """What the light goes through.
 
     `delay_s`: of the auxiliary interferometer; `fsr_ghz`: of the cavity; `wavelength_m`: of the
-    laser in vacuum; `rises_with_voltage`: whether the optical frequency does.
+    laser in vacuum; `rises_with_voltage`: whether the optical frequency does, for fringe records
+    (`rapi bench range`). In a recording it always rises: fringes do not tell the sign.
     """
 
     delay_s: Positive

@@ -149,13 +149,13 @@ class LabBench(AbstractBench, ClosesOnExit):
         progress: Progress | None = None,
         store: Callable[[FringeRecords], None] | None = None,
     ) -> FringeRecords:
-        """Play `drive` before a target and take `records` records of `periods` periods each.
+        """Play `drive` with a target in the measurement arm, and take `records` records.
 
-        The drive's first period is repeated; it is played, settled, parked and switched off as in
-        `measure`. Each record is of one trigger and begins with the drive: between records some
-        periods are missed, and how long a record can be is limited by the digitizer's memory at
-        the rate that the file asks for (an error says so). `start_s` of a record is known to a
-        period; records are whole periods apart.
+        Each holds `periods` periods. The drive's first period is repeated; it is played, settled,
+        parked and switched off as in `measure`. Each record is of one trigger and begins with the
+        drive: between records some periods are missed, and how long a record can be is limited by
+        the digitizer's memory at the rate that the file asks for (an error says so). `start_s` of a
+        record is known to a period; records are whole periods apart.
 
         `store`: takes each record as soon as it is there. `so_far` stays empty. Raises
         `DataError`, also where the file names no input for the measurement arm, `LimitError`,

@@ -62,7 +62,7 @@ def lock_instruments(resources: Iterable[str]) -> Iterator[None]:
                     resource,
                     "",
                     "",
-                    why=f"No note can be left that it is in use ({cause(error)}).",
+                    why=f"Its lock file cannot be written ({cause(error)}).",
                     cure=f"Make {printable(folder)} a folder that you may write to.",
                 ) from error
         yield

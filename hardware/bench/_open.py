@@ -61,7 +61,8 @@ def open_bench(bench: StrPath | BenchFile, *, drivers: Iterable[Driver] = ()) ->
     `bench`: the file, or what `read_bench` made of it. `drivers`: classes beside those of this
     package that the file names by their `kind`.
 
-    Raises `DataError` for the file, `LimitError` where a limit is missing or cannot be kept,
+    Raises `DataError` for the file, also where it lacks a limit, `LimitError` where the instruments
+    cannot keep one,
     `InstrumentError` for an instrument that does not answer, or is another one.
 
     >>> from pathlib import Path

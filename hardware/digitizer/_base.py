@@ -69,7 +69,8 @@ class Acquisition:
 class Samples:
     """A record as codes: `volts = zero_v + volts_per_code * code` for each input.
 
-    - `sample_hz`: what it was, Hz. `start_s`: time of the first sample after the trigger, s.
+    - `sample_hz`: what it was, Hz. `start_s`: time of the first sample from the trigger, s;
+      negative before it.
     - `full_scale`: the codes at which the digitizer clips, `None` where unknown.
 
     >>> import numpy as np
@@ -100,7 +101,10 @@ class Samples:
             raise DataError(f"The digitizer gave nothing for {', '.join(missing)}.")
         sizes = {codes.size for codes in self.codes.values()}
         if len(sizes) != 1 or min(sizes) < 2:
-            raise DataError(f"Inputs that are sampled together differ in length: {sorted(sizes)}.")
+            raise DataError(
+                "The digitizer must give the same number of samples for each input, two or more, "
+                f"but gave {sorted(sizes)}. Record again."
+            )
         step = 1 / self.sample_hz
         end_s = self.start_s + (sizes.pop() - 1) * step
         if self.start_s > -asked.before_s + step or end_s < asked.after_s - step:

@@ -46,7 +46,8 @@ def check_codes(wave: AfgWaveform, limits: DriveLimits) -> np.ndarray:
     if beyond.max() > THRESHOLDS.slope_rounding * (limits.high_v - limits.low_v):
         at = int(np.argmax(beyond))
         raise LimitError(
-            f"Around code {at} the waveform changes faster than {rise:.4g} V a sample, which "
-            "`step_v` and `slew_v_per_s` allow at this rate. Scan more slowly or less."
+            f"Around sample {at} the waveform changes by more than {rise:.4g} V a sample, the most "
+            "that `step_v` and `slew_v_per_s` allow at this rate. Scan more slowly, or over a "
+            "smaller range."
         )
     return volts

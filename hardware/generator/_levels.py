@@ -57,7 +57,8 @@ def settable_limits(limits: DriveLimits, largest_v: float) -> DriveLimits:
         )
     if high - low < THRESHOLDS.park_pp_v:
         raise LimitError(
-            f"The limits {low:g} V to {high:g} V leave less than {THRESHOLDS.park_pp_v:g} V."
+            f"The limits {low:g} V to {high:g} V are less than {THRESHOLDS.park_pp_v:g} V apart, "
+            "the smallest amplitude (peak to peak) that is set. Widen them."
         )
     return DriveLimits(low, high, limits.slew_v_per_s, limits.step_v, limits.max_frequency_hz)
 

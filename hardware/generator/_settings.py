@@ -120,6 +120,6 @@ def _changed(port: AfgPort, header: str, read: str, due: str, otherwise: str) ->
         f"{header}?",
         read,
         why=f"It should be {due}: somebody else has changed the setting. {otherwise}",
-        cure="The output is parked and off, and nothing of this scan is kept. See who else "
+        cure="The output is parked and off, and this scan is not kept. See who else "
         "operates the generator, at its front panel or over the network, and measure again.",
     )

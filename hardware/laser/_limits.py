@@ -46,5 +46,5 @@ class LaserLimits:
         if not low <= value <= high:
             raise LimitError(
                 f"{value:g} is not within the limit `{name}` of {low:g} to {high:g}. Nothing was "
-                "sent. Ask for less, or widen the limit if the data sheet allows."
+                "sent. Choose a value within it, or widen the limit if the data sheet allows."
             )

@@ -44,7 +44,9 @@ class LaserPort:
 
     def check_status(self, command: str) -> None:
         """Raise where a fault waits."""
-        status = self.text(commands.STATUS, r"\+?\d{1,3}", "This is no status.")
+        status = self.text(
+            commands.STATUS, r"\+?\d{1,3}", "The status must be a number from 0 to 255."
+        )
         if int(status):
             faults = self.faults()
             listed = "; ".join(map(_format_fault, faults)) or f"{commands.STATUS} {status}"
@@ -59,7 +61,10 @@ class LaserPort:
                 entry = commands.fault(line)
             except ValueError as error:
                 raise self.error(
-                    commands.ERROR, line, f"The answer cannot be used: {error}.", "Look at it."
+                    commands.ERROR,
+                    line,
+                    f"The answer cannot be used: {error}.",
+                    "Read the display of the controller, and connect again.",
                 ) from None
             if entry[0] == 0:
                 return found
@@ -71,7 +76,7 @@ class LaserPort:
     def wait_until_done(self, seconds: float) -> None:
         """Until nothing moves any more, `seconds` at the longest."""
         until = self.link.now() + seconds
-        while self.text(commands.DONE, r"[01]", "This is no answer to it.") != "1":
+        while self.text(commands.DONE, r"[01]", "The answer must be 0 or 1.") != "1":
             self.check_status(commands.DONE)
             if self.link.now() >= until:
                 raise self.error(
@@ -108,7 +113,9 @@ class LaserPort:
         """The answer, which must match `pattern`; `why`: what it means where it does not."""
         line = self.link.query(query).strip()
         if not re.fullmatch(pattern, line, re.IGNORECASE):
-            raise self.error(query, line, why, "Check the address and the head. Nothing was set.")
+            raise self.error(
+                query, line, why, "Check the address, the laser head and the cable, then try again."
+            )
         return line
 
     def error(self, command: str, reply: str, why: str, cure: str) -> InstrumentError:

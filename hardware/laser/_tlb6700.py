@@ -186,8 +186,9 @@ class TLB6700(AbstractLaser, AbstractReadBack):
             raise self._port.error(
                 f"{commands.OUTPUT}?",
                 str(int(not on)),
-                "It was told otherwise.",
-                "Look at its key.",
+                f"Emission was switched {'on' if on else 'off'}, but is still "
+                f"{'off' if on else 'on'} after {seconds:g} s.",
+                "Check the key switch and the interlock of the controller.",
             )
 
     def scan_wavelength(
@@ -237,7 +238,7 @@ class TLB6700(AbstractLaser, AbstractReadBack):
         ):
             if settings[name] not in ("0", "OFF"):
                 raise self._port.error(f"{_SETTINGS[name]}?", settings[name], what, _SOMEBODY)
-        if self._port.text(commands.DONE, r"[01]", "This is no answer to it.") != "1":
+        if self._port.text(commands.DONE, r"[01]", "The answer must be 0 or 1.") != "1":
             raise self._port.error(commands.DONE, "0", "The motor moves: a scan is on.", _SOMEBODY)
         return settings
 

@@ -24,7 +24,8 @@ class VendorDllLink(AbstractLaserLink):
     Also as the vendor's programs name it, "6700 SN1012".
 
     The library is the vendor's and does not come with this package: install the vendor's
-    application, and give the folder or put it on the search path.
+    application, and give its path as `library`, or put its
+    folder on the search path.
 
     >>> from hardware import InstrumentError, VendorDllLink
     >>> try:
@@ -139,6 +140,6 @@ class VendorDllLink(AbstractLaserLink):
                 "(connect)",
                 str(error),
                 why="The vendor's library could not be loaded.",
-                cure="Install the vendor's application, of as many bits as this Python, and give "
-                "the library's path.",
+                cure="Install the vendor's application in the version (32 or 64 bit) of this "
+                "Python, and give the library's path.",
             ) from error

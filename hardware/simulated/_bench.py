@@ -186,12 +186,13 @@ class SimulatedBench(AbstractBench):
     def range_records(
         self, drive: Drive, *, periods: int = 1, records: int = 1, target: Target | None = None
     ) -> FringeRecords:
-        """Play `drive` before a target and give `records` records of `periods` periods each.
+        """Play `drive` with a target in the measurement arm, and give `records` records.
 
-        The generator repeats the drive's first period without a gap; the first record begins with
-        it, once the drive has settled. `target`: in place of the one that the laboratory's
-        measurement arm looks at. All records are held: `stream_range_records` holds one. Raises as
-        `measure` does, and `ValueError` where there is neither a measurement arm nor a target.
+        Each holds `periods` periods. The generator repeats the drive's first period without a gap;
+        the first record begins with it, once the drive has settled. `target`: in place of the one
+        that the laboratory's measurement arm looks at. All records are held: `stream_range_records`
+        holds one. Raises as `measure` does, and `ValueError` where there is neither a measurement
+        arm nor a target.
         """
         several = list(
             self.stream_range_records(drive, periods=periods, records=records, target=target)

@@ -23,7 +23,7 @@ max_frequency_hz = 100.0
 resource = "{generator}"
 load_ohm = inf  # what is connected; a 50 ohm setting doubles the voltage into high impedance
 
-[laser]  # TLB-6700: straight, through `rapi bench bridge`, or `serial` on Windows
+[laser]  # TLB-6700: `resource` of `rapi bench bridge`, or `serial` on Windows
 resource = "{laser}"
 
 [laser.limits]

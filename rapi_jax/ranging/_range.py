@@ -141,8 +141,9 @@ def _scale_faults(scale: Scale, nominal: float, *, cavity: bool) -> list[str]:
     off = scale.delay_s / nominal - 1.0
     if abs(off) > THRESHOLDS.path_off:
         return [
-            f"`interferometer_path_m` is {100 * off:+.2f} % off what the cavity tells, which "
-            "is used. Is one of the two written wrong?"
+            f"the interferometer's path by the cavity differs by {100 * off:+.2f} % from "
+            "`interferometer_path_m`; the cavity's value is used. Is `interferometer_path_m` or "
+            "`cavity_spacing_hz` wrong?"
         ]
     return []
 

@@ -133,7 +133,7 @@ class FringeRecords:
     - `cavity_spacing_hz`: free spectral range of the cavity, Hz; `None` where there is no cavity.
     - `wavelength_m`: of the laser in vacuum at the middle of its scan, m; sets how strongly motion
       counts. `wavelength_stderr_m`: its standard error; by default 0.01 nm, a controller's display.
-    - `air`: along the measurement arm; `None` takes its index for 1.
+    - `air`: along the measurement arm; `None`: its index is taken as 1.
     - `volts_per_code`: V a code, or 1 where the records are in volts. `full_scale`: lowest and
       highest value the digitizer gives, in the records' own unit; `None` where unknown.
 

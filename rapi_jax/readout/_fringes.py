@@ -28,7 +28,7 @@ class Fringes:
     - `interferometer`: the auxiliary interferometer, `B + A cos(2 pi nu tau)`; codes or volts.
     - `cavity`: the Fabry-Perot's transmission, same length; `None` where there is none.
     - `sample_hz`: sampling rate of both, Hz.
-    - `start_s`: time of the first sample after the drive's start, s.
+    - `start_s`: time of the first sample from the drive's start, s; negative before it.
     - `delay_s`: nominal delay tau of the auxiliary interferometer, s.
     - `fsr_ghz`: free spectral range of the cavity, GHz.
     - `full_scale`: lowest and highest value the digitizer gives, in the records' own unit; `None`
@@ -81,7 +81,7 @@ class Fringes:
 
     @property
     def stop_s(self) -> float:
-        """Time of the last sample after the drive's start, s."""
+        """Time of the last sample from the drive's start, s."""
         return self.start_s + (self.size - 1) / self.sample_hz
 
 

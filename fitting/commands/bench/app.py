@@ -62,7 +62,9 @@ def check(bench: Path, /, *, plugin: Plugins = (), json: Json = False) -> int:
     first = ["generator_found_on"] * ("generator_found_on" in found)
     for name, value in ((one, found[one]) for one in dict.fromkeys([*first, *found])):
         out.print(f"{name:22} {value}", markup=False, soft_wrap=True)
-    out.print("every instrument is the one it should be; no output is on", markup=False)
+    out.print(
+        "every instrument was identified as expected; the generator's output is off", markup=False
+    )
     return 0
 
 
@@ -95,7 +97,7 @@ def serve(
     seed
         Seed of all noise.
     target
-        Distance of a target before a measurement arm, m, for `rapi bench range`. By default no
+        Distance of a target in the measurement arm, m, for `rapi bench range`. By default no
         target.
     velocity
         Velocity of the target from the start of the laboratory on, m/s.

@@ -23,7 +23,7 @@ def bench_range(
     dry_run: Annotated[bool, Parameter(negative="")] = False,
     json: Annotated[bool, Parameter(negative="")] = False,
 ) -> int:
-    """Play DRIVE on the bench of BENCH before a target, and write the fringes for `rapi range`.
+    """Play DRIVE on the bench of BENCH with a target, and write the fringes for `rapi range`.
 
     BENCH names the measurement arm's input beside those of interferometer and cavity. The drive is
     checked against the limits before the first byte is sent; the output is parked and switched off
@@ -43,7 +43,7 @@ def bench_range(
     records
         How many records are taken, one for each trigger.
     waveform
-        What the drive is.
+        Waveform of the drive.
     plugin
         A Python file with drivers that BENCH names by their `kind`; its code is run. May be given
         several times.

@@ -53,11 +53,11 @@ def population(
         sure that is. A recording is fitted first, from the model of the latest result, into the
         folder `check/NAME` of the output. A result among the others is left out there.
     drift
-        A line in time; a line and a smooth curve for every parameter (minutes with ten); or a curve
-        for those that the recordings show to need one.
+        `line`: a line in time for each parameter; `smooth`: a line and a smooth curve for each
+        (minutes with ten parameters); `auto`: a curve for those where the recordings show one.
     structure
-        Structure of the covariance between recordings: diagonal, diagonal and one common cause,
-        full; or the one with the most evidence.
+        Structure of the covariance between recordings: `diagonal`; `factor` (diagonal and one
+        common factor); `full`; `auto`: the one with the most evidence.
     without
         Parameters that are no property of the device. May be repeated.
     ignore

@@ -98,16 +98,17 @@ def _reason(best: RatedScan, names: list[str], unit: str, needs: str) -> str:
     sigmas, left = float(np.sqrt(best.power(pair))), probability_left(best.log_odds(pair))
     if not needs:
         return (
-            f"{scan} is the scan that best tells apart the two hypotheses that are hardest to "
-            f"separate, ({one}) and ({other}): even refitted, the wrong one would miss it by "
-            f"{sigmas:.3g} standard deviations, and be left a probability of "
-            f"{describe_probability(left)} if both are as probable now."
+            f"{scan} is the scan that best separates the two hypotheses that are hardest to "
+            f"distinguish, ({one}) and ({other}): the wrong one, even refitted to all data, would "
+            f"differ from this scan by {sigmas:.3g} standard deviations, and would keep a "
+            f"probability of {describe_probability(left)} if both are equally probable now."
         )
     return (
-        f"{scan} is the best scan within the limits, but ({one}) and ({other}) would stay hard to "
-        f"tell apart: refitted, the wrong one would miss it by {sigmas:.2g} standard deviations, "
-        f"and no effect follows its equation exactly, so of two that are as probable now it would "
-        f"be left {describe_probability(left)}. {needs}."
+        f"{scan} is the best scan within the limits, but it would not clearly separate ({one}) "
+        f"from ({other}): the wrong hypothesis, refitted to all data, would differ from this scan "
+        f"by {sigmas:.2g} standard deviations. Since no effect follows its equation exactly, it "
+        f"would keep a probability of {describe_probability(left)} if both are equally probable "
+        f"now. {needs}."
     )
 
 

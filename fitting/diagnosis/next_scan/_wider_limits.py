@@ -63,7 +63,7 @@ def describe_needs(best: RatedScan, periods: int, remedy: Remedy | None) -> str:
     needs = []
     if remedy is not None:
         left = describe_probability(probability_left(remedy.log_odds))
-        needs.append(f"with {remedy.words} it would be left {left}")
+        needs.append(f"with {remedy.words} the wrong hypothesis would keep {left}")
     repeats = max(
         best.rivals.repeats_needed(pair, best.power(pair), best.stake[pair]) for pair in best.first
     )

@@ -37,9 +37,8 @@ def describe_open_points(
         )
     if len(recording.amplitudes) == 1:
         notes.append(
-            f"one amplitude: how thresholds grow with amplitude{_named(problem, 'alpha')} is "
-            "assumed, not measured. Record a second one, half as large, before compensating at "
-            "another."
+            f"one swing: how thresholds grow with the swing{_named(problem, 'alpha')} is assumed, "
+            "not measured. Record a second one, half as large, before compensating at another."
         )
     if not any(run.drive.periods > 1 for run in recording.runs):
         cure = describe_repetition(recording)

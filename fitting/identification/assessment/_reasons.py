@@ -75,11 +75,11 @@ def check_misfit(
         if (read := _drive_noise(problem)) is not None and read.in_response >= gap:
             made = quantity(read.in_response, unit)
             return [
-                f"noisy drive: beyond noise the model leaves {left} rms, too much for a scan "
-                f"that is to be straight (the response departs from a straight line by {bent}). "
-                f"The drive as written carries noise of {read.rms:.2g} "
-                f"{problem.recording.drive_unit} rms, of which the model makes {made} and the "
-                "device nothing: noise of its reading, which also makes parameters come out too "
+                f"noisy drive: beyond noise the model leaves {left} rms, too much to straighten a "
+                f"scan (the response departs from a straight line by {bent} rms). The drive as "
+                f"recorded carries noise of {read.rms:.2g} {problem.recording.drive_unit} rms. The "
+                f"model turns it into {made} rms of response, but the device does not follow it: "
+                "it is noise of the drive's reading, which also makes parameters come out too "
                 f"small. {describe_cure(read.run)}"
             ]
         return [
@@ -108,18 +108,21 @@ def check_held_out(
     """
     reasons, notes = [], []
     cure = (
-        "Fewer parameters, or a drift to model."
+        "Use fewer parameters, or model a drift (`--drift`)."
         if repeats
-        else "No run repeats, so that the drive may go there where it went nowhere before: record "
-        "three periods or more. Else fewer parameters, or a drift to model."
+        else "No run repeats, so the part left out may hold drives that the rest never reached: "
+        "record three periods or more. Otherwise use fewer parameters, or model a drift "
+        "(`--drift`)."
     )
     for scheme in held_out:
         if not scheme.exceeds(noise, span):
             continue
         usual = scheme.usual(noise)
-        times = f"{scheme.rmse / usual:.1f} times that of" if usual > 0 else "not the zero of"
+        fitted = "that of the fitted part"
+        more = f"larger than {fitted}, which is zero"
+        times = f"{scheme.rmse / usual:.1f} times {fitted}" if usual > 0 else more
         size = quantity(scheme.rmse, unit) if unit else f"{scheme.rmse:.3g}"
-        text = f"{scheme.scheme}: held-out rmse {size} is {times} the fitted part"
+        text = f"{scheme.scheme}: held-out rmse {size} is {times}"
         if not scheme.determined:
             text = (
                 f"{scheme.scheme}: without it the rest does not determine the model (the error "

@@ -83,9 +83,10 @@ def judge(
 
 
 def _gap_note(rmse: float, noise: Noise, unit: str) -> str:
-    known = "the noise" if noise.repeated.all() else "what changes from sample to sample"
+    estimated = "the noise (estimated from differences between samples)"
+    known = "the noise" if noise.repeated.all() else estimated
     left, total = quantity(rmse, unit), quantity(noise.total, unit)
     return (
-        f"gap: the model leaves {left} rms, {known} is {total}. The claim includes it; "
-        "`rapi diagnose` says what causes it."
+        f"gap: the model leaves {left} rms, {known} is {total} rms. The claimed error includes "
+        "this gap; `rapi diagnose` says what causes it."
     )

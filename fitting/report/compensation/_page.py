@@ -79,7 +79,7 @@ def render_page(report: dict[str, Any], picture: PagePicture, *, folder: Path | 
 
 
 def _advice(expected: dict[str, Any] | None, folder: Path | None) -> str:
-    play = "Play them (`rapi measure`)"
+    play = "Run them on the bench (`rapi measure`)"
     place = "THIS-FOLDER" if folder is None else shlex.quote(str(folder))
     check = f"`rapi fit NEW-SCANS --check {place}`"
     if expected is None:

@@ -74,7 +74,7 @@ def _summarise_refit(
         return f"{share}, too little to name that effect." if name == "unlisted" else f"{share}."
     if values["floor"] is None:
         return f"{text}. How much of that is noise is not known."
-    return f"{text}. {_NOTHING_EXCEEDS if name == 'none' else 'The closed share is not known'}."
+    return f"{text}. {_NOTHING_EXCEEDS if name == 'none' else 'The closed fraction is not known'}."
 
 
 def _summarise_parts(parts: list[dict], name: str) -> str:
@@ -91,7 +91,7 @@ def _summarise_parts(parts: list[dict], name: str) -> str:
     if len(known) == 1:
         return f"With {where} left out, {format_percent(least)} of the gap there is closed."
     lowest, highest = format_percent(least), format_percent(most)
-    return f"The closed share is smallest for {where}, {lowest}; the largest is {highest}."
+    return f"The closed fraction is smallest for {where}, {lowest}; the largest is {highest}."
 
 
 def _tabulate_part(p: dict, start: float, scale: Scale) -> dict[str, Any]:
@@ -132,11 +132,10 @@ def describe_next_scan(
     entries = [c for c in found.get("candidates") or [] if isinstance(c, dict)]
     entries.sort(key=lambda c: 1.0 if (left := _left(c)) is None else left)
     rows = [[words.describe_scan(c, drive_unit), format_percent(_left(c))] for c in entries]
+    head = ["scan", "probability left to the wrong hypothesis"]
     return {
         "scan": words.capitalise(words.describe_scan(found, drive_unit)),
         "separates": words.describe_separation(found, labels),
         "reason": words.to_sentence(str(found.get("reason") or "")),
-        "table": Table("Scans considered", ["scan", "left to the wrong answer"], rows)
-        if rows[1:]
-        else None,
+        "table": Table("Scans considered", head, rows) if rows[1:] else None,
     }

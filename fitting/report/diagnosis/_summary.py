@@ -102,7 +102,7 @@ def list_provenance(diagnosis: dict, drive_unit: str) -> list[tuple[str, str]]:
         ("Runs", _format_count(recording.get("runs"))),
         ("Samples", _describe_samples(recording)),
         ("Scan rates", _format_settings(recording.get("rates_hz"), "Hz")),
-        ("Amplitudes", _format_settings(recording.get("amplitudes"), drive_unit)),
+        ("Swings, peak to peak", _format_settings(recording.get("amplitudes"), drive_unit)),
         ("Periods a run", _format_range(recording.get("periods"))),
         ("Model", _describe_model(model)),
         ("Model file", str(model.get("file") or "")),

@@ -86,9 +86,11 @@ def write_headline(diagnosis: dict, labels: Labels) -> str:
     closed = (diagnosis.get("shrinkage") or {}).get("closed_fraction")
     part = f"closes {format_interval(closed)} of the gap on held-out data" if closed else ""
     if len(among) > 1:
-        rivals = join_items([describe_hypothesis(n, labels) for n in among], "from")
+        rivals = list_alternatives(among, labels)
         likeliest = f"{describe_hypothesis(among[0], labels)}{odds}{part and f', which {part}'}"
-        return to_sentence(f"these data cannot tell {rivals}; the likeliest is {likeliest}")
+        return to_sentence(
+            f"these data cannot decide which it is: {rivals}; the likeliest is {likeliest}"
+        )
     if among[0] == "none":
         return f"The base model explains this recording; no effect is missing{odds}."
     if among[0] == "unlisted":
@@ -112,7 +114,7 @@ def describe_separation(entry: dict, labels: Labels) -> str:
     """What a scan separates, from names or from pairs of names."""
     items = entry.get("separates") or []
     if items and all(isinstance(item, str) for item in items):
-        return join_items([describe_hypothesis(item, labels) for item in items], "from")
+        return list_alternatives(items, labels)
     pairs = [
         [describe_hypothesis(str(n), labels) for n in item]
         for item in items
@@ -169,7 +171,7 @@ def label_run(entry: dict, drive_unit: str) -> str:
 
 
 def describe_baseline(diagnosis: dict, scale: Scale) -> str:
-    """What the closed share counts from, where that is not the residual of the model alone.
+    """What the closed fraction refers to, where that is not the residual of the model alone.
 
     Empty where nothing was held out or no effect is named.
     """
@@ -181,8 +183,8 @@ def describe_baseline(diagnosis: dict, scale: Scale) -> str:
     richer = alone and (diagnosis.get("model") or {}).get("operator") != alone
     which = "a more flexible hysteresis" if richer else "the same hysteresis"
     return (
-        f"The closed share counts from another residual: that of {which} without the effect, "
-        f"fitted to the other data, on those held out ({scale(before)} rms)."
+        f"The closed fraction refers to a different residual: that of {which} without the effect, "
+        f"fitted to the remaining data and evaluated on the held-out data ({scale(before)} rms)."
     )
 
 

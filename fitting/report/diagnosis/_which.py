@@ -42,7 +42,7 @@ def tabulate_hypotheses(
 
 
 def _tabulate_others(rest: list[dict[str, Any]]) -> Table:
-    head = ["hypothesis", "probability", "survival", "change of χ²", "gap closed"]
+    head = ["hypothesis", "probability", "unabsorbed fraction", "reduction of χ²", "gap closed"]
     rows = [[h["name"], *(h["numbers"].get(name, DASH) for name in head[1:])] for h in rest]
     odds = format_percent(sum(h["probability"] or 0.0 for h in rest))
     plural = "hypothesis" if len(rest) == 1 else "hypotheses"
@@ -55,8 +55,8 @@ def _describe_entry(
     name = str(h.get("name") or "?")
     numbers = {
         "probability": format_percent(h.get("probability")),
-        "survival": format_number(h.get("survival"), 2),
-        "change of χ²": format_number(h.get("delta_chi2"), sign=True),
+        "unabsorbed fraction": format_number(h.get("survival"), 2),
+        "reduction of χ²": format_number(h.get("delta_chi2"), sign=True),
         "gap closed": format_interval(h.get("closed_fraction")),
     }
     shares = h.get("shares") or {}

@@ -67,9 +67,9 @@ def _headline(check: "ClaimCheck", colour: str) -> Text:
         most = quantity(max(one.bound for one in above), check.unit)
         left = f" ({beside} not judged)" if beside else ""
         return Text(
-            f"The claim is not refuted: {len(above)} of {len(judged)} lie above the interval that "
-            f"is claimed for one{left}, but below {most}, which the largest of {len(judged)} "
-            "exceeds as seldom.",
+            f"The claim is not refuted: {len(above)} of {len(judged)} values exceed the 95 % "
+            f"interval claimed for a single one{left}, but none exceeds {most}, the 97.5 % limit "
+            f"for the largest of {len(judged)}.",
             style=f"bold {colour}",
         )
     words = "The claim held" if check.held else "The claim did NOT hold"

@@ -58,9 +58,9 @@ def render_page(result: "FitResult", source: str | None = None) -> str:
 def _sections(result: "FitResult") -> list[Section]:
     plot, shown = result.plot, PagePicture.of
     residual = (
-        "Noise is the same everywhere along the scan. Many readings are drawn as their median and "
-        "the band that holds 95 % of them. A shape that repeats from run to run is "
-        "something that the model does not describe."
+        "Noise alone would look the same everywhere along the scan. Many readings are drawn as "
+        "their median and the band that holds 95 % of them. A shape that repeats from run to run "
+        "is something that the model does not describe."
     )
     together = describe_together(result) or (
         "A correlation near 1 or −1 would say that the data fix the combination better than either "
@@ -68,7 +68,7 @@ def _sections(result: "FitResult") -> list[Section]:
     )
     runs, starts = list_runs(result), list_starts(result)
     return [
-        Section("What the model leaves", residual, shown(plot.residuals())),
+        Section("Residual", residual, shown(plot.residuals())),
         Section(
             "Runs",
             "The width of the loop in percent of the span, the weight in the fit, what the model "
@@ -97,8 +97,9 @@ def _sections(result: "FitResult") -> list[Section]:
             rows=_held_out_rows(result),
         ),
         Section(
-            "What is left, over frequency",
-            "White noise is level. A line is a resonance or a pickup; a slope is slow noise.",
+            "Spectrum of the residual",
+            "White noise has a flat spectrum. A line is a resonance or pickup; a slope is slow "
+            "noise.",
             shown(plot.spectrum()),
         ),
         Section(

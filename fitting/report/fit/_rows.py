@@ -117,7 +117,7 @@ def describe_together(result: "FitResult", most: int = 3) -> str:
     named = ", ".join(f"{b} and {a} ({r:+.3f})" for a, b, r in pairs[:most])
     more = f", and {len(pairs) - most} more pairs" if len(pairs) > most else ""
     return (
-        f"Known better together than each by itself (correlation): {named}{more}. A prediction "
-        "needs the combination alone, and the verdict is about that; of one such parameter no more "
-        "is known than its standard error says."
+        f"Strongly correlated parameters (correlation of their errors): {named}{more}. Their "
+        "combination is known better than either value. Predictions and the verdict depend on the "
+        "combination; each value by itself is known only to its standard error."
     )

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def round_with_error(value: float, stderr: float) -> tuple[str, str]:
     """A value with as many digits as its standard error warrants, and the error with two."""
     if not np.isfinite(stderr) or stderr <= 0 or not np.isfinite(value):
-        return f"{value:.6g}", "-" if stderr == 0 else "not fixed"
+        return f"{value:.6g}", "-" if stderr == 0 else "not determined"
     places = int(np.floor(np.log10(stderr))) - 1
     if -8 < places <= 0:
         return f"{value:z.{-places}f}", f"{stderr:.{-places}f}"
@@ -123,7 +123,7 @@ def render_verdict(result: "FitResult") -> Text:
         return Text(f"The model is NOT to be trusted, {why}", style="bold red")
     text = "The model can be trusted"
     if verdict.with_gap:
-        text += f", with a gap of {quantity(result.rmse, unit)} rms"
+        text += f", though its residual of {quantity(result.rmse, unit)} rms exceeds the noise"
     if claim is None and verdict.with_gap:
         return Text(f"{text}.", style="bold green")
     if claim is None:
@@ -136,8 +136,8 @@ def render_verdict(result: "FitResult") -> Text:
     if result.predicts_no_run:
         text = f"{text} at the rates and swings recorded, not between them"
     return Text(
-        f"{text}: it predicts another run within {rms} {scale} rms ({low} to {high} in 95 %), "
-        f"noise of {noise} {scale} included.",
+        f"{text}: in another run it is expected to be off by {rms} {scale} rms (95 % interval "
+        f"{low} to {high}), which includes noise of {noise} {scale} rms.",
         style="bold green",
     )
 

@@ -38,7 +38,7 @@ class RecordSettings:
                     now.get(changed[0], ""),
                     why=f"Settings of the {family} changed while the scan was played; before, they "
                     f"were: {listed}.",
-                    cure="The output is parked and off, and nothing of this scan is kept. See who "
+                    cure="The output is parked and off, and this scan is not kept. See who "
                     "else operates the instrument, at its front panel or over the network, and "
                     "measure again.",
                 )

@@ -65,7 +65,7 @@ def allowed_s(
     if left_s < needed_s:
         raise InstrumentError(
             resource,
-            "*TRG",
+            "",
             "",
             why=f"The generator ends the drive too soon for a record: {max(left_s, 0.0):.3g} s are "
             f"left, and {needed_s:.3g} s needed. The instruments answered slowly.",

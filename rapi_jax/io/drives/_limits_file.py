@@ -29,9 +29,10 @@ class _Limits(pydantic.BaseModel):
 def read_limits(path: StrPath) -> DriveLimits:
     """Read `low_v`, `high_v`, `slew_v_per_s` and, if wanted, `step_v`, `max_frequency_hz`.
 
-    For a drive in um the keys are `low_um`, `high_um`, `slew_um_per_s` and `step_um`, and so is
-    the unit of the limits. They may stand in a table `limits`, as in the file of a bench. Raises
-    `DataError`, in one line, where one is missing, misspelt or not a number.
+    For a drive in um the keys are `low_um`, `high_um`, `slew_um_per_s` and `step_um`, and the
+    limits are in um. They may stand in a table `limits`; those in the file of a bench are of the
+    voltage at the piezo, behind an amplifier. Raises `DataError`, in one line, where one is
+    missing, misspelt or not a number.
 
     >>> from rapi_jax.io import read_limits
     >>> with open("limits.toml", "w") as file:

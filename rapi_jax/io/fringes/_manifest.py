@@ -109,13 +109,13 @@ class FringeManifest(ManifestTable):
         if len(given) < len(_AIR):
             if given:
                 lacking = ", ".join(name for name in _AIR if name not in given)
-                notes.append(f"The index of air is taken for 1: {lacking} is missing.")
+                notes.append(f"The index of air is taken as 1: {lacking} is missing.")
             return None
         fields = {name: getattr(self, name) for name in (*_AIR, *_AIR_OPTIONS)}
         if 1 < fields["relative_humidity"] <= 100:
             fields["relative_humidity"] /= 100
             notes.append(
-                f"`relative_humidity` = {self.relative_humidity:g} is taken for per cent: a "
+                f"`relative_humidity` = {self.relative_humidity:g} is taken as a percentage: a "
                 "fraction lies between 0 and 1."
             )
         return AirState(**{name: value for name, value in fields.items() if value is not None})
@@ -125,7 +125,7 @@ class FringeManifest(ManifestTable):
         written = self.notes if isinstance(self.notes, list) else [self.notes]
         notes = [printable(note, _NOTE) for note in written if isinstance(note, str)]
         if self.wavelength_m is None:
-            notes.append(f"`wavelength_m` is missing: taken for {WAVELENGTH_M:g} m.")
+            notes.append(f"`wavelength_m` is missing: taken as {WAVELENGTH_M:g} m.")
         ignored = [printable(name, 40) for name in self.channels if name not in CHANNELS]
         if ignored:
             notes.append(f"Channels that are not read: {', '.join(ignored)}.")

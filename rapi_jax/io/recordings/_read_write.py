@@ -19,10 +19,10 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 def read_recording(path: StrPath, *, nan: NanPolicy = "raise") -> Recording:
     """Read a recording: a folder with a `manifest.toml`, that manifest, or a netCDF-4 file.
 
-    Drives come back in V or um, responses in GHz, um, nm or V. Keys of the manifest that are not
-    known are kept in `provenance`, as text; two of them have a meaning: `recorded_at =
-    2026-11-24T10:00:00Z`, when it was recorded, with its offset from UTC, and `temperature_c =
-    21.3`, the device's temperature.
+    Drives in mV come back in V, responses in MHz or Hz in GHz; other units stay. Keys of the
+    manifest that are not known are kept in `provenance`, as text; two of them have a meaning:
+    `recorded_at = 2026-11-24T10:00:00Z`, when it was recorded, with its offset from UTC, and
+    `temperature_c = 21.3`, the device's temperature.
 
     - `nan`: "raise" refuses a response that is not finite, but for as many samples as the run's
       `missing_readings` says; "mask" makes all such samples NaN, to be left out. A drive or clock

@@ -118,10 +118,11 @@ def plan_decimation(
     limit = THRESHOLDS.nyquist * sample_hz
     if highest > limit:
         which = "measurement arm" if seen_high > limit else "auxiliary interferometer"
+        shown = seen_high if seen_high > limit else aux_high
         faults.append(
-            f"{name}: the {which} has fringes at {highest:.4g} Hz, more than "
-            f"{THRESHOLDS.nyquist:g} of {sample_hz:.4g} samples a second: a target that moves half "
-            "a fringe a sample or more is not seen as it is. Sample faster, or move it more slowly"
+            f"{name}: the {which} has fringes at {shown:.4g} Hz, more than "
+            f"{THRESHOLDS.nyquist:g} of {sample_hz:.4g} samples a second: beyond half of it "
+            "fringes are aliased. Sample faster, scan more slowly, or move the target more slowly"
         )
     of_aux, of_seen = THRESHOLDS.samples_per_fringe
     factor = max(1, int(sample_hz / max(of_aux * aux_high, of_seen * seen_high)))

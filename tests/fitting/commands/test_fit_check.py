@@ -94,8 +94,8 @@ def test_a_run_above_its_interval_that_refutes_nothing_is_not_called_held(
     write_recording(Recording.of(two, noisy), tmp_path / "new")
     assert rapi("fit", tmp_path / "new", "--check", model) == 0
     text = " ".join(capsys.readouterr().out.split())
-    assert text.startswith("The claim is not refuted: 1 of 2 lie above the interval")
-    assert "MHz, which the largest of 2 exceeds as seldom." in text and "held" not in text[:200]
+    assert text.startswith("The claim is not refuted: 1 of 2 values exceed the 95 % interval")
+    assert "the 97.5 % limit for the largest of 2." in text and "held" not in text[:200]
     assert "rms (MHz)" in text and "GHz" not in text
     assert rapi("fit", tmp_path / "new", "--check", model, "--json") == 0
     report = json.loads(capsys.readouterr().out)

@@ -53,7 +53,8 @@ def test_measured(tmp_path, drives, server, capsys):
         assert served.parked()
         said = " ".join(capsys.readouterr().out.split())
         assert (
-            said.count("no certificate lies beside") == 1 and "80.csv: the bench's limits" in said
+            said.count("no certificate.json or drives.json beside") == 1
+            and "80.csv lists them: the bench's limits" in said
         )
         assert rapi("bench", "check", served.bench, "--json") == 0
         told = json.loads(capsys.readouterr().out)

@@ -105,7 +105,7 @@ def test_a_range_that_is_expected(rapi, still, tmp_path):
     code, out, _ = rapi(still, "-o", tmp_path, "--expected", "0.5", "1", "--json")
     assert code == 0 and json.loads(out)["expected_m"] == [0.5, 1.0]
     code, _, err = rapi(still, "-o", tmp_path, "--expected", "1", "0.5")
-    assert code == 3 and "the least distance in m, then the largest" in err
+    assert code == 3 and "the lowest possible distance in m, 0 or more, then the highest" in err
 
 
 @pytest.mark.fault(name="wrong options and paths of `rapi range`", promise="exit 2 or 3, one line")

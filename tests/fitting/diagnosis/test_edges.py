@@ -121,7 +121,7 @@ def test_one_rate_and_one_amplitude_are_noted():
     out = verdict(record(drives((20.0,))), candidates=())
     (note,) = (note for note in out["notes"] if note.startswith("One scan rate"))
     assert "a resonance) near a multiple of the rate" in note
-    assert any(note.startswith("One amplitude") for note in out["notes"])
+    assert any(note.startswith("One swing") for note in out["notes"])
     assert out["recording"]["rates_hz"] == [20.0]
 
 

@@ -149,7 +149,7 @@ def test_a_healthy_fit_claims_no_more_than_its_noise(tmp_path):
     written = json.loads((tmp_path / "model.json").read_text())
     assert written["claim"]["rms"] == found.rms and written["claim"]["unit"] == "GHz"
     assert written["verdict"]["with_gap"] is False
-    assert "predicts another run within" in result.summary()
+    assert "in another run it is expected to be off by" in result.summary()
     assert not result.predicts_no_run
     alone = [HeldOut(f"rate {10 * k} Hz", 5.0, 5.0, 2.0, 0.02, 99, runs=(k,)) for k in (0, 1)]
     doubtful = dataclasses.replace(result, held_out=tuple(alone))

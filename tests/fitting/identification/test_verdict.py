@@ -26,7 +26,7 @@ def test_held_out_data_are_judged_where_the_fit_leaves_nothing():
     held_out = [HeldOut("last third", 0.2, 0.2, 0.1, 0.0, 100)]
     reasons, notes = check_held_out(held_out, 1.0, 0.0, repeats=True)
     assert notes == [] and len(reasons) == 1
-    assert "held-out rmse 0.2 is not the zero of the fitted part" in reasons[0]
+    assert "held-out rmse 0.2 is larger than that of the fitted part, which is zero" in reasons[0]
 
 
 def test_the_error_of_held_out_data_is_given_in_times_that_of_the_fitted_part():

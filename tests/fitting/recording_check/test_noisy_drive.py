@@ -132,7 +132,7 @@ def test_noise_of_a_drive_below_what_is_refused_is_told_before_a_fit(
     assert checked.faults == ()
     (note,) = (text for text in checked.notes if text.startswith("drive noise"))
     assert float(note.split("carries noise of ")[1].split()[0]) == pytest.approx(size, rel=0.25)
-    told = float(note.split("A model makes ")[1].split()[0])  # MHz
+    told = float(note.split("A model turns it into ")[1].split()[0])  # MHz
     assert told == pytest.approx(1e3 * made, rel=0.25)
     assert "`--drive-as fitted`" in note and "2 runs, most in " in note
 

@@ -215,7 +215,7 @@ def test_of_two_periods_the_settled_one_tells_the_noise():
     assert {fault.kind for fault in found.faults} == {"unsettled start"}
     np.testing.assert_allclose(found.noise, 0.02, rtol=0.05)
     because = {question.name: question for question in found.questions}["the noise"].because
-    assert because.startswith("one settled period only")
+    assert because.startswith("only one settled period")
 
 
 def test_the_noise_of_a_fit_and_of_the_line_before_it_leave_an_unsettled_period_out():

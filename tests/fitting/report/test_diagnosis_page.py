@@ -35,7 +35,7 @@ def test_what_the_closed_share_counts_from_is_said_beside_the_residual(operator,
     found = diagnoses.creep()
     found["base"] = {"operator": "RAPI"}
     found["model"] = found["model"] | {"operator": operator}
-    said = f"another residual: that of {which} hysteresis without the effect"
+    said = f"a different residual: that of {which} hysteresis without the effect"
     for text in (
         render_text(found),
         spaced(" ".join(t for _, t in Page(render_page(found)).texts)),
@@ -44,7 +44,7 @@ def test_what_the_closed_share_counts_from_is_said_beside_the_residual(operator,
     for name in ("none", "unlisted"):
         without = copy.deepcopy(found)
         without["verdict"]["name"] = name
-        assert "another residual" not in render_text(without)
+        assert "a different residual" not in render_text(without)
 
 
 @pytest.fixture(params=diagnoses.ALL, scope="module")
@@ -180,7 +180,10 @@ def test_what_the_verdicts_say():
     assert "none of the known effects explains it (probability 96 %)" in text["unlisted"]
     # The best of them is no answer, and a gap that is not explained is still one.
     assert "no gap" not in text["unlisted"] and "too little to name that effect" in text["unlisted"]
-    assert "cannot tell a delay between drive and reading from a low-pass" in text["look_alikes"]
+    assert (
+        "cannot decide which it is: a delay between drive and reading, or a low-pass"
+        in text["look_alikes"]
+    )
     assert (
         "Record one more scan (triangle, 100 Hz, 1 V peak to peak, bias 3 V)" in text["look_alikes"]
     )

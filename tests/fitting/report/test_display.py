@@ -210,7 +210,7 @@ def test_many_starts_are_told_by_kind_and_few_each(result):
 def test_a_gap_is_said_beside_trust(result):
     verdict = dataclasses.replace(result.verdict, reasons=(), trusted=True, with_gap=True)
     said = render_verdict(dataclasses.replace(result, verdict=verdict)).plain
-    assert said.startswith("The model can be trusted, with a gap of ") and " rms" in said
+    assert said.startswith("The model can be trusted, though its residual of ") and " rms" in said
     without = dataclasses.replace(verdict, with_gap=False)
     assert "gap" not in render_verdict(dataclasses.replace(result, verdict=without)).plain
 
@@ -235,7 +235,7 @@ def test_parameters_that_are_known_only_together_are_named_beside_trust(result):
         matrix[i, j] = matrix[j, i] = r
     said = describe_together(dataclasses.replace(result, correlation=matrix))
     first, second = f"{names[0]} and {names[1]} (-0.990)", f"{names[1]} and {names[2]} (+0.960)"
-    assert f"{first}, {second}. A prediction needs the combination alone" in said
+    assert f"{first}, {second}. Their combination is known better" in said
 
 
 @pytest.mark.parametrize(
@@ -243,7 +243,7 @@ def test_parameters_that_are_known_only_together_are_named_beside_trust(result):
     [
         (0.377, 23.0, False, False, "error exceeds value"),
         (0.377, 0.02, False, False, ""),
-        (0.377, np.inf, False, False, ""),  # `not fixed` stands in the place of its error
+        (0.377, np.inf, False, False, ""),  # `not determined` stands in the place of its error
         (0.377, 23.0, True, False, "held"),
         (0.0, 23.0, False, True, "at a bound"),
     ],

@@ -150,13 +150,13 @@ def test_channels_in_any_order_and_others_beside_them(tmp_path):
 
 
 @pytest.mark.parametrize(("lines", "note"), [
-    ("temperature_c = 20.0\n", "index of air is taken for 1: pressure_pa, relative_humidity"),
-    ("temperature_c = 20.0\npressure_pa = 1e5\nrelative_humidity = 45.0\n", "per cent"),
+    ("temperature_c = 20.0\n", "index of air is taken as 1: pressure_pa, relative_humidity"),
+    ("temperature_c = 20.0\npressure_pa = 1e5\nrelative_humidity = 45.0\n", "a percentage"),
 ])  # fmt: skip
 def test_the_air_is_taken_or_noted(tmp_path, lines, note):
     records = read_fringe_records(folder(tmp_path, HEAD + lines))
     assert note in records.notes[0]
-    assert (records.air is None) == ("per cent" not in note)
+    assert (records.air is None) == ("a percentage" not in note)
     if records.air is not None:
         assert records.air.relative_humidity == pytest.approx(0.45)
 

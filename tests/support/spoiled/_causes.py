@@ -29,7 +29,7 @@ CAUSES: dict[str, str] = {
     "a square drive": r"levels",
     "responses in another order": r"exchanged runs: .*'run00' those of 'run03'",
     "the same data under all rates": r"copied readings",
-    "bias wrong in half of the runs": r"runs 'run0[01]', 'run0[23]'.*a bias written wrong",
+    "bias wrong in half of the runs": r"runs 'run0[01]', 'run0[23]'.*its bias is recorded wrongly",
     "constant drive, all": r"no drive: run 'run00'",
     "constant drive, one run": r"no drive: run 'run02'",
     "constant response, all": r"no reading: run 'run00'",

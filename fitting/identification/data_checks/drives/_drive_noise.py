@@ -51,7 +51,7 @@ def _find_noise(recording: Recording, errors: list[np.ndarray], beside: str) -> 
         if together > THRESHOLDS.drive_noise_correlation:
             text = (
                 f"run {run.name!r}: the drive as written carries noise of {noise:.2g} "
-                f"{recording.drive_unit} that the response does not follow (correlation "
+                f"{recording.drive_unit} rms that the response does not follow (correlation "
                 f"{together:.2f} with {beside}): noise of its reading, not of the device. "
             )
             kind, swap = "noisy drive", _describe_swap(run, use) if swappable else None

@@ -36,16 +36,16 @@ def describe_change(recording: Recording, change: Change) -> Fault:
     names = ", ".join(repr(recording.runs[i].name) for i in rows)
     y, u = recording.response_unit, recording.drive_unit
     text = {
-        "offset": f"the readings lie {size:+.3g} {y} from where the other runs have them. If runs "
-        'have no common zero, say `response_origin = "run"`',
+        "offset": f"the readings are offset by {size:+.3g} {y} from those of the other runs. "
+        'If runs have no common zero, say `response_origin = "run"`',
         "gain": f"the readings are {1.0 + size:.4g} times as large as in the other runs: another "
         "device, scale or unit",
         "shift": f"the response comes {1e3 * abs(size):.3g} ms {'early' if size > 0 else 'late'} "
         "beside the other runs: a trigger or clock",
-        "bias": f"the drive that fits the other runs is {size:+.3g} {u} from the one written: a "
-        "bias written wrong",
-        "rate": f"the run behaves as if its rate were {100 * size:+.3g} % from the one written: a "
-        "wrong clock or rate, or the response of another run",
+        "bias": f"to agree with the other runs the recorded drive must be shifted by {size:+.3g} "
+        f"{u}: its bias is recorded wrongly",
+        "rate": f"the run behaves as if its rate differed by {100 * size:+.3g} % from the one "
+        "recorded: a wrong clock or rate, or the response of another run",
     }[change.kind]
     those = "these runs" if rows[1:] else "this run"
     kind = _kind(recording, dataclasses.replace(change, rows=rows, size=size))
@@ -53,8 +53,8 @@ def describe_change(recording: Recording, change: Change) -> Fault:
         kind,
         recording.runs[rows[0]].name,
         f"run{'s' * (len(rows) > 1)} {names}: {text}. That alone explains "
-        f"{100 * min(change.explained, 1.0):.0f} % of what one model for all runs leaves. Correct "
-        f"it, or leave {those} out.{_DOUBT.get(kind, '')}",
+        f"{100 * min(change.explained, 1.0):.0f} % of the mean-square gap that one model for all "
+        f"runs leaves. Correct it, or leave {those} out.{_DOUBT.get(kind, '')}",
         tuple((0, recording.runs[i].drive.size - 1) for i in rows),
     )
 

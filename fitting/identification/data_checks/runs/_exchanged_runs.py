@@ -71,10 +71,13 @@ def find_exchanged_runs(
 def _exchange_fault(recording: Recording, order: tuple[int, ...], explained: float) -> Fault:
     runs = recording.runs
     moved = [i for i, place in enumerate(order) if i != place]
-    told = ", ".join(f"{runs[i].name!r} those of {runs[order[i]].name!r}" for i in moved)
+    told = ", ".join(
+        f"run {runs[i].name!r} has the readings of {runs[order[i]].name!r}" for i in moved
+    )
     text = (
-        f"the readings of runs are exchanged: {told} fit one model, which explains "
-        f"{100 * explained:.0f} % of what is left as they are. Put them in order."
+        f"the readings of runs are exchanged. One model fits all runs, and explains "
+        f"{100 * explained:.0f} % of the mean-square gap that is left now, if {told}. Exchange "
+        "them so."
     )
     places = tuple((0, runs[i].drive.size - 1) for i in moved)
     return Fault("exchanged runs", runs[moved[0]].name, text, places)

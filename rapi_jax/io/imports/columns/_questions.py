@@ -164,7 +164,8 @@ def _ask_optics(options: ImportOptions) -> list[str]:
     asked = []
     if options.fringes is not None and options.interferometer is None:
         asked.append(
-            f"one fringe is so many GHz: give --interferometer, such as {INTERFEROMETER_EXAMPLES}."
+            "the change of optical frequency a fringe is not known: give --interferometer, such as "
+            f"{INTERFEROMETER_EXAMPLES}."
         )
     if options.cavity is not None and options.cavity_spacing is None:
         asked.append(

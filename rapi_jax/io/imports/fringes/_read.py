@@ -55,9 +55,10 @@ def read_fringe_run(
     readout = read_fringes(fringes, quiet)
     if readout.fringe_noise > THRESHOLDS.fringe_noise:
         raise DataError(
-            f"no fringes can be followed: the signal is off them by {readout.fringe_noise:.2g} of "
-            "their amplitude. Is that the interferometer's channel, does its light reach the "
-            "detector, and are there four samples or more a fringe?"
+            "no fringes can be followed: the signal departs from fringes by "
+            f"{readout.fringe_noise:.2g} rms of their amplitude. Is that the interferometer's "
+            "channel, does its light reach the detector, and are there four samples or more a "
+            "fringe?"
         )
     run = readout.run(drive, name=name)
     run = dataclasses.replace(run, response=optics.sign * run.response)
@@ -139,8 +140,8 @@ def _describe(readout: "Readout") -> str:
     span, error = np.ptp(readout.frequency), 1e3 * np.median(readout.stderr)
     text = (
         f"optical frequency from fringes: {span:.4g} GHz, {len(readout.turns)} turn(s) of the "
-        f"laser, {error:.2g} MHz a reading, noise {100 * readout.fringe_noise:.2g} % of a fringe's "
-        "amplitude"
+        f"laser, standard error {error:.2g} MHz a reading, noise "
+        f"{100 * readout.fringe_noise:.2g} % rms of a fringe's amplitude"
     )
     if np.isfinite(readout.delay_stderr_s):
         return text + (

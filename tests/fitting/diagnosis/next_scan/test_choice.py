@@ -334,11 +334,12 @@ def test_what_would_separate_them_is_said_where_nothing_does():
     narrow = DriveLimits(2.95, 3.05, 4.0, max_frequency_hz=20.0)
     found = choose_next_scan(*world("lags"), narrow)
     assert found is not None and found.left > 0.05 and not found.separates
-    assert "would stay hard to tell apart" in found.reason
+    assert "would not clearly separate" in found.reason
     wider = min(
         (choose_next_scan(*world("lags"), limits) for _, limits in doubled_limits(narrow)),
         key=lambda scan: scan.left,
     )
-    promised = float(found.reason.split("it would be left about ")[1].split(" %")[0]) / 100
+    kept = found.reason.split("the wrong hypothesis would keep about ")[1]
+    promised = float(kept.split(" %")[0]) / 100
     assert wider.left < found.left
     assert promised == pytest.approx(wider.left, rel=0.3)

@@ -69,7 +69,7 @@ NONE = "Neither twice the limits nor thousands of periods separate them"
             0.0,
             EXACT,
             Remedy("slopes up to 800 V/s", np.log(49.0)),
-            "With slopes up to 800 V/s it would be left about 2 %; "
+            "With slopes up to 800 V/s the wrong hypothesis would keep about 2 %; "
             "at least 10 periods in place of 5 would separate them",
         ),
         (2.95, 1e3, INEXACT, None, "More periods would not separate them"),

@@ -137,7 +137,10 @@ def test_an_effect_less_likely_than_not_is_no_finding():
         assert "gap is probably" in verdict_sentence("creep", (Creep,), 0.9, shrinkage, "um")
     advice = verdict_advice("creep", (Creep,), ["creep", "drift"], None, unit="um")
     drift = effect_label(Drift, "um")
-    assert f"cannot tell {Creep.label} from {drift}" in advice and Creep.remedy not in advice
+    assert (
+        f"cannot decide which effect it is: {Creep.label}, or {drift}" in advice
+        and Creep.remedy not in advice
+    )
 
 
 def test_what_repeats_is_not_said_where_nothing_does():

@@ -120,7 +120,7 @@ def test_one_period_still_shows_what_is_large():
 def test_one_rate_and_one_amplitude_are_noted():
     out = verdict(record(drives((20.0,))), candidates=())
     (note,) = (note for note in out["notes"] if note.startswith("One scan rate"))
-    assert "a resonance) near a multiple of the rate" in note
+    assert "resonance near a multiple of the scan rate" in note
     assert any(note.startswith("One swing") for note in out["notes"])
     assert out["recording"]["rates_hz"] == [20.0]
 

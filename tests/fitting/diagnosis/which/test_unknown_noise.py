@@ -54,7 +54,7 @@ def test_a_gap_that_held_out_data_do_not_show_is_said():
     found = {"closed_fraction": None, "before": 0.0219, "after": 0.0248, "held_out": ["last"]}
     said = verdict_sentence("creep", (Creep,), 0.97, found | {"floor": 0.02}, "GHz")
     assert "gap may be" in said and "Held-out data do not show it" in said
-    assert "within 21.9 MHz rms" in said
+    assert "leaves 21.9 MHz rms" in said
     for lacking in ({"floor": None}, {"floor": 0.02, "held_out": []}):
         short = verdict_sentence("creep", (Creep,), 0.97, found | lacking, "GHz")
         assert "gap is" in short and short.endswith("(probability 97 %).")

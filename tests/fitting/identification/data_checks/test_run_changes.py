@@ -140,7 +140,7 @@ def test_a_run_alone_at_the_end_of_the_rates_may_show_a_law_of_the_device(row, c
     columns.rates[row] /= change
     (fault,) = faults(columns)
     assert fault.kind == DIFFERS_WITH_RATE and f"'run0{row}'" in fault.message
-    assert "as if its rate were" in fault.message and "record another" in fault.message
+    assert "as if its rate differed by" in fault.message and "record another" in fault.message
 
 
 @pytest.mark.parametrize(

@@ -51,8 +51,9 @@ class LeastSquares:
 
     @property
     def cost(self) -> float:
-        """Half the sum of squared residuals."""
-        return 0.5 * float(self.residual @ self.residual)
+        """Half the sum of squared residuals; not a number or infinite where it overflows."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            return 0.5 * float(self.residual @ self.residual)
 
     @property
     def degrees(self) -> int:

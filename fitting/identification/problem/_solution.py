@@ -46,8 +46,9 @@ class Evaluation:
 
     @property
     def squares(self) -> float:
-        """The weighted sum of squared errors."""
-        return float(np.sum((self.weight * self.error) ** 2))
+        """The weighted sum of squared errors; infinite where it overflows."""
+        with np.errstate(over="ignore"):
+            return float(np.sum((self.weight * self.error) ** 2))
 
     @cached_property
     @float64

@@ -120,6 +120,12 @@ def test_a_start_without_a_finite_residual_is_no_success(bad):
     assert (fit.values == [0.0, 1.0]).all() and fit.steps == 0
 
 
+def test_a_start_whose_squares_overflow_has_an_infinite_cost_and_no_warning():
+    fit = least_squares(line, [0.0, 1.0], (T, Y + 1e200))
+    assert fit.cost == np.inf
+    assert fit.reason == "not finite at the start"
+
+
 def test_a_fixed_value_does_not_move():
     fit = least_squares(line, [0.25, 0.0], (T, Y), free=np.array([False, True]))
     assert fit.converged

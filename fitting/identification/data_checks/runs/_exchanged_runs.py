@@ -48,6 +48,7 @@ def _same_readings(one: Run, other: Run) -> bool:
     return same and np.array_equal(one.response, other.response, equal_nan=True)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a refit that runs away explains nothing
 def find_exchanged_runs(
     problem: Problem, weight: np.ndarray, solution: Evaluation, fit: Fit
 ) -> list[Fault]:
@@ -83,6 +84,7 @@ def _exchange_fault(recording: Recording, order: tuple[int, ...], explained: flo
     return Fault("exchanged runs", runs[moved[0]].name, text, places)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a refit that runs away explains nothing
 def find_reversed_time(
     problem: Problem, weight: np.ndarray, solution: Evaluation, fit: Fit
 ) -> list[Fault]:

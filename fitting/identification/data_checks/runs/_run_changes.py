@@ -23,6 +23,7 @@ from ._likely_changes import changes_of_groups, changes_of_one, changes_of_origi
 from ._run_columns import change_columns
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a refit that runs away explains nothing
 def find_changed_runs(
     problem: Problem, weight: np.ndarray, solution: Evaluation, fit: Fit
 ) -> list[Fault]:
@@ -82,9 +83,14 @@ def _confirm(
             return None
         now = problem.with_recording(undo(problem.recording, dataclasses.replace(first, size=size)))
         begins = [end.start] if count else [end.start, problem.start(problem.ecdl)]
-        end = min((fit(now, b, weight) for b in begins), key=lambda one: one.squares)
+        end = min((fit(now, b, weight) for b in begins), key=_squares)
     gap = squared_gap(now, weight, end)
     return dataclasses.replace(first, size=float(size), explained=1.0 - gap / start)
+
+
+def _squares(end: Evaluation) -> float:
+    """What is left, weighted; infinite where a refit ran away."""
+    return float(np.nan_to_num(end.squares, nan=np.inf, posinf=np.inf))
 
 
 def _size(problem: Problem, weight: np.ndarray, solution: Evaluation, change: Change) -> float:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fitting._units import readable_unit
-from fitting.report.diagnosis._text import describe_hypothesis
+from fitting.report.diagnosis._text import describe_hypothesis, list_alternatives
 from rapi_jax.effects import ALL, AbstractEffect
 
 from ._thresholds import THRESHOLDS
@@ -155,7 +155,7 @@ def verdict_advice(
     """
     if len(tied) > 1:
         labels = effect_labels((*ALL, *effects), unit)
-        which = ", or ".join(describe_hypothesis(n, labels) for n in tied)
+        which = list_alternatives(tied, labels)
         if scan is not None:
             return (
                 f"These data cannot yet decide which effect it is: {which}. Record the next scan "

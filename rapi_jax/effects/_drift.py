@@ -57,7 +57,7 @@ class Drift(AbstractOpticalEffect):
 
     def rival_forms(self, here: Contribution) -> Iterator[Float[np.ndarray, "functions samples"]]:
         """What begins anew with each run, as warmth of the drive; and noise about one frequency."""
-        for part in anew_in_each_run(here.time, here.run):  # in place of the drift that was found
+        for part in anew_in_each_run(here.time, here.run):  # and as much of the drift as is likely
             yield here.scaled(np.vstack([part, here.added]))
         lasts = float(np.ptp(here.time))
         if lasts > 0:

@@ -66,7 +66,7 @@ class GainDrift(AbstractCouplingEffect):
     def rival_forms(self, here: Contribution) -> Iterable[Float[np.ndarray, "functions samples"]]:
         """A gain that begins anew with each run: an effect of how it was driven before."""
         about = self._about_centre(here)
-        for part in anew_in_each_run(here.time, here.run):  # in place of the drift that was found
+        for part in anew_in_each_run(here.time, here.run):  # and as much of the drift as is likely
             yield here.scaled(np.vstack([part * about, here.added]))
 
     def _about_centre(self, here: Contribution) -> Float[np.ndarray, " samples"]:

@@ -38,6 +38,7 @@ for name, value in variables(machine_folder(COMPILED)).items():
 import hypothesis
 import jax
 import pytest
+from tiers import mark_listed
 
 # A shell makes what it starts in the background deaf to Ctrl-C, and its children with it; tests of
 # interrupts must be heard there too.
@@ -66,18 +67,16 @@ LONGEST = ("bank", "notebook")  # marks of tests that take a minute and more
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> Iterator[None]:
-    """Mark as slow what `slow.txt` lists, by `benchmarks/slow_tests.py` from a timed run.
+    """Mark what `slow.txt` and `release.txt` list, by `benchmarks/slow_tests.py` from a timed run.
 
     And begin with the longest tests, whatever the order of the others: one that begins last is
     waited for by all workers but one.
     """
-    slow = set((ROOT / "tests/slow.txt").read_text(encoding="utf-8").splitlines())
-    for item in items:
-        if isinstance(item, pytest.Function):
-            file = item.path.relative_to(ROOT).as_posix()
-            long = item.get_closest_marker("calibration") is None  # else by hand, whatever it takes
-            if long and f"{file}::{item.originalname}" in slow:
-                item.add_marker(pytest.mark.slow(listed=True))
+    listed = (
+        set((ROOT / f"tests/{name}.txt").read_text(encoding="utf-8").splitlines())
+        for name in ("slow", "release")
+    )
+    mark_listed([item for item in items if isinstance(item, pytest.Function)], *listed, ROOT)
     yield
     items.sort(key=lambda item: not any(item.get_closest_marker(name) for name in LONGEST))
 

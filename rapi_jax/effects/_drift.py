@@ -38,6 +38,7 @@ class Drift(AbstractOpticalEffect):
     label: ClassVar[str] = "drift of the optical frequency"
     pointwise: ClassVar[bool] = True
     signature_axis: ClassVar = "session"
+    free_of_drive: ClassVar[bool] = True
     remedy: ClassVar[str] = "Stabilise temperature and current; repeat the zero before each scan."
     amplitude: Float[Array, ""] = parameter(unit="{x}", default=0.0)  # A
     tau: Float[Array, ""] = parameter(unit="s", default=60.0, bounds=(1e-2, 1e6))
@@ -51,9 +52,9 @@ class Drift(AbstractOpticalEffect):
         return nu - self.amplitude * jnp.expm1(-since / self.tau)
 
     def other_forms(self, here: Contribution) -> Iterable[Float[np.ndarray, "functions samples"]]:
-        """A random walk in the session's time, and a smoother curve, within the runs, too."""
+        """A random walk in the session's time, and smoother curves, within the runs, too."""
         count = _walk_functions(here)
-        return [here.scaled(random_walk(here.time, count, n)) for n in (1, 2)]
+        return [here.scaled(random_walk(here.time, count, n)) for n in (1.0, 1.5, 2.0)]
 
     def rival_forms(self, here: Contribution) -> Iterator[Float[np.ndarray, "functions samples"]]:
         """What begins anew with each run, as warmth of the drive; and noise about one frequency."""

@@ -1,31 +1,45 @@
-"""Write `tests/slow.txt`, the tests that the short tier leaves to the others, from a timed run.
+"""Write `tests/slow.txt` and `tests/release.txt` from a timed run: what shorter tiers leave out.
 
-`python tests/benchmarks/slow_tests.py REPORT.xml`, of `pytest --junitxml=REPORT.xml` on an empty
-compile cache. A function counts with its slowest case; those under `KEPT` stay in the short tier,
-so that it tries each of the main paths from end to end.
+`python tests/benchmarks/slow_tests.py REPORT.xml`, of `pytest --junitxml=REPORT.xml` of all tests
+on an empty compile cache. A function counts with its slowest case. `KEPT` stay in the short tier
+whatever they take, and `KEPT_BY_REST` in the next, so that each tries the main paths from end to
+end.
 """
 
 import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-LEAST_S = 2.0  # two processors then end in 8 minutes; halved a third more go, doubled it takes 13
+SHORT_S = 1.0  # two processors then end in 6 minutes; halved a tenth more goes, doubled it takes 8
+REST_S = 4.0  # two processors then end in 15 minutes; halved in 9, doubled in 24
 KEPT = (
     "tests/test_readme.py",
     "tests/fitting/commands/test_diagnose_command.py::test_one_recording",
+)
+KEPT_BY_REST = (
+    "tests/test_wired_loop.py",
+    "tests/test_table_1.py::test_the_exact_inverse_beats_every_cell",
+    "tests/fitting/commands/test_diagnose_command.py::test_compare_says_what_changed",
+    "tests/fitting/commands/test_fit_intervals.py::test_intervals_are_written_and_shown",
+    "tests/fitting/diagnosis/how_far/test_predicted_gain.py",
 )
 HERE = Path(__file__).resolve().parents[1]
 
 
 def main(report: str) -> None:
-    """Add to the list what took long, and drop what is gone."""
-    slow = {line for line in (HERE / "slow.txt").read_text(encoding="utf-8").splitlines() if line}
+    """Add to the lists what took long, and drop what is gone."""
+    took: dict[str, float] = {}
     for case in ET.parse(report).getroot().iter("testcase"):
         module, name = case.attrib["classname"].replace(".", "/"), case.attrib["name"]
-        if float(case.attrib["time"]) >= LEAST_S:
-            slow.add(f"{module}.py::{name.split('[')[0]}")
-    kept = sorted(one for one in slow if not one.startswith(KEPT) and _exists(one))
-    (HERE / "slow.txt").write_text("\n".join(kept) + "\n", encoding="utf-8")
+        one = f"{module}.py::{name.split('[')[0]}"
+        took[one] = max(took.get(one, 0.0), float(case.attrib["time"]))
+    lists = (("slow", SHORT_S, KEPT), ("release", REST_S, (*KEPT, *KEPT_BY_REST)))
+    for tier, least_s, kept in lists:
+        file = HERE / f"{tier}.txt"
+        before = file.read_text(encoding="utf-8").split() if file.exists() else ()
+        listed = {*before, *(one for one, seconds in took.items() if seconds >= least_s)}
+        left = sorted(one for one in listed if not one.startswith(kept) and _exists(one))
+        file.write_text("\n".join(left) + "\n", encoding="utf-8")
 
 
 def _exists(one: str) -> bool:

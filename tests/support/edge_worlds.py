@@ -3,7 +3,7 @@
 import numpy as np
 
 from rapi_jax import ECDL, RAPI, Drive, Recording
-from rapi_jax._ecdl import respond
+from rapi_jax._ecdl import compiled_respond
 from rapi_jax.effects import AbstractEffect
 from rapi_jax.examples import paper_device
 from rapi_jax.sampling._batch import to_batch
@@ -49,7 +49,7 @@ def record(
     """What the paper's device (or `operator`) with `effects` answers, and white noise (GHz)."""
     device = ECDL(operator or paper_device().operator, effects)
     rows = to_batch(Recording.of(runs, [d.value for d in runs]), lead=True)
-    answer = np.asarray(respond(device, rows.device()))
+    answer = np.asarray(compiled_respond(device, rows.device()))
     rng = np.random.default_rng(seed)
     return Recording.of(
         runs,

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from rapi_jax import ECDL, PI, AbstractOperator, Drive, Recording, triangle
-from rapi_jax._ecdl import respond
+from rapi_jax._ecdl import compiled_respond
 from rapi_jax._precision import float64
 from rapi_jax.effects import AbstractEffect
 from rapi_jax.sampling._batch import to_batch
@@ -44,7 +44,7 @@ def record(
     """What a device answers, with white noise, GHz a sample."""
     drives = session() if drives is None else drives
     data = to_batch(Recording.of(drives, [d.value for d in drives]), lead=True)
-    rows = np.asarray(respond(ECDL(operator, effects), data.device()))
+    rows = np.asarray(compiled_respond(ECDL(operator, effects), data.device()))
     rng = np.random.default_rng(seed)
     clean = [rows[k][data.sample[k] >= 0] for k in range(len(drives))]
     return Recording.of(drives, [y + noise * rng.standard_normal(y.size) for y in clean])

@@ -13,7 +13,7 @@ from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which.refits._flexible_refit import flexible_operator
 from fitting.diagnosis.which.screening._base_remainder import orthonormal_basis
 from rapi_jax import ECDL, Drive, Recording, triangle
-from rapi_jax._ecdl import respond
+from rapi_jax._ecdl import compiled_respond
 from rapi_jax._precision import float64
 from rapi_jax.effects import ALL, AbstractEffect
 from rapi_jax.examples import paper_device
@@ -47,7 +47,7 @@ def answers(session: tuple[Drive, ...], effects=()) -> list[np.ndarray]:
     """What the paper's device with these effects answers, without noise: one session."""
     ecdl = ECDL(paper_device().operator, ordered(effects))
     data = to_batch(Recording.of(session, [d.value for d in session]), lead=True)
-    rows = np.asarray(respond(ecdl, data.device()))
+    rows = np.asarray(compiled_respond(ecdl, data.device()))
     return [rows[k][data.sample[k] >= 0] for k in range(len(session))]
 
 

@@ -42,6 +42,11 @@ def with_other_form(candidate: Candidate, *, in_any_case: bool = False) -> Candi
     alone = _without(here.added, refit, state)
     if _likeliest(effect.rival_forms(here), refit, alone).cost < best.cost:
         return candidate
+    if (
+        effect.free_of_drive
+        and _synchronous_cost(effect.other_forms(here), refit, state) < best.cost
+    ):
+        return candidate  # another mechanism, which follows the drive
     return dataclasses.replace(candidate, on_flexible_base=best, has_other_form=True)
 
 
@@ -56,14 +61,8 @@ def refit_form(
     synchronous, nonsynchronous = refit.whitener.whiten(functions)
     columns = np.concatenate([synchronous, nonsynchronous], axis=1)
     errors = state.errors.all
-    power, turn = np.linalg.eigh(columns @ columns.T)
-    power, along = np.maximum(power, 0.0), turn.T @ (columns @ errors)
-    costs = []
-    for scale in _SCALES:
-        variance = scale**2
-        gained = variance * along**2 / (1.0 + variance * power)
-        costs.append(float(np.log1p(variance * power).sum() - gained.sum()))
-    variance = _SCALES[int(np.argmin(costs))] ** 2
+    power, turn, along = _principal(columns, errors)
+    variance = _SCALES[int(np.argmin(_cost_by_scale(power, along)))] ** 2
     sizes = turn @ (variance * along / (1.0 + variance * power))
     left = errors - sizes @ columns
     split = state.errors.synchronous.size
@@ -73,6 +72,44 @@ def refit_form(
         errors=state.errors._replace(synchronous=left[:split], nonsynchronous=left[split:]),
         prior_cost=state.prior_cost + price,
     )
+
+
+def _principal(
+    columns: Float[np.ndarray, "functions lines"], errors: Float[np.ndarray, " lines"]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Powers of the sums of columns that are orthogonal, these sums, and the errors along them."""
+    power, turn = np.linalg.eigh(columns @ columns.T)
+    return np.maximum(power, 0.0), turn, turn.T @ (columns @ errors)
+
+
+def _cost_by_scale(power: np.ndarray, along: np.ndarray) -> Float[np.ndarray, " scales"]:
+    """What integrating the sizes out adds to the cost, for each prior deviation of `_SCALES`."""
+    price = np.log1p(_SCALES[:, None] ** 2 * power)
+    gained = _SCALES[:, None] ** 2 * along**2 / (1.0 + _SCALES[:, None] ** 2 * power)
+    return (price - gained).sum(axis=1)
+
+
+def _synchronous_cost(
+    sets: Iterable[Float[np.ndarray, "functions samples"]], refit: Refit, state: State
+) -> float:
+    """The least cost with more of the functions in what repeats with the drive than in the rest.
+
+    What does not depend on the drive has one size in both: the base may take some of the first up,
+    and then holds less of it, never more. So a prior deviation for each, the synchronous one not
+    the smaller, is that of another mechanism; the second is paid for by the number of its choices.
+    """
+    costs = []
+    for functions in sets:
+        synchronous, nonsynchronous = refit.whitener.whiten(_by_run(functions, refit))
+        power, _, along = _principal(synchronous, state.errors.synchronous)
+        repeated = _cost_by_scale(power, along)
+        power, _, along = _principal(nonsynchronous, state.errors.nonsynchronous)
+        rest = _cost_by_scale(power, along)
+        larger = np.minimum.accumulate(repeated[::-1])[::-1]  # the least at this scale or a larger
+        gain = (repeated + rest).min() - (larger + rest).min()
+        whole = refit_form(refit, state, _by_run(functions, refit)).cost
+        costs.append(whole - gain + 2.0 * np.log(_SCALES.size))
+    return min(costs, default=np.inf)
 
 
 def _without(added: Float[np.ndarray, " samples"], refit: Refit, state: State) -> State:

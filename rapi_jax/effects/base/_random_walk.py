@@ -12,13 +12,13 @@ _BEYOND = 1.25  # of the session, after which sines and cosines repeat
 
 
 def random_walk(
-    time: Float[np.ndarray, " samples"], count: int, smoothness: int = 1
+    time: Float[np.ndarray, " samples"], count: int, smoothness: float = 1.0
 ) -> Float[np.ndarray, "functions samples"]:
     r"""The first `count` functions of the Karhunen-Loeve series of a Wiener process.
 
     $\sin((k - 1/2) \pi s) / (k - 1/2)$, $s$ the time from 0 to 1: with sizes of one variance their
     sum is a random walk, up to what is faster than the last of them. `smoothness`: the power of the
-    denominator; with 2 it is a smooth curve.
+    denominator; with 2 it is a smooth curve, with 1.5 one between the two.
     """
     lasts = float(np.ptp(time))
     share = (time - time.min()) / lasts if lasts > 0 else np.zeros_like(time)

@@ -15,16 +15,14 @@ from fitting.blind.protocol._folder import BankFolder
 from fitting.cli import app
 from fitting.commands.run import run
 
-SEED = 16  # a device of each kind
-
 
 def rapi(*arguments):
     return run(app, ["blind", *map(str, arguments)])
 
 
-def scored_bank(root, tier, count):
+def scored_bank(root, tier, count, seed):
     """A bank that was made and scored."""
-    assert rapi("make", root, "--tier", tier, "--count", count, "--seed", SEED) == 0
+    assert rapi("make", root, "--tier", tier, "--count", count, "--seed", seed) == 0
     assert rapi("predict", root, "--no-baselines") == 0
     assert rapi("score", root, "--follow", 1) == 0
     return BankFolder(root)
@@ -107,9 +105,11 @@ def the_same_is_said_without_answers(bank, first, other):
     assert math.isclose(verdict(again)["probability"], verdict(first)["probability"], rel_tol=1e-6)
 
 
+# None, an unlisted effect and a listed one; and of the larger, a device of each kind.
 @pytest.mark.bank
-def test_a_bank_of_all_kinds_from_end_to_end(tmp_path):
-    bank = scored_bank(tmp_path / "bank", "sessions", 6)
+@pytest.mark.parametrize(("count", "seed"), [(3, 2), (6, 16)])
+def test_a_bank_from_end_to_end(count, seed, tmp_path):
+    bank = scored_bank(tmp_path / "bank", "sessions", count, seed)
     pairs = answers_and_predictions(bank)
     every_recording_has_a_prediction(pairs)
     no_diagnosis_reached_for_an_answer(pairs)

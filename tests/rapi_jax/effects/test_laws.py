@@ -1,6 +1,7 @@
 """What every effect must obey, over all of them."""
 
 import dataclasses
+import functools
 
 import equinox as eqx
 import examples_drive
@@ -65,9 +66,17 @@ def on_rows(drives):
     return on_device(batch(drives, rows)), rows
 
 
-ROWS, _ = on_rows(triangles())
 _respond = eqx.filter_jit(respond)
-BARE = np.asarray(_respond(ECDL(OPERATOR), ROWS))
+
+
+@functools.cache
+def usual_rows():
+    return on_rows(triangles())[0]
+
+
+@functools.cache
+def without_effects():
+    return np.asarray(_respond(ECDL(OPERATOR), usual_rows()))
 
 
 def answer(effect, rows):
@@ -120,9 +129,9 @@ def test_parameters_have_units_bounds_and_are_all_the_leaves(name):
 def test_an_effect_does_nothing_at_its_defaults_and_something_at_its_size(name):
     idle = type(EXAMPLES[name])()
     # With a drive effect the plays are summed another way, so equal to rounding.
-    rounding = 16 * np.finfo(float).eps * np.abs(BARE).max()
-    np.testing.assert_allclose(answer(idle, ROWS), BARE, rtol=0, atol=rounding)
-    change = np.asarray(answer(EXAMPLES[name], ROWS)) - BARE
+    rounding = 16 * np.finfo(float).eps * np.abs(without_effects()).max()
+    np.testing.assert_allclose(answer(idle, usual_rows()), without_effects(), rtol=0, atol=rounding)
+    change = np.asarray(answer(EXAMPLES[name], usual_rows())) - without_effects()
     assert np.isfinite(change).all()
     assert 1e-3 < np.sqrt(np.mean(change**2)) < 10.0  # GHz; the noise is 0.02
 
@@ -144,7 +153,7 @@ def _slope(effect, tangent, rows):
 def slope(effect, path):
     """The derivative of the response by one parameter, forward mode."""
     tangent = moved(jax.tree.map(jnp.zeros_like, effect), path, 1.0)
-    return np.asarray(_slope(effect, tangent, ROWS))
+    return np.asarray(_slope(effect, tangent, usual_rows()))
 
 
 # A step that moves the response by far more than rounding and far less than the kinks of the plays
@@ -158,7 +167,9 @@ def test_gradients_are_central_differences(name):
     for p in parameters(effect):
         value = float(follow(effect, p.path))
         h = STEPS.get(name, {}).get(p.name, 1e-6 * max(abs(value), 1e-3))
-        up, down = (np.asarray(answer(moved(effect, p.path, value + s * h), ROWS)) for s in (1, -1))
+        up, down = (
+            np.asarray(answer(moved(effect, p.path, value + s * h), usual_rows())) for s in (1, -1)
+        )
         want = (up - down) / (2 * h)
         got = slope(effect, p.path)
         floor = 1e-12 * 100.0 / h  # rounding of a response of 100 GHz
@@ -210,7 +221,7 @@ def test_a_finer_clock_gives_the_same_response(name):
         answers.append(np.stack([run[::every] for run in runs]))
     tolerance = NOISE / 10
     if isinstance(EXAMPLES[name], effects.SlewLimit):
-        fastest = 200.0 * np.ptp(BARE[1]) / coarse[1].u_pp  # GHz/s, at 200 V/s
+        fastest = 200.0 * np.ptp(without_effects()[1]) / coarse[1].u_pp  # GHz/s, at 200 V/s
         tolerance = fastest * coarse[1].step_s / 2
     assert np.abs(answers[0] - answers[1]).max() <= tolerance
 

@@ -1,5 +1,7 @@
 """The law of the thresholds: chosen before effects are blamed, and not in place of one."""
 
+import functools
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -31,20 +33,26 @@ def law(**fields):
     return AmplitudeLaw(**fields, reference=3.0, centre=3.0)
 
 
-DEVICES = {
-    "the paper's": (record(PAPER, drives=TWO), RAPI),
-    "classical": (record(classical(), drives=TWO), FixedRAPI),
-    "classical, low-pass": (record(classical(), AmplifierLowpass(tau=8e-5), drives=TWO), FixedRAPI),
-    "classical, three amplitudes": (record(classical(), drives=THREE), FixedRAPI),
-    "mixed": (record(MIXED, drives=THREE), MixedRAPI),
+DEVICES = {  # (operator, effects, drives), and the law that the base should have
+    "the paper's": ((PAPER, (), TWO), RAPI),
+    "classical": ((classical(), (), TWO), FixedRAPI),
+    "classical, low-pass": ((classical(), (AmplifierLowpass(tau=8e-5),), TWO), FixedRAPI),
+    "classical, three amplitudes": ((classical(), (), THREE), FixedRAPI),
+    "mixed": ((MIXED, (), THREE), MixedRAPI),
     # Not to be absorbed:
-    "gain and threshold": (record(PAPER, law(threshold=0.2, gain=0.02), drives=TWO), RAPI),
-    "thresholds fall behind": (record(PAPER, law(threshold=-0.3), drives=TWO), RAPI),
-    "they fall behind, three": (record(PAPER, law(threshold=-0.3), drives=THREE), RAPI),
-    "both, three": (record(PAPER, law(threshold=-0.3, gain=0.02), drives=THREE), RAPI),
-    "low-pass": (record(PAPER, AmplifierLowpass(tau=2e-4), drives=TWO), RAPI),
-    "etalon": (record(PAPER, Etalon(amplitude=0.2, spacing=9.0), drives=TWO), RAPI),
+    "gain and threshold": ((PAPER, (law(threshold=0.2, gain=0.02),), TWO), RAPI),
+    "thresholds fall behind": ((PAPER, (law(threshold=-0.3),), TWO), RAPI),
+    "they fall behind, three": ((PAPER, (law(threshold=-0.3),), THREE), RAPI),
+    "both, three": ((PAPER, (law(threshold=-0.3, gain=0.02),), THREE), RAPI),
+    "low-pass": ((PAPER, (AmplifierLowpass(tau=2e-4),), TWO), RAPI),
+    "etalon": ((PAPER, (Etalon(amplitude=0.2, spacing=9.0),), TWO), RAPI),
 }
+
+
+@functools.cache
+def recording_of(name):
+    operator, effects, drives = DEVICES[name][0]
+    return record(operator, *effects, drives=drives)
 
 
 SLOW = {"classical, three amplitudes", "mixed", "they fall behind, three", "both, three", "etalon"}
@@ -54,7 +62,7 @@ SLOW = {"classical, three amplitudes", "mixed", "they fall behind, three", "both
     "name", [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in DEVICES]
 )
 def test_the_base_has_the_devices_law(name):
-    recording, expected = DEVICES[name]
+    recording, expected = recording_of(name), DEVICES[name][1]
     fitted = fit_base(WhitenedModel.of(decimate(recording)), None)
     assert type(fitted.operator) is expected
     assert fitted.family.operator is expected
@@ -72,12 +80,12 @@ def test_a_law_of_more_evidence_that_was_not_taken_is_known(chosen, fixed, likel
 
 
 def test_without_a_gap_no_other_law_is_tried_and_with_one_amplitude_none_can_be():
-    fitted = fit_base(WhitenedModel.of(DEVICES["the paper's"][0]), None)
+    fitted = fit_base(WhitenedModel.of(recording_of("the paper's")), None)
     assert set(fitted.family.log_evidence) == {"RAPI"}
     one = record(classical(), drives=session(rates=(10.0, 40.0), amplitudes=(4.0,)))
     assert fit_base(WhitenedModel.of(one), None).family is None
-    other = ECDL(FixedRAPI.guess(DEVICES["mixed"][0]))
-    fitted = fit_base(WhitenedModel.of(DEVICES["mixed"][0]), other)
+    other = ECDL(FixedRAPI.guess(recording_of("mixed")))
+    fitted = fit_base(WhitenedModel.of(recording_of("mixed")), other)
     assert fitted.family is None and type(fitted.operator) is FixedRAPI
 
 

@@ -40,15 +40,18 @@ def test_responses_in_the_reverse_order_are_put_right(fit):
     (fault,) = exchanged(columns, fit)
     assert fault.kind == "exchanged runs"
     for one, other in (("run00", "run03"), ("run01", "run02")):
-        assert f"'{one}' those of '{other}'" in fault.message
-        assert f"'{other}' those of '{one}'" in fault.message
+        assert f"run '{one}' has the readings of '{other}'" in fault.message
+        assert f"run '{other}' has the readings of '{one}'" in fault.message
 
 
 def test_one_pair_is_found():
     columns = healthy(32)
     columns.response[1], columns.response[3] = columns.response[3], columns.response[1]
     (fault,) = exchanged(columns)
-    assert "'run01' those of 'run03'" in fault.message and "'run00'" not in fault.message
+    assert (
+        "run 'run01' has the readings of 'run03'" in fault.message
+        and "'run00'" not in fault.message
+    )
 
 
 @pytest.mark.parametrize("seed", [33, 34])

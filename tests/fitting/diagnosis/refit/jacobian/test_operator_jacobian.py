@@ -1,5 +1,7 @@
 """The closed form of the operator's derivative against JAX, which goes through every sample."""
 
+import functools
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -26,15 +28,22 @@ RNG = np.random.default_rng(3)
 
 def changed(operator, size=0.05):
     """The operator with every value moved, so that none is special."""
-    base = BaseModel.of(WHITENED["steady"], operator)
+    base = BaseModel.of(whitened_of("steady"), operator)
     moved = base.prior_mean * (1.0 + size * RNG.normal(size=base.prior_mean.size))
-    return WHITENED["steady"].set_values(operator, moved)
+    return whitened_of("steady").set_values(operator, moved)
 
 
-WHITENED = {
-    "steady": WhitenedModel.of(record(drives(amplitudes=(3.0, 2.0), phase=0.37, periods=3))),
-    "less than a period": WhitenedModel.of(record(drives(samples=200.37, periods=1.4))),
+SESSIONS = {
+    "steady": {"amplitudes": (3.0, 2.0), "phase": 0.37, "periods": 3},
+    "less than a period": {"samples": 200.37, "periods": 1.4},
 }
+
+
+@functools.cache
+def whitened_of(session):
+    return WhitenedModel.of(record(drives(**SESSIONS[session])))
+
+
 KINDS = ("paper", "individual", "flexible", "falling", "crossed", "fixed", "mixed", "classical")
 
 
@@ -59,12 +68,12 @@ def operator_of(kind, recording):
 
 @pytest.mark.parametrize("name", EFFECTS)
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("session", WHITENED)
+@pytest.mark.parametrize("session", SESSIONS)
 def test_it_is_the_derivative_through_all_samples(session, kind, name):
-    whitened, effects = WHITENED[session], EFFECTS[name]
+    whitened, effects = whitened_of(session), EFFECTS[name]
     operator = operator_of(kind, whitened.recording)
     values = BaseModel.of(whitened, operator).prior_mean
-    if values.size > BaseModel.of(WHITENED["steady"], operator).prior_mean.size:
+    if values.size > BaseModel.of(whitened_of("steady"), operator).prior_mean.size:
         values[-whitened.initial_state_size(operator.count) :] = RNG.uniform(
             0.1, 0.9, whitened.initial_state_size(operator.count)
         )
@@ -89,7 +98,7 @@ class Doubled(RAPI):
 
 
 def test_no_closed_form_where_drives_turn_often_or_the_response_is_another():
-    whitened = WHITENED["steady"]
+    whitened = whitened_of("steady")
     plain = paper_device().operator
     often = whitened.operator_input(())._replace(stretches=None)
     doubled = Doubled.guess(whitened.recording)
@@ -99,7 +108,7 @@ def test_no_closed_form_where_drives_turn_often_or_the_response_is_another():
         assert linearise_in_closed_form(operator, values, given, None, place) is None
     # The columns then come from JAX.
     columns = whitened.linearise_operator(doubled, values, ()).derivative
-    d_1 = WHITENED["steady"].at_first_period((), whitened.operator_input(()).u)
+    d_1 = whitened_of("steady").at_first_period((), whitened.operator_input(()).u)
     np.testing.assert_allclose(columns[place_of(doubled, "d_1")], 2.0 * d_1, rtol=1e-12)
 
 

@@ -36,17 +36,15 @@ def with_other_form(candidate: Candidate, *, in_any_case: bool = False) -> Candi
         return candidate
     (effect,) = candidate.effects
     here = contribution_of(effect, refit, state)
-    best = _likeliest(effect.other_forms(here), refit, state)
+    forms = list(effect.other_forms(here))
+    best = _likeliest(forms, refit, state)
     if best.cost > state.cost - THRESHOLDS.chance_fall or is_unexplained(best):
         return candidate
     alone = _without(here.added, refit, state)
     if _likeliest(effect.rival_forms(here), refit, alone).cost < best.cost:
         return candidate
-    if (
-        effect.free_of_drive
-        and _synchronous_cost(effect.other_forms(here), refit, state) < best.cost
-    ):
-        return candidate  # another mechanism, which follows the drive
+    if effect.free_of_drive and synchronous_cost(forms, refit, state) < best.cost:
+        return candidate  # of another mechanism, which follows the drive
     return dataclasses.replace(candidate, on_flexible_base=best, has_other_form=True)
 
 
@@ -89,7 +87,7 @@ def _cost_by_scale(power: np.ndarray, along: np.ndarray) -> Float[np.ndarray, " 
     return (price - gained).sum(axis=1)
 
 
-def _synchronous_cost(
+def synchronous_cost(
     sets: Iterable[Float[np.ndarray, "functions samples"]], refit: Refit, state: State
 ) -> float:
     """The least cost with more of the functions in what repeats with the drive than in the rest.

@@ -39,8 +39,8 @@ class AbstractEffect(eqx.Module):
     - `signature_axis`: over what its signature is regular: the `phase` of the period, the time
       `since_turn` of the drive, the `drive` or the `response` itself, the time of the `session`, or
       the response's `gain` over the session. See `signature_period`, too.
-    - `free_of_drive`: whether what it adds does not depend on the drive, so that of `other_forms` no
-      more repeats with the drive than by chance.
+    - `free_of_drive`: whether what it adds does not depend on the drive, so that no more of its
+      other forms repeats with the drive than by chance.
 
     >>> from rapi_jax.effects import ALL
     >>> len(ALL), ALL[0].name

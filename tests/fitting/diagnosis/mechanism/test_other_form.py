@@ -11,7 +11,7 @@ from scipy import signal
 from scipy.stats import multivariate_normal
 
 from fitting import diagnose
-from fitting.diagnosis.mechanism._other_form import refit_form
+from fitting.diagnosis.mechanism._other_form import refit_form, synchronous_cost
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._gauss_newton import Refit, State
@@ -160,6 +160,28 @@ def test_functions_of_which_the_errors_are_a_sum_leave_the_noise(stood):
     before = float(state.errors.all @ state.errors.all)
     assert float(end.errors.all @ end.errors.all) < before + 4.0
     assert float(moved.all @ moved.all) > 20.0 * before
+
+
+@pytest.mark.parametrize(("times", "follows"), [(0.2, False), (1.0, False), (6.0, True)])
+def test_more_in_what_repeats_than_in_the_rest_follows_the_drive(stood, times, follows):
+    """Functions' sizes drawn with one deviation, and `times` it in what repeats with the drive."""
+    refit, state = stood
+    blocks = refit.whitened.blocks
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        functions = rng.standard_normal((30, sum(block.size for block in blocks)))
+        ends = np.cumsum([block.size for block in blocks])[:-1]
+        parts = np.split(functions, ends, axis=1)
+        by_run = [p.reshape(-1, *b.time.shape) for p, b in zip(parts, blocks, strict=True)]
+        repeated, rest = refit.whitener.whiten(by_run)
+        sizes = 0.05 * rng.standard_normal(30)
+        errors = state.errors._replace(
+            synchronous=rng.standard_normal(repeated.shape[1]) + times * sizes @ repeated,
+            nonsynchronous=rng.standard_normal(rest.shape[1]) + sizes @ rest,
+        )
+        drawn = dataclasses.replace(state, errors=errors)
+        one_size = refit_form(refit, drawn, by_run).cost
+        assert (synchronous_cost([functions], refit, drawn) < one_size) == follows
 
 
 @pytest.mark.slow

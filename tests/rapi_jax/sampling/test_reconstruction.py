@@ -1,5 +1,7 @@
 """A coarsely sampled drive between its samples: against the waveform it was sampled from."""
 
+import functools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -158,7 +160,13 @@ EFFECTS = {
 }
 
 
-@pytest.mark.parametrize("per_period", [60, 200])
+@functools.cache
+def without_effects(wave, per_period):
+    fine = drive_of(wave, per_period, 30.0, finer=FINER)
+    return np.asarray(predict(paper_device(), fine))[::FINER][per_period:]
+
+
+@pytest.mark.parametrize("per_period", [60, pytest.param(200, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", EFFECTS)
 @pytest.mark.parametrize("wave", WAVES)
 def test_coarse_samples_give_the_response_of_a_fine_clock(wave, name, per_period):
@@ -171,7 +179,7 @@ def test_coarse_samples_give_the_response_of_a_fine_clock(wave, name, per_period
     coarse = drive_of(wave, per_period, 30.0)
     fine = drive_of(wave, per_period, 30.0, finer=FINER)
     want = np.asarray(predict(model, fine))[::FINER][per_period:]
-    without = np.asarray(predict(paper_device(), fine))[::FINER][per_period:]
+    without = without_effects(wave, per_period)
     found = np.asarray(predict(model, coarse))[per_period:]
     size = np.sqrt(np.mean((want - without) ** 2))
     assert size > 0.01  # GHz: there is something to compare
@@ -187,7 +195,7 @@ def test_a_slew_limit_is_exact_where_it_catches_up_between_samples(wave, per_per
     model = ECDL(paper_device().operator, (effects.SlewLimit.at(limit=300.0),))
     coarse, fine = (drive_of(wave, per_period, 30.0, finer=finer) for finer in (1, FINER))
     want = np.asarray(predict(model, fine))[::FINER][per_period:]
-    without = np.asarray(predict(paper_device(), fine))[::FINER][per_period:]
+    without = without_effects(wave, per_period)
     found = np.asarray(predict(model, coarse))[per_period:]
     assert np.abs(want - without).max() > 0.1  # GHz
     np.testing.assert_allclose(found, want, rtol=0, atol=1e-6)

@@ -61,7 +61,7 @@ class GainDrift(AbstractCouplingEffect):
         """A gain that changes in any way which is slower than a run."""
         count = THRESHOLDS.slow_functions * here.rates.size
         about = self._about_centre(here)
-        return [here.scaled(random_walk(here.time, count, n) * about) for n in (1, 2)]
+        return [here.scaled(random_walk(here.time, count, n) * about) for n in (1.0, 2.0)]
 
     def rival_forms(self, here: Contribution) -> Iterable[Float[np.ndarray, "functions samples"]]:
         """A gain that begins anew with each run: an effect of how it was driven before."""

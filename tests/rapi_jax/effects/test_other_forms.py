@@ -81,7 +81,7 @@ def test_a_gain_may_change_in_any_way_that_is_slower_than_a_run():
 def test_a_drift_may_be_any_walk_in_the_session():
     """Simulated step by step; but it does not follow a tone of the mains, within the runs."""
     here = contribution(np.ones(TIME.size))
-    walk, smooth = Drift.at(amplitude=0.1).other_forms(here)
+    walk, _, smooth = Drift.at(amplitude=0.1).other_forms(here)
     steps = np.random.default_rng(0).standard_normal(TIME.size).cumsum()
     assert left(walk, steps - steps[0]) < 0.1
     assert left(smooth, steps.cumsum()) < 1e-3

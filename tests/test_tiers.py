@@ -30,10 +30,8 @@ def test_what_is_listed_is_marked(request):
 class Item:
     """As much of a collected test as its tier is told by."""
 
-    def __init__(self, name, *marks, case=False):
+    def __init__(self, name, *marks):
         self.originalname, self.path, self.marks = name, TESTS / "test_a.py", list(marks)
-        if case:
-            self.callspec = None
 
     def get_closest_marker(self, name):
         return name if name in self.marks else None
@@ -42,25 +40,19 @@ class Item:
         self.marks.append(mark.name)
 
 
-def test_the_longest_are_left_to_a_release_but_for_a_first_case():
+def test_the_longest_are_left_to_a_release():
     items = [
         Item("test_long"),
-        Item("test_cases", "slow", case=True),
-        Item("test_cases", "slow", case=True),
-        Item("test_short_cases", case=True),
-        Item("test_short_cases", "process", case=True),
-        Item("test_short_cases", "process", case=True),
+        Item("test_cases"),
+        Item("test_cases", "process"),
         Item("test_by_hand", "calibration"),
         Item("test_other"),
     ]
-    release = {f"test_a.py::test_{name}" for name in ("long", "cases", "short_cases", "by_hand")}
+    release = {f"test_a.py::test_{name}" for name in ("long", "cases", "by_hand")}
     mark_listed(items, {"test_a.py::test_long", "test_a.py::test_by_hand"}, release, TESTS)
     assert [item.marks for item in items] == [
         ["slow", "release"],
-        ["slow"],
-        ["slow", "release"],
         [],
-        ["process"],
         ["process", "release"],
         ["calibration"],
         [],

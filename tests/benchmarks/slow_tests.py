@@ -20,7 +20,6 @@ KEPT_BY_REST = (
     "tests/test_wired_loop.py",
     "tests/test_table_1.py::test_the_exact_inverse_beats_every_cell",
     "tests/fitting/commands/test_diagnose_command.py::test_compare_says_what_changed",
-    "tests/fitting/commands/test_fit_intervals.py::test_intervals_are_written_and_shown",
     "tests/fitting/diagnosis/how_far/test_predicted_gain.py",
 )
 HERE = Path(__file__).resolve().parents[1]

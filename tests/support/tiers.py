@@ -13,10 +13,8 @@ def mark_listed(
 ) -> None:
     """Mark as slow what `slow` lists, and as of a release what `release` lists of the longer tiers.
 
-    Of a function with several cases the first stays where it is, so that each change tries it. What
-    is run by hand stays so, whatever it takes.
+    What is run by hand stays so, whatever it takes.
     """
-    begun = set()
     for item in items:
         if item.get_closest_marker("calibration") is not None:
             continue
@@ -24,6 +22,4 @@ def mark_listed(
         if function in slow:
             item.add_marker(pytest.mark.slow(listed=True))
         if function in release and any(map(item.get_closest_marker, LONGER_TIERS)):
-            if function in begun or not hasattr(item, "callspec"):
-                item.add_marker(pytest.mark.release)
-            begun.add(function)
+            item.add_marker(pytest.mark.release)

@@ -21,6 +21,8 @@ KEPT = (
     "tests/fitting/commands/test_diagnose_command.py::test_one_recording",
 )
 KEPT_BY_REST = (
+    "tests/rapi_jax/inversion/test_bent_certificate.py",
+    "tests/rapi_jax/io/test_atomic.py",
     "tests/test_wired_loop.py",
     "tests/test_table_1.py::test_the_exact_inverse_beats_every_cell",
     "tests/fitting/commands/test_diagnose_command.py::test_compare_says_what_changed",

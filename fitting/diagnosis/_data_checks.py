@@ -11,6 +11,7 @@ from fitting.identification._parameter_vector import ParameterVector
 from fitting.identification._posed import Posed
 from fitting.identification.data_checks._data_checks import check_usable, find_faults
 from fitting.identification.data_checks._fault import Fault, hides_effects
+from fitting.identification.data_checks._thresholds import THRESHOLDS as CHECKS
 from fitting.identification.data_checks.drives._drive_noise import find_swapped_columns
 from fitting.identification.data_checks.holds._sweeps import single_sweep
 from fitting.identification.data_checks.runs._exchanged_runs import find_copied_readings
@@ -42,7 +43,7 @@ def check_data(ecdl: ECDL | None, recording: Recording) -> None:
     check_usable(recording)
     for run in recording.runs:
         samples = 1.0 / (run.drive.rate * run.drive.step_s) if run.drive.repeats else np.inf
-        if samples < THRESHOLDS.least_samples_a_period:
+        if samples < CHECKS.least_period_samples:
             raise DataError(
                 f"run {run.name!r} has {samples:.3g} samples a period at {run.drive.rate:g} Hz, "
                 f"read every {run.drive.step_s:.3g} s. Is the clock in ms, or the rate in kHz? "

@@ -26,11 +26,6 @@ class DiagnosisThresholds:
         origin="derivation: a commanded drive repeats to rounding, 2.4e-4 for 12 bits; a noisy one "
         "of 8 bits does not, and stays as it was said to be",
     )
-    least_samples_a_period: float = threshold(
-        8.0,
-        unit="samples a period",
-        origin="convention; with fewer, branches and turns cannot be told apart",
-    )
     probable: float = threshold(
         0.5,
         unit="probability",

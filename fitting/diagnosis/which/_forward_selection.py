@@ -111,10 +111,16 @@ def _refit_none_from_others(none: Candidate, singles: list[Candidate]) -> Candid
 
 
 def _needs_pairs(none: Candidate, singles: list[Candidate], *, noise_known: bool) -> bool:
-    """Whether the best of the hypotheses with one effect at most leaves too much."""
+    """Whether the best of the hypotheses with one effect at most leaves too much.
+
+    Never where noise is unknown and the flexible base is the identified one: what one effect leaves
+    may all be hysteresis that the operator does not have.
+    """
     best = min([none, *singles], key=lambda c: c.cost)
     if noise_known:
         return exceeds_chance(best.on_flexible_base)
+    if none.flexible_refit is none.refit:
+        return False
     limit = THRESHOLDS.pair_excess_unknown_noise * excess(none.on_flexible_base)
     return excess(best.on_flexible_base) > limit
 

@@ -73,7 +73,7 @@ def _by_size(scores: Scores) -> str:
 
 def _by_survival(scores: Scores) -> str:
     rows = [(_range(row), count(row)) for row in scores["by_survival"] if row["n"]]
-    return _table(("survival", "right"), rows)
+    return _table(("unabsorbed", "right"), rows)
 
 
 def _baselines(scores: Scores) -> str:

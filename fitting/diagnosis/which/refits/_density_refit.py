@@ -16,7 +16,12 @@ from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.which._candidate import Candidate
 from fitting.diagnosis.which._thresholds import THRESHOLDS
 
-from ._flexible_refit import refit_and_search, refit_flexible_operator, refit_from_either
+from ._flexible_refit import (
+    follows_drive,
+    refit_and_search,
+    refit_flexible_operator,
+    refit_from_either,
+)
 
 
 def refit_on_flexible_base(
@@ -25,13 +30,19 @@ def refit_on_flexible_base(
     """The refit on the base, and that on the flexible base: a density where noise is measured.
 
     `free`: with all of the operator free. `without`: lacks the further effect. Elsewhere an
-    operator that is searched. See `refit_on_density`.
+    operator that is searched; without an effect it has to follow the drive. Where it draws a lag
+    instead, it would beside every effect: the identified base is then the flexible one, too. See
+    `refit_on_density`.
     """
     if free.whitener.spectrum.measured:
         most = on_base.cost if without is None else without.cost
         return refit_on_density(free, on_base.values, on_base.effects, most)
     if without is None:
-        return (on_base, *refit_flexible_operator(free, on_base))
+        flexible, end = refit_flexible_operator(free, on_base)
+        hysteresis = follows_drive(flexible, end)
+        return (on_base, flexible, end) if hysteresis else (on_base, free, on_base)
+    if without.flexible_refit is without.refit:
+        return on_base, free, on_base
     lacking = without.flexible_refit, without.on_flexible_base
     return (on_base, *refit_from_either(free, on_base, lacking))
 

@@ -57,7 +57,9 @@ def refit_flexible_operator(
         return flexible, refit_beside_jumps(flexible, start, steps, tolerance, least)
     end = refit_and_search(flexible, start, on_base.cost)
     if _misfits(end) and follows_drive(flexible, end):
-        end = refit_and_search(flexible, end, on_base.cost, THRESHOLDS.alone_steps)
+        longer = refit_and_search(flexible, end, on_base.cost, THRESHOLDS.alone_steps)
+        if follows_drive(flexible, longer):
+            return flexible, longer
     return flexible, end
 
 

@@ -20,8 +20,11 @@ _ROUNDS = 8  # of a servo's recording the best stays the best after five
 def share_flexible_base(none: Candidate, candidates: Sequence[Candidate]) -> list[Candidate]:
     """The candidates, each from the flexible base of the best where that leaves less; in order.
 
-    No cost rises. `none`: the base's own effects alone.
+    No cost rises. `none`: the base's own effects alone; where its base is the identified one, see
+    `refit_on_flexible_base`, nothing was searched.
     """
+    if none.flexible_refit is none.refit:
+        return list(candidates)
     every = list(candidates)
     for _ in range(_ROUNDS):
         best = min(every, key=lambda c: c.cost, default=none)

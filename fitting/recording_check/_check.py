@@ -31,6 +31,8 @@ from ._questions import Question, ask
 from ._runs import RunSummary
 from ._thresholds import THRESHOLDS as CHECK
 
+_SWAPPED = "columns: "  # begins the note of exchanged columns
+
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class RecordingCheck:
@@ -66,6 +68,12 @@ class RecordingCheck:
         """Names of the runs whose first period is unlike their later ones, or did not close."""
         told = {fault.run for fault in self.faults if fault.kind == "unsettled start"}
         return tuple(run.name for run in self.runs if not run.settled or run.name in told)
+
+    @property
+    def swapped(self) -> bool:
+        """Whether drive and response are likely exchanged: a fault, or a note, that says so."""
+        told = any(note.startswith(_SWAPPED) for note in self.notes)
+        return told or any(fault.kind == "columns swapped" for fault in self.faults)
 
     @property
     def noise(self) -> float:
@@ -206,7 +214,7 @@ def _swap_notes(recording: Recording, faults: list[Fault]) -> list[str]:
     if told or is_read_from_fringes(recording.provenance):
         return []
     said = describe_swap(recording.runs, THRESHOLDS.commanded_ratio, CHECK.commanded)
-    return [] if said is None else [f"columns: {said}."]
+    return [] if said is None else [f"{_SWAPPED}{said}."]
 
 
 def _drive_notes(

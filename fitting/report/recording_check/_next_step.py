@@ -34,7 +34,10 @@ def describe_next(
         words = _set_option(words, option, value)
     if source is not None and not os.path.exists(words[2]):
         why, output = f"where {words[2]} is, {why}", os.path.abspath(output)
-    return f"Next{f', {why}' if why else ''}: `{shlex.join([*words, '-o', output])}`"
+    line = f"Next{f', {why}' if why else ''}: `{shlex.join([*words, '-o', output])}`"
+    if check.swapped and check.sound and source is not None:
+        line += f"; if not: `{shlex.join(['rapi', 'fit', source, '-o', 'result'])}`"
+    return line
 
 
 def _import_words(line: str | None) -> list[str]:
@@ -47,34 +50,60 @@ def _import_words(line: str | None) -> list[str]:
     return words if known and (line or "").isprintable() else []
 
 
-def _changes(check: "RecordingCheck", words: list[str]) -> tuple[dict[str, str] | None, str]:
+_Changes = tuple[dict[str, str] | None, str]
+
+
+def _changes(check: "RecordingCheck", words: list[str]) -> _Changes:
     """The options of an import that mend a recording, and why; `None` where none does."""
     kinds = {fault.kind for fault in check.faults}
     if not check.sound and not kinds:
         return None, ""
-    if kinds <= {"unsettled start"}:
-        if not check.unsettled:
-            return (None if kinds else {}), ""
-        if any(run.excitation_hz is None or run.periods < 2 for run in check.runs):
-            return None, ""
-        said = _option(words, "skip-periods") or "0"
-        if _option(words, "skip-seconds") is not None or not said.isdecimal():
-            return None, ""
-        skipped = int(said)
-        which = "first period" if skipped == 0 else f"first {skipped + 1} periods"
-        return {"skip-periods": str(skipped + 1)}, (
-            f"without the {which} of each run, since {_name(check.unsettled)} had not settled"
-        )
-    if kinds == {"noisy drive"}:
-        ways = {way for f in check.faults for way in re.findall(r"`--drive-as (\w+)`", f.message)}
-        if len(ways) == 1:
-            (way,) = ways
-            return {"drive-as": way}, "with a drive that is free of noise"
+    if check.swapped:  # whatever else was found may come from it
+        return _exchange(words)
+    if kinds - {"unsettled start", "noisy drive"}:
+        return None, ""
+    mended, reasons = {}, []
+    for needed, mend in (
+        (bool(check.unsettled) or "unsettled start" in kinds, _skip_first),
+        ("noisy drive" in kinds, _replace_drive),
+    ):
+        if needed:
+            options, why = mend(check, words)
+            if options is None:
+                return None, ""
+            mended |= options
+            reasons.append(why)
+    return mended, ", and ".join(reasons)
+
+
+def _exchange(words: list[str]) -> _Changes:
     elsewhere = {"drive-file", "drive-amplitude"}  # a drive that is no column of the same file
-    if kinds == {"columns swapped"} and all(_option(words, one) is None for one in elsewhere):
-        drive, response = (_option(words, what) or what for what in ("drive", "response"))
-        return {"drive": response, "response": drive}, "if drive and response are exchanged"
-    return None, ""
+    if any(_option(words, one) is not None for one in elsewhere):
+        return None, ""
+    drive, response = (_option(words, what) or what for what in ("drive", "response"))
+    return {"drive": response, "response": drive}, "if drive and response are exchanged"
+
+
+def _skip_first(check: "RecordingCheck", words: list[str]) -> _Changes:
+    said = _option(words, "skip-periods") or "0"
+    short = any(run.excitation_hz is None or run.periods < 2 for run in check.runs)
+    if short or not check.unsettled or not said.isdecimal():
+        return None, ""
+    if _option(words, "skip-seconds") is not None:
+        return None, ""
+    skipped = int(said)
+    which = "first period" if skipped == 0 else f"first {skipped + 1} periods"
+    return {"skip-periods": str(skipped + 1)}, (
+        f"without the {which} of each run, since {_name(check.unsettled)} had not settled"
+    )
+
+
+def _replace_drive(check: "RecordingCheck", words: list[str]) -> _Changes:
+    ways = {way for f in check.faults for way in re.findall(r"`--drive-as (\w+)`", f.message)}
+    if len(ways) != 1:
+        return None, ""
+    (way,) = ways
+    return {"drive-as": way}, "with a drive that is free of noise"
 
 
 def _name(runs: tuple[str, ...]) -> str:

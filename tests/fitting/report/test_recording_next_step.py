@@ -103,6 +103,29 @@ def test_noise_of_the_drive_and_exchanged_columns_name_their_option(tmp_path, mo
     assert apart.startswith("Next: mend what is marked with x")
 
 
+def test_two_faults_with_an_option_each_are_mended_by_one_import(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rng = np.random.default_rng(0)
+    u, y = U + 5e-3 * rng.standard_normal(U.size), from_rest(Y)
+    both = written(tmp_path, u=u, y=y)
+    assert {fault.kind for fault in both.faults} == {"noisy drive", "unsettled start"}
+    line = step(both)
+    assert "run00 had not settled, and with a drive that is free of noise: `rapi import" in line
+    assert line.endswith("--skip-periods 1 --drive-as fitted -o r`")
+    after = written(tmp_path, u=u, y=y, skip_periods=1, drive_as="fitted")
+    assert step(after) == "Next: `rapi fit r -o result`"
+
+
+def test_columns_that_a_note_calls_exchanged_are_not_sent_to_a_fit_alone(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    check = written(tmp_path)
+    swapped = dataclasses.replace(check, notes=("columns: Most likely swapped.",))
+    assert not check.swapped and swapped.sound and swapped.swapped
+    line = step(swapped)
+    assert line.startswith("Next, if drive and response are exchanged: `rapi import")
+    assert line.endswith("; if not: `rapi fit r -o result`")
+
+
 def test_a_file_that_is_elsewhere_is_named_and_other_lines_are_not_copied(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     check = written(tmp_path, y=from_rest(Y))

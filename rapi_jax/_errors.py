@@ -1,4 +1,12 @@
-"""Errors that a caller may want to tell apart."""
+"""Errors that a caller may want to tell apart, and the cure of a missing package."""
+
+
+def install_extra(name: str) -> str:
+    """What to do where the packages of an extra are missing."""
+    return (
+        f"Install the extra: pip install 'rapi-jax[{name}]' (in its folder, with uv: `uv run "
+        f"--extra {name} rapi ...`)."
+    )
 
 
 class DataError(ValueError):

@@ -11,6 +11,7 @@ from ._ecdl import needs_spare_nodes as needs_spare_nodes
 from ._ecdl import operator_response as operator_response
 from ._ecdl import optical_side as optical_side
 from ._ecdl import respond as respond
+from ._errors import install_extra as install_extra
 from ._limits import closing_step as closing_step
 from ._limits import join_refusals as join_refusals
 from ._metrics import SPEED_OF_LIGHT as SPEED_OF_LIGHT

@@ -13,7 +13,7 @@ from fitting.batch.executors._executor import AbstractExecutor
 from fitting.batch.executors._in_process import InProcess
 from fitting.batch.jobs._job import BatchError, Job, Work
 from fitting.batch.jobs._key import with_key
-from rapi_jax.internal import cause
+from rapi_jax.internal import cause, install_extra
 from rapi_jax.io import OutputError, printable
 
 from ._do import finished
@@ -151,8 +151,8 @@ def lock_output(output: Path) -> Iterator[None]:
         import filelock
     except ImportError as error:
         raise BatchError(
-            f"a batch needs a package that is not installed here ({cause(error)}). Install the "
-            "extra: pip install 'rapi-jax[batch]'."
+            f"a batch needs a package that is not installed here ({cause(error)}). "
+            + install_extra("batch")
         ) from error
     try:
         (output / NOTES).mkdir(exist_ok=True)

@@ -1,5 +1,6 @@
 """`rapi measure`: run drives on a bench of instruments, real or simulated."""
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -140,7 +141,17 @@ def measure(
     if unlisted:
         out.print(_describe_unlisted(unlisted), markup=False, soft_wrap=True)
     out.print(f"{len(recording.runs)} run(s) written to {output}", markup=False, soft_wrap=True)
+    out.print(_describe_next([drive, *drives], output), markup=False, soft_wrap=True)
     return 0
+
+
+def _describe_next(drives: Sequence[Path], output: Path) -> str:
+    """The command that comes next: a check against the certificate of the drives, or a fit."""
+    folders = {path.parent for path in drives}
+    scan = shlex.quote(str(output))
+    if len(folders) == 1 and (listed := folders.pop() / "certificate.json").exists():
+        return f"Next: `rapi fit {scan} --check {shlex.quote(str(listed.parent))}`"
+    return f"Next: `rapi fit {scan} -o result`"
 
 
 def _is_listed(drive: Path) -> bool:

@@ -117,13 +117,16 @@ def _held_out_alike(shrinkage: dict[str, Any], unit: str) -> str:
 
 
 def closed_share(closed: dict[str, float]) -> str:
-    """A share with its 95 % interval in percent: "94 % (90 to 96)"; below 0 the gap may grow."""
+    """A share with its 95 % interval in percent: "94 % (90 to 96)"; below 0 the gap may grow.
+
+    An interval that holds all of the gap and nothing of it says that nothing is known.
+    """
     low, high = _percent(closed["low"]), _percent(min(closed["high"], 1.0))
     value = _percent(closed["value"])
     if low == value == high:
         return f"{value} %"
     if high == "over 99.9":
-        return f"{value} % (at least {low})"
+        return f"{value} % " + (f"(at least {low})" if closed["low"] > 0.0 else "(perhaps nothing)")
     return f"{value} % ({low} to {high})"
 
 

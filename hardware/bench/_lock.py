@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Iterator
 
 from hardware._errors import InstrumentError
-from rapi_jax.internal import cause
+from rapi_jax.internal import cause, install_extra
 from rapi_jax.io import printable
 
 _NEEDED = ("filelock", "platformdirs", "pyvisa", "pyvisa_py")
@@ -40,7 +40,7 @@ def lock_instruments(resources: Iterable[str]) -> Iterator[None]:
             "",
             "",
             why=f"A package that instruments need is not installed here ({cause(error)}).",
-            cure="Install the extra: pip install 'rapi-jax[lab]'.",
+            cure=install_extra("lab"),
         ) from error
     folder = platformdirs.user_cache_path("rapi-jax")
     with contextlib.ExitStack() as stack:

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from hardware._errors import InstrumentError, LinkError, disconnected, timed_out
+from rapi_jax.internal import install_extra
 from rapi_jax.io import printable
 
 from ._link import AbstractLink, Received
@@ -125,9 +126,7 @@ class VisaLink(AbstractLink):
         try:
             import pyvisa
         except ImportError:
-            raise LinkError(
-                "pyvisa is not installed here.", "Install the extra: pip install 'rapi-jax[lab]'."
-            ) from None
+            raise LinkError("pyvisa is not installed here.", install_extra("lab")) from None
         try:
             manager = pyvisa.ResourceManager(self._backend)
             self._visa = manager.open_resource(self.resource, open_timeout=int(seconds * 1e3))

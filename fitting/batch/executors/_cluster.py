@@ -24,7 +24,7 @@ from fitting.batch.executors._remote import describe_worker, do_remotely
 from fitting.batch.executors._worker import preparation
 from fitting.batch.jobs._job import BatchError, Job, Work
 from fitting.batch.jobs._key import code_sha256
-from rapi_jax.internal import cause
+from rapi_jax.internal import cause, install_extra
 from rapi_jax.io import printable
 
 _LOCAL = {
@@ -225,7 +225,7 @@ def _import_dask() -> tuple[Any, Any]:
         import distributed
     except ImportError as error:
         raise BatchError(
-            f"workers need a package that is not installed here ({cause(error)}). Install the "
-            "extra: pip install 'rapi-jax[batch]'."
+            f"workers need a package that is not installed here ({cause(error)}). "
+            + install_extra("batch")
         ) from error
     return dask, distributed

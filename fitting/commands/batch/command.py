@@ -72,7 +72,7 @@ def batch(
     _check_output(output)
     source = job_source(jobs, do, output, retry, watch)
     with contextlib.ExitStack() as stack:
-        show = stack.enter_context(batch_progress())
+        show = stack.enter_context(batch_progress(quiet=json))
         records = run_batch(
             source(),
             output_folder(output),
@@ -83,6 +83,7 @@ def batch(
             report=show.ended,
             on_jobs=show.more,
         )
+        show.kept()
         _write_page(records, output)
     return _conclude(records, output, json)
 

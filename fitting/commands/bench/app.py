@@ -1,5 +1,6 @@
 """`rapi bench`: check a bench, take fringe records, start a simulated one, bridge a laser."""
 
+import contextlib
 import threading
 from pathlib import Path
 from typing import Annotated, Literal
@@ -82,7 +83,8 @@ def serve(
 ) -> int:
     """Start a simulated laboratory on this computer, and write the bench file that reaches it.
 
-    Generator, laser controller and oscilloscope answer on 127.0.0.1 until Ctrl-C.
+    Generator, laser controller and oscilloscope answer on 127.0.0.1 until Ctrl-C, which ends it
+    as is meant: exit code 0.
 
     Parameters
     ----------
@@ -114,6 +116,7 @@ def serve(
         bench_toml,
         current_tuned_toml,
     )
+    from rapi_jax.internal import install_extra
     from rapi_jax.io import write_atomic
 
     check_bench_output(bench)
@@ -135,8 +138,7 @@ def serve(
     if missing := missing_packages():
         out.print(
             f"note: {', '.join(missing)} not installed here, so `rapi bench check` and `rapi "
-            "measure` cannot reach this laboratory from this Python. Install the extra: pip "
-            "install 'rapi-jax[lab]'.",
+            "measure` cannot reach this laboratory from this Python. " + install_extra("lab"),
             markup=False,
             soft_wrap=True,
         )
@@ -150,7 +152,9 @@ def serve(
         for name, resource in at.items():
             out.print(f"{name:10} {resource}", markup=False, soft_wrap=True)
         out.print(f"written to {bench}; Ctrl-C ends the laboratory", markup=False, soft_wrap=True)
-        threading.Event().wait()
+        with contextlib.suppress(KeyboardInterrupt):
+            threading.Event().wait()
+    out.print("the laboratory has ended")
     return 0
 
 
@@ -210,7 +214,9 @@ def bridge(
     ):
         line = f"{server.resource}; Ctrl-C ends the bridge"
         console(False).print(line, markup=False, soft_wrap=True)
-        threading.Event().wait()
+        with contextlib.suppress(KeyboardInterrupt):
+            threading.Event().wait()
+    out.print("the laboratory has ended")
     return 0
 
 

@@ -73,7 +73,13 @@ def population(
     """
     options = dict(locals())
     from fitting._result_files import check_output
-    from fitting.commands.shared._out import console, output_folder, print_json, read_json
+    from fitting.commands.shared._out import (
+        check_output_folder,
+        console,
+        output_folder,
+        print_json,
+        read_json,
+    )
     from fitting.commands.shared._progress import progress
     from fitting.commands.shared.files._provenance import provenance
     from fitting.population import check_against, fit_population
@@ -84,7 +90,7 @@ def population(
     folders = _find_results([result, *results], check)
     covariates = tuple(name for name in ("time", "temperature") if name not in ignore)
     check_output(output, "population.json", ["population.png"] * plots)
-    folder = output_folder(output)
+    check_output_folder(output)  # nothing is left where the fits are refused
     with progress("population", json) as report_step:
         report_step(f"{len(folders)} fits")
         found = fit_population(
@@ -94,11 +100,11 @@ def population(
         change = None
         if check is not None:
             report_step("new recording")
-            new = _new_result(check, folders, found, folder / "check", nan)
+            new = _new_result(check, folders, found, output_folder(output) / "check", nan)
             change = check_against(found, new)
     written = write_population(
         found,
-        folder,
+        output_folder(output),
         change=change,
         plots=plots,
         more={"provenance": provenance("rapi population", options, ("result", "results"))},

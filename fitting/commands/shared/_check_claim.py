@@ -75,6 +75,12 @@ def _hold_against(result: Path, data: Any, plugin: Plugins) -> Any:
             f"{result}: this model has no claim, so there is nothing to check. `rapi fit` makes "
             "one from two runs or more; a diagnosis makes none."
         )
+    if about.get("data_sha256") == data.sha256():
+        raise ModelError(
+            f"{result}: this model was fitted to this very recording, of which its claim says "
+            "nothing: it is of runs that the fit has not seen. Record runs like those that were "
+            "fitted once more, and give these."
+        )
     claim = Claim.from_dict(about["claim"])
     identified = Identified.from_dict(about["identified"])
     return check_claim(ecdl, data, claim=claim, identified=identified)

@@ -1,7 +1,7 @@
 """A note on where the fitted model has no inverse, within the drives that it was fitted to."""
 
 from fitting.identification.problem._problem import Problem, Solution
-from rapi_jax import Certificate, certify
+from rapi_jax import Certificate, FixedRAPI, certify
 
 NO_INVERSE = "no inverse"
 
@@ -22,12 +22,13 @@ def describe_missing_inverse(problem: Problem, solution: Solution) -> list[str]:
         return []
     worst = min(failed, key=lambda found: found.slope_min)
     unit, per = recording.drive_unit, f"{recording.response_unit}/{recording.drive_unit}"
-    why = worst.reasons[0]
+    why, cure = worst.reasons[0], "Record more rates and swings."
+    if len(recording.amplitudes) > 1 and type(operator) is not FixedRAPI:
+        cure = "Fit another operator (`--operator FixedRAPI`), or record more rates and swings."
     if worst.failures:
         why = f"slope down to {worst.slope_min:.4g} {per} at {worst.slope_at:.4g} {unit}"
     return [
         f"{NO_INVERSE}: by this model the response does not rise with the drive everywhere "
         f"between {worst.low:.4g} and {worst.high:.4g} {unit} at {worst.freq:g} Hz ({why}). It may "
-        "predict, but `rapi compensate` can make no drive there. Fit another operator "
-        "(`--operator FixedRAPI`), or record more rates and swings."
+        f"predict, but `rapi compensate` can make no drive there. {cure}"
     ]

@@ -119,7 +119,7 @@ def check_units(count: int, effects: int, least: int) -> None:
     """Raise `ModelError` where recordings are too few for a scatter beside the fixed effects."""
     if count < effects + least:
         raise ModelError(
-            f"{count} trusted recording(s), but {effects + least} are the least for {effects} "
-            "coefficient(s) a parameter and a scatter between recordings. Record more, or leave a "
-            "covariate out."
+            f"{count} trusted fits are too few: at least {effects + least} are needed to tell "
+            f"how the parameters scatter from one to the next beside {effects} coefficient(s) of "
+            "each. Fit more recordings, or leave a covariate out (`--ignore`)."
         )

@@ -8,6 +8,7 @@ from . import _text as words
 from ._numbers import Scale, finite_or_none, format_interval, format_percent
 
 _STEPS = {"before": "model alone", "after": "model refitted", "floor": "noise floor"}
+_UNNAMED = "No known effect is named, so none is added."
 _NOTHING_EXCEEDS = "It does not exceed the noise: there is no gap to close"
 
 
@@ -23,6 +24,7 @@ def tabulate_shrinkage(
         steps["after"] = "with the best known effect"
     if not found.get("held_out") or (name == "unlisted" and found.get("closed_fraction") is None):
         del steps["after"]  # no effect was added, or nothing tells what it would leave
+    after = "after" in steps
     values = {key: finite_or_none(found.get(key)) for key in steps}
     if values["before"] is None:
         return None
@@ -46,7 +48,8 @@ def tabulate_shrinkage(
         "zero": -start / (1.0 - start),
         "low": format_percent(start),
         "held_out": words.join_items([str(name) for name in found.get("held_out") or []]),
-        "remainder": words.to_sentence(str(found.get("remainder") or "")),
+        # Without an effect that is added all of it is what remains, and is told above.
+        "remainder": words.to_sentence(str(found.get("remainder") or "") if after else ""),
         "unit": scale.unit,
     }
 
@@ -58,13 +61,11 @@ def _summarise_refit(
     if not found.get("held_out"):
         if name == "none" and values["floor"] is not None:
             return f"{alone}. {_NOTHING_EXCEEDS}."
-        return f"{alone}." + (
-            " No known effect explains it." if name == "unlisted" and judged else ""
-        )
+        return f"{alone}." + (f" {_UNNAMED}" if name == "unlisted" and judged else "")
     alone += " on held-out data"
     closed = found.get("closed_fraction")
     if name == "unlisted" and not isinstance(closed, dict):
-        return f"{alone}." + (" No known effect explains it." if judged else "")
+        return f"{alone}." + (f" {_UNNAMED}" if judged else "")
     if values.get("after") is None:
         return f"{alone}."
     text = f"The residual on held-out data goes from {scale(values['before'])} to "

@@ -79,7 +79,8 @@ def format_percent(value: Any) -> str:
 def format_interval(fraction: Any) -> str:
     """`{"value", "low", "high"}` as `94 % (90 to 96 %)`; a dash where there is no value.
 
-    An end beyond all of it is none: `99 % (at least 97 %)`.
+    An end beyond all of it is none: `99 % (at least 97 %)`; nor is one below nothing where the
+    other is beyond all.
     """
     if not isinstance(fraction, dict) or finite_or_none(fraction.get("value")) is None:
         return DASH
@@ -87,6 +88,8 @@ def format_interval(fraction: Any) -> str:
     value = format_percent(min(fraction["value"], 1.0))
     if low is None or high is None:
         return value
+    if high >= 0.9995 and low <= 0.0:
+        return f"{value} (perhaps nothing)"
     if high >= 0.9995:
         return f"{value} (at least{SPACE}{format_percent(min(low, 1.0))})"
     start = format_percent(low).removesuffix(f"{SPACE}%")

@@ -50,9 +50,11 @@ def describe_closed(diagnosis: dict, floor: float | None) -> str:
     if not diagnosis["verdict"].get("judged", True):
         return "not judged"
     if named == "unlisted":
-        some = known and (finite_or_none(closed.get("value")) or 0.0) > 0.0
-        best = f"; {format_interval(closed)} by the best of them" if some else ""
-        return f"not by any known effect{best}"
+        closed = closed if known else _closed_by_likeliest(diagnosis)
+        some = isinstance(closed, dict) and (finite_or_none(closed.get("value")) or 0.0) > 0.0
+        if some:
+            return f"{format_interval(closed)} by the likeliest known effect, which is not named"
+        return "not by any known effect"
     if known:
         return format_interval(closed)
     # Without a floor nobody can say whether there was a gap.
@@ -62,6 +64,15 @@ def describe_closed(diagnosis: dict, floor: float | None) -> str:
     if named != "none" and held_out:
         return "not seen on held-out data, predicted to noise without it"
     return "no gap above the noise"
+
+
+def _closed_by_likeliest(diagnosis: dict) -> Any:
+    """The closed fraction of the likeliest hypothesis in the credible set that has an effect."""
+    among = words.credible_names(diagnosis["verdict"])
+    rated = [h for h in diagnosis.get("hypotheses") or [] if h.get("effects")]
+    likely = [h for h in rated if h.get("name") in among]
+    first = max(likely, key=lambda h: finite_or_none(h.get("probability")) or 0.0, default={})
+    return first.get("closed_fraction")
 
 
 def list_cautions(diagnosis: dict) -> list[str]:

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 # Reasons that say nothing against the recording: the model lacks something.
 _OF_THE_MODEL = ("poor fit", "does not generalise", "not predicted", "starts disagree")
+_OF_ONE_RUN = ("does not generalise", "not predicted")  # its fault, or the model's
+_BETTER_LAW = re.compile(r"describe these runs better.*--operator (\w+)")
 
 
 def lacks_an_effect(reasons: Sequence[str]) -> bool:
@@ -30,7 +32,7 @@ def describe_next(
     """
     where = "RECORDING" if source is None else shlex.quote(source)
     command = f"`rapi diagnose {where} -o diagnosis`"
-    advised = re.search(r"--operator (\w+)", " ".join(notes))
+    advised = next(filter(None, map(_BETTER_LAW.search, notes)), None)
     if advised and (lacks_an_effect(reasons) or (with_gap and not reasons)):
         return (
             "Another law of the thresholds describes these runs better: "
@@ -43,6 +45,11 @@ def describe_next(
         return (
             f"Nothing was found wrong with the recording{but}: the model lacks something. "
             f"{command} says which effect it is, and adds it to the model."
+        )
+    if reasons and all(reason.split(":")[0] in _OF_ONE_RUN for reason in reasons):
+        return (
+            "Where nothing is wrong with what was not predicted (`rapi check` looks at the "
+            f"recording alone), the model lacks something: {command} says which effect it is."
         )
     if reasons:
         return "Mend what is listed here and fit again; `rapi check` looks at the recording alone."

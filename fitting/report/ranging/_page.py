@@ -60,7 +60,7 @@ def _budget(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [
         {
             "source": line["source"],
-            "stderr": words.length(line["stderr"]),
+            "stderr": words.budget_size(line),
             "note": line.get("note") or "",
             "width": 100 * size / most,
         }

@@ -68,5 +68,5 @@ def _budget(lines: list[dict[str, Any]]) -> Table:
     table.add_column("std. error", justify="right")
     table.add_column("remark")
     for line in lines:
-        table.add_row(Text(line["source"]), words.length(line["stderr"]), Text(line["note"]))
+        table.add_row(Text(line["source"]), words.budget_size(line), Text(line["note"]))
     return table

@@ -16,6 +16,7 @@ from fitting.report.fit._table import round_with_error
 
 _LENGTHS = ((10.0, "m", 1.0), (1e-3, "mm", 1e3), (1e-6, "um", 1e6), (0.0, "nm", 1e9))
 BEST_IN_NOISE = "resample-phase"
+_UNKNOWN = ("air", "cavity")  # lines of no size where nothing tells it, as the note says
 _OF_SCAN = re.compile(r"scan at (?P<at>\S+) s: (?P<what>.*)")
 
 
@@ -26,6 +27,12 @@ def length(value: Any, *, digits: int = 3) -> str:
         return format_quantity(None, "m")
     unit, factor = next((unit, f) for least, unit, f in _LENGTHS if abs(x) >= least)
     return format_quantity(x * factor, unit, digits=digits)
+
+
+def budget_size(line: dict[str, Any]) -> str:
+    """The standard error of a budget's line; no nought where it is not known at all."""
+    unknown = line["source"] in _UNKNOWN and line["stderr"] == 0 and line.get("note")
+    return "not known" if unknown else length(line["stderr"])
 
 
 def distance(value: Any, stderr: Any) -> str:

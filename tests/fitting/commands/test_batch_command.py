@@ -2,13 +2,16 @@
 
 import json
 import sys
+import types
 from pathlib import Path
 
 import pytest
 from command_output import assert_one_line
+from rich.console import Console
 
 from fitting.batch._record import JobRecord
 from fitting.cli import app
+from fitting.commands.batch._progress import BatchProgress
 from fitting.commands.run import run
 from fitting.commands.shared._tasks import complete_options, parse_options
 from rapi_jax.examples import paper_recording
@@ -28,6 +31,25 @@ def rapi(capfd):
         return code, said.out, said.err
 
     return call
+
+
+def test_where_there_is_no_bar_a_batch_says_what_it_does_now_and_then(capfd, monkeypatch):
+    clock = iter([0.0, 0.0, 5.0, 12.0, 12.0, 30.0, 31.0])
+    monkeypatch.setattr("time.monotonic", lambda: next(clock))
+    done = JobRecord.__new__(JobRecord)
+    object.__setattr__(done, "exit_code", 0)
+    bar = types.SimpleNamespace(
+        disable=True, console=Console(stderr=True, highlight=False), add_task=lambda *a, **k: 0,
+        update=lambda *a, **k: None, start_task=lambda *a: None,
+    )  # fmt: skip
+    progress = BatchProgress(bar)
+    progress.more(4)
+    progress.ended(done, True)
+    progress.ended(done, False)  # after 5 s
+    progress.ended(done, False)  # after 12 s
+    progress.kept()
+    said = capfd.readouterr().err.splitlines()
+    assert said == ["4 jobs to do", "2 of 4 done", "1 result of an earlier run was kept"]
 
 
 @pytest.fixture(scope="module")

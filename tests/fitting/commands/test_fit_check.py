@@ -12,7 +12,7 @@ from fitting.cli import app
 from fitting.commands.run import run
 from rapi_jax import Identified, Recording, predict, repeated, triangle
 from rapi_jax.examples import paper_device, paper_recording
-from rapi_jax.io import read_drive, write_model, write_recording
+from rapi_jax.io import read_drive, read_recording, write_model, write_recording
 from tests.support.spoiled import scaled
 
 CLAIM = {
@@ -59,6 +59,20 @@ def test_runs_of_the_same_device_hold(results, tmp_path, capsys):
     text = capsys.readouterr().out
     assert "The claim held (2 of 2 judged)" in text and "run01" in text
     assert list(results.joinpath("model").iterdir()) == [results / "model" / "model.rapi"]
+
+
+def test_the_recording_that_was_fitted_says_nothing_of_its_claim(results, tmp_path, capsys):
+    path = record(tmp_path / "fitted", paper_device(), runs())
+    recording, _ = paper_recording(samples=400)
+    (model := tmp_path / "model").mkdir()
+    write_model(
+        model / "model.rapi", paper_device(), response_unit="GHz", drive_unit="V", trusted=True,
+        identified=Identified.of(recording).to_dict(), claim=CLAIM,
+        data_sha256=read_recording(path).sha256(),
+    )  # fmt: skip
+    assert rapi("fit", "--check", model, path) == 3
+    assert "was fitted to this very recording" in capsys.readouterr().err
+    assert rapi("fit", "--check", model, record(tmp_path / "new", paper_device(), runs(), 2)) == 0
 
 
 def test_runs_of_another_device_do_not_and_json_says_so(results, tmp_path, capsys):

@@ -51,9 +51,9 @@ def test_values_held_at_different_places_are_refused():
 
 
 def test_too_few_are_refused():
-    with pytest.raises(ModelError, match=r"2 trusted recording\(s\), but 5 are the least for 1"):
+    with pytest.raises(ModelError, match="2 trusted fits are too few: at least 5 are needed"):
         fit_records(records(2))
-    with pytest.raises(ModelError, match=r"6 trusted recording\(s\), but 7 are the least for 3"):
+    with pytest.raises(ModelError, match="6 trusted fits are too few: at least 7 are needed"):
         fit_records(records(6))
     with pytest.raises(ModelError, match="no parameter `x7` to leave out; there are x0, x1"):
         fit_records(records(), without=("x7",))

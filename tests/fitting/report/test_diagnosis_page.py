@@ -171,6 +171,21 @@ def test_hostile_text_stays_text():
     assert not {tag for tag, _ in wild.tags} - {tag for tag, _ in tame.tags}
 
 
+def test_what_the_likeliest_effect_closes_is_the_same_in_the_headline_and_beside_it():
+    """An unlisted verdict that mentions it: no page then says that no effect closes anything."""
+    found = diagnoses.unlisted()
+    found["verdict"]["set"] = ["unlisted", "resonance"]
+    found["shrinkage"] |= {"closed_fraction": None, "after": 0.4}
+    (resonance,) = [h for h in found["hypotheses"] if h["name"] == "resonance"]
+    resonance["closed_fraction"] = diagnoses.fraction(0.86, 0.69, 0.94)
+    text = Page(render_page(found)).text
+    assert "86 % (69 to 94 %) by the likeliest known effect, which is not named" in text
+    assert "No known effect is named, so none is added." in text
+    assert "What remains." not in text  # nothing was taken away
+    found["verdict"]["set"] = ["unlisted"]
+    assert "not by any known effect" in Page(render_page(found)).text
+
+
 def test_what_the_verdicts_say():
     text = {name: Page(render_page(make())).text for name, make in diagnoses.ALL.items()}
     assert "closes 94 % of it on data it has not seen" in text["creep"]

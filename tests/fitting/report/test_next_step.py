@@ -40,6 +40,19 @@ def test_where_the_recording_has_a_fault_that_comes_first():
     assert advice("starts disagree: 6 starts").startswith("Mend what is listed")
 
 
+def test_a_run_that_is_not_predicted_may_be_sound():
+    said = advice("not predicted: run run05: held-out rmse 353 nm is 3.2 times that")
+    assert "Mend" not in said and "`rapi diagnose 'lab/my scans' -o diagnosis`" in said
+
+
+def test_an_operator_that_another_note_names_is_no_better_law():
+    """With one swing the laws of the thresholds are one, and the advice would repeat itself."""
+    note = "no inverse: by this model ... Fit another operator (`--operator FixedRAPI`), or record."
+    for reasons, gap in (((GAP,), False), ((), True)):
+        said = describe_next(reasons, with_gap=gap, source="r", notes=(note,))
+        assert "Another law" not in said
+
+
 def test_trusted_models():
     said = describe_next((), folder="lab/my fit")
     assert said.startswith("`rapi compensate 'lab/my fit' --span SPAN --frequency HZ -o drives`")

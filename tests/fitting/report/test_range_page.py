@@ -163,6 +163,13 @@ def test_distances_have_the_digits_of_their_error():
     assert "mm/s" in words.speed(0.005, 1e-7) and "μm/s" in words.speed(1e-7, 1e-8)
 
 
+def test_a_size_that_nothing_tells_is_no_nought():
+    air = {"source": "air", "stderr": 0.0, "note": "the state of the air is not given"}
+    assert words.budget_size(air) == "not known"
+    for known in (air | {"note": ""}, air | {"source": "vibration"}, air | {"stderr": 2e-7}):
+        assert words.budget_size(known) == words.length(known["stderr"])
+
+
 def test_what_is_said_of_several_scans_is_said_once():
     """With the first and the last of them; what is said of one scan, or of all, stays as it is."""
     faults = [

@@ -244,11 +244,11 @@ def describe_family(whitened: WhitenedModel, fitted: FittedBase) -> tuple[str, .
         return (
             f"{likelier} has more evidence than RA-PI's thresholds, but leaves most of the gap as "
             "well, so the cause was looked for with RA-PI's. Compare the two fits: "
-            f"rapi fit RECORDING --operator {likelier}",
+            f"rapi fit RECORDING -o result --operator {likelier}",
         )
     unit = whitened.recording.drive_unit
     law = threshold_law(fitted.operator, max(d.u_pp for d in whitened.recording.drives), unit)
-    command = f"rapi fit RECORDING --operator {fitted.family.operator.__name__}"
+    command = f"rapi fit RECORDING -o result --operator {fitted.family.operator.__name__}"
     plays = fitted.operator.count
     command += "" if plays == 10 else f" --plays {plays}"
     if fitted.given is not None:

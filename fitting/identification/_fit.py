@@ -56,8 +56,8 @@ def fit(
     - `history`: fit the plays' initial values in runs that do not repeat.
     - `drift`: let the origin creep with the logarithm of session time, as piezos do. By default
       where some run holds six periods or more; the model itself keeps no drift.
-    - `hold_out`: also refit without the last third, and without each rate and amplitude; or some
-      of "last third", "rate" and "amplitude".
+    - `hold_out`: also refit without the last third, and without each rate and swing; or some of
+      "last third", "rate" and "swing".
     - `max_steps`: the limit of solver steps in each fit, looked at every forty.
     - `throw`: raise `UntrustedFit` where the fit is not to be trusted.
     - `progress`: called with a line before each step.

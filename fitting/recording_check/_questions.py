@@ -10,6 +10,7 @@ from fitting.identification.data_checks._fault import Fault, hides_effects
 from fitting.identification.data_checks.holds._sweeps import single_sweep
 from fitting.identification.data_checks.periods._odd_periods import OddPeriod
 from rapi_jax import Recording
+from rapi_jax.internal import significant
 
 from ._runs import RunSummary
 from ._thresholds import THRESHOLDS
@@ -167,12 +168,13 @@ def _ask_rates(recording: Recording) -> Question:
 
 def _ask_amplitudes(recording: Recording) -> Question:
     name, swings, unit = "dependence on the swing", recording.amplitudes, recording.drive_unit
+    low, high = (significant(swing, 4) for swing in (swings[0], swings[-1]))
     if _swings_differ(recording):
-        shown = f"{len(swings)} swings, {swings[0]:.4g} to {swings[-1]:.4g} {unit} peak to peak."
+        shown = f"{len(swings)} swings, {low} to {high} {unit} peak to peak."
         return Question(name, "yes", shown)
-    one = f"one swing, {swings[0]:.4g} {unit} peak to peak"
+    one = f"one swing, {low} {unit} peak to peak"
     if len(swings) > 1:
-        one = f"swings of {swings[0]:.4g} to {swings[-1]:.4g} {unit} peak to peak, nearly one"
+        one = f"swings of {low} to {high} {unit} peak to peak, nearly one"
     because = f"{one}: how the hysteresis grows with the swing is assumed, not measured."
     return Question(name, "partly", because, "Record a second swing, half as large.")
 

@@ -137,7 +137,7 @@ def creep() -> dict[str, Any]:
     parts = [
         ("rate 10 Hz", 0.026, 0.0098, fraction(0.95, 0.92, 0.97)),
         ("rate 40 Hz", 0.021, 0.0096, fraction(0.91, 0.84, 0.95)),
-        ("amplitude 3 V", 0.027, 0.0101, fraction(0.93, 0.88, 0.96)),
+        ("swing 3 V", 0.027, 0.0101, fraction(0.93, 0.88, 0.96)),
         ("last periods", 0.023, 0.0095, fraction(0.96, 0.93, 0.98)),
     ]
     small = ["drift", "resonance", "etalon", "delay", "pickup", "gain_drift", "mode_hop"]
@@ -220,7 +220,7 @@ def creep() -> dict[str, Any]:
             "after": 0.0108,
             "floor": 0.0092,
             "closed_fraction": closed,
-            "held_out": ["rate 10 Hz", "rate 40 Hz", "amplitude 3 V", "last periods"],
+            "held_out": ["rate 10 Hz", "rate 40 Hz", "swing 3 V", "last periods"],
             "by_part": [
                 {"part": part, "before": before, "after": after, "closed_fraction": closed_part}
                 for part, before, after, closed_part in parts

@@ -65,7 +65,7 @@ def _groups(recording: Recording) -> list[tuple[str, np.ndarray]]:
     levels = np.array(recording.amplitudes)
     if levels.size > 1:
         nearest = np.array([int(np.abs(levels - d.u_pp).argmin()) for d in drives])
-        out += [(f"amplitude {a:.4g} {unit}", nearest == i) for i, a in enumerate(levels)]
+        out += [(f"swing {a:.4g} {unit}", nearest == i) for i, a in enumerate(levels)]
     return out
 
 

@@ -11,7 +11,7 @@ from fitting.identification.robust._reweighting import Reweighting
 from fitting.solver._least_squares import SolverOptions
 from rapi_jax import Drive, Recording
 
-KINDS = ("last third", "rate", "amplitude", "run")
+KINDS = ("last third", "rate", "swing", "run")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -22,7 +22,7 @@ class HeldOut:
     out; `fraction` is `rmse` over their span. `train_rmse` is the rmse on what the fit did see.
     Where `origin_from_data` is true a run left out has an origin of its own, taken from its mean.
     `runs`: which runs were left out as a whole. `inside`: whether the others enclose them in rate
-    and amplitude.
+    and swing.
     """
 
     scheme: str
@@ -96,7 +96,7 @@ def schemes(recording: Recording, problem: Problem) -> Iterator[tuple[str, np.nd
         nearest = [int(np.abs(levels - run.drive.u_pp).argmin()) for run in recording.runs]
         for i, level in enumerate(levels):
             rows = np.array([k == i for k in nearest])
-            name = f"amplitude {level:.4g} {recording.drive_unit}"
+            name = f"swing {level:.4g} {recording.drive_unit}"
             yield name, problem.data.use & rows[:, None], True
     if len(recording.runs) > 1:
         for row, run in enumerate(recording.runs):

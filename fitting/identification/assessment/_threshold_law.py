@@ -71,7 +71,7 @@ def suggest_law(
     then, now = (quantity(size, recording.response_unit) for size in (found[best], rmse))
     return (
         f"{law} describe these runs better, {then} rms from a first guess and not {now}: "
-        f"rapi fit RECORDING --operator {best.__name__}"
+        f"rapi fit RECORDING -o result --operator {best.__name__}"
     )
 
 

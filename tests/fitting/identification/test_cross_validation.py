@@ -56,8 +56,8 @@ def test_rates_and_amplitudes_are_left_out_whole():
         "last third": [0, 1, 2, 3],
         "rate 10 Hz": [0, 2],
         "rate 40 Hz": [1, 3],
-        "amplitude 2 V": [0, 1],
-        "amplitude 4 V": [2, 3],
+        "swing 2 V": [0, 1],
+        "swing 4 V": [2, 3],
         **{f"run run0{i}": [i] for i in range(4)},
     }
     for name, left, _ in schemes(problem.recording, problem):

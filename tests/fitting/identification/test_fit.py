@@ -227,7 +227,7 @@ def test_amplitudes_are_left_out_where_there_are_several():
     device = paper_device()
     noisy = [np.asarray(predict(device, d)) + 0.02 * rng.standard_normal(d.size) for d in drives]
     got = fit(ECDL(RAPI.guess(r := Recording.of(drives, noisy))), r, throw=False)
-    assert {"amplitude 4.5 V", "amplitude 2.5 V"} <= {h.scheme for h in got.held_out}
+    assert {"swing 4.5 V", "swing 2.5 V"} <= {h.scheme for h in got.held_out}
     assert not any("one swing" in note for note in got.verdict.notes)
 
 

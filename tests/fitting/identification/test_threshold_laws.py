@@ -56,7 +56,9 @@ def noted(device, drives, operator):
 )
 def test_a_law_that_fits_better_is_noted(device, drives, operator, law, better):
     (note,) = noted(device, drives, operator)
-    assert note.startswith(law) and note.endswith(f"rapi fit RECORDING --operator {better}")
+    assert note.startswith(law) and note.endswith(
+        f"rapi fit RECORDING -o result --operator {better}"
+    )
 
 
 @pytest.mark.slow

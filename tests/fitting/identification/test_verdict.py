@@ -57,7 +57,7 @@ def test_runs_that_do_not_predict_one_another_are_said_to():
 
 
 def test_an_error_beyond_the_span_left_out_is_no_prediction():
-    far = HeldOut("amplitude 3 V", 6.6e6, 6.6e6, 1.8e5, 0.05, 100, runs=(0,), inside=False)
+    far = HeldOut("swing 3 V", 6.6e6, 6.6e6, 1.8e5, 0.05, 100, runs=(0,), inside=False)
     assert not far.determined and HeldOut("rate 5 Hz", 0.2, 0.2, 0.9, 0.05, 100).determined
     reasons, (note, *_) = check_held_out([far], 1.0, 0.01, repeats=True, unit="GHz")
     assert reasons == [] and "the rest does not determine the model" in note and "THz" not in note

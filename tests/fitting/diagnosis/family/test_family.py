@@ -146,7 +146,7 @@ def test_a_classical_piezo_without_an_effect_has_none(plain, tmp_path):
     assert out["base"]["operator"] == "FixedRAPI"
     evidence = out["base"]["log_evidence"]
     assert evidence["FixedRAPI"] > evidence["RAPI"] + 1e5
-    assert any("rapi fit RECORDING --operator FixedRAPI" in note for note in out["notes"])
+    assert any("rapi fit RECORDING -o result --operator FixedRAPI" in note for note in out["notes"])
     plain.save(tmp_path)
     operator = read_model(tmp_path / "model.rapi")[0].operator
     assert threshold_law(operator, 4.0, "V") == "thresholds fixed in V"

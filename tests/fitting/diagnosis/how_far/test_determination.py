@@ -115,7 +115,7 @@ def test_one_amplitude_does_not_determine_what_grows_with_amplitude():
     (found,) = cross_validate(refit.whitened, (refit, without), [(refit, state)])
     assert found is not None
     determined = {row["part"]: row["determined"] for row in found.parts}
-    assert not determined["amplitude 2 V"] and not determined["amplitude 3 V"]
+    assert not determined["swing 2 V"] and not determined["swing 3 V"]
     assert determined["rate 20 Hz"] and determined["last periods"]
     assert all(row["closed_fraction"] is None for row in found.parts if not row["determined"])
     held = {fold.name: len(fold.held) for fold in folds(refit.whitened)}

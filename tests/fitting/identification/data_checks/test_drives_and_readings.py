@@ -12,7 +12,7 @@ from fitting.identification.data_checks.drives._drive_noise import (
     find_swapped_columns,
 )
 from fitting.identification.data_checks.drives._drive_reading import describe_cure
-from rapi_jax import Drive, Run, predict
+from rapi_jax import Drive, Recording, Run, predict
 from rapi_jax.io import read_recording, write_recording
 from tests.support.spoiled import WAYS, healthy
 
@@ -95,6 +95,21 @@ def test_a_reading_that_is_digitised_coarsely_is_not_a_command():
     assert find_swapped_columns(columns.recording()) == []
     columns.response = healthy(51).drive
     assert len(find_swapped_columns(columns.recording())) == 4
+
+
+def test_a_sine_of_few_samples_is_not_as_rough_as_a_measurement():
+    """Put in place of noisy readings, over an integrated reading that is smooth."""
+    t = np.arange(1200) / 400.0
+    drive = Drive(t, 15.0 * np.sin(2 * np.pi * t), excitation_hz=1.0, waveform="sine")
+    steps = np.round(np.cumsum(np.round(4.0 * np.cos(2 * np.pi * t - 0.3))), 6)
+    (fault,) = find_swapped_columns(Recording.of([rough(drive)], [steps]))
+    assert fault.kind == "columns swapped"
+    assert find_swapped_columns(Recording.of([drive], [steps])) == []
+
+
+def rough(drive: Drive) -> Drive:
+    noise = 0.02 * np.random.default_rng(3).standard_normal(drive.size)
+    return dataclasses.replace(drive, value=drive.value + noise)
 
 
 def test_a_frequency_read_from_fringes_is_no_command(tmp_path):

@@ -15,7 +15,8 @@ def derive_quantities(
     """`{name: {value, stderr, unit}}` from parameters `found`; with several effects as these are.
 
     The standard error is half the difference between one standard error more and less, so that
-    it holds where the quantity bends; what is not finite is left out.
+    it holds where the quantity bends; it is infinite where a pole lies between them. What is not
+    finite is left out.
     """
     drives = recording.drives
     whole = max(float(d.value.max()) for d in drives) - min(float(d.value.min()) for d in drives)
@@ -33,7 +34,9 @@ def derive_quantities(
                 ends = [
                     float(derived.of(np.float64(p["value"] + sign * error))) for sign in (1, -1)
                 ]
-            spread = abs(ends[0] - ends[1]) / 2.0 if np.isfinite(error) else np.inf
+            # A quantity that is not between its ends has a pole there: the data do not tell it.
+            between = min(ends) <= value <= max(ends)
+            spread = abs(ends[0] - ends[1]) / 2.0 if between and np.isfinite(error) else np.inf
             if np.isfinite(value):
                 out[prefix + derived.name] = {
                     "value": value,

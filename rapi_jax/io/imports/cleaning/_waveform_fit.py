@@ -11,6 +11,8 @@ from rapi_jax.recording._drive import Drive
 
 Samples = Float[np.ndarray, " samples"]
 
+_FEW = 3  # whole periods
+
 
 @dataclasses.dataclass(frozen=True)
 class FittedWaveform:
@@ -51,6 +53,8 @@ def fit_waveform(drive: Drive) -> FittedWaveform | None:
     if drive.waveform not in ("triangle", "sine") or not drive.periods:
         return None
     whole = np.flatnonzero(drive.period >= 0)  # a broken end may be that of another run
+    if drive.periods < _FEW:  # whose rate one period of a coarse converter hardly tells
+        whole = np.arange(drive.size)
     used = whole[:: -(-whole.size // THRESHOLDS.waveform_samples)]
     time, value = drive.time[used], drive.value[used]
     rise, phase = _first_guess(drive.waveform, drive.rate * time, value)

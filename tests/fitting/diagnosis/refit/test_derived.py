@@ -43,6 +43,16 @@ def test_an_error_is_that_of_drawn_parameters():
     assert got["stderr"] == pytest.approx(drawn.std(), rel=0.02)
 
 
+def test_a_reciprocal_of_what_may_be_nought_is_not_told():
+    """A damping of 0.019 with an error of 19: no quality factor of 26.259 with one of 0.026."""
+    found = {"damping": {"value": 0.019, "stderr": 19.0, "unit": "1"}}
+    (got,) = derive_quantities((TRUTHS["resonance"],), found, RECORDING).values()
+    assert got["value"] == pytest.approx(1.0 / 0.038) and got["stderr"] == np.inf
+    linear = {"tau": {"value": 1e-6, "stderr": 1e-4, "unit": "s"}}
+    (got,) = derive_quantities((TRUTHS["delay"],), linear, RECORDING).values()
+    assert got["stderr"] == pytest.approx(100.0 * got["value"])
+
+
 def test_what_is_not_finite_or_not_optical_is_left_out():
     none = {"tau": {"value": 0.0, "stderr": 1e-6, "unit": "s"}}
     assert derive_quantities((TRUTHS["amplifier_lowpass"],), none, RECORDING) == {}

@@ -52,6 +52,16 @@ def test_a_fitted_waveform_is_the_one_that_was_sent(bits, waveform, rise, begin)
     np.testing.assert_array_equal(made.response, run.response)
 
 
+@pytest.mark.parametrize("periods", [2.4, 2.9])
+def test_the_rate_of_few_periods_is_read_off_all_samples(periods):
+    """Steps of a coarse converter: over the one whole period they look like another rate."""
+    time = np.arange(int(500 * periods)) / SAMPLE_HZ
+    run = run_of(read(wave("sine", 40.0 * time + 0.53), 5), "sine", 40.0)
+    assert run.drive.periods < 3
+    found = fit_waveform(run.drive)
+    assert found is not None and abs(found.rate / 40.0 - 1.0) < 1e-3
+
+
 def test_the_rate_is_the_one_said_unless_readings_are_against_it():
     time = np.arange(6000) / SAMPLE_HZ
     for rate in (RATE, 1.0002 * RATE):

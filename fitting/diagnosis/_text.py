@@ -159,6 +159,12 @@ def verdict_advice(
     if len(tied) > 1:
         labels = effect_labels((*ALL, *effects), unit)
         which = list_alternatives(tied, labels)
+        if scan is not None and not scan["separates"]:
+            return (
+                f"These data cannot yet decide which effect it is: {which}. Nor would a scan "
+                "within the limits for sure: what the best of them would tell is given below, with "
+                "what would tell more."
+            )
         if scan is not None:
             return (
                 f"These data cannot yet decide which effect it is: {which}. Record the next scan "

@@ -23,6 +23,7 @@ from .refit._whitened_model import WhitenedModel
 from .which._base import FittedBase
 from .which._candidate import Candidate
 from .which._effect_sets import mechanism_name
+from .which._excess import is_unexplained
 
 
 def give_verdict(
@@ -199,6 +200,12 @@ def collect_notes(
     """What the recording cannot tell, and whether the model holds the flexible base."""
     recording, notes = whitened.recording, []
     notes += describe_creep(recording)
+    if fitted.given is None and is_unexplained(fitted.state):
+        notes.append(
+            "The model was identified here, with the plays' shape shared, so that no play follows "
+            "an effect: a fit in which plays have values of their own may leave less. `--model "
+            "RESULT` judges that fit."
+        )
     if not fitted.spectrum.measured:
         notes.append(
             "No run repeats a period, so noise was not measured but estimated from the highest "

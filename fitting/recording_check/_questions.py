@@ -1,6 +1,7 @@
 """What may be asked of a recording, what may not, and what to record to change that."""
 
 import dataclasses
+import itertools
 from collections.abc import Sequence
 from typing import Any, Literal
 
@@ -152,9 +153,9 @@ def _more_periods() -> str:
 def _ask_rates(recording: Recording) -> Question:
     name, rates = "rate dependence", recording.rates
     if not recording.one_rate and min(rates) > 0:
-        return Question(
-            name, "yes", f"{len(rates)} scan rates, {min(rates):.6g} to {max(rates):.6g} Hz."
-        )
+        apart = [b > (1.0 + THRESHOLDS.rates_apart) * a for a, b in itertools.pairwise(rates)]
+        said = f"{1 + sum(apart)} scan rates, {min(rates):.6g} to {max(rates):.6g} Hz."
+        return Question(name, "yes", said)
     cure = "Record two scan rates, at least a factor of two and better a factor of five apart."
     if max(rates) == 0:
         said = "Give it by `--rate` of `rapi import`, or as `excitation_hz` in the manifest. "

@@ -18,6 +18,12 @@ class RecordingCheckThresholds:
         origin="what a fit leaves is then 12 % larger (root of 1.25); 0.25: 3 %, which no one "
         "would mend, 1: 41 %",
     )
+    rates_apart: float = threshold(
+        0.01,
+        unit="of the rate",
+        origin="convention: 0.9987 and 0.9988 Hz, each read off the length of a record, are one; "
+        "halved and doubled, nothing changes but for rates so near",
+    )
     swings_apart: float = threshold(
         1.2, unit="factor", origin="as for scan rates; swings within it do not show their law"
     )

@@ -147,6 +147,14 @@ def test_compensation_that_is_predicted_to_make_scans_worse_is_not_advised(expec
     assert ("Do not compensate with this model yet" in said) == refused
 
 
+@pytest.mark.parametrize("separates", [[], ["delay", "resonance"]])
+def test_a_scan_that_would_not_decide_is_not_advised_as_if_it_did(separates):
+    tied = ["delay", "resonance"]
+    said = verdict_advice("delay", (Resonance,), tied, {"separates": separates})
+    assert ("Record the next scan given below." in said) == bool(separates)
+    assert ("Nor would a scan within the limits for sure" in said) == (not separates)
+
+
 def test_sentence_and_table_have_the_same_interval():
     """The gap may grow: an end below 0 is no 0."""
     for closed in (

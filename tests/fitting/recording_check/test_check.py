@@ -50,6 +50,12 @@ def test_everything_may_be_asked_of_three_rates_and_two_swings():
     assert all(question.record == "" for question in found.questions)
 
 
+def test_rates_that_differ_by_less_than_a_hundredth_are_one():
+    """As of records of one period, whose rates are read off their lengths."""
+    told = [q.because for q in check_recording(recorded(*wide(10, 10.02, 40))).questions]
+    assert "2 scan rates, 10 to 40 Hz." in told
+
+
 def test_a_digitised_reading_without_noise_is_said_with_its_resolution():
     """From sample to sample it rests: that is the converter's doing, and no noise of 0."""
     (drive,) = wide(10, periods=1)

@@ -216,7 +216,7 @@ def bridge(
         console(False).print(line, markup=False, soft_wrap=True)
         with contextlib.suppress(KeyboardInterrupt):
             threading.Event().wait()
-    out.print("the laboratory has ended")
+    console(False).print("the bridge has ended", markup=False)
     return 0
 
 

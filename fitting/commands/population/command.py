@@ -119,7 +119,7 @@ def population(
         if change is not None:
             out.print(render_change(change))
         names = ", ".join(path.name for path in written)
-        out.print(f"written to {folder}: {names}", markup=False, soft_wrap=True)
+        out.print(f"written to {output}: {names}", markup=False, soft_wrap=True)
     return UNTRUSTED if change is not None and change.changed else DONE
 
 

@@ -27,9 +27,7 @@ def foresee_drive_noise(recording: Recording) -> list[Fault]:
     errors = [
         smooth_response(run, recording.response_lag_s) - run.response for run in recording.runs
     ]
-    return _find_noise(
-        recording, errors, "what a smooth curve leaves, and so with what a fit would leave"
-    )
+    return _find_noise(recording, errors, "what a fit would leave")
 
 
 def _find_noise(recording: Recording, errors: list[np.ndarray], beside: str) -> list[Fault]:
@@ -51,8 +49,9 @@ def _find_noise(recording: Recording, errors: list[np.ndarray], beside: str) -> 
         if together > THRESHOLDS.drive_noise_correlation:
             text = (
                 f"run {run.name!r}: the drive as written carries noise of {noise:.2g} "
-                f"{recording.drive_unit} rms that the response does not follow (correlation "
-                f"{together:.2f} with {beside}): noise of its reading, not of the device. "
+                f"{recording.drive_unit} rms that the response does not show: {beside} follows "
+                f"it (correlation {together:.2f}), since a model answers to the drive as written. "
+                "It is noise of the drive's reading, not of the device. "
             )
             kind, swap = "noisy drive", _describe_swap(run, use) if swappable else None
             if swap is not None:

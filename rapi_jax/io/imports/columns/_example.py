@@ -9,6 +9,7 @@ from rapi_jax.io.tables._units import TIMES, known_unit
 
 from ._clock_column import find_clock_columns
 from ._command import column_key, import_command
+from ._likely_columns import choose_column
 
 _RATE_HZ = 10_000.0
 _DRIVE = MadeDrive(amplitude=4.5, rate=10.0, offset=3.0)  # V peak to peak, Hz, V
@@ -32,6 +33,7 @@ def describe_example(
     """
     answers: dict[str, Any] = {}
     supposed: list[str] = []
+    chosen: dict[str, int] = {}
     measured = options.measured
     taken = {(id(tables[what]), place) for what, place in places.items() if place is not None}
     if clock:
@@ -49,7 +51,7 @@ def describe_example(
             and known_unit(column.unit or "") not in TIMES
             and (id(table), i) not in taken
         ]
-        place = likely.get(what, free[0] if free else None)
+        place = likely.get(what, choose_column(what, table, free, places | chosen))
         if what == "drive" and len(free) == 1 and places.get(measured, 0) is None:
             if tables[measured] is table:  # the only column is what was measured
                 answers["made"] = _DRIVE
@@ -58,6 +60,7 @@ def describe_example(
         if place is None:
             return ""
         taken.add((id(table), place))
+        chosen[what] = place
         answers[what] = column_key(table, place)
         supposed.append(f"'{answers[what]}' is the {what}")
     answers |= {f"{what}_unit": _UNITS[what] for what in units}

@@ -55,6 +55,23 @@ def test_a_question_ends_with_a_line_of_the_columns_of_the_file(tmp_path, names,
     assert "Columns, by number or name: 0" in text and "For example" in text
 
 
+def test_the_example_takes_the_smooth_column_for_the_drive_and_another_unit_for_the_response(
+    tmp_path,
+):
+    """As of a sine that was sent, behind what it moved; of two voltages and a polarisation."""
+    noisy = Y + 0.05 * np.random.default_rng(0).standard_normal(Y.size)
+    line = line_of(asked(table(tmp_path, "time,moved,sent", (T, noisy, U))))
+    assert line[:4] == ["--drive", "sent", "--response", "moved"]
+    nameless = line_of(asked(table(tmp_path, "", (T, noisy, U))))
+    assert nameless[:6] == ["--time", "0", "--drive", "2", "--response", "1"]
+    names = "time (s),V+ (V),V- (V),P (uC/cm2)"
+    line = line_of(asked(table(tmp_path, names, (T, U, U, Y))))
+    assert line[:4] == ["--drive", "V+", "--response", "P"]
+    alike = np.roll(noisy, 7)  # nothing tells: the first is shown
+    line = line_of(asked(table(tmp_path, "time,a,b", (T, alike, noisy))))
+    assert line[:4] == ["--drive", "a", "--response", "b"]
+
+
 def test_without_a_clock_or_a_drive_the_example_says_how_they_are_made(tmp_path):
     path = table(tmp_path, "reading", (Y,))
     assert line_of(asked(path)) == shlex.split(

@@ -1,5 +1,6 @@
 """Files of other programs as one recording, with a record of what was done and assumed."""
 
+import contextlib
 import dataclasses
 import hashlib
 import os
@@ -12,6 +13,7 @@ from rapi_jax._errors import DataError
 from rapi_jax.io import _units
 from rapi_jax.io._safe import StrPath, open_regular, printable
 from rapi_jax.io.tables._read import read_tables
+from rapi_jax.io.tables._table import Table
 from rapi_jax.recording._drive import Drive
 from rapi_jax.recording._recording import Recording
 from rapi_jax.recording._response_source import FRINGES, RESPONSE_FROM
@@ -113,18 +115,18 @@ def import_recording(
     for number, path in enumerate(paths):
         tables = read_tables(path)
         short = printable(Path(path).name)
-        if len(tables) > 1:
-            notes.append(
-                f"{short}: {len(tables)} tables{_placed(tables[0].form)}, each as runs of its own; "
-                f"assumed: they follow each other without a pause{_one_zero(options)}"
-            )
+        first, begin, stated = len(notes), start, True
         spoken: list[tuple[str, list[str]]] = []
         for table in tables:
+            if (since := _seconds_between(tables[0], table)) is None or begin + since < start:
+                stated = False
+            elif stated:
+                start = begin + since
             channels = read_channels(table, str(path), options)
             units.setdefault((channels.drive_unit, channels.response_unit), table.label)
             stamp, warm = stamp or channels.recorded_at, warm or channels.temperature_c
             place = short + table.label.removeprefix(printable(path))
-            found, said = _runs_of(channels, options, table.label, start, len(runs))
+            found, said = _runs_at(table, channels, options, start, len(runs))
             runs += found
             sources += [place] * len(found)
             notes += [line for line in channels.notes if line not in notes]
@@ -133,6 +135,14 @@ def import_recording(
             spoken.append((place, said))
             start += float(channels.time[-1] - channels.time[0])
             provenance[f"columns{number:02d}"] = channels.columns
+        if len(tables) > 1:
+            order = (
+                "their times are as the file states"
+                if stated
+                else "assumed: they follow each other without a pause"
+            )
+            text = f"{short}: {len(tables)} tables{_placed(tables[0].form)}, each as runs of its "
+            notes.insert(first, f"{text}own; {order}{_one_zero(options)}")
         notes += _join_notes(short, spoken)
         provenance[f"file{number:02d}"] = f"{Path(path).name} sha256 {_digest(path)}"
     if len(units) > 1:
@@ -222,6 +232,25 @@ def _join_notes(short: str, spoken: list[tuple[str, list[str]]]) -> list[str]:
     shared = [line for line in lines if all(line in said for _, said in spoken)]
     apart = [f"{place}: {line}" for place, said in spoken for line in said if line not in shared]
     return apart + [f"{short}, each table: {line}" for line in shared]
+
+
+def _seconds_between(first: Table, table: Table) -> float | None:
+    """From one table to another, by the times that the file states; `None` where it does not."""
+    if first.began is None or table.began is None:
+        return None
+    return (table.began - first.began).total_seconds()
+
+
+def _runs_at(
+    table: Table, channels: Channels, options: ImportOptions, start_s: float, number: int
+) -> tuple[list[Run], list[str]]:
+    """The runs of one table, at the rate that it states where its drive has that rate."""
+    if table.rate_hz is not None and not options.rates:
+        with contextlib.suppress(DataError):
+            own = dataclasses.replace(options, rates=(table.rate_hz,))
+            runs, said = _runs_of(channels, own, table.label, start_s, number)
+            return runs, ["its rate is as the file states", *said]
+    return _runs_of(channels, options, table.label, start_s, number)
 
 
 def _runs_of(

@@ -1,6 +1,7 @@
 """Columns of numbers by name, wherever they come from."""
 
 import dataclasses
+import datetime
 import difflib
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -57,6 +58,8 @@ class Table:
     - `load`: the values of columns by number, each one-dimensional float64.
     - `step_s`: sampling interval that a header states, s; `None` where none does.
     - `recorded_at`: time of the first sample, where the file states it with its offset from UTC.
+    - `began`: the same without an offset, of one table among several. `rate_hz`: its scan rate, Hz,
+      where the file states it.
     """
 
     label: str
@@ -65,6 +68,8 @@ class Table:
     load: Callable[[Sequence[int]], list[np.ndarray]]
     step_s: float | None = None
     recorded_at: str | None = None
+    began: datetime.datetime | None = None
+    rate_hz: float | None = None
 
     def describe(self, *, values: bool = False) -> str:
         """The columns by number, name and unit, on one line; `values`: of nameless ones, the range.

@@ -1,5 +1,6 @@
 """Tables in text: separator, decimal sign and the first row are found, whatever stands above."""
 
+import dataclasses
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ from rapi_jax.io._safe import cause, located, open_regular, printable
 
 from ._header import read_header
 from ._table import Table
+from ._tester import stated_above
 
 _HEAD = 1000  # lines in which the samples must begin
 _ALIKE = 20  # rows that must follow on the first
@@ -34,8 +36,8 @@ def read_text_tables(path: Path) -> list[Table]:
     lines = text.rstrip().split("\n")
     if lines == [""]:
         raise DataError(f"{label}: the file is empty. Record or export it again.")
-    found = [(d, *_find_rows(lines, d)) for d in _DELIMITERS]
-    delimiter, use, first = max(found, key=lambda one: len(one[1]))  # of equals, the first
+    rows = [(d, *_find_rows(lines, d)) for d in _DELIMITERS]
+    delimiter, use, first = max(rows, key=lambda one: len(one[1]))  # of equals, the first
     if not use:
         raise DataError(
             f"{label}: no rows of numbers within the first {min(_HEAD, len(lines))} lines; it "
@@ -52,10 +54,13 @@ def read_text_tables(path: Path) -> list[Table]:
         ((begin, end),) = sections
         return [_table_of(label, text, lines[:end], delimiter, use, begin)]
     if len(sections) > 1:
-        return [
-            _table_of(f"{label}, table {k + 1}", text, lines[:end], delimiter, use, begin)
-            for k, (begin, end) in enumerate(sections)
-        ]
+        found, above = [], 0
+        for k, (begin, end) in enumerate(sections):
+            table = _table_of(f"{label}, table {k + 1}", text, lines[:end], delimiter, use, begin)
+            began, rate = stated_above(lines[above:begin])
+            found.append(dataclasses.replace(table, began=began, rate_hz=rate))
+            above = end
+        return found
     return [_table_of(label, text, lines, delimiter, use, first)]
 
 

@@ -1,5 +1,6 @@
 """Files of other programs: tables below each other, a channel a file, force curves."""
 
+import re
 import struct
 import sys
 import types
@@ -50,6 +51,30 @@ def test_tables_below_each_other_become_runs(tmp_path):
     assert once == [
         "a.dat, each table: one period only: its rate is read off the record's length; give --rate"
     ]
+
+
+def test_times_and_rates_that_the_tester_states_are_taken(tmp_path):
+    """Minutes apart, at rates that the length of a record tells to a part in a thousand."""
+    text, times = loops(), iter(("11:39:00", "11:52:30", "12:01:10"))
+    stamped = re.sub(
+        r"Timestamp: 06/16/2017 11:39\n",
+        lambda found: f"Timestamp: 06/16/2017 {next(times)}\nHysteresis Frequency [Hz]: RATE\n",
+        text,
+    )
+    for rate in RATES:
+        stamped = stamped.replace("RATE", f"{rate:g}", 1)
+    made = import_recording(put(tmp_path / "a.dat", stamped), aixacct())
+    runs = made.recording.runs
+    assert [run.drive.start_s for run in runs] == [0.0, 810.0, 1330.0]
+    assert [run.drive.excitation_hz for run in runs] == list(RATES)
+    assert "their times are as the file states" in made.notes[0]
+    assert "a.dat, each table: its rate is as the file states" in made.notes
+    # A rate that the drive does not have, and times that go back, are not taken.
+    wrong = stamped.replace(f"[Hz]: {RATES[1]:g}", "[Hz]: 7").replace("12:01:10", "11:00:00")
+    made = import_recording(put(tmp_path / "b.dat", wrong), aixacct())
+    assert [run.drive.excitation_hz for run in made.recording.runs] == pytest.approx(RATES)
+    assert "assumed: they follow each other without a pause" in made.notes[0]
+    assert made.recording.runs[2].drive.start_s > 810.0
 
 
 def test_rates_that_are_stated_and_a_slip_in_a_table(tmp_path):

@@ -24,13 +24,15 @@ def find_mode_hops(recording: Recording, errors: list[np.ndarray]) -> list[Fault
     """Steps in a run's residual that stand clear of noise and misfit: mode hops of a laser.
 
     `errors` are model less data, one array a run. In a reading that is no optical frequency such a
-    step is a jump, of whatever cause.
+    step is a jump, of whatever cause. Where the drive jumps, too, a model that misses the answer to
+    it leaves a step: none is found there.
     """
     found = []
     optical = recording.response_unit == "GHz"  # files in Hz or MHz are read as GHz
     kind, cause = ("mode hop", _HOP) if optical else ("jump", _JUMP)
     for run, error in zip(recording.runs, errors, strict=True):
-        index = np.flatnonzero(usable(run, recording.response_lag_s))
+        lag = recording.response_lag_s
+        index = np.flatnonzero(usable(run, lag) & ~_jumps(run.drive.delayed(lag).value))
         if not index.size or run.span == 0:
             continue
         reading = run.response[index]
@@ -54,3 +56,12 @@ def find_mode_hops(recording: Recording, errors: list[np.ndarray]) -> list[Fault
                 )
             )
     return found
+
+
+def _jumps(drive: np.ndarray) -> np.ndarray:
+    """Which samples are within one of a jump of the drive."""
+    moved = np.abs(np.diff(drive)) > THRESHOLDS.drive_jump * np.ptp(drive)
+    beside = np.zeros(drive.size + 2, dtype=bool)
+    for shift in range(4):
+        beside[shift : shift + moved.size] |= moved
+    return beside[1:-1]

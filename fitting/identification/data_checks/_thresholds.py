@@ -388,6 +388,13 @@ class DataCheckThresholds:
     step_resolution: float = threshold(
         3.0, unit="steps of the digitiser", origin="set by trial; a mode hop is larger"
     )
+    drive_jump: float = threshold(
+        0.25,
+        unit="of the drive's swing, from one sample to the next",
+        origin="derivation: a triangle of 8 samples a period, the fewest, moves by as much; half: "
+        "one of fewer than 16 has no mode hop any more, double: a drive that takes two samples for "
+        "its step jumps nowhere",
+    )
 
 
 THRESHOLDS = DataCheckThresholds()

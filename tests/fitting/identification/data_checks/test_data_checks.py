@@ -182,6 +182,23 @@ def test_mode_hops_are_mostly_found_in_coarse_recordings():
     assert caught >= 0.8 * len(coarse)
 
 
+@pytest.mark.parametrize("samples", [1, 2])
+def test_where_the_drive_jumps_a_step_is_no_jump_of_the_sensor(samples):
+    """A rest, and a step of 1200 V in one sample or two, to which a model answers with nothing."""
+    t = np.arange(4000) / 200.0
+    u = np.interp(np.arange(4000), [0, 1999, 1999 + samples, 4000], [72.0, 72.0, 1272.0, 1272.0])
+    noise = 0.3 * np.random.default_rng(1).standard_normal(4000)
+    missed = np.where(u > 700.0, 300.0, 0.0) + noise
+    slipped = missed + np.where(np.arange(4000) >= 3000, 40.0, 0.0)
+    found = []
+    for error in (missed, slipped):
+        recording = Recording((Run(Drive(t, u), t - error),), response_unit="nm")
+        found.append(find_mode_hops(recording, [error]))
+    assert found[0] == []
+    (fault,) = found[1]
+    assert fault.kind == "jump" and fault.samples == ((3000, 3000),)
+
+
 def test_a_single_wrong_sample_is_no_hop():
     drive, truth = clean("triangle", 4000, 1)
     noise = np.random.default_rng(0).standard_normal(truth.size)

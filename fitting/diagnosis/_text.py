@@ -161,9 +161,8 @@ def verdict_advice(
         which = list_alternatives(tied, labels)
         if scan is not None and not scan["separates"]:
             return (
-                f"These data cannot yet decide which effect it is: {which}. Nor would a scan "
-                "within the limits for sure: what the best of them would tell is given below, with "
-                "what would tell more."
+                f"These data cannot yet decide which effect it is: {which}. No scan "
+                "within the limits is sure to decide it; the best of them is given below."
             )
         if scan is not None:
             return (

@@ -152,7 +152,7 @@ def test_a_scan_that_would_not_decide_is_not_advised_as_if_it_did(separates):
     tied = ["delay", "resonance"]
     said = verdict_advice("delay", (Resonance,), tied, {"separates": separates})
     assert ("Record the next scan given below." in said) == bool(separates)
-    assert ("Nor would a scan within the limits for sure" in said) == (not separates)
+    assert ("No scan within the limits is sure to decide it" in said) == (not separates)
 
 
 def test_sentence_and_table_have_the_same_interval():

@@ -16,7 +16,7 @@ from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.refit.estimates._estimates import effective_parameter_count
 from fitting.diagnosis.where._gap import Gap, measure_gap
-from rapi_jax import NotInvertible
+from rapi_jax import NotInvertible, certify
 from rapi_jax.internal import refuse
 
 from ._cross_validation import CrossValidation
@@ -80,9 +80,7 @@ def predict_gain(
     # What held-out data leave open is a share of what was there to close on them.
     most = max(most, 1.0 - held.closed["low"], *(1.0 - x for x in _values(held)))
     closed = {"value": 1.0 - likely, "low": 1.0 - wide * most, "high": 1.0 - least / wide}
-    try:
-        refuse(state.effects)
-    except NotInvertible:
+    if not _can_be_compensated(whitened, refit, state, at):
         return PredictedGain(closed, at, float(np.sqrt(bent)), None)
     low, value, high = (
         float(np.sqrt(bent / max(x, THRESHOLDS.least_error * bent))) for x in stays[::-1]
@@ -97,6 +95,20 @@ def predict_gain(
             "high": high * THRESHOLDS.other_scan_factor,
         },
     )
+
+
+def _can_be_compensated(whitened: WhitenedModel, refit: Refit, state: State, run: int) -> bool:
+    """Whether a drive can be made from the model over the range of a run: whether it is monotone,
+    and its effects are such that allow for it.
+    """
+    operator = whitened.set_values(refit.base.operator, state.values)
+    drive = whitened.recording.runs[run].drive
+    low, high = float(drive.value.min()), float(drive.value.max())
+    try:
+        refuse(state.effects)
+        return certify(operator, low, high, drive.rate, u_pp=drive.u_pp).invertible
+    except NotInvertible:
+        return False
 
 
 def _remaining_error(

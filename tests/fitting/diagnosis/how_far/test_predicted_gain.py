@@ -16,10 +16,10 @@ from worlds import (
 )
 
 from fitting import diagnose
-from fitting.diagnosis.how_far._predicted_gain import nonlinearity_rms
+from fitting.diagnosis.how_far._predicted_gain import _can_be_compensated, nonlinearity_rms
 from fitting.diagnosis.noise._spectrum import Spectrum
 from fitting.diagnosis.refit.estimates._estimates import effective_parameter_count
-from rapi_jax import Recording
+from rapi_jax import Recording, parameters
 from rapi_jax._precision import float64
 from rapi_jax.effects import Delay, Pickup
 from rapi_jax.examples import paper_device
@@ -80,6 +80,21 @@ def test_the_number_of_values_determined_lies_between_none_and_all():
         one, base=dataclasses.replace(one.base, prior_std=one.base.prior_std * 1e9)
     )
     assert effective_parameter_count(nonsynchronous, state) > count
+
+
+@float64
+def test_no_drive_is_promised_from_a_model_that_does_not_rise_with_it():
+    one = refit()
+    state = one.evaluate(one.base.prior_mean, ())
+    assert _can_be_compensated(one.whitened, one, state, 0)
+    operator = one.whitened.set_values(one.base.operator, state.values)
+    values, at = state.values.copy(), 0
+    for p in parameters(operator):
+        if p.name == "d":
+            values[at] -= 60.0  # GHz/V: far below zero right after each turn
+        at += p.size
+    falling = dataclasses.replace(state, values=values)
+    assert not _can_be_compensated(one.whitened, one, falling, 0)
 
 
 @pytest.mark.slow

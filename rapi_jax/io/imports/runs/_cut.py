@@ -69,7 +69,7 @@ def cut_record(
     pieces = part_runs(pieces, own, rates, step_s)
     if len(cycles) == 1 and not options.rates:
         notes.append("one period only: its rate is read off the record's length; give --rate")
-    return pieces, notes + describe_dropped(pieces, drive.size, step_s)
+    return pieces, notes + describe_dropped(pieces, drive, step_s)
 
 
 def _extend(drive: Samples, group: list[Cycle], rate: float, step_s: float) -> tuple[int, int]:

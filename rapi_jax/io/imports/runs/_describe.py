@@ -1,10 +1,13 @@
 """What became of a record, in sentences: its runs, and the samples that are in none."""
 
 import numpy as np
+from jaxtyping import Float
 
 from rapi_jax.recording._drive import Drive
 
 from ._piece import Piece
+
+_RESTS = 1e-3  # of the drive's range: rounding of a converter
 
 
 def describe_run(drive: Drive, name: str, first: int, unit: str) -> str:
@@ -31,8 +34,11 @@ def describe_run(drive: Drive, name: str, first: int, unit: str) -> str:
     )
 
 
-def describe_dropped(pieces: list[Piece], size: int, step_s: float) -> list[str]:
+def describe_dropped(
+    pieces: list[Piece], drive: Float[np.ndarray, " samples"], step_s: float
+) -> list[str]:
     """The samples that are in no run, in a sentence; empty where there are none."""
+    size = drive.size
     edges = [(-1, -1), *((p.first, p.last) for p in pieces), (size, size)]
     lost = [
         (before[1] + 1, after[0] - 1)
@@ -44,7 +50,7 @@ def describe_dropped(pieces: list[Piece], size: int, step_s: float) -> list[str]
     shown = ", ".join(f"{a}-{b}" for a, b in lost[:4])
     more = f" and {len(lost) - 4} more" if len(lost) > 4 else ""
     samples = sum(b - a + 1 for a, b in lost)
-    return [
-        f"dropped {samples} samples ({samples * step_s:.4g} s) that belong to no whole period of "
-        f"one rate: {shown}{more}"
-    ]
+    least = _RESTS * float(np.ptp(drive))
+    rests = all(np.ptp(drive[a : b + 1]) <= least for a, b in lost)
+    why = "in which the drive rests" if rests else "that belong to no whole period of one rate"
+    return [f"dropped {samples} samples ({samples * step_s:.4g} s) {why}: {shown}{more}"]

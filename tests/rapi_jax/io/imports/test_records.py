@@ -35,7 +35,19 @@ def test_four_rates_and_a_second_swing_after_a_rest(tmp_path):
     np.testing.assert_allclose([run.drive.u_pp for run in runs], [4.5, 4.5, 4.5, 2.0], rtol=0.04)
     begin = np.cumsum([rest / 20e3, *(n / hz for hz, n, _ in parts[:-1])])
     np.testing.assert_allclose([run.drive.start_s for run in runs], begin, atol=2e-3)
-    assert "dropped" in said(made) and "belong to no whole period" in said(made)
+    assert "dropped" in said(made) and "in which the drive rests" in said(made)
+
+
+def test_a_rest_before_the_scan_is_said_to_be_one(tmp_path):
+    """And a drive that moves without a period is not."""
+    t, u, y = scanned((10.0, 3, 4.5))
+    low = float(u.min())
+    rest = taken(tmp_path, np.arange(u.size + 900) / 20e3, np.r_[np.full(900, low - 1.0), u],
+                 np.r_[np.full(900, -9.0), y])  # fmt: skip
+    assert "(0.045 s) in which the drive rests: 0-899" in said(rest)
+    walk = np.r_[np.linspace(low - 1.0, low - 0.5, 900), u]
+    moved = taken(tmp_path, np.arange(u.size + 900) / 20e3, walk, np.r_[np.full(900, -9.0), y])
+    assert "belong to no whole period of one rate: 0-899" in said(moved)
 
 
 def test_broken_ends_stay_for_settling(tmp_path):

@@ -141,12 +141,17 @@ def measure(
     if unlisted:
         out.print(_describe_unlisted(unlisted), markup=False, soft_wrap=True)
     out.print(f"{len(recording.runs)} run(s) written to {output}", markup=False, soft_wrap=True)
-    out.print(_describe_next([drive, *drives], output), markup=False, soft_wrap=True)
+    out.print(
+        _describe_next([] if unlisted else [drive, *drives], output), markup=False, soft_wrap=True
+    )
     return 0
 
 
 def _describe_next(drives: Sequence[Path], output: Path) -> str:
-    """The command that comes next: a check against the certificate of the drives, or a fit."""
+    """The command that comes next: a check against the certificate of `drives`, or a fit.
+
+    `drives`: none where a list beside them does not name all.
+    """
     folders = {path.parent for path in drives}
     scan = shlex.quote(str(output))
     if len(folders) == 1 and (listed := folders.pop() / "certificate.json").exists():

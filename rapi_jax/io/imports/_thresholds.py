@@ -75,6 +75,13 @@ class ImportThresholds:
         origin="a response of the paper's device departs by 4 %, a triangle read by eight bits by "
         "0.25 %; 0.005: noise of 0.5 % hides a swap, 0.02: nearly straight devices are told",
     )
+    few_periods: int = threshold(
+        3,
+        unit="whole periods",
+        origin="over the one whole period of 2.4 harmonics of 0.2 % look like another rate, by "
+        "5e-3 to 8e-3 in four drives, over all samples by less than 1e-3; neither half nor double "
+        "was tried",
+    )
     round_rate: float = threshold(
         5e-4, unit="relative", origin="a setting of three digits; beside `rate_slip`"
     )

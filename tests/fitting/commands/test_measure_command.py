@@ -2,13 +2,14 @@
 
 import contextlib
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 from benches import Served, bench_file
 
 from fitting.cli import app
-from fitting.commands.measure import _is_listed
+from fitting.commands.measure import _describe_next, _is_listed
 from fitting.commands.run import run
 from hardware import HislipServer, TcpServer
 from hardware.simulated import Silent, SimulatedBench
@@ -26,6 +27,17 @@ def rapi(*arguments):
 def own_folder(tmp_path, monkeypatch):
     """Notes on what is in use, of this test alone."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+def test_the_next_command_is_a_check_where_a_certificate_names_the_drives(tmp_path):
+    (folder := tmp_path / "my drives").mkdir()
+    sent = [folder / "drive_10Hz.csv", folder / "drive_20Hz.csv"]
+    fit = "Next: `rapi fit scan -o result`"
+    assert _describe_next(sent, Path("scan")) == fit
+    (folder / "certificate.json").write_text("{}")
+    assert _describe_next(sent, Path("scan")) == f"Next: `rapi fit scan --check '{folder}'`"
+    assert _describe_next([], Path("scan")) == fit  # not all are listed
+    assert _describe_next([*sent, tmp_path / "other.csv"], Path("scan")) == fit
 
 
 @pytest.fixture

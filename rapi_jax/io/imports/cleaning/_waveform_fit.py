@@ -11,8 +11,6 @@ from rapi_jax.recording._drive import Drive
 
 Samples = Float[np.ndarray, " samples"]
 
-_FEW = 3  # whole periods
-
 
 @dataclasses.dataclass(frozen=True)
 class FittedWaveform:
@@ -53,7 +51,7 @@ def fit_waveform(drive: Drive) -> FittedWaveform | None:
     if drive.waveform not in ("triangle", "sine") or not drive.periods:
         return None
     whole = np.flatnonzero(drive.period >= 0)  # a broken end may be that of another run
-    if drive.periods < _FEW:  # of one, harmonics look like another rate
+    if drive.periods < THRESHOLDS.few_periods:  # of one, harmonics look like another rate
         whole = np.arange(drive.size)
     used = whole[:: -(-whole.size // THRESHOLDS.waveform_samples)]
     time, value = drive.time[used], drive.value[used]

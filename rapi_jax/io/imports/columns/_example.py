@@ -51,7 +51,9 @@ def describe_example(
             and known_unit(column.unit or "") not in TIMES
             and (id(table), i) not in taken
         ]
-        place = likely.get(what, choose_column(what, table, free, places | chosen))
+        place = likely.get(what)
+        if place is None:
+            place = choose_column(what, table, free, places | chosen)
         if what == "drive" and len(free) == 1 and places.get(measured, 0) is None:
             if tables[measured] is table:  # the only column is what was measured
                 answers["made"] = _DRIVE

@@ -2,6 +2,7 @@
 
 import _thread  # noqa: PLC2701 (of the standard library)
 import contextlib
+import difflib
 import errno
 import io
 import os
@@ -51,6 +52,7 @@ def _usage_message(error: CycloptsError) -> str:
         name = error.argument.name
         positional = error.argument.field_info.is_positional
         what = f"{name.lstrip('-').upper() if positional else name} is missing."
+        what = _unknown_option(error) or what
     elif isinstance(error, UnusedCliTokensError):
         what = f"too many arguments: {' '.join(error.unused_tokens or ())}."
     elif isinstance(error, CoercionError) and _is_list_of_numbers(error):
@@ -59,6 +61,18 @@ def _usage_message(error: CycloptsError) -> str:
         if len(parts) == 2 and all(part.lstrip("+-").isdigit() for part in parts):
             what += f" A decimal comma is a point here: {parts[0]}.{parts[1]}."
     return f"{what} `{command} --help` lists what there is."
+
+
+def _unknown_option(error: MissingArgumentError) -> str | None:
+    """An option that the command does not have, which may be the missing one, mistyped."""
+    unknown = next((token for token in error.unused_tokens or () if token.startswith("--")), None)
+    if unknown is None or error.argument is None:
+        return None
+    typed = unknown.partition("=")[0]
+    meant = next((name for name in error.argument.names if name.startswith(typed)), None)
+    meant = meant or next(iter(difflib.get_close_matches(typed, error.argument.names)), None)
+    hint = f" Did you mean {meant}?" if meant else f" And {error.argument.name} is missing."
+    return f"Unknown option: {typed}.{hint}"
 
 
 _RESUMED = ("batch", "blind")  # commands that go on where they were interrupted

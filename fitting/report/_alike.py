@@ -6,6 +6,7 @@ from typing import Any, TypeVar
 
 Item = TypeVar("Item")
 
+_SHOWN_WHOLE = 4  # notes in the same words; more would push the rest off the screen
 _OWN = re.compile(r"'[^']*'|[-+]?\d[\d.e+-]*")
 
 
@@ -29,4 +30,15 @@ def fold_faults(faults: Sequence[Any]) -> list[str]:
         names = list(dict.fromkeys(one.run for one in others if one.run and one.run != first.run))
         more = f" The same in {', '.join(names)}." if names else ""
         out.append(f"{first.kind}: {first.message.rstrip('.')}.{more}")
+    return out
+
+
+def fold_notes(notes: Sequence[str]) -> list[str]:
+    """Notes for a terminal: of more than four in the same words the first two, and a count."""
+    out = []
+    for alike in group_alike(notes, wording):
+        shown = alike if len(alike) <= _SHOWN_WHOLE else alike[:2]
+        out += shown
+        if len(shown) < len(alike):
+            out.append(f"and {len(alike) - 2} more like these; the manifest has them all")
     return out

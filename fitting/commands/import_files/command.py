@@ -36,6 +36,7 @@ def import_files(
     drive_phase: float = 0.0,
     drive_waveform: Literal["triangle", "sine"] = "triangle",
     drive_as: Literal["measured", "averaged", "fitted"] = "measured",
+    table: Annotated[tuple[int, ...], Parameter(negative="", show_default=False)] = (),
     rate: Annotated[tuple[float, ...], Parameter(negative="", show_default=False)] = (),
     waveform: Literal["triangle", "sine", "multisine", "step", "other"] | None = None,
     cut: bool = True,
@@ -129,6 +130,9 @@ def import_files(
         of its periods at equal phases. `fitted`: the triangle or sine nearest to the readings. The
         response always stays as it was read. An oscilloscope adds noise to the drive that the laser
         never saw; a fit refuses such a drive, and the last two choices remove the noise.
+    table
+        Of a FILE that holds several tables, the number of one to take, counted from 1; may be given
+        several times. Default: all.
     rate
         Scan rate in Hz; may be given several times. Default: found in the drive.
     waveform
@@ -170,10 +174,11 @@ def import_files(
         drive_amplitude, drive_offset, drive_rate, drive_phase, drive_waveform,
         column=drive is not None or drive_file is not None,
     )  # fmt: skip
-    rates = [path.name for path in files if _is_rate(path)] if rate else []
-    if rates:
-        several = " ".join(f"--rate {one}" for one in (*(f"{hz:g}" for hz in rate), *rates))
-        refuse(f"--rate takes one number; for several say `{several}`.")
+    numbers = [path.name for path in files if _is_number(path)]
+    for option, given in (("--rate", rate), ("--table", table)):
+        if numbers and given:
+            several = " ".join(f"{option} {one}" for one in (*(f"{x:g}" for x in given), *numbers))
+            refuse(f"{option} takes one number; for several say `{several}`.")
     paths = _expand([file, *files])
     if drive_file is not None and len(paths) > 1:
         refuse("--drive-file can be given with one FILE only. Import the others apart.")
@@ -187,6 +192,7 @@ def import_files(
         report_step(", ".join(path.name for path in paths[:3]) + (", ..." if paths[3:] else ""))
         from fitting._json import replace_nonfinite
         from fitting.recording_check._check import check_recording
+        from fitting.report._alike import fold_notes
         from fitting.report.recording_check._next_step import describe_next
         from fitting.report.recording_check._terminal import render_recording_check
         from rapi_jax.internal import import_command
@@ -203,7 +209,8 @@ def import_files(
             drive_file=None if drive_file is None else str(drive_file),
             time_unit=time_unit, drive_unit=drive_unit, response_unit=response_unit,
             drive_scale=drive_scale, response_scale=response_scale,
-            sample_rate=sample_rate, made=made, drive_as=drive_as, rates=rate, waveform=waveform,
+            sample_rate=sample_rate, made=made, drive_as=drive_as, tables=table, rates=rate,
+            waveform=waveform,
             cut=cut, skip_periods=skip_periods, skip_seconds=skip_seconds,
             decimate=decimate, max_samples=max_samples, nan=nan, response_origin=response_origin,
             response_lag_s=response_lag, recorded_at=recorded_at, temperature_c=temperature,
@@ -237,7 +244,7 @@ def import_files(
         print_json(table)
         return 0
     out = console(json)
-    for note in imported.notes:
+    for note in fold_notes(imported.notes):
         out.print(f"  - {note}", markup=False, soft_wrap=True)
     out.print(render_recording_check(checked, label or printable(paths[0].name)))
     if label is None:
@@ -264,7 +271,7 @@ def _expand(paths: list[Path]) -> list[Path]:
     return found
 
 
-def _is_rate(path: Path) -> bool:
+def _is_number(path: Path) -> bool:
     """Whether what was taken for a file is a number, and no file."""
     try:
         float(str(path))

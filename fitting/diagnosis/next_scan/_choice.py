@@ -60,7 +60,7 @@ def choose_next_scan(
     needs, least = "", best.least_log_odds()
     if least < THRESHOLDS.separated_log_odds:
         needs = describe_needs(best, periods, best_remedy(limits, rate, least))
-    return next_scan_of(order, odds, recording.drive_unit, needs)
+    return next_scan_of(order, odds, recording, needs)
 
 
 def scan_length(whitened: WhitenedModel) -> tuple[int, int]:

@@ -5,9 +5,12 @@ inside what was recorded, of another waveform, needs no extrapolation of the hys
 effect leaves there is something missing, or nothing.
 """
 
+from fitting.diagnosis._text import effect_labels
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.diagnosis.which.evidence._probability import UNLISTED
+from fitting.report.diagnosis._text import describe_hypothesis
 from rapi_jax import DriveLimits, Identified
+from rapi_jax.effects import ALL
 
 from ._candidates import make_inner_sine
 from ._choice import NextScan, scan_length, scan_start
@@ -34,10 +37,8 @@ def confirmation_scan(
     if found is None:
         return None
     (name,) = (n for n in names if n != UNLISTED)
-    effects = name.replace("_", " ").replace("+", " and ")
-    whole = (
-        "an effect is missing" if name == "none" else f"another effect than {effects} is missing"
-    )
+    effects = describe_hypothesis(name, effect_labels(ALL, recording.response_unit))
+    other = "an effect" if name == "none" else f"an effect other than {effects}"
     return NextScan(
         waveform=found.waveform,
         excitation_hz=found.excitation_hz,
@@ -50,7 +51,7 @@ def confirmation_scan(
         candidates=[{**found.to_dict(), "power": 0.0, "checked": False, "left": None}],
         reason=(
             f"{found.describe(recording.drive_unit)}, inside the recorded range, where the "
-            f"hysteresis is known: it shows whether {whole}."
+            f"hysteresis is known: it shows whether {other} is missing."
         ),
         drive=found.drive,
     )

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from rapi_jax import Drive
+from rapi_jax import Drive, Recording
 
 from ._rated_scan import RatedScan
 from ._rival_set import probability_left
@@ -43,11 +43,12 @@ class NextScan:
 
 
 def next_scan_of(
-    order: list[RatedScan], odds: dict[int, float], unit: str, needs: str = ""
+    order: list[RatedScan], odds: dict[int, float], recording: Recording, needs: str = ""
 ) -> NextScan:
     """The first of `order`; `odds`: log odds of each scan, by its `id`, see `RatedScan`.
 
-    `needs`: what would separate the rivals where the scan does not.
+    `recording`: what was recorded so far, of which the reason has its units. `needs`: what would
+    separate the rivals where the scan does not.
     """
     best = order[0]
     names = [rival.name for rival in best.rivals.rivals]
@@ -87,28 +88,29 @@ def next_scan_of(
         left=probability_left(best.least_log_odds()),
         pairs=table,
         candidates=listed,
-        reason=_reason(best, names, unit, needs),
+        reason=_reason(best, recording, needs),
         drive=c.drive,
     )
 
 
-def _reason(best: RatedScan, names: list[str], unit: str, needs: str) -> str:
-    pair, scan = best.worst(), best.candidate.describe(unit)
-    one, other = (names[i].replace("_", " ").replace("+", " and ") for i in sorted(pair))
+def _reason(best: RatedScan, recording: Recording, needs: str) -> str:
+    pair, scan = best.worst(), best.candidate.describe(recording.drive_unit)
+    rivals = (best.rivals.rivals[i] for i in sorted(pair))
+    one, other = (rival.describe(recording.response_unit) for rival in rivals)
     sigmas, left = float(np.sqrt(best.power(pair))), probability_left(best.log_odds(pair))
     if not needs:
         return (
             f"{scan} is the scan that best separates the two hypotheses that are hardest to "
-            f"distinguish, ({one}) and ({other}): the wrong one, even refitted to all data, would "
+            f"distinguish: {one}, and {other}. The wrong one, even refitted to all data, would "
             f"differ from this scan by {sigmas:.3g} standard deviations, and would keep a "
             f"probability of {describe_probability(left)} if both are equally probable now."
         )
     return (
-        f"{scan} is the best scan within the limits, but it would not clearly separate ({one}) "
-        f"from ({other}): the wrong hypothesis, refitted to all data, would differ from this scan "
-        f"by {sigmas:.2g} standard deviations. Since no effect follows its equation exactly, it "
-        f"would keep a probability of {describe_probability(left)} if both are equally probable "
-        f"now. {needs}."
+        f"{scan} is the best scan within the limits, but it would not clearly separate two "
+        f"hypotheses: {one}, and {other}. The wrong one, refitted to all data, would differ from "
+        f"this scan by {sigmas:.2g} standard deviations. Since no effect follows its equation "
+        f"exactly, it would keep a probability of {describe_probability(left)} if both are equally "
+        f"probable now. {needs}."
     )
 
 

@@ -6,11 +6,13 @@ from functools import cached_property
 
 import numpy as np
 
+from fitting.diagnosis._text import effect_labels
 from fitting.diagnosis.noise._whitening import Whitener
 from fitting.diagnosis.refit._base_model import BaseModel
 from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedModel
 from fitting.identification._parameter_vector import ParameterVector
+from fitting.report.diagnosis._text import describe_hypothesis
 from rapi_jax import Drive, Recording
 from rapi_jax.effects import AbstractEffect
 
@@ -40,6 +42,10 @@ class Rival:
         information, _, _ = refit.normal_equations(state)
         own = ParameterVector.of(refit.base.operator).size
         return cls(name, refit, state, information, own)
+
+    def describe(self, unit: str) -> str:
+        """In the words of the verdict; `unit`: of the response."""
+        return describe_hypothesis(self.name, effect_labels(self.state.effects, unit))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

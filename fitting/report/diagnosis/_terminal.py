@@ -14,9 +14,11 @@ from ._numbers import SPACE, Scale, format_interval, page_scale
 from ._text import (
     Labels,
     describe_baseline,
+    describe_hypothesis,
     describe_nonlinearity,
     list_alternatives,
     packaged_labels,
+    without_article,
 )
 from ._which import describe_parameters
 
@@ -36,7 +38,7 @@ def render_lines(diagnosis: dict[str, Any], labels: Labels | None = None) -> Gro
         rows.append(Text(baseline.replace(SPACE, " ")))
     if not verdict.get("judged", True):  # no hypothesis was weighed
         return Group(*rows, *_list_notes(diagnosis))
-    rows.append(_tabulate(diagnosis, scale))
+    rows.append(_tabulate(diagnosis, labels, scale))
     if nonlinearity := describe_nonlinearity(diagnosis, scale):
         rows.append(Text(f"nonlinearity after compensation: {nonlinearity}".replace(SPACE, " ")))
     if len(verdict["set"]) > 1:
@@ -45,7 +47,7 @@ def render_lines(diagnosis: dict[str, Any], labels: Labels | None = None) -> Gro
     scan = diagnosis.get("next_scan")
     if scan is not None:
         rows.append(Text(f"next scan: {scan['reason']}"))
-    if shown := _describe_detectability(diagnosis, scale):
+    if shown := _describe_detectability(diagnosis, labels, scale):
         rows.append(Text(shown))
     return Group(*rows, *_list_notes(diagnosis))
 
@@ -67,17 +69,18 @@ def _describe_gap(gap: dict[str, Any], scale: Scale) -> str:
     return f"{text}{made_of}. {gap.get('sentence') or ''}".strip()
 
 
-def _describe_detectability(diagnosis: dict[str, Any], scale: Scale) -> str:
+def _describe_detectability(diagnosis: dict[str, Any], labels: Labels, scale: Scale) -> str:
     """The smallest effects that would show, in a line; empty where none is known."""
     found = [e for e in diagnosis.get("detectability") or [] if e.get("value") is not None]
     sizes = [
-        f"{e['effect'].replace('_', ' ')} ({describe_size(e, scale)[0]})".replace(SPACE, " ")
+        f"{without_article(describe_hypothesis(e['effect'], labels))} "
+        f"({describe_size(e, scale)[0]})".replace(SPACE, " ")
         for e in found
     ]
     return f"smallest detectable effects (95 %): {', '.join(sizes)}" if sizes else ""
 
 
-def _tabulate(diagnosis: dict[str, Any], scale: Scale) -> Table:
+def _tabulate(diagnosis: dict[str, Any], labels: Labels, scale: Scale) -> Table:
     table = Table(title="Hypotheses", title_justify="left")
     for name in ("effect", "probability", "gap closed, held out", "parameters"):
         table.add_column(name, justify="right" if name == "probability" else "left")
@@ -87,12 +90,19 @@ def _tabulate(diagnosis: dict[str, Any], scale: Scale) -> Table:
             continue
         found = describe_parameters(h.get("parameters", {}) | h.get("derived", {}), scale)
         table.add_row(
-            escape(h["name"]),
+            _name_both(h["name"], labels),
             f"{h['probability']:.3f}",
             format_interval(h.get("closed_fraction")),
             escape(", ".join(f"{name} {value}" for name, value in found)),
         )
     return table
+
+
+def _name_both(name: str, labels: Labels) -> Text:
+    """A hypothesis in the words of the verdict, and below them the name that options take."""
+    words = without_article(describe_hypothesis(name, labels))
+    shown = Text(words)
+    return shown if words == name else shown.append(f"\n{name}", style="dim")
 
 
 def render_text(diagnosis: dict[str, Any], labels: Labels | None = None) -> str:

@@ -36,6 +36,12 @@ def describe_hypothesis(name: str, labels: Labels) -> str:
     return join_items([labels.get(part, part.replace("_", " ")) for part in name.split("+")])
 
 
+def without_article(label: str) -> str:
+    """`label` as it stands in a list: "a delay between ..." becomes "delay between ..."."""
+    first, _, rest = label.partition(" ")
+    return rest if first in ("a", "an") and rest else label
+
+
 def join_items(items: list[str], last: str = "and") -> str:
     """Items as in running text: "a, b and c"."""
     if len(items) < 2:

@@ -29,7 +29,9 @@ def round_with_error(value: float, stderr: float) -> tuple[str, str]:
     if -8 < places <= 0:
         return f"{value:z.{-places}f}", f"{stderr:.{-places}f}"
     digits = max(2, int(np.floor(np.log10(max(abs(value), stderr)))) - places + 1)
-    return f"{value:.{digits}g}", f"{stderr:.2g}"
+    # One far smaller than its error is 0 in those digits: 18 with an error of 98000 is.
+    shown = float(np.round(value, -places)) if stderr > abs(value) else value
+    return f"{shown + 0.0:.{digits}g}", f"{stderr:.2g}"
 
 
 Ends = Mapping[str, tuple[float, float]]

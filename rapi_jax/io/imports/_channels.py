@@ -76,7 +76,7 @@ def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
             check_fringes(table.label, "cavity", cavity)
             columns.append(f"cavity: {printable(table.columns[places['cavity']].name, 40)}")
     else:
-        response = _settle(response, table.label, options)
+        response = _settle(response, table, options)
     if options.made is not None:
         unit, factor = drive_factor(str(options.drive_unit))
         drive = factor * make_drive(options.made, time - time[0])
@@ -106,7 +106,7 @@ def read_channels(table: Table, path: str, options: ImportOptions) -> Channels:
                 f"{table.label}: drive and {what} are the same column, "
                 f"'{printable(table.columns[drive_at].name, 40)}'. Name another one."
             )
-        _check_drive(drive, source.label)
+        _check_drive(drive, source)
         notes += other_units(other_short, source, drive_at, "drive", options)
         columns.insert(1, f"drive: {printable(source.columns[drive_at].name, 40)} ({said})")
         other, _ = _time_of(source, drive_at, drive.size, options)
@@ -185,30 +185,30 @@ def _time_of(table: Table, place: int, size: int, options: ImportOptions) -> tup
     return column.start_s + step * np.arange(size), f"time: every {step:g} s, by the header"
 
 
-def _settle(response: Samples, label: str, options: ImportOptions) -> Samples:
+def _settle(response: Samples, table: Table, options: ImportOptions) -> Samples:
     bad = np.flatnonzero(~np.isfinite(response))
     if not bad.size:
         return response
     if options.nan == "raise":
         raise DataError(
-            f"{label}: the response has {bad.size} reading(s) that are missing or beyond the "
-            f"range, the first at sample {bad[0]}. Readings are never interpolated: record again, "
+            f"{table.label}: the response has {bad.size} reading(s) that are missing or beyond the "
+            f"range, the first at {table.place(int(bad[0]))}. Readings are never interpolated: record again, "
             "or keep them as gaps by `--nan mask`."
         )
     return np.where(np.isfinite(response), response, np.nan)
 
 
-def _check_drive(drive: Samples, label: str) -> None:
+def _check_drive(drive: Samples, table: Table) -> None:
     bad = np.flatnonzero(~np.isfinite(drive))
     if bad.size:
         raise DataError(
-            f"{label}: the drive has {bad.size} value(s) that are missing or beyond the range, the "
-            f"first at sample {bad[0]}. A drive is never guessed: record again, or give what was "
-            "sent by --drive-amplitude, --drive-offset and --drive-rate."
+            f"{table.label}: the drive has {bad.size} value(s) that are missing or beyond the "
+            f"range, the first at {table.place(int(bad[0]))}. A drive is never guessed: record "
+            "again, or give what was sent by --drive-amplitude, --drive-offset and --drive-rate."
         )
     if not np.ptp(drive) > 0:
         raise DataError(
-            f"{label}: the drive rests at {drive[0]:g}. Choose another --drive column, or give "
+            f"{table.label}: the drive rests at {drive[0]:g}. Choose another --drive column, or give "
             "what was sent by --drive-amplitude, --drive-offset and --drive-rate."
         )
 

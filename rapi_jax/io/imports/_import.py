@@ -12,7 +12,7 @@ import numpy as np
 from rapi_jax._errors import DataError
 from rapi_jax.io import _units
 from rapi_jax.io._safe import StrPath, open_regular, printable
-from rapi_jax.io.tables._read import read_tables
+from rapi_jax.io.tables._read import choose_tables, read_tables
 from rapi_jax.io.tables._table import Table
 from rapi_jax.recording._drive import Drive
 from rapi_jax.recording._recording import Recording
@@ -113,8 +113,8 @@ def import_recording(
     units: dict[tuple[str, str], str] = {}
     start, stamp, warm = 0.0, options.recorded_at, None
     for number, path in enumerate(paths):
-        tables = read_tables(path)
         short = printable(Path(path).name)
+        tables = choose_tables(read_tables(path), options.tables, short)
         first, begin, stated = len(notes), start, True
         spoken: list[tuple[str, list[str]]] = []
         for table in tables:

@@ -49,6 +49,7 @@ class ImportOptions:
     - `sample_rate`: Hz, where no column is a time. `made`: a drive that was not recorded.
     - `drive_as`: "measured" keeps the readings of a drive; "averaged" puts the mean of its periods
       in their place, and "fitted" the nearest triangle or sine, where the drive repeats.
+    - `tables`: of a file that holds several, those to take, counted from 1; by default all.
     - `rates`: scan rates, Hz; by default found in the drive. `waveform`: by default found.
     - `cut`: whether to make a run of each stretch of one rate and swing. `skip_periods`,
       `skip_seconds`: what is left out at the beginning of each run.
@@ -84,6 +85,7 @@ class ImportOptions:
     sample_rate: float | None = None
     made: MadeDrive | None = None
     drive_as: DriveAs = "measured"
+    tables: tuple[int, ...] = ()
     rates: tuple[float, ...] = ()
     waveform: Waveform | None = None
     cut: bool = True
@@ -126,6 +128,8 @@ class ImportOptions:
             raise ValueError("Arguments `skip_periods` and `skip_seconds` must be 0 or more.")
         if self.skip_periods and self.skip_seconds:
             raise ValueError("Give `skip_periods` or `skip_seconds`, not both.")
+        if any(number < 1 for number in self.tables):
+            raise ValueError("Argument `tables` counts from 1.")
         if any(not rate > 0 for rate in self.rates):
             raise ValueError("Argument `rates` must be positive.")
         if self.made is not None and (self.drive or self.drive_file):

@@ -1,6 +1,7 @@
 """A file as a table, by what it holds and not by what it is called."""
 
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from rapi_jax._errors import DataError
@@ -57,6 +58,20 @@ def read_tables(path: StrPath) -> list[Table]:
     if path.suffix.lower() == ".ibw":
         return read_afm_tables(path)
     return read_text_tables(path)
+
+
+def choose_tables(tables: list[Table], numbers: Sequence[int], label: str) -> list[Table]:
+    """Those of the `tables` of a file whose `numbers` are given, from 1; all where none is.
+
+    Raises `DataError` for a number that the file does not have.
+    """
+    for number in numbers:
+        if not 1 <= number <= len(tables):
+            raise DataError(
+                f"{label}: --table {number} is not there: the file holds {len(tables)} table(s), "
+                "counted from 1."
+            )
+    return [tables[number - 1] for number in sorted(set(numbers))] if numbers else tables
 
 
 def _read_archive(path: Path, label: str) -> list[Table]:

@@ -60,6 +60,7 @@ class Table:
     - `recorded_at`: time of the first sample, where the file states it with its offset from UTC.
     - `began`: the same without an offset, of one table among several. `rate_hz`: its scan rate, Hz,
       where the file states it.
+    - `line_of`: the line of a sample in a file of text, counted from 1; `None` for other files.
     """
 
     label: str
@@ -70,6 +71,12 @@ class Table:
     recorded_at: str | None = None
     began: datetime.datetime | None = None
     rate_hz: float | None = None
+    line_of: Callable[[int], int] | None = None
+
+    def place(self, sample: int) -> str:
+        """Where a sample stands, for a message: by its number, and by its line in text."""
+        line = "" if self.line_of is None else f" (line {self.line_of(sample)})"
+        return f"sample {sample}{line}"
 
     def describe(self, *, values: bool = False) -> str:
         """The columns by number, name and unit, on one line; `values`: of nameless ones, the range.

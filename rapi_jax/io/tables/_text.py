@@ -134,7 +134,10 @@ def _table_of(
         return columns
 
     recorded = _stamp(sample[0][stamped[0]], label)[1] if stamped else None
-    return Table(label, form, header.columns, load, header.step_s, recorded)
+    return Table(
+        label, form, header.columns, load, header.step_s, recorded,
+        line_of=lambda sample: _line(rows, sample, lines, first),
+    )  # fmt: skip
 
 
 def _decode(path: Path, label: str) -> str:

@@ -1,7 +1,7 @@
-"""Faults as lines: said once where runs differ by name and numbers alone."""
+"""Faults and notes as lines: said once where runs differ by name and numbers alone."""
 
 from fitting.identification.data_checks._fault import Fault
-from fitting.report._alike import fold_faults
+from fitting.report._alike import fold_faults, fold_notes
 
 
 def test_what_is_said_of_several_runs_is_said_once():
@@ -16,3 +16,11 @@ def test_what_is_said_of_several_runs_is_said_once():
         "clipped: run 'a' is clipped.",
     ]
     assert fold_faults([]) == []
+
+
+def test_of_many_notes_in_the_same_words_two_are_shown():
+    runs = [f"a.dat, table {k + 1}: run{k:02d}: 1 period at {0.1 * k:g} Hz" for k in range(10)]
+    told = fold_notes(["a.dat: text", *runs, "time assumed"])
+    counted = "and 8 more like these; the manifest has them all"
+    assert told == ["a.dat: text", *runs[:2], counted, "time assumed"]
+    assert fold_notes(runs[:4]) == runs[:4]

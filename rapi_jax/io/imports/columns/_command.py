@@ -10,7 +10,10 @@ from rapi_jax.io._safe import StrPath
 from rapi_jax.io.imports._options import ImportOptions, MadeDrive
 from rapi_jax.io.tables._table import Table
 
-_NAMES = {"response_lag_s": "response-lag", "temperature_c": "temperature", "rates": "rate"}
+_NAMES = {
+    "response_lag_s": "response-lag", "temperature_c": "temperature", "rates": "rate",
+    "tables": "table",
+}  # fmt: skip
 
 
 def import_command(

@@ -53,7 +53,8 @@ def test_the_scan_lies_inside_what_was_recorded(whitened):
     assert found.drive.periods == 3 and found.drive.size == 3 * 200
     assert found.drive.start_s >= whitened.recording.drives[-1].session_time[-1] + 60.0
     Identified.of(whitened.recording).recorded_limits().check(found.drive)
-    assert "another effect than creep and etalon is missing" in found.reason
+    other = "an effect other than creep of the piezo and an etalon in the light path is missing"
+    assert other in found.reason
     assert "an effect is missing" in confirmation_scan(whitened, ["none", "unlisted"]).reason
     written = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert {"waveform", "excitation_hz", "amplitude", "bias", "separates"} <= written.keys()

@@ -1,6 +1,7 @@
 """Simulated scans written out as each maker's file come back as they were."""
 
 import dataclasses
+import re
 
 import h5py
 import numpy as np
@@ -82,8 +83,11 @@ def test_times_before_the_first_reading_hide_no_names_and_no_units(tmp_path):
         np.testing.assert_array_equal(run.response, other.response)
         np.testing.assert_allclose(run.drive.time, other.drive.time, atol=1e-12)
     put(tmp_path / "later.csv", without_readings(whole, 40, 1))  # a gap is no late beginning
-    with pytest.raises(DataError, match="missing or beyond the range"):
+    rows = (tmp_path / "later.csv").read_text().splitlines()
+    with pytest.raises(DataError, match="missing or beyond the range") as refused:
         import_recording(tmp_path / "later.csv", known)
+    (line,) = re.findall(r"first at sample \d+ \(line (\d+)\)", str(refused.value))
+    assert rows[int(line) - 1].endswith(",") and not rows[int(line) - 2].endswith(",")
 
 
 def test_a_file_a_channel(tmp_path):

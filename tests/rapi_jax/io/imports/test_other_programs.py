@@ -53,6 +53,19 @@ def test_tables_below_each_other_become_runs(tmp_path):
     ]
 
 
+def test_tables_of_a_file_may_be_chosen(tmp_path):
+    path = put(tmp_path / "a.dat", loops())
+    made = import_recording(path, aixacct(tables=(3, 1)))
+    rates = [run.drive.excitation_hz for run in made.recording.runs]
+    assert rates == pytest.approx([RATES[0], RATES[2]])
+    assert "2 tables below each other" in made.notes[0]
+    assert made.recording.provenance["import_command"].endswith("--table 3 --table 1")
+    with pytest.raises(DataError, match=r"a.dat: --table 4 is not there: the file holds 3 table"):
+        import_recording(path, aixacct(tables=(4,)))
+    with pytest.raises(ValueError, match="counts from 1"):
+        aixacct(tables=(0,))
+
+
 def test_times_and_rates_that_the_tester_states_are_taken(tmp_path):
     """Minutes apart, at rates that the length of a record tells to a part in a thousand."""
     text, times = loops(), iter(("11:39:00", "11:52:30", "12:01:10"))

@@ -192,8 +192,8 @@ def _settle(response: Samples, table: Table, options: ImportOptions) -> Samples:
     if options.nan == "raise":
         raise DataError(
             f"{table.label}: the response has {bad.size} reading(s) that are missing or beyond the "
-            f"range, the first at {table.place(int(bad[0]))}. Readings are never interpolated: record again, "
-            "or keep them as gaps by `--nan mask`."
+            f"range, the first at {table.place(int(bad[0]))}. Readings are never interpolated: "
+            "record again, or keep them as gaps by `--nan mask`."
         )
     return np.where(np.isfinite(response), response, np.nan)
 
@@ -208,8 +208,8 @@ def _check_drive(drive: Samples, table: Table) -> None:
         )
     if not np.ptp(drive) > 0:
         raise DataError(
-            f"{table.label}: the drive rests at {drive[0]:g}. Choose another --drive column, or give "
-            "what was sent by --drive-amplitude, --drive-offset and --drive-rate."
+            f"{table.label}: the drive rests at {drive[0]:g}. Choose another --drive column, or "
+            "give what was sent by --drive-amplitude, --drive-offset and --drive-rate."
         )
 
 

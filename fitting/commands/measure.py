@@ -11,6 +11,7 @@ from fitting.commands.shared._plugins import Plugins
 
 if TYPE_CHECKING:
     from hardware import LabBench
+    from rapi_jax import Drive
 
 Periods = Annotated[int, Parameter(validator=validators.Number(gte=1, lte=1000))]
 
@@ -99,6 +100,8 @@ def measure(
         rehearsed = dry(file, drivers=drivers)
         with rehearsed.bench as simulated:
             simulated.measure(several)
+        for line in _describe_scans(several, periods):
+            out.print(line, markup=False, soft_wrap=True)
         write_sent(rehearsed.sent(), output, out)
         return 0
     check_recording_output(output)
@@ -145,6 +148,26 @@ def measure(
         _describe_next([] if unlisted else [drive, *drives], output), markup=False, soft_wrap=True
     )
     return 0
+
+
+def _describe_scans(drives: Sequence["Drive"], periods: int) -> list[str]:
+    """What would be played, a line a scan, and how long it takes at least."""
+    import numpy as np
+
+    lines = []
+    for drive in drives:
+        low, high = float(drive.value.min()), float(drive.value.max())
+        slope = float(np.abs(np.diff(drive.value)).max()) / drive.step_s
+        lines.append(
+            f"{drive.rate:.6g} Hz: {low:.4g} to {high:.4g} V, at most {slope:.4g} V/s: within the "
+            "limits of the bench"
+        )
+    seconds = sum(periods / drive.rate for drive in drives)
+    lines.append(
+        f"{len(drives)} scan(s), of which {periods} period(s) each are recorded: "
+        f"{seconds:.3g} s, without the time to settle and to read out"
+    )
+    return lines
 
 
 def _describe_next(drives: Sequence[Path], output: Path) -> str:

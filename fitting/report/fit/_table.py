@@ -30,8 +30,10 @@ def round_with_error(value: float, stderr: float) -> tuple[str, str]:
         return f"{value:z.{-places}f}", f"{stderr:.{-places}f}"
     digits = max(2, int(np.floor(np.log10(max(abs(value), stderr)))) - places + 1)
     # One far smaller than its error is 0 in those digits: 18 with an error of 98000 is.
-    shown = float(np.round(value, -places)) if stderr > abs(value) else value
-    return f"{shown + 0.0:.{digits}g}", f"{stderr:.2g}"
+    shown = float(np.round(value, -places)) + 0.0 if stderr > abs(value) else value
+    if places > 0 and max(abs(value), stderr) < 1e6:
+        return f"{np.round(value, -places) + 0.0:.0f}", f"{np.round(stderr, -places):.0f}"
+    return f"{shown:.{digits}g}", f"{stderr:.2g}"
 
 
 Ends = Mapping[str, tuple[float, float]]

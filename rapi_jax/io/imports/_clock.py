@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from rapi_jax._errors import DataError
 from rapi_jax.sampling._clock import check_clock
@@ -131,6 +131,16 @@ def resample(time: Samples, columns: list[Samples]) -> tuple[Grid, list[Grid], f
         lambda c: np.interp(grid, time, c)
     )  # fmt: skip
     return grid, [take(column) for column in columns], long, round(long / short) if dense else 1
+
+
+def in_holes(grid: Grid, time: Samples, step: float) -> Bool[np.ndarray, " grid"]:
+    """Which times of an even `grid` of `step` (s) lie where the clock `time` has no samples.
+
+    The samples on both sides are more than `THRESHOLDS.hole` steps apart there.
+    """
+    after = np.clip(np.searchsorted(time, grid - 1e-9 * step), 1, time.size - 1)
+    near = np.minimum(np.abs(grid - time[after]), np.abs(grid - time[after - 1]))
+    return (time[after] - time[after - 1] > THRESHOLDS.hole * step) & (near > 0.5 * step)
 
 
 def average_at(grid: Grid, width: float, time: Samples, value: Samples) -> Grid:

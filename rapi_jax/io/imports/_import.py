@@ -21,11 +21,12 @@ from rapi_jax.recording._run import Run
 
 from ._channels import Channels, read_channels
 from ._clipping import describe_flat
-from ._clock import even_clock, is_even, resample
+from ._clock import even_clock, in_holes, is_even, resample
 from ._decimate import decimate
 from ._join import all_recordings, join_recordings
 from ._options import ImportOptions
 from ._repeats import check_repeats
+from ._thresholds import THRESHOLDS
 from .cleaning._clean import clean_drives
 from .columns._command import import_command
 from .fringes._read import FringeOptics, read_fringe_run
@@ -265,8 +266,16 @@ def _runs_of(
             time, stretches, notes = parts
         else:
             again = int((np.diff(time) == 0.0).sum())
-            time, (drive, response), step, averaged = resample(time, [drive, response])
+            read = time
+            time, (drive, response), step, averaged = resample(read, [drive, response])
             stretches = [(0, time.size)]
+            if (missing := in_holes(time, read, step)).any():
+                response = np.where(missing, np.nan, response)
+                notes.append(
+                    f"{int(missing.sum())} of the even samples lie where the file has none for "
+                    f"more than {THRESHOLDS.hole:g} steps: no reading is put there, and the drive "
+                    "is interpolated"
+                )
             if again:
                 notes.append(
                     f"{again} sample(s) have the time of the one before them: of each such time "

@@ -15,6 +15,12 @@ class ImportThresholds:
     few_gaps: float = threshold(
         0.01, unit="of the steps", origin="convention; more are no gaps but uneven sampling"
     )
+    hole: float = threshold(
+        3.0,
+        unit="steps of the even clock",
+        origin="derivation: a straight line over so many is off a sine of 30 samples a period by "
+        "5 % of its amplitude; readings are left out there",
+    )
     backward_steps: float = threshold(
         0.01,
         unit="of the steps",

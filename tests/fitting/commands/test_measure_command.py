@@ -14,7 +14,7 @@ from fitting.commands.run import run
 from hardware import HislipServer, TcpServer
 from hardware.simulated import Silent, SimulatedBench
 from rapi_jax import triangle
-from rapi_jax.io import read_recording, write_drive
+from rapi_jax.io import read_drive, read_recording, write_drive
 
 pytest.importorskip("pyvisa_py", reason="pyvisa-py is not installed (extra `lab`)")
 
@@ -141,10 +141,14 @@ def test_a_laser_that_is_off(tmp_path, drives, capsys):
     assert "The laser is off" in capsys.readouterr().err
 
 
-def test_a_dry_run_connects_to_nothing(tmp_path, drives):
+def test_a_dry_run_connects_to_nothing_and_says_what_it_would_play(tmp_path, drives, capsys):
     bench = bench_file(tmp_path)
     output = tmp_path / "bytes"
     assert rapi("measure", bench, drives["40"], "-o", output, "--dry-run") == 0
+    scan, total, *_ = capsys.readouterr().out.splitlines()
+    volt = read_drive(drives["40"], waveform="triangle").value
+    assert scan.startswith(f"40 Hz: {volt.min():.4g} to {volt.max():.4g} V, at most ")
+    assert total.startswith("1 scan(s), of which 3 period(s) each are recorded: 0.075 s")
     sent = (output / "generator.bytes").read_bytes()
     assert sent.startswith(b"*IDN?\n") and b"DATA:DATA EMEM1,#6262144" in sent
     assert sent.rstrip().endswith(b"OUTP1:STAT?")

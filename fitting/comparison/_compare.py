@@ -22,8 +22,15 @@ from ._difference_test import DifferenceTest, compare_estimates, detectable_chan
 from ._differences import Interval, ParameterDifference
 from ._effects import effects_test, named_effects, with_sizes
 from ._estimates import PairEstimates, estimate_pair
-from ._failures import failed_fits, failed_joint_fit
-from ._joint_fit import Two, fit_jointly, linearise, rms, shared_errors
+from ._joint_fit import (
+    Two,
+    failed_fits,
+    failed_joint_fit,
+    fit_jointly,
+    linearise,
+    rms,
+    shared_errors,
+)
 from ._residual_curves import residual_curves
 from ._response_change import ModelErrors, change_by_drive, gap_change, response_change
 from ._single_changes import contrast_changes, single_changes

@@ -8,8 +8,7 @@ from worlds import answers, drives, recorded
 
 from fitting import compare
 from fitting.comparison._differences import Interval
-from fitting.comparison._failures import failed_joint_fit
-from fitting.comparison._joint_fit import JointFit, SharedErrors
+from fitting.comparison._joint_fit import JointFit, SharedErrors, failed_joint_fit
 from rapi_jax import effects
 from rapi_jax.effects import Delay, Etalon, Pickup
 from rapi_jax.examples import paper_device

@@ -19,6 +19,7 @@ _COMMANDS: Mapping[str, Callable[..., int]] = {
 }  # fmt: skip
 # What a batch decides itself: where data come from and results go, and how it is printed.
 _NOT_OPTIONS = {"recording", "recordings", "records", "model", "output", "json", "check"}
+_OF_TWO = {"compare", "effects"}  # of `rapi diagnose`: a job is one recording
 _OF_THE_JOB = {"compensate": "model", "range": "records"}
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
 
@@ -60,7 +61,7 @@ def _fixed(task: str) -> set[str]:
 def _own_options(task: str) -> set[str]:
     not_options = _NOT_OPTIONS
     if task == "diagnose":
-        not_options = not_options - {"model"}
+        not_options = not_options - {"model"} | _OF_TWO
     elif task == "compensate":
         not_options = not_options - {"recording"}
     return {name for name in inspect.signature(_COMMANDS[task]).parameters} - not_options

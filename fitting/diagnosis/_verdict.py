@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from fitting._units import quantity
 from fitting.identification.data_checks._drive_character import describe_repetition
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks.holds._sweeps import describe_creep
@@ -123,7 +124,7 @@ def explain_random_jumps(
     `synchronous`: rms of the gap that repeats with the scan. Where it is several times larger the
     verdict on it stays first, since the gap would hardly be smaller without the jumps.
     """
-    size = f" of about {jumps.size:.2g} {unit}" if jumps.size > 0 else ""
+    size = f" of about {quantity(float(f'{jumps.size:.2g}'), unit)}" if jumps.size > 0 else ""
     where = "The part of the residual that does not repeat with the scan"
     optical = "mode competition, optical feedback, " if unit == "GHz" else ""
     switches = f"something that switches: {optical}a loose contact, a toggling bit of a converter."
@@ -135,8 +136,8 @@ def explain_random_jumps(
         advice = f"{verdict.advice} For the jumps, look for {switches}"
         return dataclasses.replace(verdict, sentence=sentence, advice=advice)
     sentence = (
-        f"{where} consists of random jumps{size} (telegraph noise). None of the known effects does "
-        "this, and averaging does not remove it."
+        f"{where} consists of random jumps{size} (telegraph noise). No known effect jumps at "
+        "random, and averaging does not remove such jumps."
     )
     advice = f"Look for {switches} Diagnose again once it is gone."
     return dataclasses.replace(verdict, sentence=sentence, advice=advice)

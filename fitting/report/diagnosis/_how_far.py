@@ -8,6 +8,8 @@ from . import _text as words
 from ._numbers import Scale, finite_or_none, format_interval, format_percent
 
 _STEPS = {"before": "model alone", "after": "model refitted", "floor": "noise floor"}
+_FITTED = {"after": "with the effect"}
+_HELD_OUT = {"before": "held out, without the effect", "after": "held out, with the effect"}
 _UNNAMED = "No known effect is named, so none is added."
 _NOTHING_EXCEEDS = "It does not exceed the noise: there is no gap to close"
 
@@ -19,7 +21,7 @@ def tabulate_shrinkage(
 
     `name`: of the verdict; `judged`: whether the device was judged at all.
     """
-    steps = _STEPS | ({} if name == "none" else {"after": "with the effect"})
+    steps = _STEPS | ({} if name == "none" else _HELD_OUT if found.get("held_out") else _FITTED)
     if name == "unlisted":
         steps["after"] = "with the best known effect"
     if not found.get("held_out") or (name == "unlisted" and found.get("closed_fraction") is None):

@@ -53,7 +53,7 @@ def describe_closed(diagnosis: dict, floor: float | None) -> str:
         closed = closed if known else _closed_by_likeliest(diagnosis)
         some = isinstance(closed, dict) and (finite_or_none(closed.get("value")) or 0.0) > 0.0
         if some:
-            return f"{format_interval(closed)} by the likeliest known effect, which is not named"
+            return f"{format_interval(closed)} by the likeliest known effect, which is not added"
         return "not by any known effect"
     if known:
         return format_interval(closed)

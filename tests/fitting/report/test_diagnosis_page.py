@@ -30,7 +30,7 @@ def test_what_the_closed_share_counts_from_is_said_beside_the_residual(operator,
     found = diagnoses.creep()
     found["base"] = {"operator": "RAPI"}
     found["model"] = found["model"] | {"operator": operator}
-    said = f"a different residual: that of {which} hysteresis without the effect"
+    said = f"is of held-out data: there {which} hysteresis without the effect"
     for text in (
         render_text(found),
         spaced(" ".join(t for _, t in Page(render_page(found)).texts)),
@@ -39,7 +39,7 @@ def test_what_the_closed_share_counts_from_is_said_beside_the_residual(operator,
     for name in ("none", "unlisted"):
         without = copy.deepcopy(found)
         without["verdict"]["name"] = name
-        assert "a different residual" not in render_text(without)
+        assert "is of held-out data" not in render_text(without)
 
 
 @pytest.fixture(params=diagnoses.ALL, scope="module")
@@ -174,7 +174,7 @@ def test_what_the_likeliest_effect_closes_is_the_same_in_the_headline_and_beside
     (resonance,) = [h for h in found["hypotheses"] if h["name"] == "resonance"]
     resonance["closed_fraction"] = diagnoses.fraction(0.86, 0.69, 0.94)
     text = Page(render_page(found)).text
-    assert "86 % (69 to 94 %) by the likeliest known effect, which is not named" in text
+    assert "86 % (69 to 94 %) by the likeliest known effect, which is not added" in text
     assert "No known effect is named, so none is added." in text
     assert "What remains." not in text  # nothing was taken away
     found["verdict"]["set"] = ["unlisted"]

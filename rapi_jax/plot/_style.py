@@ -11,10 +11,12 @@ from ..display._readable_unit import quantity as quantity
 from ..display._readable_unit import readable_unit
 from ..recording._recording import Recording
 
-MEASURED, MODEL = "#9aa5b1", "#d1495b"
-UP, DOWN = "#00798c", "#edae49"
-# Okabe and Ito, Color Universal Design: told apart with any common colour blindness.
-PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00")
+# Each has a contrast of at least 3 (WCAG 2.1, 1.4.11) with white, and with the ground of a dark
+# page, whose style turns pictures over; those of one picture are told apart with protanopia and
+# deuteranopia. The first, second and fourth of `PALETTE` are of Okabe and Ito.
+MEASURED, MODEL = "#8a949e", "#80103c"
+UP, DOWN = "#0080b8", "#c46210"
+PALETTE = ("#0072b2", "#d55e00", "#1e196e", "#009e73", "#852100", "#8d78f5")
 GROUPS = 240  # of readings, along a curve
 COLOURS = 128  # of a PNG's palette
 NARROW = 4.8  # inches

@@ -6,6 +6,7 @@ import numpy as np
 
 from fitting._units import quantity, readable_unit
 from fitting._versions import package_versions
+from fitting.report._alike import fold_reasons
 from fitting.report._pages import PagePicture
 from fitting.report._result_page import Section, list_versions, render_result
 
@@ -43,7 +44,7 @@ def render_page(result: "FitResult", source: str | None = None) -> str:
         advice=describe_next(
             verdict.reasons, with_gap=verdict.with_gap, source=source, notes=verdict.notes
         ),
-        cautions=verdict.reasons,
+        cautions=fold_reasons(verdict.reasons),
         facts=facts,
         sections=_sections(result),
         provenance=[

@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fitting._units import in_interval, quantity, readable_unit
-from fitting.report._alike import group_alike, wording
+from fitting.report._alike import fold_reasons, group_alike, wording
 from fitting.report._plain_text import plain_text
 
 from ._rows import Rows, describe_runs, describe_together, format_number, list_runs, list_starts
@@ -80,7 +80,7 @@ def _render_head(result: "FitResult") -> list[Text]:
     """The verdict, what speaks against the fit, and what was fitted."""
     return [
         render_verdict(result),
-        *(Text(f"  x {reason}", style="red") for reason in result.verdict.reasons),
+        *(Text(f"  x {reason}", style="red") for reason in fold_reasons(result.verdict.reasons)),
         Text(describe_model(result)),
     ]
 
@@ -122,7 +122,7 @@ def render_verdict(result: "FitResult") -> Text:
     """Whether to trust the model, and what may be expected of it, as one sentence."""
     unit, claim, verdict = result.recording.response_unit, result.claim, result.verdict
     if not verdict.trusted:
-        count = len(verdict.reasons)
+        count = len(fold_reasons(verdict.reasons))
         why = "for this reason:" if count == 1 else f"for {count} reasons:"
         return Text(f"The model is NOT to be trusted, {why}", style="bold red")
     text = "The model can be trusted"

@@ -158,6 +158,16 @@ def test_the_page_of_a_fit_is_one_small_file_without_a_script(result):
     assert "`" not in page.text  # commands within sentences are shown as code
 
 
+def test_reasons_that_several_runs_have_are_counted_and_shown_once(result):
+    reasons = tuple(f"jump: run 'r{k}': a jump of {k + 1} nm. Cut it." for k in range(8))
+    verdict = dataclasses.replace(result.verdict, trusted=False, reasons=reasons)
+    found = dataclasses.replace(result, verdict=verdict)
+    page, brief = Page(render_page(found)).text, plain_text(render_brief(found))
+    for text in (" ".join(brief.split()), page):
+        assert "NOT to be trusted, for this reason" in text and text.count("a jump of") == 1
+        assert "The same in r1, r2, r3, r4, r5, r6, r7." in text
+
+
 def test_units_that_read_well():
     assert quantity(0.0427, "GHz") == "42.7 MHz" and quantity(3.2, "GHz") == "3.2 GHz"
     assert quantity(2e-5, "V") == "20 uV" and quantity(0.0, "GHz") == "0 GHz"

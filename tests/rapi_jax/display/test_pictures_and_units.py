@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from rapi_jax import DriveLimits, Recording, compensate, linear_scan, plot, sine, triangle
 from rapi_jax.examples import paper_device
 from rapi_jax.internal import in_interval, interval_digits, quantity, readable_unit
+from rapi_jax.plot._style import DOWN, MEASURED, MODEL, PALETTE, UP
 
 
 @pytest.mark.parametrize(
@@ -185,7 +186,7 @@ def test_lines_keep_their_colours_in_a_png():
 
     figure = plot.Picture(figsize=(6.0, 4.0))
     axis = figure.subplots()
-    colours = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00")
+    colours = (MEASURED, MODEL, UP, DOWN, *PALETTE)
     for k, colour in enumerate(colours):
         axis.plot([0.0, 1.0], [k, k], color=colour, lw=2)
         axis.fill_between([0.0, 1.0], k, k + 1.0, color=colour, alpha=0.25, lw=0)

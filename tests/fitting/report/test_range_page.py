@@ -117,6 +117,14 @@ def test_the_page_is_whole_and_asks_for_nothing():
     assert f'<source media="(max-width: 44rem)" srcset="{narrow}"><img src="{wide}"' in page
 
 
+def test_air_that_is_not_known_stands_beside_the_distance():
+    """0.7 m are 0.19 mm too long in air whose index is taken as 1: a hundred times the error."""
+    vacuum = content(air_index=1.0, air_index_stderr=None)
+    for shown in (render_page(vacuum), text_of(render_summary(vacuum))):
+        assert "in ordinary air 0.19 mm less" in shown.replace("\N{NO-BREAK SPACE}", " ")
+    assert "ordinary air" not in render_page(content()) + text_of(render_summary(content()))
+
+
 def test_text_in_it_is_text():
     page = render_page(content(name="<b>x</b>", faults=["<script>alert(1)</script>"]))
     assert "<b>x" not in page and "<script>alert" not in page

@@ -118,7 +118,7 @@ def _less_in_air(content: dict[str, Any]) -> str:
     value = finite_or_none(content["summary"]["distance"])
     if value is None or content["air_index_stderr"] is not None:
         return ""
-    return f"; in ordinary air {length(value * _ORDINARY_AIR, digits=2)} less"
+    return f"; in ordinary air {length(value * _ORDINARY_AIR)} less"
 
 
 def _course(content: dict[str, Any]) -> list[tuple[str, str]]:

@@ -20,7 +20,8 @@ def measured_budget(ranging: "Ranging") -> Budget:
 
     Noise of the light is told apart by its size on the two interferometers: that of detectors and
     digitizer is the same for both, a linewidth's grows with the delay. Vibration is the scatter
-    of single scans, each as of a target at rest, that all else leaves. Empty where no scan could be read.
+    of single scans, each as of a target at rest, that all else leaves. Empty where no scan could be
+    read.
     """
     good = np.isfinite(ranging.target.distance)
     if not good.any():

@@ -33,7 +33,9 @@ def describe_hypothesis(name: str, labels: Labels) -> str:
     """A hypothesis in words: `creep+drift` becomes "creep of the piezo and drift of ..."."""
     if name in SPECIAL:
         return SPECIAL[name]
-    return join_items([labels.get(part, part.replace("_", " ")) for part in name.split("+")])
+    items = [labels.get(part, part.replace("_", " ")) for part in name.split("+")]
+    # "A delay between drive and reading and pickup ..." would have to be read twice.
+    return join_items(items, "together with" if any(" and " in item for item in items) else "and")
 
 
 def without_article(label: str) -> str:

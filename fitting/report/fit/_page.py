@@ -34,7 +34,7 @@ def render_page(result: "FitResult", source: str | None = None) -> str:
     facts = [("Verdict", "trusted to predict" if verdict.trusted else "not to be trusted")]
     facts.append(("Residual", f"{quantity(result.rmse, unit)} rms"))
     if np.isfinite(result.rmse_held_out):
-        facts.append(("Held out", f"{quantity(result.rmse_held_out, unit)} rms"))
+        facts.append(("Held out, last third", f"{quantity(result.rmse_held_out, unit)} rms"))
     if result.claim is not None:
         facts.append(("Noise", f"{quantity(result.claim.noise, unit)} rms"))
     facts.append(("Runs", str(len(result.runs))))

@@ -154,7 +154,7 @@ def describe_model(result: "FitResult") -> str:
         f"{type(operator).__name__} with {operator.count} plays: rmse {quantity(result.rmse, unit)}"
     )
     if np.isfinite(result.rmse_held_out):
-        text += f", {quantity(result.rmse_held_out, unit)} held out"
+        text += f", {quantity(result.rmse_held_out, unit)} on the last third, held out"
     text += f", loss {result.loss}." if result.loss != "squares" else "."
     if claim is None or not result.verdict.trusted:
         return text

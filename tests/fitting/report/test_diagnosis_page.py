@@ -18,6 +18,7 @@ from fitting.report.diagnosis._numbers import (
 from fitting.report.diagnosis._page import render_page
 from fitting.report.diagnosis._summary import list_facts, list_provenance
 from fitting.report.diagnosis._terminal import render_text
+from fitting.report.diagnosis._text import describe_hypothesis, packaged_labels
 
 SECTIONS = ["verdict", "where", "which", "how-far", "next", "sure"]
 
@@ -221,6 +222,21 @@ def test_nothing_is_said_of_held_out_data_where_nothing_was_held_out(name):
     assert [bar["key"] for bar in found["bars"]] == ["before", "floor"]
     facts = dict(list_facts(diagnosis, Scale.of("GHz", [total]), {}))
     assert "held-out" not in facts["Residual"] and "→" not in facts["Residual"]
+
+
+def test_a_pair_of_which_one_holds_an_and_is_read_once():
+    pair = describe_hypothesis("delay+pickup", packaged_labels())
+    assert pair == (
+        "a delay between drive and reading together with pickup at a fixed frequency in time"
+    )
+    assert describe_hypothesis("creep+etalon", packaged_labels()).count(" and ") == 1
+
+
+def test_commands_in_notes_are_code_on_the_page():
+    found = diagnoses.creep()
+    found["notes"] = ["`rapi fit --operator FixedRAPI` judges it."]
+    page = render_page(found)
+    assert "`" not in Page(page).text and "judges it." in Page(page).text
 
 
 def test_what_lies_below_noise_is_called_nothing():

@@ -19,6 +19,7 @@ from ._style import (
     quantity,
     shown_runs,
     title,
+    trim_height,
 )
 
 SPECTRAL_SEGMENT = 4096  # samples, of Welch's average
@@ -139,14 +140,22 @@ def correlation(
     >>> [label.get_text() for label in picture.axes[0].get_xticklabels()]
     ['alpha', 'zeta']
     """
-    size = 2.2 + 0.34 * len(names)
-    figure, axis = one_axis(ax, (size + 1.0, size))
+    side = 2.2 + 0.34 * len(names)  # inches
+    figure, axis = one_axis(ax, (side, side + 0.6))
+    if ax is None:
+        figure.set_layout_engine("compressed")  # a bar as wide as the matrix
     picture = axis.imshow(matrix, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
     axis.set_xticks(range(len(names)), names, rotation=90, fontsize=8)
     axis.set_yticks(range(len(names)), names, fontsize=8)
     axis.set_xlabel("parameter")
-    figure.colorbar(picture, ax=axis, label="correlation", shrink=0.8)
+    bar = figure.colorbar(
+        picture, ax=axis, label="correlation", location="bottom", fraction=0.05, pad=0.03,
+        aspect=30, ticks=[-1, 0, 1],
+    )  # fmt: skip
+    bar.ax.tick_params(labelsize=8)
     axis.set_title("correlation of the parameters' errors", fontsize=10)
+    if ax is None:
+        trim_height(figure)
     return figure
 
 

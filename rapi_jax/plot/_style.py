@@ -20,6 +20,7 @@ PALETTE = ("#0072b2", "#d55e00", "#1e196e", "#009e73", "#852100", "#8d78f5")
 GROUPS = 240  # of readings, along a curve
 COLOURS = 128  # of a PNG's palette
 NARROW = 4.8  # inches
+_MARGIN = 0.05  # inches
 SHOWN_DPI = 96  # in a notebook
 WINDOW = 24  # readings at least of a median and its band: the fewest that tell 2.5 %
 
@@ -91,7 +92,17 @@ def narrowed(figure: Figure) -> Figure:
         for axis in axes:
             axis.set_subplotspec(places[row])
     figure.set_size_inches(NARROW, height * max(len(cells), 1))
+    if len(cells) == 1 and figure.axes[0].get_aspect() != "auto":  # a matrix, less high now
+        trim_height(figure)
     return figure
+
+
+def trim_height(figure: Figure) -> None:
+    """Give a figure the height that what is drawn in it takes at its width."""
+    for _ in range(2):  # gaps between axes are parts of the height
+        figure.draw_without_rendering()
+        width, height = figure.get_size_inches()
+        figure.set_size_inches(width, min(height, figure.get_tightbbox().height + 2 * _MARGIN))
 
 
 def svg(figure: Figure) -> bytes:

@@ -195,3 +195,14 @@ def test_what_is_said_of_several_scans_is_said_once():
         "scan at 2.5 s: no light",
     ]
     assert fold(faults[:3])[0].startswith("scan at 1.364 s, and alike another up to 1.389 s: ")
+
+
+@pytest.mark.parametrize("width", [420, 1400])
+def test_the_picture_begins_where_the_text_does(browser, tmp_path, width):
+    page = tmp_path / "range.html"
+    page.write_text(render_page(content(), PagePicture("d2lkZQ==", "bmFycm93")), encoding="utf-8")
+    browser.open(page, width=width, dark=False)
+    box = "document.querySelector('{}').getBoundingClientRect()"
+    head, picture = box.format("#time h2"), box.format("#time figure")
+    for side in ("left", "right"):
+        assert browser.evaluate(f"{picture}.{side}") == browser.evaluate(f"{head}.{side}")

@@ -197,7 +197,7 @@ def test_lines_keep_their_colours_in_a_png():
         assert np.abs(shown - wanted).max(1).min() < 8.0
 
 
-def test_a_narrow_picture_has_its_axes_one_below_another_and_keeps_its_colour_bar():
+def test_a_narrow_picture_has_its_axes_one_below_another():
     drives = triangle([10.0, 20.0, 40.0], amplitude=4.0, bias=3.0, samples=400)
     recording = Recording.of(drives, [10.0 * drive.value for drive in drives])
     picture = plot.loops(recording)
@@ -207,10 +207,20 @@ def test_a_narrow_picture_has_its_axes_one_below_another_and_keeps_its_colour_ba
     assert len(boxes) == 3
     assert len({round(box.x0, 3) for box in boxes}) == 1
     assert boxes[0].y0 > boxes[1].y1 and boxes[1].y0 > boxes[2].y1
-    coloured = plot.narrowed(plot.correlation(["a", "b"], np.eye(2)))
-    coloured.draw_without_rendering()
-    matrix, bar = (axis.get_position() for axis in coloured.axes)
-    assert bar.x0 > matrix.x1  # still beside it
+
+
+@pytest.mark.parametrize("narrow", [False, True])
+@pytest.mark.parametrize("count", [2, 12, 24])
+def test_a_matrix_fills_its_picture_and_has_its_colour_bar_below(count, narrow):
+    picture = plot.correlation([f"parameter {k}" for k in range(count)], np.eye(count))
+    picture = plot.narrowed(picture) if narrow else picture
+    picture.draw_without_rendering()
+    matrix, bar = (axis.get_window_extent() for axis in picture.axes)
+    assert bar.y1 < matrix.y0 and bar.height < 0.2 * matrix.height
+    assert bar.x0 == pytest.approx(matrix.x0, abs=3.0)
+    assert bar.width == pytest.approx(matrix.width, rel=0.02)
+    drawn = picture.get_tightbbox().height
+    assert picture.get_size_inches()[1] - drawn < 0.05 * drawn + 0.15  # no empty bands
 
 
 def test_several_drives_are_compared_with_the_slowest():

@@ -90,8 +90,10 @@ class Bounds(eqx.Module):
         x[below] = w - 1.0 / w
         w = np.maximum((high[above] - v[above]) / scale[above], inside)
         x[above] = 1.0 / w - w
-        y = 2.0 * (v[both] - low[both]) / (high[both] - low[both]) - 1.0
-        y = np.clip(y, -1.0 + 2.0 * inside, 1.0 - 2.0 * inside)
+        width = high[both] - low[both]
+        y = 2.0 * (v[both] - low[both]) / width - 1.0
+        least = 2.0 * inside * np.minimum(scale[both], width) / width
+        y = np.clip(y, -1.0 + least, 1.0 - least)
         x[both] = y / np.sqrt(1.0 - y**2)
         return x
 
@@ -100,8 +102,8 @@ class Bounds(eqx.Module):
         slack = THRESHOLDS.at_bound
         v = self.bounded(values)
         low, high, scale = (np.asarray(b) for b in (self.low, self.high, self.scale))
-        width = np.where(np.isfinite(low) & np.isfinite(high), high - low, scale)
-        return (v - low < slack * width) | (high - v < slack * width)
+        size = np.minimum(scale, high - low)  # bounds may lie decades beyond any value
+        return (v - low < slack * size) | (high - v < slack * size)
 
     def holding(self, free: Bool[np.ndarray, " parameters"]) -> "Bounds":
         """The same where only the values marked `free` move.

@@ -205,6 +205,15 @@ def test_a_start_on_or_beyond_a_bound_is_put_inside(outside):
     assert 0.0 < inside < 3.0
 
 
+@pytest.mark.parametrize(("value", "high"), [(6e-5, 0.2), (150.0, 1e6)], ids=["delay", "tone"])
+def test_a_start_far_from_its_bounds_stays_where_it_is(value, high):
+    """A thousandth of the width between them, of decades, is more than the value itself."""
+    bounds = Bounds.of(np.array([value]), np.array([0.0]), np.array([high]))
+    there = np.asarray(bounds.values(jnp.asarray(bounds.coordinates(np.array([value])))))
+    assert there == pytest.approx([value], rel=1e-9)
+    assert not bounds.at_bound(there).any() and bounds.at_bound(1e-4 * there).all()
+
+
 @pytest.mark.parametrize("kind", ["high", "low", "both"])
 @pytest.mark.parametrize("start", [0.5, 0.01, 0.99])
 def test_a_fit_ends_on_an_active_bound(kind, start):

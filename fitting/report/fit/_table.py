@@ -160,6 +160,10 @@ def describe_model(result: "FitResult") -> str:
         return text
     rates = _between(claim.rates_hz, "Hz")
     swings = _between(claim.swings, result.recording.drive_unit)
+    if len(result.recording.amplitudes) > 1 and not result.swings_joined:
+        each = " and ".join(format_number(swing) for swing in result.recording.amplitudes)
+        swings = f"of {each} {result.recording.drive_unit} (none between: one did not predict "
+        swings += "the other)"
     return (
         f"{text} The prediction holds for rates {rates}, swings {swings}, and conditions as over "
         f"the {_format_hours(claim.hours)} recorded."

@@ -69,6 +69,29 @@ def test_another_law_of_the_thresholds_comes_before_a_diagnosis():
     assert wanted not in describe_next((), source="lab/my scans", notes=(note,))
 
 
+def test_another_law_comes_before_fewer_parameters():
+    """A `lam` for each play stands in for thresholds of another law, and is then not determined."""
+    free = "unidentifiable: these data cannot fix lam_1. Give all plays one value."
+    note = "thresholds fixed in V describe these runs better: rapi fit R --operator FixedRAPI"
+    wanted = "`rapi fit r -o result --operator FixedRAPI`"
+    for reasons in ((free,), (free, GAP)):
+        assert wanted in describe_next(reasons, source="r", notes=(note,))
+    assert wanted not in describe_next((free, "clipped: r"), source="r", notes=(note,))
+    assert describe_next((free,), source="r").startswith("Mend what is listed")
+
+
+def test_a_law_that_predicts_another_swing_comes_first_too():
+    note = (
+        "thresholds fixed in V predict a swing that was left out better, to 40 nm rms and not 300 "
+        "nm: rapi fit R --operator FixedRAPI"
+    )
+    said = describe_next((), with_gap=True, source="r", notes=(note,))
+    assert said.startswith(
+        "Another law of the thresholds predicts a swing that was left out better: `rapi fit r -o "
+        "result --operator FixedRAPI`."
+    )
+
+
 def test_a_batch_without_a_trusted_model_says_how_to_diagnose():
     row = {"status": "done", "trusted": False}
     assert "--do diagnose" in write_headline([row, row])

@@ -18,6 +18,7 @@ from .how_far._predicted_gain import PredictedGain, predict_gain
 from .how_far._shares import effect_shares, run_shares
 from .noise._periods import PeriodBlock
 from .refit._effect_vector import Effects
+from .refit._gauss_newton import Refit, State
 from .refit._whitened_model import WhitenedModel
 from .refit.estimates._derived import derive_quantities
 from .refit.estimates._estimates import estimate_effects
@@ -197,6 +198,15 @@ def describe_base(whitened: WhitenedModel, fitted: FittedBase) -> dict[str, Any]
         "operator": type(operator).__name__,
         "log_evidence": {} if fitted.family is None else fitted.family.log_evidence,
     }
+
+
+def describe_richer_hysteresis(
+    whitened: WhitenedModel, fitted: FittedBase, refit: Refit, state: State
+) -> dict[str, Any]:
+    """The number of plays of a hysteresis richer than the identified one, and what it leaves."""
+    own = whitened.own_origin
+    left = measure_gap(state.errors.raw, whitened.blocks, fitted.spectrum, own_origin=own)
+    return {"plays": refit.base.operator.count, "rms": left.total}
 
 
 def describe_model(model: ECDL) -> dict[str, Any]:

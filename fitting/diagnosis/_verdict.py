@@ -116,6 +116,33 @@ def mention_likeliest(
     return dataclasses.replace(verdict, sentence=verdict.sentence + text)
 
 
+def explain_richer_hysteresis(
+    verdict: Verdict, richer: Mapping[str, float], total: float, noise: float | None, unit: str
+) -> Verdict:
+    """The verdict that no effect is missing, where what the identified model leaves is no noise.
+
+    A density of plays explains it. `richer`: `plays` of the diagnosis' model, and what it leaves,
+    `rms`. `total`: what the identified model leaves; `noise` is part of both.
+    """
+    sure = verdict.sentence[verdict.sentence.rfind("(") :]
+    alone, left = (quantity(size, unit) for size in (total, richer["rms"]))
+    floor = "" if noise is None else f"; the noise is {quantity(noise, unit)} rms"
+    sentence = (
+        "No listed effect is missing: the gap is hysteresis of another shape than the identified "
+        f"model has {sure} That model leaves {alone} rms, and the one of this diagnosis, with "
+        f"{int(richer['plays'])} plays, {left} rms{floor}."
+    )
+    above = [max(size**2 - (noise or 0.0) ** 2, 0.0) for size in (total, richer["rms"])]
+    advice = verdict.advice
+    if above[1] > THRESHOLDS.still_open * above[0]:
+        advice = (
+            "Neither model follows this hysteresis to the noise: use the one of `rapi fit` within "
+            "what it claims. More plays, or a value of `lam` for each, may leave less (`--plays`, "
+            "`--each lam`)."
+        )
+    return dataclasses.replace(verdict, sentence=sentence, advice=advice)
+
+
 def explain_random_jumps(
     verdict: Verdict, jumps: RandomJumps, synchronous: float, unit: str
 ) -> Verdict:

@@ -224,6 +224,20 @@ def test_nothing_is_said_of_held_out_data_where_nothing_was_held_out(name):
     assert "held-out" not in facts["Residual"] and "→" not in facts["Residual"]
 
 
+def test_a_gap_that_more_plays_explain_is_not_called_noise():
+    """Of classical plays a fit leaves five times the noise, and no effect does it."""
+    found = diagnoses.ALL["none"]()
+    found["gap"]["total"] = found["shrinkage"]["before"] = 5.0 * found["shrinkage"]["floor"]
+    found["shrinkage"] |= {"after": None, "held_out": [], "by_part": []}
+    left = 1.1 * found["shrinkage"]["floor"]
+    found["base"] = {"operator": "RAPI", "richer": {"plays": 24, "rms": left}}
+    scale = Scale.of("GHz", [left])
+    page = spaced(Page(render_page(found)).text)
+    assert f"with 24 plays, in the model of this diagnosis, {spaced(scale(left))} rms" in page
+    assert "There is no gap to close" not in page and "no gap above the noise" not in page
+    assert "by no effect: it is hysteresis of another shape" in page
+
+
 def test_a_pair_of_which_one_holds_an_and_is_read_once():
     pair = describe_hypothesis("delay+pickup", packaged_labels())
     assert pair == (

@@ -14,6 +14,9 @@ _UNIT = rf"(?:{_ONE}(?: (?:s|V)(?=/))?(?:/(?:√Hz|{_ONE}))?|%)"
 _AFTER_NUMBER = re.compile(rf"(?<=[\d⁰¹²³⁴-⁹])[ {SPACE}]({_UNIT})(?![\w/^])")
 _BY_ITSELF = re.compile(rf"(?<=\()({_UNIT})(?=\))")
 _POWER = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([-+]\d{1,3})(?![\w.]\w)")
+_NUMBER = r"-?\d+(?:\.\d+)?(?:e[-+]\d+)?"
+_RANGE = re.compile(rf"(?<![\w.-])({_NUMBER}) to ({_NUMBER})(?![\w.])")
+_ROUNDING = 1e-9  # of one end of a range: the other is 0
 _NEGATIVE = re.compile(r"(?<![\w.)\]-])-(?=\d)")
 
 
@@ -33,10 +36,18 @@ def typeset(text: str) -> str:
     >>> typeset("-2.79e+03 V to 5e-06 um").replace(SPACE, "_")
     '−2790_V to 5×10⁻⁶_μm'
     """
+    text = _RANGE.sub(_round_ends, text)
     text = _POWER.sub(lambda found: plain_power(found[1], int(found[2])), text)
     text = _AFTER_NUMBER.sub(lambda found: f"{SPACE}{unit_text(found[1])}", text)
     text = _BY_ITSELF.sub(lambda found: unit_text(found[1]), text)
     return _NEGATIVE.sub(MINUS, text)
+
+
+def _round_ends(found: re.Match[str]) -> str:
+    """A range one end of which is 0 but for rounding."""
+    ends = [found[1], found[2]]
+    least = _ROUNDING * max(abs(float(end)) for end in ends)
+    return " to ".join("0" if abs(float(end)) < least else end for end in ends)
 
 
 def plain_power(mantissa: str, power: int) -> str:

@@ -16,6 +16,7 @@ from fitting.batch.table import write_page, write_table
 from fitting.batch.table._read import read_result
 from fitting.batch.table._summary import summarise
 from fitting.report.batch import _figures, _page
+from fitting.report.batch._text import cut_at_words
 from fitting.report.charts._marks import Areas, Boxes, Dots
 
 
@@ -244,3 +245,12 @@ def test_without_scripts_the_page_still_tells(browser, rendered):
         assert browser.evaluate("document.querySelector('.plot').offsetHeight") > 0
     finally:
         browser.send("Emulation.setScriptExecutionDisabled", value=False)
+
+
+def test_a_long_reason_is_cut_between_words():
+    reason = " ".join(f"word{k:03d}" for k in range(200))
+    cut = cut_at_words(reason, 400)
+    assert len(cut) <= 400 and "word000" in cut and cut.endswith("word199")
+    assert set(cut.split()) - {"\N{HORIZONTAL ELLIPSIS}"} <= set(reason.split())
+    assert cut_at_words("short", 400) == "short"
+    assert len(cut_at_words("x" * 1000, 400)) <= 400

@@ -19,6 +19,8 @@ from rapi_jax.display._typeset import typeset, unit_text
         ("4.8 % of its span", "4.8_% of its span"),
         ("at 10 Hz, 625 kHz and 20 us.", "at 10_Hz, 625_kHz and 20_μs."),
         ("2.5e-3", "0.0025"),
+        ("from -1.32e+03 to -2.37e-07 V", "from −1320 to 0_V"),
+        ("from 1e-3 to 1e+05 Hz", "from 0.001 to 100000_Hz"),
     ],
 )
 def test_what_is_set(plain, wanted):

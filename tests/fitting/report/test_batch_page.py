@@ -6,7 +6,6 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import batch_results as made
-import chromium
 import diagnoses
 import numpy as np
 import pytest
@@ -174,6 +173,24 @@ def test_recordings_without_a_time_are_numbered_by_whole_ones(tmp_path, count):
         assert len(axis.places) == len(ticks) and axis.low < 1.0 and axis.high > count
 
 
+@pytest.mark.parametrize("count", [2, 7, 8])
+def test_few_recordings_are_listed_and_their_errors_drawn_whole(tmp_path, count):
+    records = made.fits(tmp_path, made.scattered(count, seed=2), hours=False)
+    group = summarise([read_result(record, tmp_path) for record in records])["groups"][0]
+    parameter = dict(group["parameters"][0])
+    middle = parameter["median"]
+    parameter["stderr"] = [0.3 * middle] * count  # far above their scatter
+    names = [record.name for record in records]
+    figure = _figures.draw_parameter(parameter, group, names, set(), "key")
+    assert len(figure.panels) == (1 if count < 8 else 2)
+    assert ("On the right" in figure.reading) == (count >= 8)
+    listed = [row[0] for row in figure.table.rows]
+    assert (listed == names) == (count < 8)
+    axis = figure.panels[0].y
+    ends = [v + sign * 0.3 * middle for v in parameter["values"] for sign in (-1, 1)]
+    assert count == 8 or axis.low < min(ends) < max(ends) < axis.high
+
+
 def test_many_recordings_are_drawn_as_a_density(tmp_path):
     records = made.fits(tmp_path, made.scattered(60))
     content = summarise([read_result(record, tmp_path) for record in records])
@@ -199,16 +216,6 @@ def test_a_large_batch_is_cut_on_the_page_alone(tmp_path, monkeypatch):
 
 
 INSIDE = ("file:", "data:", "blob:", "about:")
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    binary = chromium.find()
-    if binary is None:
-        pytest.skip(f"no Chromium on this machine under the names {', '.join(chromium.NAMES)}")
-    started = chromium.Chromium(binary, tmp_path_factory.mktemp("profile"))
-    yield started
-    started.close()
 
 
 @pytest.fixture(scope="module")

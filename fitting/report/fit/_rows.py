@@ -28,9 +28,13 @@ def format_number(value: float, digits: int = 4) -> str:
     return "-" if value is None or not np.isfinite(value) else significant(value, digits)
 
 
-def list_runs(result: "FitResult") -> Rows:
-    """Each run: rate, periods, loop, weight and what the model leaves."""
-    unit, factor = readable_unit(result.recording.response_unit, (r.rmse for r in result.runs))
+def list_runs(result: "FitResult", scale: tuple[str, float] | None = None) -> Rows:
+    """Each run: rate, periods, loop, weight and what the model leaves.
+
+    `scale`: the unit of errors and the factor to it, by default that in which they read best.
+    """
+    recorded = result.recording.response_unit
+    unit, factor = scale or readable_unit(recorded, (r.rmse for r in result.runs))
     heads = (
         "run", "rate (Hz)", "periods", "loop (%)", "weight", f"rmse ({unit})", "% of span", "rho",
     )  # fmt: skip

@@ -54,6 +54,12 @@ def complete_options(task: str, options: Mapping[str, Any]) -> dict[str, Any]:
     return {name: options.get(name, one.default) for name, one in parameters.items() if name in own}
 
 
+def option_hints(task: str) -> dict[str, Any]:
+    """The options of the single command that a batch takes, with their types."""
+    own, parameters = _own_options(task), inspect.signature(_COMMANDS[task]).parameters
+    return {name: one.annotation for name, one in parameters.items() if name in own}
+
+
 def _fixed(task: str) -> set[str]:
     return {_OF_THE_JOB.get(task, "recording"), "recordings", "output"}
 

@@ -119,7 +119,8 @@ def describe_together(result: "FitResult", most: int = 3) -> str:
     if not pairs:
         return ""
     named = ", ".join(f"{b} and {a} ({r:+.3f})" for a, b, r in pairs[:most])
-    more = f", and {len(pairs) - most} more pairs" if len(pairs) > most else ""
+    rest = len(pairs) - most
+    more = f", and {rest} more pair{'s' * (rest > 1)}" if rest > 0 else ""
     return (
         f"Strongly correlated parameters (correlation of their errors): {named}{more}. Their "
         "combination is known better than either value. Predictions and the verdict depend on the "

@@ -20,15 +20,16 @@ from ._check_pair import cautions, check_pair
 from ._comparison import Comparison
 from ._difference_test import DifferenceTest, compare_estimates, detectable_changes
 from ._differences import Interval, ParameterDifference
-from ._effects import named_effects
+from ._effects import effects_test, named_effects, with_sizes
 from ._estimates import PairEstimates, estimate_pair
+from ._failures import failed_fits, failed_joint_fit
 from ._joint_fit import Two, fit_jointly, linearise, rms, shared_errors
 from ._residual_curves import residual_curves
 from ._response_change import ModelErrors, change_by_drive, gap_change, response_change
 from ._single_changes import contrast_changes, single_changes
 from ._thresholds import THRESHOLDS
 
-_ORIGIN = ("d_0",)
+_OF_A_SESSION = ("d_0", "Pickup.phase")
 
 
 @takes(before=Recording, after=Recording, ecdl=ECDL | None)
@@ -40,7 +41,7 @@ def compare(
     ecdl: ECDL | None = None,
     effects: bool = False,
     candidates: Sequence[type[AbstractEffect]] | None = None,
-    without: tuple[str, ...] = _ORIGIN,
+    without: tuple[str, ...] = _OF_A_SESSION,
     progress: Progress | None = None,
 ) -> Comparison:
     """What changed between `before` and `after`: which parameters, by how much, how sure that is.
@@ -53,7 +54,8 @@ def compare(
     **Arguments:**
 
     - `ecdl`: the model to fit, with its effects; by default identified on `before`.
-    - `effects`: diagnose each recording, and add the effects named in either to the model.
+    - `effects`: diagnose each recording, and add the effects named in either to the model. One that
+      both have is fitted to each and compared; one that is named in one alone is off in the other.
     - `candidates`: classes of effects for that; `rapi_jax.effects.ALL` by default.
     - `without`: parameters that are no property of the device, and are no part of the answer.
     - `progress`: called with a line before each step.
@@ -77,20 +79,21 @@ def compare(
     if ecdl is None:
         report("one model")
         ecdl = identify(before, hold_out=("last third",), throw=False).ecdl
-    presence = None
+    presence, models = None, (ecdl, ecdl)
     if effects:
-        ecdl, presence = named_effects(ecdl, given, pair, candidates, report)
+        models, presence = named_effects(ecdl, given, pair, candidates, report)
+        ecdl = models[0]
     names_of = {type(effect).name: type(effect).__name__ for effect in ecdl.effects}
     only_in = {names_of[e.effect]: e.only_in for e in presence or () if e.only_in}
-    estimates = estimate_pair(ecdl, pair, without, report, only_in=only_in)
+    estimates = estimate_pair(models, pair, without, report, only_in=only_in)
     report("both together")
-    names, alone = list(estimates.names), estimates.values
+    names, alone, steps = list(estimates.names), estimates.values, estimates.steps
+    size, degrees = len(names), estimates.degrees
     errors = shared_errors(estimates)
-    steps = np.sqrt(sum(np.diag(covariance) for covariance in estimates.covariances))
-    joint = fit_jointly(errors, alone, steps)
+    joint = fit_jointly(errors, alone, steps, size)
     about: Two = (joint.before, joint.after)
     values, covariances = linearise(errors, alone, about, steps)
-    test = compare_estimates(values, covariances, estimates.degrees)
+    test = compare_estimates(values, covariances, size, degrees)
     report("what each fit leaves")
     own = estimates.results[0].ecdl, estimates.results[1].ecdl
     counts = int(estimates.records[0].free.sum()), int(estimates.records[1].free.sum())
@@ -99,17 +102,20 @@ def compare(
     # Two tests of the parameters, and one of what they leave.
     p_parameters = test.p_change if misfit is None else min(1.0, 1.5 * test.p_change)
     p_misfit = 1.0 if misfit is None else min(1.0, 3.0 * misfit.p_value)
-    p_change = min(p_parameters, p_misfit)
+    p_effects = 1.0 if presence is None else effects_test(presence, names_of, estimates)
+    p_change = min(p_parameters, p_misfit, p_effects)
     parameters_changed = p_parameters < THRESHOLDS.change_level
     misfit_changed = p_misfit < THRESHOLDS.change_level
     tests = 2 if misfit is None else 3
     detectable = detectable_changes(test, tests)
-    slopes = np.concatenate([e.slopes(p, steps) for e, p in zip(errors, about, strict=True)])
-    detectable_response = float(np.max(detectable * np.sqrt(np.mean(slopes**2, axis=0))))
+    parts = zip(errors, about, steps, strict=True)
+    slopes = np.concatenate([e.slopes(p, h)[:, :size] for e, p, h in parts])
+    moves = np.sqrt(np.mean(slopes**2, axis=0))
+    detectable_response = float(np.max(detectable * moves))
     z, statistic, found = test.change / test.change_stderr, test.statistic, test
     if parameters_changed:
         report("which parameter changed")
-        singles = single_changes(errors, alone, joint, steps, estimates.degrees)
+        singles = single_changes(errors, alone, joint, steps, size, degrees)
         z, statistic = contrast_changes(singles)
     probabilities = change_probabilities(names, z, statistic, test.degrees[1])
     likely = credible_changes(probabilities)
@@ -118,21 +124,28 @@ def compare(
         if likely[0] in names:
             about = singles[names.index(likely[0])].about
         values, covariances = linearise(errors, alone, about, steps)
-        found = compare_estimates(values, covariances, estimates.degrees)
+        found = compare_estimates(values, covariances, size, degrees)
     report("change of the response")
     reference = "the model brought" if given is not None else "the fit of the first recording"
     model = own[0] if given is None else given
     left = ModelErrors.of(model, before), ModelErrors.of(model, after)
-    notes = [*estimates.notes, *cautions(before, after), *_doubts(estimates.results)]
+    failures = failed_fits(errors, alone, models, before.response_unit)
+    if not parameters_changed and not failures:
+        failures = failed_joint_fit(estimates, errors, joint, before.response_unit)
+    if presence is not None:
+        presence = with_sizes(presence, names_of, estimates, values, covariances)
+    notes = [*failures, *estimates.notes, *cautions(before, after), *_doubts(estimates.results)]
     return Comparison(
         unit=before.response_unit,
         drive_unit=before.drive_unit,
-        changed=parameters_changed or misfit_changed,
+        changed=p_change < THRESHOLDS.change_level,
         p_change=p_change,
         p_value=test.p_value,
         statistic=test.statistic,
         degrees=test.degrees,
-        parameters=tuple(
+        parameters=()
+        if failures
+        else tuple(
             _differences(estimates, values, covariances, found, test, probabilities, detectable)
         ),
         probabilities=probabilities,
@@ -154,9 +167,10 @@ def compare(
             "operator": type(ecdl.operator).__name__,
             "effects": [type(effect).__name__ for effect in ecdl.effects],
             "plays": ecdl.operator.count,
-            "joint": dict(zip(names, joint.before.tolist(), strict=True)),
+            "joint": dict(zip(names, joint.before[:size].tolist(), strict=True)),
         },
-        trusted=all(result.verdict.trusted for result in estimates.results),
+        trusted=not failures and all(result.verdict.trusted for result in estimates.results),
+        failures=tuple(failures),
         notes=tuple(notes),
         seconds=time.perf_counter() - began,
     )
@@ -181,8 +195,8 @@ def _differences(
     return [
         ParameterDifference(
             name=name,
-            words=describe_parameter(name),
-            unit=pair.units[j],
+            words=describe_parameter(name, pair.results[0].recording.response_unit),
+            unit=pair.unit(name),
             before=float(values[0][j]),
             before_stderr=float(errors[0][j]),
             after=float(values[1][j]),

@@ -33,6 +33,8 @@ class Comparison:
       each, which changes where an effect comes up that the model lacks. `effects`: named by a
       diagnosis, where that was asked for.
     - `recordings`: what is known of each, before and after. `trusted`: whether both fits are.
+      `failures`: fits that ended worse than is known to be possible; what changed is then not known
+      and `parameters` are none.
 
     >>> from fitting import compare
     >>> from rapi_jax.examples import paper_device, paper_recording
@@ -66,6 +68,7 @@ class Comparison:
     recordings: tuple[dict[str, Any], ...]
     model: dict[str, Any]
     trusted: bool
+    failures: tuple[str, ...]
     notes: tuple[str, ...]
     seconds: float
 
@@ -121,6 +124,7 @@ class Comparison:
                 else [dataclasses.asdict(e) | {"only_in": e.only_in} for e in effects],
                 "recordings": dict(zip(("before", "after"), self.recordings, strict=True)),
                 "model": self.model,
+                "failures": list(self.failures),
                 "notes": list(self.notes),
                 "seconds": self.seconds,
                 "versions": package_versions(),

@@ -42,17 +42,18 @@ class DifferenceTest:
 
 
 def compare_estimates(
-    values: tuple[Float[np.ndarray, " parameters"], Float[np.ndarray, " parameters"]],
-    covariances: tuple[
-        Float[np.ndarray, "parameters parameters"], Float[np.ndarray, "parameters parameters"]
-    ],
+    values: tuple[Float[np.ndarray, " before"], Float[np.ndarray, " after"]],
+    covariances: tuple[Float[np.ndarray, "before before"], Float[np.ndarray, "after after"]],
+    size: int,
     degrees: float,
 ) -> DifferenceTest:
-    """The tests of two estimates, before and after; `degrees`: of freedom of the measured noise."""
-    difference = values[1] - values[0]
-    variance = covariances[0] + covariances[1]
+    """The tests of two estimates, before and after, of the first `size` parameters of each.
+
+    The others are of one alone. `degrees`: of freedom of the measured noise.
+    """
+    difference = values[1][:size] - values[0][:size]
+    variance = covariances[0][:size, :size] + covariances[1][:size, :size]
     stderr = np.sqrt(np.diag(variance))
-    size = difference.size
     inverse = np.linalg.inv(variance / np.outer(stderr, stderr)) / np.outer(stderr, stderr)
     statistic = float(difference @ inverse @ difference)
     change_stderr = 1.0 / np.sqrt(np.diag(inverse))

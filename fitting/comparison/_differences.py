@@ -5,7 +5,8 @@ import math
 import re
 from typing import Any
 
-from fitting._units import significant
+from fitting.report.comparison._sizes import format_range
+from fitting.report.diagnosis._numbers import SPACE, Scale, format_number
 
 from ._thresholds import THRESHOLDS
 
@@ -53,25 +54,35 @@ class ParameterDifference:
     detectable: float
 
     @property
+    def of_effect(self) -> bool:
+        """Whether it is a parameter of an effect, not of the operator."""
+        return "." in self.name
+
+    @property
     def relative(self) -> bool:
         """Whether it is far enough from 0 for a change in per cent."""
         return abs(self.before) > THRESHOLDS.known_relative * self.before_stderr
 
     def describe(self, amount: Interval) -> str:
-        """An amount in its unit with interval, and in per cent where that has a meaning."""
-        text = _signed(f"{amount.value:+.3g}{self._unit} ({amount.low:+.3g} to {amount.high:+.3g})")
+        """An amount in its unit with interval, and in per cent where that has a meaning.
+
+        Per cent are of the value before, with its sign: what grows away from 0 grows by so much.
+        """
+        text = format_range(dataclasses.asdict(amount), self.unit).replace(SPACE, " ")
         return f"{text}, {self._share(amount)}" if self.relative else text
 
     def describe_share(self) -> str:
         """The difference in per cent, or in its unit where that has no meaning."""
         if self.relative:
             return self._share(self.difference)
-        return _signed(f"{self.difference.value:+.3g}{self._unit}")
+        scale = Scale.of(self.unit, [self.difference.value])
+        return scale(self.difference.value, sign=True).replace(SPACE, " ")
 
     def describe_percent(self, amount: Interval) -> str:
         """An amount with interval in per cent; in its unit where that has no meaning."""
-        scale = 100.0 / abs(self.before) if self.before else math.inf
-        ends = [scale * x for x in (amount.value, amount.low, amount.high)]
+        scale = 100.0 / self.before if self.before else math.inf
+        value, *edges = (scale * x for x in (amount.value, amount.low, amount.high))
+        ends = [value, *sorted(edges)]
         far = max(abs(x) for x in ends) >= _MOST_PERCENT or abs(ends[0]) < _LEAST_PERCENT
         if not self.relative or far:
             return self.describe(amount)
@@ -80,29 +91,43 @@ class ParameterDifference:
         value, low, high = (f"{x:+.{decimals}f}" for x in ends)
         return _signed(f"{value} % ({low} to {high})")
 
-    @property
-    def _unit(self) -> str:
-        return "" if self.unit == "1" else f" {self.unit}"
-
     def _share(self, amount: Interval) -> str:
         """In per cent with two digits, or three before the point; no power of ten."""
-        share = 100.0 * amount.value / abs(self.before)
+        share = 100.0 * amount.value / self.before
         if abs(share) >= _MOST_PERCENT:
             return f"by over {_MOST_PERCENT:.0f} %"
         if abs(share) < _LEAST_PERCENT:
             return f"by under {_LEAST_PERCENT:g} %"
-        return _signed(f"{'+' if share > 0 else ''}{significant(share, 2)} %")
+        return f"{format_number(share, 2, sign=True)} %"
 
     def to_dict(self) -> dict[str, Any]:
         """The fields as in `comparison.json`."""
         fields = dataclasses.asdict(self)
-        share = 100.0 * self.difference.value / abs(self.before) if self.relative else None
+        share = 100.0 * self.difference.value / self.before if self.relative else None
         return {k: v for k, v in fields.items() if k != "name"} | {"percent": share}
 
 
 @dataclasses.dataclass(frozen=True)
+class EffectSize:
+    """One parameter of an effect that one recording alone has, in `unit`; `words`: its name.
+
+    `interval`: its estimate there, of standard error `stderr`.
+    """
+
+    name: str
+    words: str
+    unit: str
+    interval: Interval
+    stderr: float
+
+
+@dataclasses.dataclass(frozen=True)
 class EffectPresence:
-    """One effect named by a diagnosis of either recording, and how probable it is in each."""
+    """One effect named by a diagnosis of either recording, and how probable it is in each.
+
+    `sizes`: its parameters, where one recording alone has it; those of one that both have are
+    compared as all others.
+    """
 
     effect: str
     label: str
@@ -110,6 +135,7 @@ class EffectPresence:
     after: bool
     before_probability: float
     after_probability: float
+    sizes: tuple[EffectSize, ...] = ()
 
     @property
     def only_in(self) -> str | None:

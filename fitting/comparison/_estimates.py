@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from fitting._parameter_words import describe_parameter
 from fitting.identification._fit_many import fit_many
 from fitting.identification._options import default_free
 from fitting.identification._parameter_vector import ParameterVector, as_device
@@ -17,40 +18,59 @@ from rapi_jax.internal import follow
 
 from ._thresholds import THRESHOLDS
 
-Pair = tuple[Recording, Recording]
-_LABELS = ("before", "after")
+Pair = tuple[ECDL, ECDL]
+LABELS = ("before", "after")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class PairEstimates:
-    """The fits of both recordings from `model`, and `names` of the parameters estimated in both.
+    """The fits of both recordings from `models`, and `names` of the parameters estimated in both.
 
-    `notes`: parameters that are held in both, since one recording alone does not fix them.
+    `own`: of each recording, the names of those that are of it alone: of an effect that the other
+    has not (`effects_of_one`: their classes), or of the session. `notes`: parameters that are held
+    in both, since one recording alone does not fix them.
     """
 
-    model: ECDL
+    models: Pair
     results: tuple[FitResult, FitResult]
     records: tuple[Record, Record]
     names: tuple[str, ...]
-    units: tuple[str, ...]
+    own: tuple[tuple[str, ...], tuple[str, ...]]
+    effects_of_one: frozenset[str]
     notes: tuple[str, ...]
 
     @property
-    def places(self) -> list[int]:
-        """Places of `names` among all parameters."""
-        return [self.records[0].names.index(name) for name in self.names]
+    def places(self) -> tuple[list[int], list[int]]:
+        """Places of `names` and of its `own` among all parameters, for each recording."""
+        every = self.records[0].names
+        one, two = ([every.index(name) for name in (*self.names, *own)] for own in self.own)
+        return one, two
+
+    def unit(self, name: str) -> str:
+        """Of a parameter."""
+        return self.records[0].units[self.records[0].names.index(name)]
 
     @property
     def values(self) -> tuple[np.ndarray, np.ndarray]:
-        """Estimates before and after."""
-        one, two = (record.values[self.places] for record in self.records)
+        """Estimates before and after, of `names` and then of its `own`."""
+        one, two = (r.values[at] for r, at in zip(self.records, self.places, strict=True))
         return one, two
 
     @property
     def covariances(self) -> tuple[np.ndarray, np.ndarray]:
         """Their covariances, corrected for correlated residuals."""
-        pick = np.ix_(self.places, self.places)
-        one, two = (record.covariance[pick] for record in self.records)
+        one, two = (
+            r.covariance[np.ix_(at, at)] for r, at in zip(self.records, self.places, strict=True)
+        )
+        return one, two
+
+    @property
+    def steps(self) -> tuple[np.ndarray, np.ndarray]:
+        """Standard errors of differences, by which both are varied."""
+        size = len(self.names)
+        errors = [np.sqrt(2.0 * np.diag(covariance)) for covariance in self.covariances]
+        shared = np.sqrt(0.5 * (errors[0][:size] ** 2 + errors[1][:size] ** 2))
+        one, two = (np.concatenate([shared, error[size:]]) for error in errors)
         return one, two
 
     @property
@@ -65,61 +85,83 @@ class PairEstimates:
 
 
 def estimate_pair(
-    ecdl: ECDL,
-    pair: Pair,
+    models: Pair,
+    pair: tuple[Recording, Recording],
     without: tuple[str, ...],
     report: Callable[[str], None],
     *,
     only_in: Mapping[str, str] | None = None,
 ) -> PairEstimates:
-    """Fits of `ecdl` to both recordings, less the parameters `without` among `names`.
+    """Fits of `models`, which differ in values alone, to the recordings of a pair.
 
     A number that one of them does not fix, or only at a bound, or not apart from the others, is
     held in both, at what that one ended with: the other parameters then mean the same in both.
-    `only_in`: classes of effects that one recording alone has ("before" or "after"), which says
-    what is held of theirs. Raises `ModelError` where no parameter is left.
+    `without`: parameters that are not compared. `only_in`: classes of effects that one recording
+    alone has ("before" or "after"); in the other they stay as its model has them. Raises
+    `ModelError` where no parameter is left.
     """
-    free = _free_in_both(ecdl, pair)
+    owners = only_in or {}
+    free = _free_in_both(models[0], pair)
     notes: list[str] = []
     for number in range(THRESHOLDS.rounds):
         report("each recording alone" if not number else "each alone, with what both fix")
-        first, second = fit_many(ecdl, list(pair), free=_selector(free))
+        first, second = (
+            fit_many(model, [one], free=_selector(free, owners, label))[0]
+            for label, model, one in zip(LABELS, models, pair, strict=True)
+        )
         records = read_record(first, 0), read_record(second, 1)
-        held, told = _known_in_one(free, records, only_in or {})
+        held, told = _known_in_one([p for p in free if not _only_in(p.name, owners)], records)
         if not held:
             held, told = _redundant(free, records)
         notes += told
         if not held or len(held) == len(free):
             break
-        by_name = {p.name: p for p in free}
-        paths = [by_name[name].path for name in held]
-        ecdl = _put(ecdl, paths, list(held.values()))
+        models = _hold(models, free, held, owners)
         free = [p for p in free if p.name not in held]
-    known = records[0].free & records[1].free
-    at = [i for i, name in enumerate(records[0].names) if known[i] and name not in without]
-    if not at:
+    every, known = records[0].names, records[0].free & records[1].free
+    compared = [
+        i
+        for i, name in enumerate(every)
+        if known[i] and name not in without and not _only_in(name, owners)
+    ]
+    if not compared:
         raise ModelError(
             "no parameter has an estimate in both recordings, so nothing can be compared: record "
             "more than one rate or amplitude, or bring a model with fewer plays."
         )
-    every = records[0].names
     lost = [
         name
         for i, name in enumerate(every)
-        if not known[i] and not (records[0].held[i] and records[1].held[i])
+        if not known[i]
+        and not (records[0].held[i] and records[1].held[i])
+        and not _only_in(name, owners)
     ]
     if lost:
         notes.append(
-            f"{', '.join(lost)}: no estimate in one of the recordings or both (at a bound, or not "
-            "fixed by the data), so not compared."
+            f"{', '.join(map(_called, lost))}: no estimate in one of the recordings or both (at a "
+            "bound, or not fixed by the data), so not compared."
         )
+    before, after = (
+        tuple(
+            name
+            for i, name in enumerate(every)
+            if record.free[i]
+            and (_only_in(name, owners) == label or ("." in name and name in without and known[i]))
+        )
+        for label, record in zip(LABELS, records, strict=True)
+    )
     return PairEstimates(
-        ecdl, (first, second), records,
-        tuple(every[i] for i in at), tuple(records[0].units[i] for i in at), tuple(notes),
+        models, (first, second), records, tuple(every[i] for i in compared), (before, after),
+        frozenset(owners), tuple(notes),
     )  # fmt: skip
 
 
-def _free_in_both(ecdl: ECDL, pair: Pair) -> list[Parameter]:
+def _only_in(name: str, owners: Mapping[str, str]) -> str | None:
+    """The recording whose effect a parameter is of, where the other has not that effect."""
+    return owners.get(name.partition(".")[0]) if "." in name else None
+
+
+def _free_in_both(ecdl: ECDL, pair: tuple[Recording, Recording]) -> list[Parameter]:
     """The parameters that a fit frees in both recordings, those of effects with them."""
     vector, out = ParameterVector.of(ecdl), []
     masks = [vector.mask(ecdl, default_free(ecdl, one)) for one in pair]
@@ -130,27 +172,53 @@ def _free_in_both(ecdl: ECDL, pair: Pair) -> list[Parameter]:
     return out
 
 
-def _selector(free: list[Parameter]) -> Callable[[ECDL], Any]:
-    return lambda e: tuple(follow(e, part.path) for part in free)
+def _selector(
+    free: list[Parameter], owners: Mapping[str, str], label: str
+) -> Callable[[ECDL], Any]:
+    mine = [part for part in free if _only_in(part.name, owners) in (None, label)]
+    return lambda e: tuple(follow(e, part.path) for part in mine)
 
 
-def _put(ecdl: ECDL, paths: list[Any], values: list[float]) -> ECDL:
+def _hold(
+    models: Pair, free: list[Parameter], held: Mapping[str, float], owners: Mapping[str, str]
+) -> Pair:
+    """The models with what is held at its value; an effect that one has not stays as it is."""
+    before, after = (
+        _put(
+            model,
+            {
+                part.path: held[part.name]
+                for part in free
+                if part.name in held and _only_in(part.name, owners) in (None, label)
+            },
+        )
+        for label, model in zip(LABELS, models, strict=True)
+    )
+    return before, after
+
+
+def _put(ecdl: ECDL, held: Mapping[Any, float]) -> ECDL:
     vector = ParameterVector.of(ecdl)
     flat = vector.values(ecdl)
-    for path, value in zip(paths, values, strict=True):
-        at = next(s for p, s in zip(vector.parts, vector.slices, strict=True) if p.path == path)
-        flat[at] = value
+    for part, at in zip(vector.parts, vector.slices, strict=True):
+        if part.path in held:
+            flat[at] = held[part.path]
     return vector.put(ecdl, as_device(flat))
 
 
-def _known_in_one(
-    free: list[Parameter], records: tuple[Record, Record], only_in: Mapping[str, str]
-) -> tuple[dict[str, float], list[str]]:
-    """Numbers that one recording alone fixes, at the value of the other, and notes on them.
+def _called(name: str) -> str:
+    """A parameter in a note: that of an effect in words, one of the operator by its letter."""
+    return f"{describe_parameter(name)} (`{name}`)" if "." in name else f"`{name}`"
 
-    Those of an effect that one recording alone has are held at what it has there: the other has
-    none of it, and where its fit ended along what it lacks says nothing.
-    """
+
+def _in_unit(value: float, unit: str) -> str:
+    return f"{value:.4g}" if unit == "1" else f"{value:.4g} {unit}"
+
+
+def _known_in_one(
+    free: list[Parameter], records: tuple[Record, Record]
+) -> tuple[dict[str, float], list[str]]:
+    """Numbers that one recording alone fixes, at the value of the other, and notes on them."""
     held, notes = {}, []
     for part in free:
         if part.shape:
@@ -160,12 +228,11 @@ def _known_in_one(
         if fixed[0] == fixed[1]:
             continue
         which = fixed.index(False)
-        owner = part.name.partition(".")[0]
-        source = _LABELS.index(only_in[owner]) if owner in only_in else which
-        value = float(records[source].values[at])
+        value = float(records[which].values[at])
         why = "at a bound" if records[which].at_bound[at] else "not determined by the data"
         held[part.name] = value
-        notes.append(f"`{part.name}` is {why} {_LABELS[which]}: held at {value:.4g} in both.")
+        amount = _in_unit(value, records[which].units[at])
+        notes.append(f"{_called(part.name)} is {why} {LABELS[which]}: held at {amount} in both.")
     return held, notes
 
 
@@ -185,8 +252,8 @@ def _redundant(
         return {}, []
     value = float(record.values[at])
     note = (
-        f"`{name}` cannot be told from the other parameters {_LABELS[worst]}: held at {value:.4g} "
-        "in both."
+        f"{_called(name)} cannot be told from the other parameters {LABELS[worst]}: held at "
+        f"{_in_unit(value, record.units[at])}."
     )
     return {name: value}, [note]
 

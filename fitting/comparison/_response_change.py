@@ -24,6 +24,8 @@ def response_change(
 ) -> Interval:
     r"""The rms of how much the response changed over the drives of both, its mean left out.
 
+    An effect that one session alone has is a part of that change.
+
     With $D$ the difference of the two models `alone`, and $C$ the covariance of it by noise, noise
     alone makes $\langle D^2 \rangle$ about $\mathrm{tr}(C)/n$; that is taken off, and the interval
     is by the variance of a quadratic form. `covariances`: of the parameters of either, to first
@@ -31,9 +33,13 @@ def response_change(
     one place, and has a wide covariance there, may move it much at another.
     """
     before, after = alone
-    change = np.concatenate([e(after) - e(before) for e in errors])
+    change = np.concatenate([e.by_model(1, after) - e.by_model(0, before) for e in errors])
     noise = np.concatenate(
-        [_response_noise(errors, *one) for one in zip(about, covariances, strict=True)], axis=1
+        [
+            _response_noise(errors, session, *one)
+            for session, one in enumerate(zip(about, covariances, strict=True))
+        ],
+        axis=1,
     )
     spread = noise.T @ noise / change.size
     along = noise.T @ change / change.size
@@ -53,7 +59,7 @@ def change_by_drive(
     for one in errors:
         problem = one.problem
         ends = np.cumsum(problem.data.use.sum(axis=1))[:-1]
-        parts = np.split(one(alone[1]) - one(alone[0]), ends)
+        parts = np.split(one.by_model(1, alone[1]) - one.by_model(0, alone[0]), ends)
         for drive, part in zip(problem.recording.drives, parts, strict=False):
             swing = float(f"{drive.u_pp:.{digits}g}")
             found.setdefault((drive.excitation_hz, swing), []).append(part)
@@ -65,12 +71,13 @@ def change_by_drive(
 
 def _response_noise(
     errors: tuple[SharedErrors, SharedErrors],
+    session: int,
     at: Float[np.ndarray, " parameters"],
     covariance: Float[np.ndarray, "parameters parameters"],
 ) -> Float[np.ndarray, "samples parameters"]:
-    """A square root of the covariance of the response over the drives of both."""
+    """A square root of the covariance of a session's response over the drives of both."""
     steps = np.sqrt(np.diag(covariance))
-    slopes = np.concatenate([e.slopes(at, steps) for e in errors])
+    slopes = np.concatenate([e.slopes(at, steps, session) for e in errors])
     size, axes = np.linalg.eigh(covariance / np.outer(steps, steps))
     return (slopes * steps) @ (axes * np.sqrt(np.maximum(size, 0.0)))
 

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ._difference_test import compare_estimates
-from ._joint_fit import JointFit, SharedErrors, Two, Vector, fit_jointly, linearise
+from ._joint_fit import JointFit, SharedErrors, Two, fit_jointly, linearise
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -28,17 +28,18 @@ def single_changes(
     errors: tuple[SharedErrors, SharedErrors],
     alone: Two,
     joint: JointFit,
-    steps: Vector,
+    steps: Two,
+    size: int,
     degrees: float,
 ) -> list[SingleChange]:
-    """That of each parameter."""
+    """That of each parameter of both, of which there are `size`."""
     out = []
-    for place in range(steps.size):
-        fit = fit_jointly(errors, alone, steps, place, joint.before)
+    for place in range(size):
+        fit = fit_jointly(errors, alone, steps, size, place, (joint.before, joint.after))
         about = fit.before, fit.after
         values, covariances = linearise(errors, alone, about, steps)
         rest = compare_estimates(
-            (values[0] - fit.before, values[1] - fit.after), covariances, degrees
+            (values[0] - fit.before, values[1] - fit.after), covariances, size, degrees
         )
         change = float(fit.after[place] - fit.before[place])
         z = change / float(rest.change_stderr[place])

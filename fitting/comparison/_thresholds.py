@@ -49,6 +49,18 @@ class ComparisonThresholds:
     joint_gain: float = threshold(
         1e-3, unit="of chi-square", origin="far below 1, which is one standard error"
     )
+    worse_fit: float = threshold(
+        0.05,
+        unit="of the rms of the model that a fit began from",
+        origin="no fit may end worse than it began; runs have other weights in a fit, which is "
+        "under 1 % in trials; fits that fail are off by a factor, which half and twice tell, too",
+    )
+    joint_failure: float = threshold(
+        1e-6,
+        unit="p-value",
+        origin="of what one model for both costs, where its parameters do not differ: 1e-3 would "
+        "doubt one of a thousand good pairs, and failed fits are far below either",
+    )
     shared_misfit: float = threshold(
         0.5,
         unit="of the larger misfit",

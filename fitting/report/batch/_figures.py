@@ -202,7 +202,8 @@ def _histogram(parameter: dict, y: Axis) -> tuple[Axis, Boxes | Areas]:
 
 
 def _describe(parameter: dict, group: dict) -> str:
-    unit, called = parameter["unit"], describe_parameter(parameter["name"])
+    unit = parameter["unit"]
+    called = describe_parameter(parameter["name"], unit.partition("/")[0])  # d_1: response/drive
     text = "" if called == parameter["name"] else f"{called[:1].upper()}{called[1:]}. "
     text += (
         f"Median {format_quantity(parameter['median'], unit, digits=5)}, robust standard deviation "

@@ -12,8 +12,8 @@ _MOST = 2  # drives that are drawn; the table has all
 _COLOURS = {"before": "var(--soft)", "after": "var(--accent)"}
 
 
-def draw_residuals(content: dict[str, Any]) -> Figure | None:
-    """Where the two differ most; `None` where they have no drive in common."""
+def draw_residuals(content: dict[str, Any], scale: Scale) -> Figure | None:
+    """Where the two differ most, in the page's unit; `None` where they share no drive."""
     rows = content.get("residuals") or []
     if not rows:
         return None
@@ -21,7 +21,6 @@ def draw_residuals(content: dict[str, Any]) -> Figure | None:
     order = sorted(range(len(rows)), key=lambda k: -change[k])
     drawn = [rows[k] for k in sorted(order[:_MOST])]
     values = [v for row in drawn for name in _COLOURS for v in finite_values(row[name])]
-    scale = Scale.of(content["unit"], [abs(v) for v in values if v is not None])
     y = make_axis(
         f"data less model ({scale.unit})", [scale.value(v) for v in values], margin=0.06, zero=True
     )

@@ -14,15 +14,16 @@ from fitting.report._pages import load_template, read_style
 from fitting.report.diagnosis._numbers import format_setting
 
 from ._figure import draw_residuals
+from ._sizes import Sizes
 from ._tables import (
     ALONE,
     HEADS,
-    format_change,
-    format_size,
     list_facts,
+    list_fits,
     state_p,
     tabulate_effects,
     tabulate_parameters,
+    tabulate_sizes,
 )
 
 _WIDE = Markup(
@@ -36,7 +37,7 @@ _WIDE = Markup(
 
 def render_page(content: dict[str, Any]) -> str:
     """The comparison of `comparison.json` as one page. Text in it is shown as text."""
-    unit, gap = content["unit"], content["gap"]
+    sizes, gap = Sizes.of(content), content["gap"]
     return _load_template().render(
         title="What changed",
         headline=content["headline"].replace("`", ""),
@@ -44,26 +45,29 @@ def render_page(content: dict[str, Any]) -> str:
         facts=list_facts(content),
         heads=HEADS,
         alone=ALONE,
-        figure=draw_residuals(content),
+        figure=draw_residuals(content, sizes.scale),
         rows=tabulate_parameters(content),
-        response=format_size(content["response_change"], unit),
+        failed=content["failures"],
+        response=sizes.interval(content["response_change"]),
         gap=None
         if gap is None
         else {
             "reference": gap["reference"],
-            "before": format_size(gap["before"], unit),
-            "after": format_size(gap["after"], unit),
-            "change": format_change(gap["change"], unit),
+            "before": sizes.interval(gap["before"]),
+            "after": sizes.interval(gap["after"]),
+            "change": sizes.change(gap["change"]),
         },
         misfit=None
         if content["misfit"] is None
         else {
-            "before": format_size(content["misfit"]["before"], unit),
-            "after": format_size(content["misfit"]["after"], unit),
+            "before": sizes.interval(content["misfit"]["before"]),
+            "after": sizes.interval(content["misfit"]["after"]),
             "p": state_p(content["misfit"]["p_value"]),
         },
         asked=content["effects"] is not None,
         effects=tabulate_effects(content),
+        sizes=tabulate_sizes(content),
+        fits=list_fits(content),
         notes=content["notes"],
         p_value=state_p(content["p_value"]),
         statistic=significant(content["statistic"], 4),

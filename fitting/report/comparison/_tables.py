@@ -2,17 +2,17 @@
 
 from typing import Any
 
-from fitting._units import interval_digits, readable_unit
 from fitting.report.diagnosis._numbers import (
     DASH,
     SPACE,
+    Scale,
     finite_or_none,
     format_number,
-    format_percent,
     format_quantity,
     format_with_error,
-    unit_text,
 )
+
+from ._sizes import Sizes, format_probability, format_range
 
 _LEAST_P = 1e-12
 
@@ -31,55 +31,16 @@ def state_p(p: Any) -> str:
     return f"p{SPACE}{text}" if text.startswith("<") else f"p{SPACE}={SPACE}{text}"
 
 
-def format_range(interval: dict[str, Any], unit: str) -> str:
-    """`+0.05 (+0.04 to +0.06) GHz`."""
-    value, low, high = (
-        format_number(interval[key], digits, sign=True) for key, digits in _digits(interval).items()
-    )
-    end = "" if unit in ("", "1") else f"{SPACE}{unit_text(unit)}"
-    return f"{value} ({low} to {high}){end}"
-
-
-def format_change(interval: dict[str, Any], unit: str) -> str:
-    """A change of the response, as `format_range`, in the unit that reads best."""
-    unit, factor = _scale(interval, unit)
-    return format_range({key: factor * interval[key] for key in interval}, unit)
-
-
-def _scale(interval: dict[str, Any], unit: str) -> tuple[str, float]:
-    ends = (finite_or_none(interval[key]) or 0.0 for key in ("value", "low", "high"))
-    return readable_unit(unit, ends)
-
-
-def format_size(interval: dict[str, Any], unit: str) -> str:
-    """A size with its interval: `41 MHz (39 to 43)`; a bound where it may be 0."""
-    unit, factor = _scale(interval, unit)
-    interval = {key: factor * interval[key] for key in ("value", "low", "high")}
-    if not finite_or_none(interval["low"]):
-        return f"at most {format_quantity(interval['high'], unit)}"
-    digits = _digits(interval)
-    low, high = (format_number(interval[key], digits[key]) for key in ("low", "high"))
-    value = format_quantity(interval["value"], unit, digits=digits["value"])
-    return f"{value} ({low} to {high})"
-
-
-def _digits(interval: dict[str, Any]) -> dict[str, int]:
-    """The significant digits of the value and both ends, by the width between these."""
-    value, low, high = (finite_or_none(interval[key]) for key in ("value", "low", "high"))
-    width = 0.0 if low is None or high is None else high - low
-    ends = {"value": value, "low": low, "high": high}
-    return {key: interval_digits(end or 0.0, width) for key, end in ends.items()}
-
-
 def format_size_of(value: Any, unit: str) -> str:
-    """A number in a parameter's unit."""
-    end = "" if unit in ("", "1") else f"{SPACE}{unit_text(unit)}"
-    return f"{format_number(value, 2)}{end}"
+    """A number in a parameter's unit, in that in which it reads best."""
+    scale = Scale.of(unit, [value])
+    return format_quantity(scale.value(value), scale.unit, digits=2)
 
 
 def tabulate_parameters(content: dict[str, Any]) -> list[dict[str, Any]]:
     """A row per parameter: `name`, `words`, `cells`, whether `changed`, and `whisker` for a page.
 
+    `code`: its letter in the equations, which those of effects have not.
     The whisker is the difference in standard errors with its interval, on one scale for all rows.
     """
     level, rows = content["level"], content["parameters"]
@@ -87,7 +48,7 @@ def tabulate_parameters(content: dict[str, Any]) -> list[dict[str, Any]]:
         [name for name in content["set"] if name in rows] if content["parameters_changed"] else []
     )
     scaled = {name: _scaled(row) for name, row in rows.items()}
-    most = max(max(abs(x) for x in ends) for ends in scaled.values())
+    most = max((abs(x) for ends in scaled.values() for x in ends), default=1.0)
     out = []
     for name, row in rows.items():
         share = finite_or_none(row["percent"])
@@ -96,6 +57,7 @@ def tabulate_parameters(content: dict[str, Any]) -> list[dict[str, Any]]:
             {
                 "name": name,
                 "words": row["words"],
+                "code": "" if "." in name else name,
                 "changed": content["parameters_changed"]
                 and (name in singles or row["p_holm"] < level),
                 "cells": [
@@ -106,7 +68,7 @@ def tabulate_parameters(content: dict[str, Any]) -> list[dict[str, Any]]:
                     format_p(row["p_holm"]),
                     format_range(row["change"], row["unit"]),
                     format_p(row["p_given_others_holm"]),
-                    format_percent(row["probability"]),
+                    format_probability(row["probability"]),
                     format_size_of(row["detectable"], row["unit"]),
                 ],
                 "whisker": dict(
@@ -145,39 +107,56 @@ def tabulate_effects(content: dict[str, Any]) -> list[list[str]]:
     return [
         [
             e["label"],
-            *(format_percent(e[f"{key}_probability"]) for key in ("before", "after")),
+            *(format_probability(e[f"{key}_probability"]) for key in ("before", "after")),
             f"only {e['only_in']}" if e["only_in"] else "in both",
         ]
         for e in content["effects"] or []
     ]
 
 
-def list_facts(content: dict[str, Any]) -> list[tuple[str, str]]:
-    """Figures of the comparison as a whole."""
-    unit, gap = content["unit"], content["gap"]
-    none, several = (content["probabilities"].get(name, 0.0) for name in ("none", "several"))
-    facts = [
-        ("Changed", "yes" if content["changed"] else "not shown"),
-        ("p", f"{format_p(content['p_change'])} ({format_p(content['p_value'])} for all together)"),
-        ("Response", f"{format_size(content['response_change'], unit)} rms"),
+def tabulate_sizes(content: dict[str, Any]) -> list[list[str]]:
+    """Parameters of the effects that one recording alone has: which, and the estimate there."""
+    return [
+        [size["words"], e["only_in"], format_range(size["interval"], size["unit"], sign=False)]
+        for e in content["effects"] or []
+        for size in ([] if content["failures"] else e["sizes"])
     ]
-    if gap is not None:
-        facts.append(("Gap before", f"{format_size(gap['before'], unit)} rms"))
-        facts.append(("Gap after", f"{format_size(gap['after'], unit)} rms"))
-    if (misfit := content["misfit"]) is not None:
-        for key in ("before", "after"):
-            facts.append((f"Own misfit {key}", f"{format_size(misfit[key], unit)} rms"))
-    if gap is not None:
-        facts.append(("Gap's change", format_change(gap["change"], unit)))
+
+
+def list_facts(content: dict[str, Any]) -> list[tuple[str, str]]:
+    """The figures that a reader asks for first: whether, how much, how sure, and what is left."""
+    sizes, several = Sizes.of(content), content["probabilities"].get("several", 0.0)
+    if content["failures"]:
+        return [("Changed", "not known"), *_list_left(content, sizes, ("gap",))]
+    none = content["probabilities"].get("none", 0.0)
+    likely = f"unchanged: probability {format_probability(none)}; several changed: "
+    return [
+        ("Changed", "yes" if content["changed"] else "not shown"),
+        ("Response", f"{sizes.interval(content['response_change'])} rms"),
+        ("p", f"{format_p(content['p_change'])} ({format_p(content['p_value'])} for parameters)"),
+        ("Parameters", f"{likely}{format_probability(several)}"),
+        *_list_left(content, sizes, ("gap", "misfit")),
+    ]
+
+
+def list_fits(content: dict[str, Any]) -> list[tuple[str, str]]:
+    """What the fits leave of each recording, for those who ask further."""
+    sizes = Sizes.of(content)
+    out = []
     for key, one in content["recordings"].items():
-        own, both = (_rms(one[name], unit) for name in ("rmse", "rmse_joint"))
-        text = f"{own} by its own model, {both} by one for both"
-        facts.append((f"Rms {key}", text))
-    facts.append(("Nothing changed", f"probability {format_percent(none)}"))
-    facts.append(("Several did", f"probability {format_percent(several)}"))
-    return facts
+        own, both = (sizes.value(one[name]) for name in ("rmse", "rmse_joint"))
+        out.append((f"Rms {key}", f"{own} by its own model, {both} by one for both"))
+    return out
 
 
-def _rms(value: float, unit: str) -> str:
-    unit, factor = readable_unit(unit, (value,))
-    return format_quantity(factor * value, unit)
+def _list_left(
+    content: dict[str, Any], sizes: Sizes, which: tuple[str, ...]
+) -> list[tuple[str, str]]:
+    """What a model leaves above noise, before and after: of one model, and of the own of each."""
+    names = {"gap": "Gap", "misfit": "Own misfit"}
+    out = []
+    for key in which:
+        if (left := content[key]) is not None:
+            before, after = (sizes.interval(left[label]) for label in ("before", "after"))
+            out.append((names[key], f"{before} before, {after} after, rms"))
+    return out

@@ -8,7 +8,14 @@ from rich.text import Text
 
 from fitting.report._plain_text import plain_text
 
-from ._tables import HEADS, list_facts, tabulate_effects, tabulate_parameters
+from ._tables import (
+    HEADS,
+    list_facts,
+    list_fits,
+    tabulate_effects,
+    tabulate_parameters,
+    tabulate_sizes,
+)
 
 _SHOWN = (2, 3, 4, 7)  # of the columns: a terminal is narrow
 
@@ -22,14 +29,18 @@ def render_lines(content: dict[str, Any]) -> Group:
         table.add_column(HEADS[k], justify="right")
     for row in tabulate_parameters(content):
         cells = [row["cells"][k] for k in _SHOWN]
-        texts = [Text(cell.replace("\N{NO-BREAK SPACE}", " ")) for cell in (row["name"], *cells)]
+        name = row["code"] or row["words"]
+        texts = [Text(cell.replace("\N{NO-BREAK SPACE}", " ")) for cell in (name, *cells)]
         table.add_row(*texts, style="bold" if row["changed"] else "")
-    rows: list[Any] = [head, *(Text(line) for line in content["details"]), table]
-    rows += [Text(f"{name.lower()}: {text}") for name, text in list_facts(content)]
+    rows: list[Any] = [head, *(Text(line) for line in content["details"])]
+    rows += [table] if content["parameters"] else []
+    facts = [*list_facts(content), *list_fits(content)]
+    rows += [Text(f"{name[:1].lower()}{name[1:]}: {text}") for name, text in facts]
     rows += [
         Text(f"{label}: {before} before, {after} after, {where}")
         for label, before, after, where in tabulate_effects(content)
     ]
+    rows += [Text(f"{words} {label}: {size}") for words, label, size in tabulate_sizes(content)]
     rows += [Text(f"  - {note}") for note in content["notes"]]
     return Group(*rows)
 

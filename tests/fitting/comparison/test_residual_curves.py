@@ -7,10 +7,11 @@ from edge_worlds import drives, record
 from fitting.comparison._residual_curves import residual_curves
 from fitting.comparison._response_change import ModelErrors
 from fitting.report.comparison._figure import draw_residuals
-from fitting.report.diagnosis._numbers import SPACE
+from fitting.report.diagnosis._numbers import SPACE, Scale
 from rapi_jax import Recording
 from rapi_jax.examples import paper_device
 
+MHZ = Scale.of("GHz", [0.4])
 CONTENT = {"unit": "GHz", "drive_unit": "V", "gap": None}
 
 
@@ -44,13 +45,13 @@ def test_drives_that_one_lacks_are_left_out_and_the_largest_change_is_shown():
     after = shifted(record(drives((20.0, 30.0)), noise=0.0), 0.4)
     rows = curves(before, after)
     assert [row["excitation_hz"] for row in rows] == [20.0]
-    figure = draw_residuals(CONTENT | {"residuals": rows})
+    figure = draw_residuals(CONTENT | {"residuals": rows}, MHZ)
     assert figure is not None and len(figure.panels) == 1
     shows = figure.shows.replace(SPACE, " ")
     assert "At 20 Hz, swing 3 V" in shows and "200 MHz after" in shows
     other = record(drives((15.0,)), noise=0.0)
     assert curves(before, other) == []
-    assert draw_residuals(CONTENT | {"residuals": []}) is None
+    assert draw_residuals(CONTENT | {"residuals": []}, MHZ) is None
 
 
 def test_parts_of_a_period_without_a_reading_are_missing():
@@ -58,5 +59,5 @@ def test_parts_of_a_period_without_a_reading_are_missing():
     (row,) = curves(before, before)
     known = np.isfinite(row["after"])
     assert 20 < known.sum() < known.size
-    figure = draw_residuals(CONTENT | {"residuals": [row]})
+    figure = draw_residuals(CONTENT | {"residuals": [row]}, MHZ)
     assert figure is not None and "nan" not in str(figure.table.rows)

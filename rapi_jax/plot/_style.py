@@ -201,9 +201,10 @@ def one_unit(sizes: Iterable[float], unit: str) -> tuple[str, float]:
 
 
 def in_unit(value: float, scale: tuple[str, float]) -> str:
-    """A size with three digits in a unit of `one_unit`."""
+    """A size with three digits, 2.00 as well as 2.01, in a unit of `one_unit`."""
     unit, factor = scale
-    return f"{significant(factor * value, 3)} {unit}"
+    text = f"{factor * value:#.3g}".rstrip(".")
+    return f"{typeset(text) if float(text) else 0} {unit}"
 
 
 def draw_spread(

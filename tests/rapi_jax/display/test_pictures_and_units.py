@@ -130,7 +130,7 @@ def test_an_error_says_of_which_periods_it_is():
             plot.residuals(recording, model, [np.ones(400, bool)]),
         )
     )
-    assert loop.get_title().endswith("off by 10 MHz rms in the last period")
+    assert loop.get_title().endswith("off by 10.0 MHz rms in the last period")
     assert left.get_title().endswith("22.4 MHz rms left in all periods")
 
 

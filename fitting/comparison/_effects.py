@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -98,7 +99,7 @@ def _effect_p(one: EffectPresence, owner: str, pair: PairEstimates) -> float:
     names = [name for n in strength_names(effect) if (name := f"{owner}.{n}") in pair.own[session]]
     if not names:
         return 1.0
-    off = np.array([float(getattr(type(effect)(), name.partition(".")[2])) for name in names])
+    off = np.array([float(getattr(_off(type(effect)), name.partition(".")[2])) for name in names])
     at = [len(pair.names) + pair.own[session].index(name) for name in names]
     # A limit that is infinite where it does nothing: its inverse is 0 there, as many errors away.
     size = pair.values[session][at] - np.where(np.isfinite(off), off, 0.0)
@@ -112,9 +113,14 @@ def _with_effects(
     present: dict[type[AbstractEffect], AbstractEffect],
 ) -> ECDL:
     order = list(effects.ALL)
-    every = [*ecdl.effects, *(_finite(present.get(cls, cls())) for cls in added)]
+    every = [*ecdl.effects, *(_finite(present.get(cls, _off(cls))) for cls in added)]
     every.sort(key=lambda e: order.index(type(e)) if type(e) in order else len(order))
     return ECDL(ecdl.operator, tuple(every))
+
+
+def _off(cls: Any) -> AbstractEffect:
+    """An effect that does nothing: at its defaults."""
+    return cls()
 
 
 def _finite(effect: AbstractEffect) -> AbstractEffect:

@@ -201,10 +201,11 @@ def fit_jointly(
 def _split(size: int, before: int, after: int) -> list[Float[np.ndarray, "parameters unknowns"]]:
     """The parameters of each from the unknowns: `size` of both, and the others of one alone."""
     shared, own = np.eye(size), (before - size, after - size)
-    return [
+    parts = (
         block_diag(shared, np.eye(own[0]), np.zeros((0, own[1]))),
         block_diag(shared, np.zeros((0, own[0])), np.eye(own[1])),
-    ]
+    )
+    return [np.asarray(part) for part in parts]
 
 
 def linearise(

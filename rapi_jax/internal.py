@@ -26,6 +26,8 @@ from .display._readable_unit import readable_unit as readable_unit
 from .display._readable_unit import significant as significant
 from .display._recording import recording_dataset as recording_dataset
 from .display._signature_axes import signature_axis as signature_axis
+from .display._typeset import typeset as typeset
+from .display._typeset import unit_text as unit_text
 from .effects.base._linear_path import LinearPath as LinearPath
 from .inversion._compensate import refuse_beyond as refuse_beyond
 from .inversion._inverse_effects import refuse as refuse

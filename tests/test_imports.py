@@ -1,10 +1,14 @@
 """Layers without circles, and folders that can be read at a glance."""
 
 import collections
+import re
+import tomllib
 from pathlib import Path
 
 import grimp
 import pytest
+
+from rapi_jax.internal import install_extra
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("rapi_jax", "fitting", "hardware")
@@ -63,3 +67,16 @@ def test_folders_are_small(package):
         path.parent.relative_to(ROOT).as_posix() for path in (ROOT / package).rglob("*.py")
     )
     assert {name: n for name, n in counts.items() if n > FILES and name not in TABLES} == {}
+
+
+def test_extras_that_errors_name_exist():
+    """`install_extra("x")` says how to install the extra `x`."""
+    named = {
+        name
+        for package in PACKAGES
+        for path in (ROOT / package).rglob("*.py")
+        for name in re.findall(r'install_extra\("(\w+)"\)', path.read_text())
+    }
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert {"lab", "batch"} <= named <= project["optional-dependencies"].keys()
+    assert "'rapi-jax[lab]'" in install_extra("lab") and "--extra lab" in install_extra("lab")

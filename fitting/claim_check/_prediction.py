@@ -110,6 +110,14 @@ def _outside(
 
     compare("a rate of", drive.rate, claim.rates_hz, THRESHOLDS.rate_slack, "Hz")
     compare("a swing of", drive.u_pp, claim.swings, THRESHOLDS.swing_slack, "peak to peak")
+    if identified is not None and not identified.swings_joined and identified.amplitudes:
+        slack = THRESHOLDS.swing_slack
+        if not any(abs(drive.u_pp - seen) <= slack * seen for seen in identified.amplitudes):
+            seen = " and ".join(f"{swing:.4g}" for swing in identified.amplitudes)
+            found.append(
+                f"a swing of {drive.u_pp:.4g} peak to peak, but the claim is for {seen} alone: in "
+                "the recording one swing did not predict the other"
+            )
     hours = (drive.start_s + float(drive.time[-1]) - begin) / 3600.0
     longest = max(THRESHOLDS.session_growth * claim.hours, THRESHOLDS.session_least)
     if hours > longest:

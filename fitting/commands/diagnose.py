@@ -1,6 +1,7 @@
 """`rapi diagnose`: where a model departs from a device, and which effect it lacks."""
 
 import dataclasses
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -135,11 +136,19 @@ def diagnose(
 
             if recordings:
                 out.rule(name)
-            out.print(render_lines(reports[-1], effect_labels(candidates, data.response_unit)))
+            shown = _naming(reports[-1], several[names.index(name)])
+            out.print(render_lines(shown, effect_labels(candidates, data.response_unit)))
             out.print(f"written to {place}: {', '.join(p.name for p in written)}", markup=False)
     if json:
         print_json(reports if recordings else reports[0])
     return BAD_DATA if failed else DONE
+
+
+def _naming(report: dict[str, Any], path: Path) -> dict[str, Any]:
+    """The report with the recording in the place of RECORDING in the commands of its notes."""
+    named = f"rapi fit {shlex.quote(str(path))} "
+    notes = [note.replace("rapi fit RECORDING ", named) for note in report.get("notes", [])]
+    return report | {"notes": notes}
 
 
 def _check_options(count: int, compare: bool, effects: bool) -> None:

@@ -1,7 +1,8 @@
 """`rapi measure`: run drives on a bench of instruments, real or simulated."""
 
+import re
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from hardware import LabBench
     from rapi_jax import Drive
 
+_LISTS = ("certificate.json", "drives.json")  # of drives, beside them
 Periods = Annotated[int, Parameter(validator=validators.Number(gte=1, lte=1000))]
 
 
@@ -38,9 +40,10 @@ def measure(
     bench
         `bench.toml`: addresses, limits, digitizer, optics.
     drive
-        One period as CSV (`time_s,drive`), as `rapi compensate` writes it.
+        One period as CSV (`time_s,drive`), as `rapi compensate` writes it; or the folder of
+        `rapi compensate` or `rapi drive`, for all of its drives.
     drives
-        More drives, played one after the other.
+        More drives or folders, played one after the other.
     output
         Folder for the recording, or a file that ends in .nc; with `--dry-run`, for the bytes.
     periods
@@ -82,7 +85,8 @@ def measure(
     drivers = plugin_classes(load_plugins(plugin), AbstractDriver)
     file = read_bench(bench, drivers=drivers)
     several, refused = [], []
-    for path in (drive, *drives):
+    named = _expand((drive, *drives))
+    for path in named:
         check_belongs(path)
         check_drive_unit(path)
         one = repeated(read_drive(path, waveform=waveform), periods)
@@ -93,7 +97,7 @@ def measure(
                 refused.append((printable(path), error))
     if refused:
         raise join_refusals(refused)
-    unlisted = [path for path in (drive, *drives) if not _is_listed(path)]
+    unlisted = [path for path in named if not _is_listed(path)]
     out = console(json)
     if dry_run:
         check_sent_output(output)
@@ -139,15 +143,58 @@ def measure(
             }
         )
         return 0
-    for name, fault in faults.items():
-        out.print(f"{name}: {fault}", markup=False, soft_wrap=True)
+    for line in _readout_lines(faults):
+        out.print(line, markup=False, soft_wrap=True)
     if unlisted:
         out.print(_describe_unlisted(unlisted), markup=False, soft_wrap=True)
     out.print(f"{len(recording.runs)} run(s) written to {output}", markup=False, soft_wrap=True)
-    out.print(
-        _describe_next([] if unlisted else [drive, *drives], output), markup=False, soft_wrap=True
-    )
+    out.print(_describe_next([] if unlisted else named, output), markup=False, soft_wrap=True)
     return 0
+
+
+def _expand(paths: Sequence[Path]) -> list[Path]:
+    """The drives that are named, and of a folder those in its list, slow ones first.
+
+    Raises `DataError` for a folder without a list of drives.
+    """
+    from fitting._result_files import listed_files
+    from rapi_jax import DataError
+    from rapi_jax.io import printable
+
+    found: list[Path] = []
+    for path in paths:
+        if not path.is_dir():
+            found.append(path)
+            continue
+        names = {name for one in _LISTS for name in listed_files(path / one)}
+        drives = [name for name in names if name.endswith(".csv")]
+        if not drives:
+            raise DataError(
+                f"{printable(path)}: a folder without drives of `rapi compensate` or `rapi drive` "
+                f"({' or '.join(_LISTS)} would list them). Name the CSV files in it."
+            )
+        found += [path / name for name in sorted(drives, key=_by_number)]
+    return found
+
+
+def _by_number(name: str) -> tuple[float, str]:
+    """The key by which drive_5Hz.csv comes before drive_10Hz.csv."""
+    number = re.search(r"\d+(?:\.\d+)?", name)
+    return (float(number[0]) if number else 0.0, name)
+
+
+def _readout_lines(faults: Mapping[str, str]) -> list[str]:
+    """What was doubtful in reading each run, two lines of each, and what to do about it."""
+    lines = []
+    for name, text in faults.items():
+        found = text.split("; ")
+        more = f"; and {len(found) - 2} more, in the manifest" if len(found) > 2 else ""
+        run = name.removesuffix("_faults")
+        lines.append(
+            f"{run}: its reading was doubtful: {'; '.join(found[:2])}{more}. Record that drive "
+            "again before a fit."
+        )
+    return lines
 
 
 def _describe_scans(drives: Sequence["Drive"], periods: int) -> list[str]:
@@ -186,8 +233,7 @@ def _is_listed(drive: Path) -> bool:
     """Whether a list beside a drive, of `rapi compensate` or `rapi drive`, names it."""
     from fitting._result_files import listed_files
 
-    lists = ("certificate.json", "drives.json")
-    return any(drive.name in listed_files(drive.with_name(name)) for name in lists)
+    return any(drive.name in listed_files(drive.with_name(name)) for name in _LISTS)
 
 
 def _describe_unlisted(drives: Sequence[Path]) -> str:

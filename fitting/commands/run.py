@@ -105,6 +105,8 @@ def run(app: App, arguments: list[str]) -> int:
         message = "no file is half-written; " + (
             "run it again to go on." if resumes else "run again, it begins from the start."
         )
+        if arguments[:1] == ["measure"]:
+            message = "finished runs are kept; give another `-o` to measure again."
         return _conclude(INTERRUPTED, "interrupted", message, as_json)
     except BrokenPipeError:  # the reader has what it wants
         _discard_output()

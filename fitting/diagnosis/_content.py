@@ -1,11 +1,15 @@
 """The content of `diagnosis.json`: plain numbers, lists and names, key by key."""
 
+import dataclasses
+import math
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
+from fitting._units import quantity
 from rapi_jax import ECDL, Recording
+from rapi_jax.effects import AbstractEffect
 
 from ._text import describe_effects
 from .family._law import threshold_law
@@ -13,6 +17,8 @@ from .how_far._cross_validation import CrossValidation
 from .how_far._predicted_gain import PredictedGain, predict_gain
 from .how_far._shares import effect_shares, run_shares
 from .noise._periods import PeriodBlock
+from .refit._effect_vector import Effects
+from .refit._gauss_newton import Refit, State
 from .refit._whitened_model import WhitenedModel
 from .refit.estimates._derived import derive_quantities
 from .refit.estimates._estimates import estimate_effects
@@ -87,6 +93,7 @@ def describe_shrinkage(
     remainder = localise(left, blocks, spectrum, whitened.recording, own_origin=own)
     _, without = choose_refit(none, fitted.refit, flexible=flexible)
     gain = predict_gain(whitened, spectrum, without, refitted, held_out)
+    unit = whitened.recording.response_unit
     return {
         "before": before,
         "after": after,
@@ -103,10 +110,16 @@ def describe_shrinkage(
         "remainder": describe_localisation(
             remainder,
             repeats=_repeats(blocks),
-            what="the remaining residual",
+            what=f"what remains above the noise ({quantity(_size(remainder), unit)} rms)",
             drive_unit=whitened.recording.drive_unit,
         ),
     }
+
+
+def _size(where: list[dict[str, Any]]) -> float:
+    """Rms over all readings of what the entries of `localise` have above the noise."""
+    squares = [e["of_readings"] * (e["rms"] ** 2 + e["rms_not_locked"] ** 2) for e in where]
+    return math.sqrt(sum(squares))
 
 
 def _describe_nonlinearity(recording: Recording, gain: PredictedGain | None) -> dict | None:
@@ -131,19 +144,36 @@ def describe_signature(
 ) -> list[dict[str, Any]]:
     """The signatures of the named effects beside the data; none where none is named.
 
-    Without the effects: what the identified base leaves, as `gap` has it. A flexible base takes up
-    much of an effect that it lacks, and what it then leaves looks like nothing.
+    Without an effect: what the identified base leaves, with the other effects as they were found.
+    For one effect `gap` has it. A flexible base takes up much of an effect that it lacks, and what
+    it then leaves looks like nothing.
     """
     _, state = choose_refit(top, fitted.refit, flexible=needs_flexible_base(top))
     names = {effect.name for effect in top.effects}
+    shown = tuple(effect for effect in state.effects if effect.name in names)
+    without = (
+        [_least_base_errors(whitened, fitted, none)]
+        if len(shown) == 1
+        else [_errors_without(top, effect, state.effects) for effect in shown]
+    )
     return describe_signatures(
-        tuple(effect for effect in state.effects if effect.name in names),
-        _least_base_errors(whitened, fitted, none),
+        shown,
+        without,
         state.errors.raw,
         whitened.blocks,
         whitened.recording,
         own_origin=whitened.own_origin,
     )
+
+
+def _errors_without(
+    top: Candidate, effect: AbstractEffect, effects: Effects
+) -> list[Float[np.ndarray, "_ _"]]:
+    """Errors of the identified base, refitted with all of `effects` but one, which are held."""
+    others = tuple(one for one in effects if one is not effect)
+    held = dataclasses.replace(top.refit, hold_effects=True)
+    begin = held.evaluate(top.on_base.values, others)
+    return held.minimise(begin, THRESHOLDS.full_steps).errors.raw
 
 
 def _least_base_errors(
@@ -168,6 +198,15 @@ def describe_base(whitened: WhitenedModel, fitted: FittedBase) -> dict[str, Any]
         "operator": type(operator).__name__,
         "log_evidence": {} if fitted.family is None else fitted.family.log_evidence,
     }
+
+
+def describe_richer_hysteresis(
+    whitened: WhitenedModel, fitted: FittedBase, refit: Refit, state: State
+) -> dict[str, Any]:
+    """The number of plays of a hysteresis richer than the identified one, and what it leaves."""
+    own = whitened.own_origin
+    left = measure_gap(state.errors.raw, whitened.blocks, fitted.spectrum, own_origin=own)
+    return {"plays": refit.base.operator.count, "rms": left.total}
 
 
 def describe_model(model: ECDL) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from ._content import (
     describe_hypotheses,
     describe_model,
     describe_recording,
+    describe_richer_hysteresis,
     describe_shrinkage,
     describe_signature,
 )
@@ -42,6 +43,7 @@ from ._verdict import (
     doubt_data,
     doubt_noise,
     explain_random_jumps,
+    explain_richer_hysteresis,
     give_verdict,
     mention_likeliest,
 )
@@ -226,6 +228,10 @@ def diagnose(
         plays=refit.base.operator.count if flexible else None,
     )  # fmt: skip
     verdict = mention_likeliest(verdict, ranked, held_out, recording.response_unit)
+    richer = None
+    if flexible and name == "none" and not blamed:
+        richer = describe_richer_hysteresis(whitened, fitted, refit, state)
+        verdict = explain_richer_hysteresis(verdict, richer, total, floor, recording.response_unit)
     if name == "unlisted" and faults and faults[0].kind != DIFFERS_WITH_RATE:
         verdict = doubt_data(verdict, faults)
     if jumps is not None:
@@ -252,7 +258,7 @@ def diagnose(
             "reliability": [dict(part) for part in calibration.reliability],
         },
         "evidence": evidence.to_dict(),
-        "base": describe_base(whitened, fitted),
+        "base": describe_base(whitened, fitted) | ({"richer": richer} if richer else {}),
         "model": describe_model(model),
         "faults": [dataclasses.asdict(fault) for fault in faults],
     }

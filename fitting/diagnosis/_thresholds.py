@@ -31,6 +31,12 @@ class DiagnosisThresholds:
         unit="probability",
         origin="derivation: more probable than all other answers together; below, it may be",
     )
+    still_open: float = threshold(
+        0.5,
+        unit="of the mean square above the noise",
+        origin="convention; of six plays fixed in volts 24 on a grid leave 0.86 of it. Decides "
+        "which model is advised, where both their residuals are stated",
+    )
     larger_gap: float = threshold(
         3.0,
         unit="size of the jumps",

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from fitting._units import quantity
 from fitting.identification.data_checks._drive_character import describe_repetition
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks.holds._sweeps import describe_creep
@@ -115,6 +116,33 @@ def mention_likeliest(
     return dataclasses.replace(verdict, sentence=verdict.sentence + text)
 
 
+def explain_richer_hysteresis(
+    verdict: Verdict, richer: Mapping[str, float], total: float, noise: float | None, unit: str
+) -> Verdict:
+    """The verdict that no effect is missing, where what the identified model leaves is no noise.
+
+    A density of plays explains it. `richer`: `plays` of the diagnosis' model, and what it leaves,
+    `rms`. `total`: what the identified model leaves; `noise` is part of both.
+    """
+    sure = verdict.sentence[verdict.sentence.rfind("(") :]
+    alone, left = (quantity(size, unit) for size in (total, richer["rms"]))
+    floor = "" if noise is None else f"; the noise is {quantity(noise, unit)} rms"
+    sentence = (
+        "No listed effect is missing: the gap is hysteresis of another shape than the identified "
+        f"model has {sure} That model leaves {alone} rms, and the one of this diagnosis, with "
+        f"{int(richer['plays'])} plays, {left} rms{floor}."
+    )
+    above = [max(size**2 - (noise or 0.0) ** 2, 0.0) for size in (total, richer["rms"])]
+    advice = verdict.advice
+    if above[1] > THRESHOLDS.still_open * above[0]:
+        advice = (
+            "Neither model follows this hysteresis to the noise: use the one of `rapi fit` within "
+            "what it claims. More plays, or a value of `lam` for each, may leave less (`--plays`, "
+            "`--each lam`)."
+        )
+    return dataclasses.replace(verdict, sentence=sentence, advice=advice)
+
+
 def explain_random_jumps(
     verdict: Verdict, jumps: RandomJumps, synchronous: float, unit: str
 ) -> Verdict:
@@ -123,7 +151,7 @@ def explain_random_jumps(
     `synchronous`: rms of the gap that repeats with the scan. Where it is several times larger the
     verdict on it stays first, since the gap would hardly be smaller without the jumps.
     """
-    size = f" of about {jumps.size:.2g} {unit}" if jumps.size > 0 else ""
+    size = f" of about {quantity(float(f'{jumps.size:.2g}'), unit)}" if jumps.size > 0 else ""
     where = "The part of the residual that does not repeat with the scan"
     optical = "mode competition, optical feedback, " if unit == "GHz" else ""
     switches = f"something that switches: {optical}a loose contact, a toggling bit of a converter."
@@ -135,8 +163,8 @@ def explain_random_jumps(
         advice = f"{verdict.advice} For the jumps, look for {switches}"
         return dataclasses.replace(verdict, sentence=sentence, advice=advice)
     sentence = (
-        f"{where} consists of random jumps{size} (telegraph noise). None of the known effects does "
-        "this, and averaging does not remove it."
+        f"{where} consists of random jumps{size} (telegraph noise). No known effect jumps at "
+        "random, and averaging does not remove such jumps."
     )
     advice = f"Look for {switches} Diagnose again once it is gone."
     return dataclasses.replace(verdict, sentence=sentence, advice=advice)

@@ -22,6 +22,7 @@ from fitting.identification.data_checks.periods._odd_periods import (
     find_odd_periods,
     find_unsettled,
 )
+from fitting.identification.data_checks.readings._doubtful import describe_doubtful_readings
 from fitting.identification.data_checks.readings._levels import find_resolution
 from rapi_jax import DataError, Identified, Recording
 from rapi_jax.internal import describe_swap, is_read_from_fringes, takes
@@ -125,7 +126,6 @@ class RecordingCheck:
 
 
 UNUSABLE = "unusable run"  # kind of a fault for which a fit raises
-_FAULTS = "_faults"  # as a bench writes them into a recording's provenance
 
 
 @takes(recording=Recording)
@@ -170,7 +170,7 @@ def check_recording(recording: Recording) -> RecordingCheck:
             *_swap_notes(recording, faults),
             *_drive_notes(recording, runs, faults),
             *_period_notes(recording, faults),
-            *_readout_notes(recording),
+            *describe_doubtful_readings(recording),
             *_sampling_notes(runs),
         ),
     )
@@ -253,22 +253,6 @@ def _period_notes(recording: Recording, faults: list[Fault]) -> list[str]:
             f"is unlike its other periods, by {most} at most, besides a shift of {shift}: more "
             "than noise explains. The device jumped there, or the reading did. Look at the record "
             "there; where it is the reading, record that run again."
-        )
-    return notes
-
-
-def _readout_notes(recording: Recording) -> list[str]:
-    """What a measurement wrote of its own reading of fringes."""
-    notes = []
-    for name, text in recording.provenance.items():
-        if not name.endswith(_FAULTS):
-            continue
-        lines = [line.strip() for line in text.split(";")]
-        more = f", and {len(lines) - 2} more of this kind in the manifest" if lines[2:] else ""
-        notes.append(
-            f"fringes: reading run {name.removesuffix(_FAULTS)!r} was doubtful: "
-            f"{'; '.join(lines[:2])}{more}. Where its noise is larger than that of the other runs, "
-            "record it again."
         )
     return notes
 

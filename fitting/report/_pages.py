@@ -9,6 +9,8 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
+from rapi_jax.internal import typeset
+
 WIDE_DPI = 80  # keeps a page of twelve runs below 1 MB
 NARROW_DPI = 110  # where it is 4.8 inches wide, on screens with fine dots
 
@@ -31,7 +33,10 @@ class PagePicture:
 
 
 def load_template(package: str, name: str) -> jinja2.Template:
-    """The template `name` of a report's package; `figures.html` of this one can be imported."""
+    """The template `name` of a report's package; `figures.html` of this one can be imported.
+
+    Its filter `typeset` sets units and numbers in a text.
+    """
     environment = jinja2.Environment(
         loader=jinja2.ChoiceLoader(
             [jinja2.PackageLoader(package), jinja2.PackageLoader("fitting.report")]
@@ -40,7 +45,15 @@ def load_template(package: str, name: str) -> jinja2.Template:
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
     )
+    environment.filters["typeset"] = _typeset
     return environment.get_template(name)
+
+
+def _typeset(text: Any) -> Any:
+    """Text as `typeset` sets it; a dash where there is no value; markup as it is."""
+    if isinstance(text, Markup) or not isinstance(text, str):
+        return text
+    return "\N{EN DASH}" if text == "-" else typeset(text)
 
 
 @functools.cache

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from ._pages import PagePicture, load_template, read_style
 
 Pairs = Sequence[tuple[str, str]]
-_MORE = Markup(".picture { margin: 0 0 1.5rem; } .plain td { white-space: normal; }")
+_MORE = Markup(".plain td { white-space: normal; }")
 
 
 @dataclasses.dataclass(frozen=True)

@@ -23,7 +23,7 @@ class CompensationPlots:
 
         Raises `ValueError` for the paper's inverse, which knows no forward model.
         """
-        from ..plot._style import UP, fine_unit, one_axis
+        from ..plot._style import UP, fine_unit, one_axis, rate_text
 
         made = self.made
         if made.predicted is None:
@@ -38,5 +38,7 @@ class CompensationPlots:
         axis.axhline(0.0, lw=0.8, color="black")
         axis.set_xlabel("scan phase since the drive's minimum")
         axis.set_ylabel(f"answer less scan ({unit})")
-        axis.set_title(f"{made.drive.rate:g} Hz: what the model leaves of the scan", fontsize=10)
+        axis.set_title(
+            f"{rate_text(made.drive.rate)}: what the model leaves of the scan", fontsize=10
+        )
         return figure

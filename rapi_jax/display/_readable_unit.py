@@ -34,6 +34,25 @@ def readable_unit(unit: str, sizes: Iterable[float]) -> tuple[str, float]:
     return unit, 1.0
 
 
+_MOST = 1e4  # of the largest of several sizes in one unit
+
+
+def common_unit(unit: str, sizes: Iterable[float]) -> tuple[str, float]:
+    """One unit for several sizes, and the factor to it: that in which the smallest reads best.
+
+    Where the largest would have five digits before the point in it, that of the largest. What is 0
+    or not finite does not count.
+
+    >>> common_unit("GHz", [1.2, 0.008]), common_unit("GHz", [1.2, 8e-6])
+    (('MHz', 1000.0), ('GHz', 1.0))
+    """
+    known = [abs(x) for x in sizes if np.isfinite(x) and x]
+    if not known:
+        return unit, 1.0
+    name, factor = readable_unit(unit, (min(known),))
+    return (name, factor) if max(known) * factor < _MOST else readable_unit(unit, (max(known),))
+
+
 def quantity(value: float, unit: str) -> str:
     """A size with three digits, in the unit in which it reads best: 42.7 MHz, not 0.0427 GHz."""
     unit, factor = readable_unit(unit, (value,))

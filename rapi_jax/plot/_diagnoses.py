@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..display._signature_axes import signature_axis
-from ._style import DOWN, MEASURED, PALETTE, UP, fine_unit, one_axis
+from ._style import DOWN, MEASURED, PALETTE, UP, fine_unit, name_lines, one_axis, unit_text
 
 MOST_ROWS = 4  # curves of a signature that can be told apart
 MOST_ANSWERS = 8
@@ -71,10 +71,10 @@ def signature(found: Mapping[str, Any], unit: str, *, ax: Any = None) -> Any:
     if found["axis"] == "since_turn":
         axis.set_xscale("log")
     over = signature_axis(found["axis"], unit) + (", folded" if found.get("period") else "")
-    axis.set_xlabel(over if x_unit == "1" else f"{over} ({x_unit})")
+    axis.set_xlabel(over if x_unit == "1" else f"{over} ({unit_text(x_unit)})")
     axis.set_ylabel("slope of the residual (%)" if gain else f"mean residual ({out})")
     axis.set_title(f"{found['effect'].replace('_', ' ')} in the data", fontsize=10)
-    axis.legend(frameon=False, fontsize=8)
+    name_lines(figure, axis, ax is None)
     return figure
 
 

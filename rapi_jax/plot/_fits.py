@@ -13,12 +13,14 @@ from ._style import (
     PALETTE,
     UP,
     draw_spread,
-    fine_unit,
     grid,
+    in_unit,
+    name_lines,
     one_axis,
-    quantity,
+    one_unit,
     shown_runs,
     title,
+    trim_height,
 )
 
 SPECTRAL_SEGMENT = 4096  # samples, of Welch's average
@@ -53,22 +55,22 @@ def residuals(
     """
     rows = shown_runs(recording) if run is None and ax is None else [run or 0]
     figure, axes = grid(len(rows), 2.6) if ax is None else (ax.figure, [ax])
+    errors = {row: recording.runs[row].response - predicted[row] for row in rows}
+    sizes = {row: _rms(error[used[row]]) for row, error in errors.items()}
+    scale = one_unit(sizes.values(), recording.response_unit)
     for axis, row in zip(axes, rows, strict=True):
-        one = recording.runs[row]
-        error = one.response - predicted[row]
-        rms = float(np.sqrt(np.nanmean(error[used[row]] ** 2)))
-        unit, factor = fine_unit(rms, recording.response_unit)
+        one, error, factor = recording.runs[row], errors[row], scale[1]
         for branch, colour, name in ((one.drive.up, UP, "up"), (~one.drive.up, DOWN, "down")):
             part = branch & used[row]
             draw_spread(axis, one.drive.phase[part], factor * error[part], colour, name)
         axis.axhline(0.0, lw=0.8, color="black")
         name = title(one, recording)
-        left = f"{quantity(rms, recording.response_unit)} rms left"
+        left = f"{in_unit(sizes[row], scale)} rms left"
         left += " in all periods" if one.drive.periods > 1 else ""
         axis.set_title(f"{name}: {left}", fontsize=10)
         axis.set_xlabel("scan phase since the drive's minimum")
-        axis.set_ylabel(f"residual ({unit})")
-    axes[0].legend(frameon=False, markerscale=4)
+        axis.set_ylabel(f"residual ({scale[0]})")
+    name_lines(figure, axes[0], ax is None)
     return figure
 
 
@@ -95,26 +97,34 @@ def spectrum(
     >>> used = [np.ones(100, bool)] * 2
     >>> picture = plot.spectrum(recording, truth, used)
     >>> picture.axes[0].get_xlabel(), picture.axes[0].get_ylabel()
-    ('frequency (Hz)', 'residual (GHz/√Hz)')
+    ('frequency (Hz)', 'residual (MHz/√Hz)')
     """
     from scipy.signal import welch
 
-    figure, axis = one_axis(ax)
-    for i, row in enumerate(shown_runs(recording, len(PALETTE))):
+    figure, axis = one_axis(ax, (6.4, 4.6))
+    rows = shown_runs(recording, len(PALETTE))
+    errors = [(recording.runs[row].response - predicted[row])[used[row]] for row in rows]
+    unit, factor = one_unit(map(_rms, errors), recording.response_unit)  # as its residuals
+    for i, (row, error) in enumerate(zip(rows, errors, strict=True)):
         one = recording.runs[row]
-        error = (one.response - predicted[row])[used[row]]
         if error.size < 16:
             continue
         hertz, power = welch(
             error, 1.0 / one.drive.step_s, nperseg=min(error.size, SPECTRAL_SEGMENT)
         )
         at, mean = _average_in_steps(hertz[1:], power[1:])
-        axis.loglog(at, np.sqrt(mean), lw=1.2, color=PALETTE[i], label=title(one, recording))
+        axis.loglog(
+            at, factor * np.sqrt(mean), lw=1.2, color=PALETTE[i], label=title(one, recording)
+        )
     axis.set_xlabel("frequency (Hz)")
-    axis.set_ylabel(f"residual ({recording.response_unit}/√Hz)")
+    axis.set_ylabel(f"residual ({unit}/√Hz)")
     axis.set_title("what the model leaves, over frequency", fontsize=10)
-    axis.legend(frameon=False, fontsize=8)
+    name_lines(figure, axis, ax is None)
     return figure
+
+
+def _rms(error: np.ndarray) -> float:
+    return float(np.sqrt(np.nanmean(error**2))) if error.size else 0.0
 
 
 def _average_in_steps(
@@ -139,14 +149,22 @@ def correlation(
     >>> [label.get_text() for label in picture.axes[0].get_xticklabels()]
     ['alpha', 'zeta']
     """
-    size = 2.2 + 0.34 * len(names)
-    figure, axis = one_axis(ax, (size + 1.0, size))
+    side = 2.2 + 0.34 * len(names)  # inches
+    figure, axis = one_axis(ax, (side, side + 0.6))
+    if ax is None:
+        figure.set_layout_engine("compressed")  # a bar as wide as the matrix
     picture = axis.imshow(matrix, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
     axis.set_xticks(range(len(names)), names, rotation=90, fontsize=8)
     axis.set_yticks(range(len(names)), names, fontsize=8)
     axis.set_xlabel("parameter")
-    figure.colorbar(picture, ax=axis, label="correlation", shrink=0.8)
+    bar = figure.colorbar(
+        picture, ax=axis, label="correlation", location="bottom", fraction=0.05, pad=0.03,
+        aspect=30, ticks=[-1, 0, 1],
+    )  # fmt: skip
+    bar.ax.tick_params(labelsize=8)
     axis.set_title("correlation of the parameters' errors", fontsize=10)
+    if ax is None:
+        trim_height(figure)
     return figure
 
 
@@ -162,8 +180,22 @@ def convergence(
     >>> picture.axes[0].get_xlabel(), picture.axes[0].get_ylabel()
     ('solver steps', 'cost (half the weighted sum of squares)')
     """
-    figure, axis = one_axis(ax)
+    from matplotlib.ticker import MaxNLocator
+
+    figure, axis = one_axis(ax, (6.4, 4.2))
     reached = sum(agrees for _, _, agrees in traces)
+    if all(len(trace) == 1 for _, trace, _ in traces):
+        lowest = min(trace[0][1] for _, trace, _ in traces)
+        axis.set_axis_off()
+        axis.text(
+            0.5, 0.5,
+            "no step of the solver improved any start:\n"
+            f"{reached} of {len(traces)} ended with nearly the response of the lowest cost, "
+            f"{lowest:.3g}",
+            ha="center", va="center", transform=axis.transAxes,
+        )  # fmt: skip
+        axis.set_title("the starts of the fit", fontsize=10)
+        return figure
     names = {
         True: f"ended with nearly the response of the lowest cost ({reached} of {len(traces)})",
         False: f"ended in another optimum ({len(traces) - reached})",
@@ -178,9 +210,9 @@ def convergence(
     low, high = axis.get_ylim()
     if high < 10.0 * low:  # starts that begin at the optimum
         axis.set_ylim(low / 3.0, 3.0 * high)
-    axis.set_xlim(-0.5, max(1.5, axis.get_xlim()[1]))
+    axis.xaxis.set_major_locator(MaxNLocator(integer=True))
     axis.set_xlabel("solver steps")
     axis.set_ylabel("cost (half the weighted sum of squares)")
     axis.set_title("the starts of the fit", fontsize=10)
-    axis.legend(frameon=False, fontsize=8)
+    name_lines(figure, axis, ax is None)
     return figure

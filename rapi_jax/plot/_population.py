@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ._style import DOWN, MODEL, UP, Picture, grid
+from ..display._typeset import MINUS
+from ._style import DOWN, MODEL, UP, Picture, grid, unit_text
 
 DRIFT_P = 0.05  # of all parameters together, as in the table of the summary
 MONTH_DAYS = 30
@@ -58,10 +59,10 @@ def population(found: Any, change: Any = None) -> Picture:
             colour = DOWN if change.changed and one.name in change.set else "black"
             axis.errorbar([new], [measured], [one.stderr], fmt="D", ms=5, color=colour, label="new")
         axis.set_title(_words(parameter), fontsize=10)
-        unit = "" if parameter.unit == "1" else f" ({parameter.unit})"
+        unit = "" if parameter.unit == "1" else f" ({unit_text(parameter.unit)})"
         axis.set_ylabel(f"{parameter.name}{unit}")
         axis.set_xlabel("days since the first" if timed else "recording")
-    axes[0].legend(frameon=False, fontsize=7)
+    axes[0].legend(framealpha=0.85, fontsize=7)
     return figure
 
 
@@ -74,7 +75,8 @@ def _words(parameter: Any) -> str:
         return f"{parameter.name} changes, not along a line"
     if not drift.p_holm < DRIFT_P:
         return f"{parameter.name}: no drift seen"
-    month, unit = MONTH_DAYS * drift.value, parameter.unit.removesuffix("1")
+    month, unit = MONTH_DAYS * drift.value, unit_text(parameter.unit.removesuffix("1"))
     if abs(parameter.mean.value) > 3.0 * parameter.mean.stderr:
         month, unit = 100.0 * month / abs(parameter.mean.value), "%"
-    return f"{parameter.name} drifts by {month:+.2g} {unit} in {MONTH_DAYS} days"
+    change = f"{month:+.2g}".replace("-", MINUS)
+    return f"{parameter.name} drifts by {change} {unit} in {MONTH_DAYS} days"

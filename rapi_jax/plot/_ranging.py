@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ._style import DOWN, MODEL, UP, Picture
+from ._style import DOWN, MODEL, UP, Picture, unit_text
 
 
 def ranging(found: Any) -> Picture:
@@ -79,7 +79,8 @@ def _draw_velocity(axis: Any, track: Any) -> None:
 def _fine_unit(metres: np.ndarray) -> tuple[str, float]:
     """The unit of lengths in which the largest reads best, and the factor from m."""
     most = float(np.max(np.abs(metres), initial=0.0))
-    return ("mm", 1e3) if most >= 1e-3 else ("um", 1e6) if most >= 1e-7 else ("nm", 1e9)
+    unit, factor = ("mm", 1e3) if most >= 1e-3 else ("um", 1e6) if most >= 1e-7 else ("nm", 1e9)
+    return unit_text(unit), factor
 
 
 def _band(axis: Any, time: np.ndarray, value: np.ndarray, stderr: np.ndarray) -> None:

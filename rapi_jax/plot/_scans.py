@@ -1,5 +1,6 @@
 """Pictures of scans: drives that were made, scans before and after, learning, word lengths."""
 
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -15,9 +16,11 @@ from ._style import (
     UP,
     Picture,
     draw_spread,
-    fine_unit,
-    quantity,
+    in_unit,
+    one_unit,
+    rate_text,
     shown_runs,
+    unit_text,
 )
 
 
@@ -40,7 +43,7 @@ def compensation(made: Sequence[Any], unit: str, drive_unit: str) -> Picture:
     top, middle, bottom, *last = figure.subplots(4 if several else 3, 1, sharex=True)
     slowest = min((one.drive for one in made), key=lambda drive: drive.rate)
     for i, one in enumerate(made):
-        drive, label = one.drive, f"{one.drive.rate:g} Hz"
+        drive, label = one.drive, rate_text(one.drive.rate)
         phase = drive.time * drive.rate
         top.plot(phase, one.target.value, color=PALETTE[i % len(PALETTE)], lw=1, label=label)
         middle.plot(phase, drive.value, color=PALETTE[i % len(PALETTE)], lw=1)
@@ -52,16 +55,18 @@ def compensation(made: Sequence[Any], unit: str, drive_unit: str) -> Picture:
             )
             axis.plot(phase, apart, color=PALETTE[i % len(PALETTE)], lw=1)
     top.set_title("the scan that is asked for", fontsize=10)
-    top.set_ylabel(f"scan ({unit})")
-    top.legend(frameon=False, fontsize=8)
+    top.set_ylabel(f"scan ({unit_text(unit)})")
+    top.legend(framealpha=0.85, fontsize=8)
     middle.set_title("the drive that the model needs for it", fontsize=10)
-    middle.set_ylabel(f"drive ({drive_unit})")
+    middle.set_ylabel(f"drive ({unit_text(drive_unit)})")
     bottom.set_title("how far it is from a straight one of the same swing", fontsize=10)
-    bottom.set_ylabel(f"difference ({drive_unit})")
+    bottom.set_ylabel(f"difference ({unit_text(drive_unit)})")
     bottom.axhline(0.0, lw=0.8, color="black")
     for axis in last:
-        axis.set_title(f"how far each drive is from that for {slowest.rate:g} Hz", fontsize=10)
-        axis.set_ylabel(f"difference ({drive_unit})")
+        axis.set_title(
+            f"how far each drive is from that for {rate_text(slowest.rate)}", fontsize=10
+        )
+        axis.set_ylabel(f"difference ({unit_text(drive_unit)})")
     figure.axes[-1].set_xlabel("scan phase since the drive's minimum")
     return figure
 
@@ -91,11 +96,12 @@ def scans(
     (6, 'triangle')
     """
     count = max(len(shown_runs(one, 6)) for one in (before, after))
+    sizes = (linearity(run).rms_ghz for one in (before, after) for run in one.runs[:count])
+    scale = one_unit(itertools.chain.from_iterable(sizes), before.response_unit)
     heights = (2.0, *(1.0 for _ in range(count)))
     figure = Picture(figsize=(9.0, 2.8 + 1.5 * count), layout="constrained")
     axes = figure.subplots(1 + count, 2, sharex=True, squeeze=False, height_ratios=heights)
     for column, (recording, name) in enumerate(zip((before, after), names, strict=True)):
-        unit = recording.response_unit
         top = axes[0, column]
         for spare in axes[1 + len(shown_runs(recording, 6)) :, column]:
             spare.set_visible(False)
@@ -103,23 +109,25 @@ def scans(
             phase, colour = np.mod(run.drive.time * run.drive.rate, 1.0), PALETTE[i]
             order = np.argsort(phase)
             about = run.response - np.nanmean(run.response)  # fringes give no common origin
-            top.plot(phase[order], about[order], lw=1, color=colour, label=f"{run.drive.rate:g} Hz")
-            _draw_nonlinearity(axes[1 + i, column], run, unit, colour)
+            top.plot(
+                phase[order], about[order], lw=1, color=colour, label=rate_text(run.drive.rate)
+            )
+            _draw_nonlinearity(axes[1 + i, column], run, scale, colour)
         top.set_title(name, fontsize=11)
         axes[-1, column].set_xlabel("scan phase since the drive's minimum")
-    axes[0, 0].set_ylabel(f"scan about its mean ({before.response_unit})")
-    axes[0, 0].legend(frameon=False, fontsize=8)
+    axes[0, 0].set_ylabel(f"scan about its mean ({unit_text(before.response_unit)})")
+    axes[0, 0].legend(framealpha=0.85, fontsize=8)
     return figure
 
 
-def _draw_nonlinearity(axis: Any, run: Run, unit: str, colour: str) -> None:
+def _draw_nonlinearity(axis: Any, run: Run, scale: tuple[str, float], colour: str) -> None:
     scan = linearity(run)
-    fine, factor = fine_unit(max(scan.rms_ghz), unit)
+    fine, factor = scale
     for branch, begin in ((scan.up, scan.turning[0]), (scan.down, scan.turning[1])):
         at = np.mod(begin + branch.time * run.drive.rate, 1.0)
         draw_spread(axis, at, factor * branch.residual, colour)
-    up, down = (quantity(rms, unit) for rms in scan.rms_ghz)
-    axis.set_title(f"{run.drive.rate:g} Hz: {up} rms up, {down} down", fontsize=9)
+    up, down = (in_unit(rms, scale) for rms in scan.rms_ghz)
+    axis.set_title(f"{rate_text(run.drive.rate)}: {up} rms up, {down} down", fontsize=9)
     axis.set_ylabel(f"off a line ({fine})", fontsize=8)
     axis.axhline(0.0, lw=0.8, color="black")
 
@@ -152,7 +160,7 @@ def learning(courses: Sequence[tuple[str, Any]]) -> Picture:
     axis.set_yscale("log")
     axis.set_xlabel("iteration")
     axis.set_ylabel("rms nonlinearity (MHz)")
-    axis.legend(frameon=False, fontsize=8)
+    axis.legend(framealpha=0.85, fontsize=8)
     return figure
 
 
@@ -179,5 +187,5 @@ def word_lengths(errors: Sequence[Any]) -> Picture:
     axis.set_xticks(bits[::2])
     axis.set_xlabel("word length (bits)")
     axis.set_ylabel("largest error")
-    axis.legend(frameon=False, fontsize=8)
+    axis.legend(framealpha=0.85, fontsize=8)
     return figure

@@ -1,23 +1,30 @@
 """What all pictures share: colours, axes, densities, bytes of a file."""
 
 import io
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from matplotlib.figure import Figure
 
-from ..display._readable_unit import quantity as quantity
-from ..display._readable_unit import readable_unit
+from ..display._readable_unit import common_unit, readable_unit, significant
+from ..display._readable_unit import quantity as plain_quantity
+from ..display._typeset import typeset
+from ..display._typeset import unit_text as unit_text
 from ..recording._recording import Recording
 
-MEASURED, MODEL = "#9aa5b1", "#d1495b"
-UP, DOWN = "#00798c", "#edae49"
-# Okabe and Ito, Color Universal Design: told apart with any common colour blindness.
-PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00")
+# Each has a contrast of at least 3 (WCAG 2.1, 1.4.11) with white, and with the ground of a dark
+# page, whose style turns pictures over; those of one picture are told apart with protanopia and
+# deuteranopia. The first, second and fourth of `PALETTE` are of Okabe and Ito.
+MEASURED, MODEL = "#8a949e", "#80103c"
+UP, DOWN = "#0080b8", "#c46210"
+PALETTE = ("#0072b2", "#d55e00", "#1e196e", "#009e73", "#852100", "#8d78f5")
 GROUPS = 240  # of readings, along a curve
 COLOURS = 128  # of a PNG's palette
 NARROW = 4.8  # inches
+_LONG = 36  # letters of a legend's entry, of which two do not fit side by side
+_MARGIN = 0.05  # inches
 SHOWN_DPI = 96  # in a notebook
 WINDOW = 24  # readings at least of a median and its band: the fewest that tell 2.5 %
 
@@ -89,7 +96,17 @@ def narrowed(figure: Figure) -> Figure:
         for axis in axes:
             axis.set_subplotspec(places[row])
     figure.set_size_inches(NARROW, height * max(len(cells), 1))
+    if len(cells) == 1 and figure.axes[0].get_aspect() != "auto":  # a matrix, less high now
+        trim_height(figure)
     return figure
+
+
+def trim_height(figure: Figure) -> None:
+    """Give a figure the height that what is drawn in it takes at its width."""
+    for _ in range(2):  # gaps between axes are parts of the height
+        figure.draw_without_rendering()
+        width, height = figure.get_size_inches()
+        figure.set_size_inches(width, min(height, figure.get_tightbbox().height + 2 * _MARGIN))
 
 
 def svg(figure: Figure) -> bytes:
@@ -127,15 +144,38 @@ def one_axis(ax: Any, size: tuple[float, float] = (6.4, 3.8)) -> tuple[Any, Any]
     return figure, figure.subplots()
 
 
+def name_lines(figure: Any, axis: Any, own: bool) -> None:
+    """A legend of the lines of `axis`: outside all axes of a figure that is its `own`.
+
+    In axes that were given it is framed, so that it can be read on what is drawn.
+    """
+    if not own:
+        axis.legend(framealpha=0.85, fontsize=8, markerscale=3)
+        return
+    handles, labels = axis.get_legend_handles_labels()
+    columns = 2 if max(map(len, labels), default=0) < _LONG else 1
+    figure.legend(
+        handles, labels, frameon=False, fontsize=8, markerscale=3, ncols=columns,
+        loc="outside lower center",
+    )  # fmt: skip
+
+
 def title(run: Any, recording: Recording | None = None) -> str:
     """A run's name, its rate and, where the runs of `recording` differ in it, its swing."""
     rate = run.drive.excitation_hz
-    name = run.name if rate is None else f"{run.name}, {rate:g} Hz"
+    name = run.name if rate is None else f"{run.name}, {rate_text(rate)}"
     if recording is None:
         return name
     swings = [one.drive.u_pp for one in recording.runs]
     differ = max(swings) > 1.05 * min(swings)
-    return f"{name}, {run.drive.u_pp:.3g} {recording.drive_unit}" if differ else name
+    swing = f"{significant(run.drive.u_pp, 3)} {unit_text(recording.drive_unit)}"
+    return f"{name}, {swing}" if differ else name
+
+
+def rate_text(hertz: float) -> str:
+    """A scan rate: 20 Hz, 201.77 kHz."""
+    unit, factor = readable_unit("Hz", (hertz,))
+    return f"{factor * hertz:.6g} {unit}" if hertz >= 1.0 else f"{hertz:.6g} Hz"
 
 
 def shown_runs(recording: Recording, most: int = 12) -> list[int]:
@@ -143,9 +183,28 @@ def shown_runs(recording: Recording, most: int = 12) -> list[int]:
     return list(range(min(len(recording.runs), most)))
 
 
+def quantity(value: float, unit: str) -> str:
+    """A size with three digits in the unit in which it reads best, as people write it: 4.2 μm."""
+    return typeset(plain_quantity(value, unit))
+
+
 def fine_unit(largest: float, unit: str) -> tuple[str, float]:
-    """The unit in which `largest`, given in `unit`, reads best, and the factor to it."""
-    return readable_unit(unit, (largest,))
+    """The unit in which `largest`, given in `unit`, reads best, as written; a factor."""
+    name, factor = readable_unit(unit, (largest,))
+    return unit_text(name), factor
+
+
+def one_unit(sizes: Iterable[float], unit: str) -> tuple[str, float]:
+    """One unit for all of a picture's `sizes`, given in `unit`, and the factor to it."""
+    name, factor = common_unit(unit, sizes)
+    return unit_text(name), factor
+
+
+def in_unit(value: float, scale: tuple[str, float]) -> str:
+    """A size with three digits, 2.00 as well as 2.01, in a unit of `one_unit`."""
+    unit, factor = scale
+    text = f"{factor * value:#.3g}".rstrip(".")
+    return f"{typeset(text) if float(text) else 0} {unit}"
 
 
 def draw_spread(

@@ -122,6 +122,11 @@ class Chromium:
         features = [{"name": "prefers-color-scheme", "value": value}]
         self.send("Emulation.setEmulatedMedia", features=features)
 
+    def medium(self, name: str) -> None:
+        """What the page is drawn for: "print", or "" for a screen."""
+        self.send("Emulation.setEmulatedMedia", media=name)
+        self.settle()
+
     def settle(self) -> None:
         """Wait until the page is drawn as it is now."""
         # A page hears of another colour scheme when its next frame is drawn.

@@ -1,5 +1,6 @@
 """The jobs that the command line of `rapi batch` names."""
 
+import difflib
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -34,6 +35,7 @@ def job_source(
         listed = _listed_jobs(Path(given[0]), do, options, output, retry)
         return lambda: [listed]
     task = do or "fit"
+    options = [*_tokens_of_file(task, given, options), *options]
     made = _Maker(task, parse_options(task, options, Path()), output, retry)
     if watched:
         from fitting.batch.jobs._watch import watch
@@ -41,6 +43,34 @@ def job_source(
         return lambda: (made.jobs(paths) for paths in watch(task, given))
     found = made.jobs(find_recordings(task, given))
     return lambda: [found]
+
+
+def _tokens_of_file(task: Task, paths: Sequence[str], given: Sequence[str]) -> list[str]:
+    """What the table of the task in a `rapi.toml` beside the data sets, and `given` does not."""
+    from fitting.batch.jobs._jobs_file import option_tokens
+    from fitting.commands.run import fail
+    from fitting.commands.shared._options_file import find_options_file, locate, read_options
+    from fitting.commands.shared._tasks import option_hints
+
+    file = find_options_file([Path(path) for path in paths])
+    if file is None or not (options := read_options(file, task)):
+        return []
+    hints = option_hints(task)
+    unknown = [key for key in options if key not in hints]
+    if unknown:
+        close = difflib.get_close_matches(unknown[0], hints, 1)
+        hint = f" Did you mean `{close[0]}`?" if close else ""
+        raise usage_error(f"{file}: [{task}] has no option `{unknown[0]}` for a batch.{hint}")
+    typed = {token.partition("=")[0] for token in given}
+    free = {
+        key: locate(value, hints[key], file.parent)
+        for key, value in options.items()
+        if not typed & {f"--{kind}{key.replace('_', '-')}" for kind in ("", "no-")}
+    }
+    if free:
+        kept = ", ".join(f"{key} = {value}" for key, value in free.items())
+        fail("note", f"options of `{task}` from {file}: {kept}.")
+    return option_tokens(free)
 
 
 class _Maker:

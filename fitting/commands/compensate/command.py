@@ -134,6 +134,12 @@ def compensate(
         )
     for note in report["notes"]:
         out.print(f"note: {note}", markup=False, soft_wrap=True)
+    out.print(
+        "The drives are where the recording's was: behind an amplifier, divide by its gain for the "
+        "generator.",
+        markup=False,
+        soft_wrap=True,
+    )
     out.print(f"written to {output}: {', '.join(path.name for path in written)}", markup=False)
     return 0
 

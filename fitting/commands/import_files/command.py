@@ -146,7 +146,7 @@ def import_files(
         Leave out this many seconds at the beginning of each run.
     decimate
         Replace this many samples by their average. By default none, unless `--max-samples` is
-        exceeded.
+        exceeded. It rounds the turns of the drive, so that fast runs seem to swing by less.
     max_samples
         Recordings with more samples than this are averaged down to it, and a line says so.
     nan

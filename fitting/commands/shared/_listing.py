@@ -36,7 +36,7 @@ COMMANDS = {
         "Make a recording from files of an oscilloscope or another program.",
         (
             "rapi import scope.csv",
-            "rapi import scope.csv --drive CH1 --response CH2 --response-scale 4.5 "
+            "rapi import scope.csv --drive CH1 --drive-unit V --response CH2 --response-scale 4.5 "
             "--response-unit GHz -o my-recording",
             'rapi import scope.csv --drive CH1 --fringes CH2 --interferometer "40.8 MHz" '
             '--cavity CH3 --cavity-spacing "1.5 GHz" -o my-recording',

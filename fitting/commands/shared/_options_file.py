@@ -113,7 +113,7 @@ def apply_options_file(app: App, commands: tuple[str, ...], arguments: ArgumentC
                 hint = " Options of the single command follow JOBS, or stand in a list of jobs."
             raise CycloptsError(msg=f"{file}: [{command}] has no option `{key}`.{hint}")
     free = {
-        key: _located(value, given[key].hint, file.parent)
+        key: locate(value, given[key].hint, file.parent)
         for key, value in options.items()
         if not given[key].tokens
     }
@@ -154,7 +154,7 @@ def _beside(path: Path) -> Path | None:
     return next((file for file in (*places, path.parent / NAME) if file.is_file()), None)
 
 
-def _located(value: Any, hint: Any, folder: Path) -> Any:
+def locate(value: Any, hint: Any, folder: Path) -> Any:
     """A value as the command line takes it; a relative path is from where the file is."""
     if isinstance(value, str) and Path in (hint, *typing.get_args(hint)):
         return str(folder / value)

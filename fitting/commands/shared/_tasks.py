@@ -19,6 +19,7 @@ _COMMANDS: Mapping[str, Callable[..., int]] = {
 }  # fmt: skip
 # What a batch decides itself: where data come from and results go, and how it is printed.
 _NOT_OPTIONS = {"recording", "recordings", "records", "model", "output", "json", "check"}
+_OF_TWO = {"compare", "effects"}  # of `rapi diagnose`: a job is one recording
 _OF_THE_JOB = {"compensate": "model", "range": "records"}
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
 
@@ -53,6 +54,12 @@ def complete_options(task: str, options: Mapping[str, Any]) -> dict[str, Any]:
     return {name: options.get(name, one.default) for name, one in parameters.items() if name in own}
 
 
+def option_hints(task: str) -> dict[str, Any]:
+    """The options of the single command that a batch takes, with their types."""
+    own, parameters = _own_options(task), inspect.signature(_COMMANDS[task]).parameters
+    return {name: one.annotation for name, one in parameters.items() if name in own}
+
+
 def _fixed(task: str) -> set[str]:
     return {_OF_THE_JOB.get(task, "recording"), "recordings", "output"}
 
@@ -60,7 +67,7 @@ def _fixed(task: str) -> set[str]:
 def _own_options(task: str) -> set[str]:
     not_options = _NOT_OPTIONS
     if task == "diagnose":
-        not_options = not_options - {"model"}
+        not_options = not_options - {"model"} | _OF_TWO
     elif task == "compensate":
         not_options = not_options - {"recording"}
     return {name for name in inspect.signature(_COMMANDS[task]).parameters} - not_options

@@ -15,7 +15,7 @@ import dataclasses
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
-from scipy.ndimage import median_filter
+from scipy.ndimage import maximum_filter, median_filter
 from scipy.stats import kurtosistest, norm
 
 from ._periods import PeriodBlock
@@ -27,8 +27,8 @@ class RandomJumps:
     """Whether levels change by steps with heavier tails than normal ones.
 
     - `p_value`: of the largest excess kurtosis over all lengths, adjusted for their number.
-    - `size`: root mean square of the steps beyond four standard deviations, in the response's
-      unit; 0 where there is none.
+    - `size`: median of the steps beyond four standard deviations, each where it is largest, in the
+      response's unit; 0 where there is none.
     """
 
     p_value: float
@@ -115,11 +115,17 @@ def _steps_of_all(
             continue
         spread = _NORMAL * float(np.median(np.abs(step)))
         units.append((step - step.mean()) / step.std())
-        far.append(step[np.abs(step) > THRESHOLDS.outlier_sigmas * spread])
+        peak = np.abs(step) == maximum_filter(np.abs(step), size=2 * length + 1)
+        peak &= np.abs(step) > THRESHOLDS.outlier_sigmas * spread
+        # Less the mean over periods a step is lowered where it is, and seen in the others, smaller.
+        far.append(np.abs(step[peak]) * periods / (periods - 1.0))
         free += step.size * (1.0 - 1.0 / periods)  # their mean over periods is zero
         count += step.size
     most = np.concatenate([*far, np.zeros(0)])
-    size = float(np.sqrt(np.mean(most**2))) if most.size else 0.0
+    size = 0.0
+    if most.size:
+        most = most[most > THRESHOLDS.own_step * np.quantile(most, 0.9)]
+        size = float(np.median(most))
     return units, size, length, free / max(count, 1)
 
 

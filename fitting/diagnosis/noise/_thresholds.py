@@ -81,6 +81,12 @@ class NoiseThresholds:
         unit="standard deviations",
         origin="one normal reading in 16 000 lies farther from its neighbours, or a step from 0",
     )
+    own_step: float = threshold(
+        0.6,
+        unit="largest steps",
+        origin="derivation: of three periods or more, what a step leaves in the others is at most "
+        "half of it",
+    )
     least_steps: int = threshold(10, unit="levels of a run", origin="with fewer no tail is seen")
     steep_slope: float = threshold(
         2.0,

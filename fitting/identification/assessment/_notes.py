@@ -10,6 +10,7 @@ from fitting.identification._parameter_vector import as_device
 from fitting.identification.data_checks._clock_jitter import describe_jitter
 from fitting.identification.data_checks._drive_character import describe_repetition
 from fitting.identification.data_checks.holds._sweeps import describe_creep
+from fitting.identification.data_checks.readings._doubtful import describe_doubtful_readings
 from fitting.identification.problem._problem import Problem, Solution
 from rapi_jax.internal import Band
 
@@ -23,6 +24,7 @@ def describe_open_points(
     notes = []
     recording = problem.recording
     notes += describe_creep(recording)
+    notes += describe_doubtful_readings(recording)
     errors = [
         solution.error[row, problem.data.sample[row] >= 0][: run.drive.size]
         for row, run in enumerate(recording.runs)

@@ -21,9 +21,12 @@ from ._noise import Noise
 def check_rank(undetermined: tuple[str, ...]) -> list[str]:
     if not undetermined:
         return []
+    it = "it" if len(undetermined) == 1 else "one of them"
+    own = any(name.startswith(("lam_", "eta_", "alpha_")) for name in undetermined)
+    fewer = "Give all plays one value (`--each none`) or fewer" if own else "Use fewer"
     return [
-        f"unidentifiable: these data cannot fix {', '.join(undetermined)}. Hold one of them "
-        "(`free=` in Python), or add a scan rate, an amplitude or a longer swing."
+        f"unidentifiable: these data cannot fix {', '.join(undetermined)}. {fewer} plays "
+        f"(`--plays`), hold {it} (`free=` in Python), or add a scan rate, a swing or a longer one."
     ]
 
 

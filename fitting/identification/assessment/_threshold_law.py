@@ -15,6 +15,7 @@ from fitting.identification.data_checks.periods._odd_periods import find_late_st
 from rapi_jax import RAPI, AbstractOperator, FixedRAPI, MixedRAPI
 from rapi_jax.internal import float64, follow
 
+from ._cross_validation import HeldOut, cross_validate
 from ._estimates import cut_to_runs
 from ._noise import after_first_period, measure_run_noise
 
@@ -38,7 +39,8 @@ def suggest_law(
 ) -> str | None:
     """The note that an operator with another law leaves clearly less, with the command for it.
 
-    One fit from a guess for each of the others, only where `result` leaves more than noise, and the
+    Or that it predicts a swing that was left out clearly better, where `result` does not. One fit
+    from a guess for each of the others, only where `result` leaves more than noise, and the
     amplitudes could tell. `None`: there is nothing to note.
     """
     recording, operator = result.recording, result.ecdl.operator
@@ -53,6 +55,8 @@ def suggest_law(
     origin = held_origin(operator)
     zero = None if origin is None else float(follow(operator, origin.path))
     found: dict[type[AbstractOperator], float] = {}
+    unseen: dict[type[AbstractOperator], float] = {}
+    missed = _swing_error(result.held_out) if not result.swings_joined else 0.0
     for kind in _LAWS:
         if kind is type(operator) or (kind is MixedRAPI and amplitudes < _TELL_MIXED):
             continue
@@ -64,15 +68,36 @@ def suggest_law(
         excess = max(left**2 - noise**2, 0.0)
         if excess < THRESHOLDS.law_share_left * (rmse**2 - noise**2):
             found[kind] = left
+        elif missed > noise:
+            kinds, options = ("swing",), solver_options(max_steps)
+            held = cross_validate(posed.problem, posed.per_run, end, kinds, options=options)
+            off = _swing_error(held)
+            if off**2 - noise**2 < THRESHOLDS.law_share_left * (missed**2 - noise**2):
+                unseen[kind] = off
+    unit = recording.response_unit
+    if unseen and not found:
+        best = min(unseen, key=lambda kind: unseen[kind])
+        law = _LAWS[best].format(unit=recording.drive_unit)
+        return (
+            f"{law} predict a swing that was left out better, to {quantity(unseen[best], unit)} "
+            f"rms and not {quantity(missed, unit)}: "
+            f"rapi fit RECORDING -o result --operator {best.__name__}"
+        )
     if not found:
         return None
     best = min(found, key=lambda kind: found[kind])
     law = _LAWS[best].format(unit=recording.drive_unit)
-    then, now = (quantity(size, recording.response_unit) for size in (found[best], rmse))
+    then, now = (quantity(size, unit) for size in (found[best], rmse))
     return (
         f"{law} describe these runs better, {then} rms from a first guess and not {now}: "
         f"rapi fit RECORDING -o result --operator {best.__name__}"
     )
+
+
+def _swing_error(held_out: Sequence[HeldOut]) -> float:
+    """The rms of errors on swings that were left out, each counted alike; 0 where none was."""
+    errors = [h.rmse for h in held_out if h.scheme.startswith("swing")]
+    return float(np.sqrt(np.mean(np.square(errors)))) if errors else 0.0
 
 
 def _noise(result: FitResult, errors: list[np.ndarray]) -> float:

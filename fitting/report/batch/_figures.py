@@ -17,15 +17,21 @@ from fitting.report.charts._marks import (
     draw_line,
     plain_level,
 )
-from fitting.report.diagnosis._numbers import format_number, format_quantity, unit_text
+from fitting.report.diagnosis._numbers import (
+    format_number,
+    format_quantity,
+    format_with_error,
+    unit_text,
+)
 
 from . import _text as words
 
 READING = (
     "Dots are recordings with one standard error; large ones stand out, and a triangle at the edge "
-    "lies beyond it. Where they are many, colour is the number of recordings in a cell. On the "
-    "right is their distribution."
+    "lies beyond it. Where they are many, colour is the number of recordings in a cell."
 )
+_BESIDE = " On the right is their distribution."
+_FEW = 8  # recordings; fewer have no distribution, and are listed one by one
 _HEIGHT = 220  # pixels
 _CELLS = (48, 24)  # of a density, across and up
 _REACH = 10.0  # robust standard deviations: what lies beyond is drawn at the edge
@@ -43,6 +49,8 @@ def draw_parameter(
 ) -> Figure:
     """Values with standard errors over time, their histogram, and the trend where there is one.
 
+    Fewer than eight have no histogram, and each is in the table.
+
     `names`: of all recordings; `outlying`: which of them stand out. `reading`: how to read it.
     `points`: recordings drawn one by one; more are drawn as a density, but for those that stand
     out.
@@ -59,7 +67,6 @@ def draw_parameter(
         whole = [v for v in round_values(min(time), max(time), 5) if v == round(v)]
         x = make_axis("recording, in the order given", time, ticks=whole)
     y = make_axis(title, [], ends=(low, high))
-    counts, bars = _histogram(parameter, y)
     values, index, scale = parameter["values"], group["index"], None
     few = len(values) <= points
     shown = [k for k in range(len(values)) if few or index[k] in outlying]
@@ -69,23 +76,24 @@ def draw_parameter(
         marks.append(density)
     marks += _points(parameter, group, time, names, outlying, shown, (x, y))
     marks += _trend(parameter, time, factor, first, (x, y))
-    return Figure(
-        parameter["name"],
-        _describe(parameter, group),
-        reading,
-        [
-            Panel(key, _HEIGHT, x, y, marks, scale=scale),
-            Panel(f"{key}-histogram", _HEIGHT, counts, y, [bars], beside=True),
-        ],
-        _tabulate(parameter),
-    )
+    panels = [Panel(key, _HEIGHT, x, y, marks, scale=scale)]
+    table = _list_values(parameter, [names[k] for k in index])
+    if len(values) >= _FEW:
+        counts, bars = _histogram(parameter, y)
+        panels.append(Panel(f"{key}-histogram", _HEIGHT, counts, y, [bars], beside=True))
+        reading += _BESIDE if reading else ""
+        table = _tabulate(parameter)
+    return Figure(parameter["name"], _describe(parameter, group), reading, panels, table)
 
 
 def _limits(parameter: dict) -> tuple[float, float]:
-    middle, reach = parameter["median"], _REACH * parameter["spread"]
+    middle = parameter["median"]
+    reach = _REACH * max(parameter["spread"], parameter["typical_stderr"])
     errors = zip(parameter["values"], parameter["stderr"], strict=True)
     ends = [v + sign * e for v, e in errors for sign in (-1, 1)]
-    low, high = max(min(ends), middle - reach), min(max(ends), middle + reach)
+    low, high = min(ends), max(ends)
+    if len(parameter["values"]) >= _FEW:
+        low, high = max(low, middle - reach), min(high, middle + reach)
     room = 0.06 * (high - low) or abs(middle) or 1.0
     return low - room, high + room
 
@@ -206,6 +214,13 @@ def _describe(parameter: dict, group: dict) -> str:
     if drift and drift["found"]:
         text += f" It {words.describe_change(parameter, group)}."
     return text
+
+
+def _list_values(parameter: dict, names: list[str]) -> Table:
+    unit = parameter["unit"]
+    numbers = zip(names, parameter["values"], parameter["stderr"], strict=True)
+    rows = [[name, format_with_error(value, stderr, unit)] for name, value, stderr in numbers]
+    return Table(f"Values of {parameter['name']}", ["recording", "value"], rows)
 
 
 def _tabulate(parameter: dict) -> Table:

@@ -84,7 +84,10 @@ def _printable(node: Any) -> Any:
         return {printable(key): _printable(value) for key, value in node.items()}
     if isinstance(node, list):
         return [_printable(item) for item in node]
-    return printable(node, _LONGEST) if isinstance(node, str) else node
+    if not isinstance(node, str):
+        return node
+    whole = printable(node, 10 * len(node))  # an escaped character has ten letters at most
+    return words.cut_at_words(whole, _LONGEST)
 
 
 def _outliers(rows: list[dict], groups: list[dict]) -> list[dict[str, Any]]:

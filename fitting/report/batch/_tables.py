@@ -5,10 +5,10 @@ from typing import Any
 from urllib.parse import quote
 
 from fitting.report.diagnosis._numbers import (
+    Scale,
     finite_or_none,
     format_number,
     format_percent,
-    format_quantity,
     format_with_error,
     unit_text,
 )
@@ -71,14 +71,14 @@ def tabulate_recordings(
     head = ["recording", "result", "rmse", "held out"]
     head += ["verdict", "probability"] * verdicts + ["nonlinearity", "expected"] * expected
     head += [*parameters, "time (s)"]
-    body = []
+    body, scales = [], _scales(rows)
     for i, row in enumerate(rows[:most]):
-        unit = row["unit"] or ""
-        cells = [format_quantity(row[key], unit) for key in ("rmse", "rmse_held_out")]
+        size = scales[str(row["unit"] or "")]
+        cells = [size(row[key]) for key in ("rmse", "rmse_held_out")]
         if verdicts:
             cells += [row["verdict"] or "", format_percent(row["probability"])]
         if expected:
-            cells += [format_quantity(row[k], unit) for k in ("nonlinearity_max", "expected_high")]
+            cells += [size(row[k]) for k in ("nonlinearity_max", "expected_high")]
         for key in parameters:
             one = row["estimates"].get(key)
             cells.append(format_with_error(one["value"], one["stderr"], "") if one else "")
@@ -93,6 +93,19 @@ def tabulate_recordings(
             }
         )
     return head, body
+
+
+def _scales(rows: list[dict]) -> dict[str, Scale]:
+    """For each unit of a response that in which all errors of a batch are shown."""
+    found: dict[str, list[float]] = {}
+    for row in rows:
+        sizes = (finite_or_none(row[key]) for key in ("rmse", "expected_high"))
+        found.setdefault(str(row["unit"] or ""), []).extend(filter(None, sizes))
+    return {unit: Scale.of(unit, [_median(sizes)]) for unit, sizes in found.items()}
+
+
+def _median(sizes: list[float]) -> float:
+    return sorted(sizes)[len(sizes) // 2] if sizes else 0.0
 
 
 def tabulate_untrusted(rows: list[dict], most: int) -> list[dict[str, str]]:

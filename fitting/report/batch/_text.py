@@ -21,6 +21,17 @@ def count(rows: list[dict], **having: Any) -> int:
     return sum(all(row.get(key) == value for key, value in having.items()) for row in rows)
 
 
+def cut_at_words(text: str, limit: int) -> str:
+    """A text of at most `limit` characters: of a longer one its two ends, whole words."""
+    if len(text) <= limit:
+        return text
+    half = limit // 2 - 2
+    head, tail = text[: half + 1], text[-half - 1 :]
+    start = head.rsplit(" ", 1)[0] if " " in head else head[:half]
+    end = tail.split(" ", 1)[1] if " " in tail else tail[1:]
+    return f"{start} \N{HORIZONTAL ELLIPSIS} {end}"
+
+
 def plural(number: int, noun: str) -> str:
     """`1 recording`, `2 recordings`."""
     return f"{number}{SPACE}{noun}{'' if number == 1 else 's'}"

@@ -73,6 +73,9 @@ def finite_values(values: Any) -> list[float | None]:
 
 
 def ordered_colour(index: int, count: int) -> str:
-    """Colour of one of `count` ordered things."""
-    step = 0 if count < 2 else round(index * (_SHADES - 1) / (count - 1))
-    return f"var(--s{step})"
+    """Colour of one of `count` ordered things: as far from its neighbours' as all allow."""
+    whole, part = divmod(index * (_SHADES - 1), count - 1) if count > 1 else (0, 0)
+    if not part:
+        return f"var(--s{whole})"
+    share = round(100 * part / (count - 1))
+    return f"color-mix(in oklab, var(--s{whole + 1}) {share}%, var(--s{whole}))"

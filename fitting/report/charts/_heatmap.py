@@ -6,7 +6,7 @@ from fitting.report.diagnosis._numbers import format_number, format_quantity
 
 from ._axis import Axis, make_axis
 from ._figure import ColourScale, Panel, shorten
-from ._marks import draw_boxes, draw_dots, signed_level
+from ._marks import Mark, draw_boxes, draw_dots, is_strong, signed_level
 
 _ROW = 24  # pixels
 _GAP = 2.0  # pixels between rows
@@ -55,11 +55,11 @@ def make_map(
     cells: Sequence[tuple[int, float, float, str, str]],
     names: Sequence[str],
     scale: ColourScale,
-    dots: Sequence[tuple[float, int]] = (),
+    dots: Sequence[tuple[float, int, str]] = (),
 ) -> Panel:
     """A map of `cells`: row, left and right edge on `axis`, class of colour, text.
 
-    `dots`: places on the axis and rows that are marked.
+    `dots`: places on the axis and rows that are marked, and the class of colour that each lies on.
     """
     height, count = _ROW * len(names), len(names)
     tall = 100.0 / count
@@ -70,8 +70,10 @@ def make_map(
         if a is not None and b is not None:
             boxes.append((a, i * tall, b - a, tall - gap, level, text))
     rows = Axis("", -0.5, count - 0.5)
-    marked = [(at, float(count - 1 - i), "") for at, i in dots]
-    marks = [draw_boxes(boxes), draw_dots((axis, rows), marked, "var(--dot)")]
+    marks: list[Mark] = [draw_boxes(boxes)]
+    for strong, colour in ((False, "var(--dot)"), (True, "var(--dot-on-strong)")):
+        marked = [(at, float(count - 1 - i), "") for at, i, on in dots if is_strong(on) == strong]
+        marks += [draw_dots((axis, rows), marked, colour)] if marked else []
     return Panel(key, height, axis, rows, marks, rows=names, scale=scale)
 
 

@@ -7,6 +7,7 @@ from typing import ClassVar
 from ._axis import Axis
 
 _LEVELS = 12  # of colour on either side of zero, and in all of a scale that begins there
+_STRONG = 9  # level from which on a dot has the colour of the page's ground, in both themes
 _MOST_TEXTS = 1000  # of rectangles on one chart; beyond it the table alone has the values
 
 
@@ -113,6 +114,11 @@ def signed_level(value: float, largest: float) -> str:
 def plain_level(fraction: float) -> str:
     """The class of colour of a value from 0 to 1: `v0` to `v12`."""
     return f"v{min(_LEVELS, max(0, round(_LEVELS * fraction)))}"
+
+
+def is_strong(level: str) -> bool:
+    """Whether a class of `plain_level` is a colour on which the colour of text is hard to see."""
+    return level.startswith("v") and int(level[1:]) >= _STRONG
 
 
 def _short(percent: float, digits: int = 2) -> str:

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fitting._units import quantity
+from fitting._units import readable_unit, significant
 from fitting.report._pages import PagePicture
 from fitting.report._result_page import Section, list_versions, render_result
+from fitting.report.diagnosis._numbers import format_number
 
 PAGE = "drives.html"
 PART = "the middle 80 % of each branch"
@@ -95,7 +96,8 @@ def describe_expected(report: dict[str, Any]) -> str:
     expected, volts = report["expected"], report["drive_unit"]
     if expected is None:
         return f"nothing is claimed: {report['unclaimed']}."
-    high = quantity(expected["high"], expected["unit"])
+    name, factor = _error_unit(report["drives"][0]["span"], expected["unit"])
+    high = f"{significant(factor * expected['high'], 3)} {name}"
     text = f"at most {high} rms off a straight line in {expected['part']} (97.5 %), from runs "
     if not expected["swings_beside"]:
         return f"{text}that were left out."
@@ -103,6 +105,11 @@ def describe_expected(report: dict[str, Any]) -> str:
         f"{text}with swings of {_ends(expected['swings'])} {volts} that were left out. Of a drive "
         f"that swings by {_ends(expected['swings_beside'])} {volts}, as here, it is not tested."
     )
+
+
+def _error_unit(span: float, unit: str) -> tuple[str, float]:
+    """The unit of errors of a scan, that in which a thousandth of it reads best, and the factor."""
+    return readable_unit(unit, (span / 1000.0,))
 
 
 def _ends(values: Sequence[float]) -> str:
@@ -113,14 +120,14 @@ def _ends(values: Sequence[float]) -> str:
 def _row(one: dict[str, Any], unit: str, volts: str) -> tuple[str, ...]:
     slope = one["certificate"]
     bent = [one["nonlinearity"][side] for side in ("up", "down")]
-    least = _ROUNDING * one["span"]
-    bound = f"below {quantity(least, unit)} (rounding)"
-    texts = [bound if x < least else quantity(x, unit) for x in bent]
+    name, factor = _error_unit(one["span"], unit)
+    none = "0, to rounding"
+    texts = [none if x < _ROUNDING * one["span"] else format_number(factor * x) for x in bent]
     return (
         f"{one['excitation_hz']:g} Hz",
         f"{one['drive_min']:.4g} to {one['drive_max']:.4g}",
         f"{float(format(one['slew_max'], '.4g')):.10g}",  # not as a power of ten
         f"{slope['slope_min']:.4g} at {slope['slope_at']:.4g} {volts}",
-        bound if texts == [bound, bound] else ", ".join(texts),
+        none if texts == [none, none] else f"{'; '.join(texts)} {name}",
         one["file"],
     )

@@ -8,24 +8,31 @@ from . import _text as words
 from ._numbers import Scale, finite_or_none, format_interval, format_percent
 
 _STEPS = {"before": "model alone", "after": "model refitted", "floor": "noise floor"}
+_FITTED = {"after": "with the effect"}
+_HELD_OUT = {"before": "held out, without the effect", "after": "held out, with the effect"}
 _UNNAMED = "No known effect is named, so none is added."
 _NOTHING_EXCEEDS = "It does not exceed the noise: there is no gap to close"
 
 
 def tabulate_shrinkage(
-    found: dict, scale: Scale, name: str, *, judged: bool = True
+    found: dict, scale: Scale, name: str, *, judged: bool = True, richer: dict | None = None
 ) -> dict[str, Any] | None:
     """Residual before and after the refit and noise floor as bars, and by held-out part; or None.
 
-    `name`: of the verdict; `judged`: whether the device was judged at all.
+    `name`: of the verdict; `judged`: whether the device was judged at all. `richer`: the model with
+    more plays that explains the gap where no effect does, its `plays` and what it leaves, `rms`.
     """
-    steps = _STEPS | ({} if name == "none" else {"after": "with the effect"})
+    steps = _STEPS | ({} if name == "none" else _HELD_OUT if found.get("held_out") else _FITTED)
     if name == "unlisted":
         steps["after"] = "with the best known effect"
     if not found.get("held_out") or (name == "unlisted" and found.get("closed_fraction") is None):
         del steps["after"]  # no effect was added, or nothing tells what it would leave
     after = "after" in steps
     values = {key: finite_or_none(found.get(key)) for key in steps}
+    if richer:
+        plays = richer.get("plays")
+        steps = _STEPS | {"before": "identified model", "after": f"with {plays} plays"}
+        values |= {"after": finite_or_none(richer.get("rms"))}
     if values["before"] is None:
         return None
     largest = max(v for v in values.values() if v is not None)
@@ -42,7 +49,9 @@ def tabulate_shrinkage(
             }
             for key, name in steps.items()
         ],
-        "shows": _summarise_refit(found, values, scale, name, judged),
+        "shows": _summarise_richer(values, richer, scale)
+        if richer
+        else _summarise_refit(found, values, scale, name, judged),
         "parts": [_tabulate_part(p, start, scale) for p in parts],
         "parts_shows": _summarise_parts(parts, name),
         "zero": -start / (1.0 - start),
@@ -52,6 +61,14 @@ def tabulate_shrinkage(
         "remainder": words.to_sentence(str(found.get("remainder") or "") if after else ""),
         "unit": scale.unit,
     }
+
+
+def _summarise_richer(values: dict[str, float | None], richer: dict, scale: Scale) -> str:
+    return (
+        f"The identified model leaves a residual of {scale(values['before'])} rms. No effect is "
+        f"needed: with {richer.get('plays')} plays, in the model of this diagnosis, "
+        f"{scale(values['after'])} rms are left."
+    )
 
 
 def _summarise_refit(

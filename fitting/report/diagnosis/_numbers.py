@@ -2,24 +2,17 @@
 
 import dataclasses
 import math
-import re
 from typing import Any
 
 from fitting._units import readable_unit
 from fitting.report.fit._table import round_with_error
+from rapi_jax.internal import unit_text as unit_text
 
 DASH = "\N{EN DASH}"
 UNDETERMINED = "not determined"
 SPACE = "\N{NO-BREAK SPACE}"
 _MINUS = "\N{MINUS SIGN}"
-_NAMES = {"um": "\N{GREEK SMALL LETTER MU}m", "us": "\N{GREEK SMALL LETTER MU}s"}
 _EXPONENT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-
-def unit_text(unit: str) -> str:
-    """A unit of a file as people write it: um with its letter, V^2 with a raised 2."""
-    raised = re.sub(r"\^(-?\d+)", lambda found: found[1].translate(_EXPONENT), unit)
-    return _NAMES.get(raised, raised)
 
 
 def finite_or_none(value: Any) -> float | None:

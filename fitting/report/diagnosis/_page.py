@@ -103,6 +103,7 @@ def _make_context(diagnosis: dict, labels: words.Labels) -> dict[str, Any]:
             scale,
             words.credible_names(diagnosis["verdict"])[0],
             judged=bool(diagnosis["verdict"].get("judged", True)),
+            richer=(diagnosis.get("base") or {}).get("richer"),
         ),
         "baseline": words.describe_baseline(diagnosis, scale),
         "carried": tabulate_runs(refit, scale, drive_unit),

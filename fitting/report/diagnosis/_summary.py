@@ -28,10 +28,13 @@ def list_facts(diagnosis: dict, scale: Scale, labels: words.Labels) -> list[tupl
     before, after = finite_or_none(shrinkage.get("before")), finite_or_none(shrinkage.get("after"))
     if not shrinkage.get("held_out"):
         before = after = None  # no more is known than the gap as recorded
+    richer = (diagnosis.get("base") or {}).get("richer")
     if before is not None and among[0] == "unlisted":
         lines.append(("Residual", f"{scale(before)} rms, on held-out data"))
     elif before is not None and after is not None:
         lines.append(("Residual", f"{scale.bare(before)} → {scale(after)} rms, on held-out data"))
+    elif isinstance(richer, dict) and finite_or_none(gap.get("total")) is not None:
+        lines.append(("Residual", f"{scale.bare(gap['total'])} → {scale(richer.get('rms'))} rms"))
     elif finite_or_none(gap.get("total")) is not None:
         lines.append(("Residual", f"{scale(gap['total'])} rms"))
     floor = finite_or_none(shrinkage.get("floor", gap.get("noise_floor")))
@@ -53,10 +56,13 @@ def describe_closed(diagnosis: dict, floor: float | None) -> str:
         closed = closed if known else _closed_by_likeliest(diagnosis)
         some = isinstance(closed, dict) and (finite_or_none(closed.get("value")) or 0.0) > 0.0
         if some:
-            return f"{format_interval(closed)} by the likeliest known effect, which is not named"
+            return f"{format_interval(closed)} by the likeliest known effect, which is not added"
         return "not by any known effect"
     if known:
         return format_interval(closed)
+    richer = (diagnosis.get("base") or {}).get("richer")
+    if named == "none" and isinstance(richer, dict):
+        return "by no effect: it is hysteresis of another shape"
     # Without a floor nobody can say whether there was a gap.
     if floor is None:
         return "not known"

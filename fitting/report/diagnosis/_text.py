@@ -33,7 +33,9 @@ def describe_hypothesis(name: str, labels: Labels) -> str:
     """A hypothesis in words: `creep+drift` becomes "creep of the piezo and drift of ..."."""
     if name in SPECIAL:
         return SPECIAL[name]
-    return join_items([labels.get(part, part.replace("_", " ")) for part in name.split("+")])
+    items = [labels.get(part, part.replace("_", " ")) for part in name.split("+")]
+    # "A delay between drive and reading and pickup ..." would have to be read twice.
+    return join_items(items, "together with" if any(" and " in item for item in items) else "and")
 
 
 def without_article(label: str) -> str:
@@ -155,6 +157,8 @@ def explain_no_scan(verdict: dict) -> str:
     """Why there is no scan to record next."""
     if not verdict.get("judged", True):
         return "The recording has a fault: correct it first, then a scan can be chosen."
+    if credible_names(verdict) == ["unlisted"]:
+        return "No scan is proposed: the effect is not known, so it predicts nothing."
     if len(credible_names(verdict)) > 1:
         return "No scan within the limits would separate the effects of the 95 % credible set."
     return "No further scan is needed: the 95 % credible set holds a single hypothesis."
@@ -188,9 +192,11 @@ def describe_baseline(diagnosis: dict, scale: Scale) -> str:
     alone = (diagnosis.get("base") or {}).get("operator")
     richer = alone and (diagnosis.get("model") or {}).get("operator") != alone
     which = "a more flexible hysteresis" if richer else "the same hysteresis"
+    alone = finite_or_none((diagnosis.get("gap") or {}).get("total"))
+    over_all = "" if alone is None else f" The model alone, over all data: {scale(alone)} rms."
     return (
-        f"The closed fraction refers to a different residual: that of {which} without the effect, "
-        f"fitted to the remaining data and evaluated on the held-out data ({scale(before)} rms)."
+        f"The closed fraction is of held-out data: there {which} without the effect, fitted to the "
+        f"remaining data, leaves {scale(before)} rms.{over_all}"
     )
 
 

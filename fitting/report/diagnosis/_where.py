@@ -1,5 +1,6 @@
 """The gap's mean square by part, and by run, direction and region."""
 
+import math
 from typing import Any
 
 from . import _text as words
@@ -82,10 +83,17 @@ def tabulate_residuals(where: list[dict], scale: Scale, drive_unit: str) -> dict
         shows = (
             f"The largest share of the gap, {format_percent(top.get('share'))}, lies in the run at "
             f"{words.label_run(top, drive_unit)}, {_name_place(direction, region)}: "
-            f"{scale(top.get('rms'))} rms."
+            f"{scale(_rms(top))} rms above the noise."
         )
     heads = [", ".join(filter(None, place)) for place in columns]
     return {"columns": heads, "rows": list(rows.values()), "shows": shows, "unit": scale.unit}
+
+
+def _rms(entry: dict) -> float | None:
+    """Of what stands above the noise in a part, whether it repeats with the scan or not."""
+    known = [finite_or_none(entry.get(key)) for key in ("rms", "rms_not_locked")]
+    parts = [part for part in known if part is not None]
+    return math.hypot(*parts) if parts else None
 
 
 def _name_place(direction: str, region: str) -> str:
@@ -102,4 +110,4 @@ def _column_of(entry: dict) -> tuple[str, str]:
 def _make_cell(entry: dict, largest: float, scale: Scale) -> dict[str, Any]:
     share = finite_or_none(entry.get("share"))
     tint = max(share, 0.0) / largest if share is not None and largest > 0 else 0.0
-    return {"rms": scale.bare(entry.get("rms")), "share": format_percent(share), "tint": tint}
+    return {"rms": scale.bare(_rms(entry)), "share": format_percent(share), "tint": tint}

@@ -43,7 +43,7 @@ def tabulate_hypotheses(
 
 def _tabulate_others(rest: list[dict[str, Any]]) -> Table:
     head = ["hypothesis", "probability", "unabsorbed fraction", "reduction of χ²", "gap closed"]
-    rows = [[h["name"], *(h["numbers"].get(name, DASH) for name in head[1:])] for h in rest]
+    rows = [[h["title"], *(h["numbers"].get(name, DASH) for name in head[1:])] for h in rest]
     odds = format_percent(sum(h["probability"] or 0.0 for h in rest))
     plural = "hypothesis" if len(rest) == 1 else "hypotheses"
     return Table(f"{len(rest)} other {plural}, {odds} in all", head, rows)
@@ -61,7 +61,9 @@ def _describe_entry(
     }
     shares = h.get("shares") or {}
     numbers |= {
-        f"share of {effect.replace('_', ' ')}": format_percent(part)
+        f"share of the gap, {words.without_article(words.describe_hypothesis(effect, labels))}": (
+            format_percent(part)
+        )
         for effect, part in shares.items()
     }
     parameters = (h.get("parameters") or {}) | (h.get("derived") or {})

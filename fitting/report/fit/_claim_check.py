@@ -81,7 +81,7 @@ def _tabulate(check: "ClaimCheck") -> Table:
     table = Table(title=_HEAD[check.kind], title_justify="left")
     left = ("run", "branch", "outcome")
     unit, factor = readable_unit(check.unit, [one.rms for one in check.checked])
-    rms, noise, claimed = f"rms ({unit})", f"of it noise ({unit})", f"claimed, 95 % ({unit})"
+    rms, noise, claimed = f"rms ({unit})", f"of it noise ({unit})", f"claim, 95 % ({unit})"
     swing = f"swing ({check.drive_unit})"
     names = ["run", "branch", "rate (Hz)", swing, rms, noise, claimed, "outcome"]
     if check.kind == "prediction":
@@ -112,10 +112,10 @@ def _compare_spans(reached: float, asked: float, unit: str) -> str:
     """What a scan reached of the span that was asked for; nothing is claimed of it."""
     name, factor = readable_unit(unit, (asked,))
     off = 100.0 * (reached / asked - 1.0)
-    way = "less" if off < 0 else "more"
+    share = f"{abs(off):.1f} % {'less' if off < 0 else 'more'}" if abs(off) >= 0.05 else "the same"
     return (
-        f"spans {factor * reached:.4g} {name}, asked for were {factor * asked:.4g} {name}: "
-        f"{abs(off):.1f} % {way} (not judged)"
+        f"spans {factor * reached:.4g} {name}, asked for were {factor * asked:.4g} {name}: {share} "
+        "(the span is no part of the claim)"
     )
 
 

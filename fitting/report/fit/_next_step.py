@@ -7,7 +7,10 @@ from collections.abc import Sequence
 # Reasons that say nothing against the recording: the model lacks something.
 _OF_THE_MODEL = ("poor fit", "does not generalise", "not predicted", "starts disagree")
 _OF_ONE_RUN = ("does not generalise", "not predicted")  # its fault, or the model's
-_BETTER_LAW = re.compile(r"describe these runs better.*--operator (\w+)")
+_BETTER_LAW = re.compile(
+    r"(?P<fits>describe these runs|predict a swing that was left out) better"
+    r".*--operator (?P<name>\w+)"
+)
 
 
 def lacks_an_effect(reasons: Sequence[str]) -> bool:
@@ -33,10 +36,13 @@ def describe_next(
     where = "RECORDING" if source is None else shlex.quote(source)
     command = f"`rapi diagnose {where} -o diagnosis`"
     advised = next(filter(None, map(_BETTER_LAW.search, notes)), None)
-    if advised and (lacks_an_effect(reasons) or (with_gap and not reasons)):
+    too_free = [reason for reason in reasons if not reason.startswith("unidentifiable")]
+    if advised and (lacks_an_effect(too_free) or (not too_free and (with_gap or reasons))):
+        does = "describes" if advised["fits"].startswith("describe") else "predicts"
+        what = advised["fits"].partition(" ")[2]
         return (
-            "Another law of the thresholds describes these runs better: "
-            f"`rapi fit {where} -o result --operator {advised[1]}`. What is left then is for "
+            f"Another law of the thresholds {does} {what} better: "
+            f"`rapi fit {where} -o result --operator {advised['name']}`. What is left then is for "
             "`rapi diagnose`."
         )
     if lacks_an_effect(reasons):

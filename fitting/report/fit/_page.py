@@ -4,10 +4,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fitting._units import quantity, readable_unit
 from fitting._versions import package_versions
+from fitting.report._alike import fold_reasons
 from fitting.report._pages import PagePicture
 from fitting.report._result_page import Section, list_versions, render_result
+from fitting.report.diagnosis._numbers import Scale, unit_text
 
 from ._next_step import describe_next
 from ._rows import describe_together, list_runs, list_starts
@@ -15,7 +16,6 @@ from ._table import (
     ORIGIN,
     UNDETERMINED,
     describe_model,
-    held_out_sizes,
     parameter_remark,
     render_verdict,
     round_with_error,
@@ -29,25 +29,27 @@ PAGE = "fit.html"
 
 def render_page(result: "FitResult", source: str | None = None) -> str:
     """The fit as one page, with its pictures in it; `source`: where the recording is."""
-    unit, verdict = result.recording.response_unit, result.verdict
+    verdict = result.verdict
+    size = Scale.of(result.recording.response_unit, [result.rmse])
+    scale = (size.unit, size.factor)  # of every error on the page
     facts = [("Verdict", "trusted to predict" if verdict.trusted else "not to be trusted")]
-    facts.append(("Residual", f"{quantity(result.rmse, unit)} rms"))
+    facts.append(("Residual", f"{size(result.rmse)} rms"))
     if np.isfinite(result.rmse_held_out):
-        facts.append(("Held out", f"{quantity(result.rmse_held_out, unit)} rms"))
+        facts.append(("Held out, last third", f"{size(result.rmse_held_out)} rms"))
     if result.claim is not None:
-        facts.append(("Noise", f"{quantity(result.claim.noise, unit)} rms"))
+        facts.append(("Noise", f"{size(result.claim.noise)} rms"))
     facts.append(("Runs", str(len(result.runs))))
     return render_result(
         title="Fit",
-        headline=render_verdict(result).plain.rstrip(":"),
+        headline=render_verdict(result, scale).plain.rstrip(":"),
         advice=describe_next(
             verdict.reasons, with_gap=verdict.with_gap, source=source, notes=verdict.notes
         ),
-        cautions=verdict.reasons,
+        cautions=fold_reasons(verdict.reasons),
         facts=facts,
-        sections=_sections(result),
+        sections=_sections(result, size),
         provenance=[
-            ("Model", describe_model(result)),
+            ("Model", describe_model(result, scale)),
             ("Time taken", f"{result.seconds:.3g} s"),
             ("Versions", list_versions(package_versions())),
             ("Data, SHA-256", result.data_sha256 or result.recording.sha256()),
@@ -55,7 +57,7 @@ def render_page(result: "FitResult", source: str | None = None) -> str:
     )
 
 
-def _sections(result: "FitResult") -> list[Section]:
+def _sections(result: "FitResult", size: Scale) -> list[Section]:
     plot, shown = result.plot, PagePicture.of
     residual = (
         "Noise alone would look the same everywhere along the scan. Many readings are drawn as "
@@ -66,7 +68,7 @@ def _sections(result: "FitResult") -> list[Section]:
         "A correlation near 1 or −1 would say that the data fix the combination better than either "
         "parameter; none is so near."
     )
-    runs, starts = list_runs(result), list_starts(result)
+    runs, starts = list_runs(result, (size.unit, size.factor)), list_starts(result)
     return [
         Section("Residual", residual, shown(plot.residuals())),
         Section(
@@ -94,7 +96,7 @@ def _sections(result: "FitResult") -> list[Section]:
             "Each row is a fit without a part of the data, compared with that part."
             + (f" {ORIGIN}" if any(h.origin_from_data for h in result.held_out) else ""),
             heads=("left out", "rmse", "of the span", "fitted part"),
-            rows=_held_out_rows(result),
+            rows=_held_out_rows(result, size),
         ),
         Section(
             "Spectrum of the residual",
@@ -119,18 +121,17 @@ def _sections(result: "FitResult") -> list[Section]:
 
 def _parameter_row(p: Any) -> tuple[str, ...]:
     value, error = round_with_error(p.value, p.stderr)
-    unit = "" if p.unit == "1" else p.unit
+    unit = "" if p.unit == "1" else unit_text(p.unit)
     return p.name, value, "" if p.held else error, unit, parameter_remark(p)
 
 
-def _held_out_rows(result: "FitResult") -> list[tuple[str, ...]]:
-    name, factor = readable_unit(result.recording.response_unit, held_out_sizes(result))
+def _held_out_rows(result: "FitResult", size: Scale) -> list[tuple[str, ...]]:
     return [
         (
             held.scheme + (" (origin from its mean)" if held.origin_from_data else ""),
-            f"{factor * held.rmse:.3g} {name}" if held.determined else UNDETERMINED,
+            size(held.rmse) if held.determined else UNDETERMINED,
             f"{100 * held.fraction:.2g} %" if held.determined else "",
-            f"{factor * held.train_rmse:.3g} {name}",
+            size(held.train_rmse),
         )
         for held in result.held_out
     ]

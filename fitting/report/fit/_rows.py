@@ -28,9 +28,13 @@ def format_number(value: float, digits: int = 4) -> str:
     return "-" if value is None or not np.isfinite(value) else significant(value, digits)
 
 
-def list_runs(result: "FitResult") -> Rows:
-    """Each run: rate, periods, loop, weight and what the model leaves."""
-    unit, factor = readable_unit(result.recording.response_unit, (r.rmse for r in result.runs))
+def list_runs(result: "FitResult", scale: tuple[str, float] | None = None) -> Rows:
+    """Each run: rate, periods, loop, weight and what the model leaves.
+
+    `scale`: the unit of errors and the factor to it, by default that in which they read best.
+    """
+    recorded = result.recording.response_unit
+    unit, factor = scale or readable_unit(recorded, (r.rmse for r in result.runs))
     heads = (
         "run", "rate (Hz)", "periods", "loop (%)", "weight", f"rmse ({unit})", "% of span", "rho",
     )  # fmt: skip
@@ -115,7 +119,8 @@ def describe_together(result: "FitResult", most: int = 3) -> str:
     if not pairs:
         return ""
     named = ", ".join(f"{b} and {a} ({r:+.3f})" for a, b, r in pairs[:most])
-    more = f", and {len(pairs) - most} more pairs" if len(pairs) > most else ""
+    rest = len(pairs) - most
+    more = f", and {rest} more pair{'s' * (rest > 1)}" if rest > 0 else ""
     return (
         f"Strongly correlated parameters (correlation of their errors): {named}{more}. Their "
         "combination is known better than either value. Predictions and the verdict depend on the "

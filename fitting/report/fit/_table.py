@@ -11,8 +11,8 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from fitting._units import in_interval, quantity, readable_unit
-from fitting.report._alike import group_alike, wording
+from fitting._units import in_interval, quantity, readable_unit, significant
+from fitting.report._alike import fold_reasons, group_alike, wording
 from fitting.report._plain_text import plain_text
 
 from ._rows import Rows, describe_runs, describe_together, format_number, list_runs, list_starts
@@ -80,7 +80,7 @@ def _render_head(result: "FitResult") -> list[Text]:
     """The verdict, what speaks against the fit, and what was fitted."""
     return [
         render_verdict(result),
-        *(Text(f"  x {reason}", style="red") for reason in result.verdict.reasons),
+        *(Text(f"  x {reason}", style="red") for reason in fold_reasons(result.verdict.reasons)),
         Text(describe_model(result)),
     ]
 
@@ -118,21 +118,24 @@ def first_sentence(note: str) -> str:
     return re.split(r"(?<=[.;])\s+(?=[A-Z`])", note, maxsplit=1)[0]
 
 
-def render_verdict(result: "FitResult") -> Text:
-    """Whether to trust the model, and what may be expected of it, as one sentence."""
+def render_verdict(result: "FitResult", scale: tuple[str, float] | None = None) -> Text:
+    """Whether to trust the model, and what may be expected of it, as one sentence.
+
+    `scale`: the unit of errors and the factor to it, by default that in which each reads best.
+    """
     unit, claim, verdict = result.recording.response_unit, result.claim, result.verdict
     if not verdict.trusted:
-        count = len(verdict.reasons)
+        count = len(fold_reasons(verdict.reasons))
         why = "for this reason:" if count == 1 else f"for {count} reasons:"
         return Text(f"The model is NOT to be trusted, {why}", style="bold red")
     text = "The model can be trusted"
     if verdict.with_gap:
-        text += f", though its residual of {quantity(result.rmse, unit)} rms exceeds the noise"
+        text += f", though its residual of {_size(result.rmse, unit, scale)} rms exceeds the noise"
     if claim is None and verdict.with_gap:
         return Text(f"{text}.", style="bold green")
     if claim is None:
-        return Text(f"{text}; it leaves {quantity(result.rmse, unit)} rms.", style="bold green")
-    scale, factor = readable_unit(unit, (claim.rms,))
+        return Text(f"{text}; it leaves {_size(result.rmse, unit, scale)} rms.", style="bold green")
+    name, factor = scale or readable_unit(unit, (claim.rms,))
     width = factor * (claim.high - claim.low)
     rms, low, high, noise = (
         in_interval(factor * x, width) for x in (claim.rms, claim.low, claim.high, claim.noise)
@@ -140,26 +143,38 @@ def render_verdict(result: "FitResult") -> Text:
     if result.predicts_no_run:
         text = f"{text} at the rates and swings recorded, not between them"
     return Text(
-        f"{text}: in another run it is expected to be off by {rms} {scale} rms (95 % interval "
-        f"{low} to {high}), which includes noise of {noise} {scale} rms.",
+        f"{text}: in another run it is expected to be off by {rms} {name} rms (95 % interval "
+        f"{low} to {high}), which includes noise of {noise} {name} rms.",
         style="bold green",
     )
 
 
-def describe_model(result: "FitResult") -> str:
-    """What was fitted and how closely, and where the claim holds."""
+def _size(value: float, unit: str, scale: tuple[str, float] | None) -> str:
+    if scale is None:
+        return quantity(value, unit)
+    name, factor = scale
+    return f"{significant(factor * value, 3)} {name}"
+
+
+def describe_model(result: "FitResult", scale: tuple[str, float] | None = None) -> str:
+    """What was fitted and how closely, and where the claim holds; `scale` as in a verdict."""
     unit, claim = result.recording.response_unit, result.claim
     operator = result.ecdl.operator
     text = (
-        f"{type(operator).__name__} with {operator.count} plays: rmse {quantity(result.rmse, unit)}"
+        f"{type(operator).__name__} with {operator.count} plays: rmse "
+        f"{_size(result.rmse, unit, scale)}"
     )
     if np.isfinite(result.rmse_held_out):
-        text += f", {quantity(result.rmse_held_out, unit)} held out"
+        text += f", {_size(result.rmse_held_out, unit, scale)} on the last third, held out"
     text += f", loss {result.loss}." if result.loss != "squares" else "."
     if claim is None or not result.verdict.trusted:
         return text
     rates = _between(claim.rates_hz, "Hz")
     swings = _between(claim.swings, result.recording.drive_unit)
+    if len(result.recording.amplitudes) > 1 and not result.swings_joined:
+        each = " and ".join(format_number(swing) for swing in result.recording.amplitudes)
+        swings = f"of {each} {result.recording.drive_unit} (none between: one did not predict "
+        swings += "the other)"
     return (
         f"{text} The prediction holds for rates {rates}, swings {swings}, and conditions as over "
         f"the {_format_hours(claim.hours)} recorded."

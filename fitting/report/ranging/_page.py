@@ -18,15 +18,12 @@ def render_page(content: dict[str, Any], picture: PagePicture | None = None) -> 
 
     `picture`: distances over time.
     """
-    summary, name = content["summary"], content.get("name") or ""
-    headline = "No distance: no scan could be read"
-    if summary["distance"] is not None:
-        headline = words.distance(summary["distance"], summary["stderr"])
+    name = content.get("name") or ""
     scans = [_scan(row) for row in content["scans"][:_MOST]]
     problems = any(row[-1] for row in scans)
     return _load_template().render(
         title=" · ".join(filter(None, ["Distance", name])),
-        headline=headline,
+        headline=words.headline(content),
         facts=words.facts(content),
         subtitle=_subtitle(content),
         picture=picture,

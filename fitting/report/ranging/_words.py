@@ -16,6 +16,7 @@ from fitting.report.fit._table import round_with_error
 
 _LENGTHS = ((10.0, "m", 1.0), (1e-3, "mm", 1e3), (1e-6, "um", 1e6), (0.0, "nm", 1e9))
 BEST_IN_NOISE = "resample-phase"
+_ORDINARY_AIR = 2.7e-4  # group index less 1, at 20 deg C and 1013 hPa (Ciddor 1996)
 _UNKNOWN = ("air", "cavity")  # lines of no size where nothing tells it, as the note says
 _OF_SCAN = re.compile(r"scan at (?P<at>\S+) s: (?P<what>.*)")
 
@@ -85,10 +86,11 @@ def facts(content: dict[str, Any]) -> list[tuple[str, str]]:
         found.append(("distance", "none: no scan could be read"))
     else:
         value = distance(summary["distance"], summary["stderr"])
-        found.append(("distance", f"{value} (mean of {of})"))
+        found.append(("distance", f"{value} (mean of {of}{_less_in_air(content)})"))
         found += _course(content)
     if summary["scatter"] is not None:
-        found.append(("scatter", f"{length(summary['scatter'])} rms from scan to scan"))
+        about = "about the track" if content["track"] else "from scan to scan"
+        found.append(("scatter", f"{length(summary['scatter'])} rms {about}"))
     if summary["velocity"] is not None:
         found.append(("velocity", _velocity(content)))
     elif summary["distance"] is not None:
@@ -99,6 +101,24 @@ def facts(content: dict[str, Any]) -> list[tuple[str, str]]:
     found.append(("scale", _scale(content["scale"])))
     # A line may break before an error, and never within a number.
     return [(name, text.replace(f"{SPACE}±", " ±")) for name, text in found]
+
+
+def headline(content: dict[str, Any]) -> str:
+    """The distance with its error, and how far air that is not known puts it off."""
+    summary = content["summary"]
+    if summary["distance"] is None:
+        return "No distance: no scan could be read"
+    less = _less_in_air(content).removeprefix("; ")
+    found = distance(summary["distance"], summary["stderr"])
+    return f"{found}; {less}" if less else found
+
+
+def _less_in_air(content: dict[str, Any]) -> str:
+    """How much shorter the distance is in ordinary air, where its state is not given."""
+    value = finite_or_none(content["summary"]["distance"])
+    if value is None or content["air_index_stderr"] is not None:
+        return ""
+    return f"; in ordinary air {length(value * _ORDINARY_AIR)} less"
 
 
 def _course(content: dict[str, Any]) -> list[tuple[str, str]]:

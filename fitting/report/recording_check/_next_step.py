@@ -36,7 +36,9 @@ def describe_next(
         why, output = f"where {words[2]} is, {why}", os.path.abspath(output)
     line = f"Next{f', {why}' if why else ''}: `{shlex.join([*words, '-o', output])}`"
     if check.swapped and check.sound and source is not None:
-        line += f"; if not: `{shlex.join(['rapi', 'fit', source, '-o', 'result'])}`"
+        fit = shlex.join(["rapi", "fit", source])
+        line += f"; if not: `{fit} -o result`; if the drive is one that `rapi compensate` made: "
+        line += f"`{fit} --check DRIVES`"
     return line
 
 

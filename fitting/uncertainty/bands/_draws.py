@@ -158,7 +158,8 @@ def draw_normal(
         kept, tried = kept + inside.shape[0], tried + draws
         if tried >= 1.0 / THRESHOLDS.rejected and kept < THRESHOLDS.rejected * tried:
             raise ModelError(
-                "hardly any draw of the normal approximation lies within the parameters' bounds. "
-                'In Python `method="posterior"` takes them from the posterior, which keeps to them.'
+                "a parameter lies so near to a bound that hardly any draw from the errors of the "
+                'fit is within it. In Python the argument `method="posterior"` draws from the '
+                "posterior, which keeps to the bounds."
             )
     return ModelDraws(ecdl, out, "laplace")

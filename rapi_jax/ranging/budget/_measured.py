@@ -20,7 +20,8 @@ def measured_budget(ranging: "Ranging") -> Budget:
 
     Noise of the light is told apart by its size on the two interferometers: that of detectors and
     digitizer is the same for both, a linewidth's grows with the delay. Vibration is the scatter
-    from scan to scan that all else leaves. Empty where no scan could be read.
+    of single scans, each as of a target at rest, that all else leaves. Empty where no scan could be
+    read.
     """
     good = np.isfinite(ranging.target.distance)
     if not good.any():
@@ -38,7 +39,7 @@ def measured_budget(ranging: "Ranging") -> Budget:
     known = np.sqrt(sum(lines[name].stderr ** 2 for name in _KNOWN))
     scatter = float(np.median(ranging.target.scatter[good]))
     beyond = float(np.sqrt(max(scatter**2 - known**2, 0.0)))
-    lines["vibration"] = BudgetLine("vibration", beyond, "scatter beyond the rest")
+    lines["vibration"] = BudgetLine("vibration", beyond, "scatter of single scans beyond the rest")
     relative = ranging.air_index.stderr / ranging.air_index.value if ranging.air_index.parts else 0
     note = "" if ranging.air_index.parts else "the state of the air is not given"
     lines["air"] = BudgetLine("air", conditions.distance_m * relative, note)

@@ -140,6 +140,22 @@ def test_a_run_that_the_claim_is_not_of_is_listed_and_not_judged(change, why):
     assert found.checked[0].bound == CLAIM.high  # one run alone is judged
 
 
+def test_between_swings_of_which_one_did_not_predict_the_other_nothing_is_claimed():
+    claim = dataclasses.replace(CLAIM, swings=(2.5, 4.5))
+    for joined in (True, False):
+        seen = Identified(0.0, 6.0, 1e3, (10.0, 40.0), (2.5, 4.5), swings_joined=joined)
+        both = [runs(paper_device(), swing=swing) for swing in (2.5, 3.5)]
+        recording = Recording(tuple(
+            dataclasses.replace(run, name=f"{swing}{run.name}")
+            for swing, one in zip((2.5, 3.5), both, strict=True) for run in one.runs
+        ))  # fmt: skip
+        found = check_claim(paper_device(), recording, claim=claim, identified=seen)
+        between = [one for one in found.checked if one.run.startswith("3.5")]
+        assert [one.held is None for one in between] == [not joined] * len(between)
+        if not joined:
+            assert "one swing did not predict the other" in between[0].outside[0]
+
+
 def test_where_no_run_can_be_judged_it_is_bad_data():
     with pytest.raises(DataError, match=r"a swing of 2 peak to peak, but .* Record runs between"):
         check_claim(paper_device(), runs(paper_device(), swing=2.0), claim=CLAIM)

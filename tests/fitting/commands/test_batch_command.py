@@ -1,5 +1,6 @@
 """`rapi batch` and `rapi fit` of several recordings: folders, exit codes, options; real fits."""
 
+import inspect
 import json
 import sys
 import types
@@ -10,10 +11,15 @@ from command_output import assert_one_line
 from rich.console import Console
 
 from fitting.batch._record import JobRecord
+from fitting.batch.jobs._job import Job
 from fitting.cli import app
+from fitting.commands import diagnose, fit
+from fitting.commands import range as ranging
 from fitting.commands.batch._progress import BatchProgress
+from fitting.commands.compensate import _drives
 from fitting.commands.run import run
-from fitting.commands.shared._tasks import complete_options, parse_options
+from fitting.commands.shared._tasks import complete_options, parse_options, run_task
+from rapi_jax import DataError
 from rapi_jax.examples import paper_recording
 from rapi_jax.io import write_recording
 
@@ -108,6 +114,29 @@ def test_options_are_those_of_the_single_command(tmp_path):
     assert whole["plays"] == 12 and whole["order"] == 3 and "output" not in whole
     assert parse_options("range", ["--expected", "0.5", "1"], tmp_path) == {"expected": (0.5, 1.0)}
     assert parse_options("diagnose", ["--model", "m"], tmp_path) == {"model": tmp_path / "m"}
+
+
+@pytest.mark.parametrize("task", ["fit", "compensate", "diagnose", "range"])
+def test_the_work_of_a_task_takes_all_options_of_its_command(folder, tmp_path, monkeypatch, task):
+    """What a batch hands on is what the function behind the single command takes."""
+    of_task = {
+        "fit": (fit, "identify_into"), "compensate": (_drives, "compensate_into"),
+        "diagnose": (diagnose, "diagnose_into"), "range": (ranging, "range_into"),
+    }  # fmt: skip
+    module, name = of_task[task]
+    takes, called = inspect.signature(getattr(module, name)), []
+
+    def stand_in(*given, **named):
+        takes.bind(*given, **named)
+        called.append(named)
+        raise DataError("the work itself is not done here")
+
+    monkeypatch.setattr(module, name, stand_in)
+    needed = {"compensate": {"span": 60.0, "frequency": [10.0]}}.get(task, {})
+    monkeypatch.setattr("rapi_jax.io.read_fringe_records", lambda path: path)
+    path = folder / "monday"
+    done = run_task(Job("a", "a", path, task, complete_options(task, needed)), tmp_path / "out")
+    assert done.message == "bad data: the work itself is not done here" and len(called) == 1
 
 
 @pytest.mark.fault(name="wrong options of `rapi batch`", promise="exit 2, one line")

@@ -53,6 +53,14 @@ def rms(recording):
     return np.array([[one.up.rms_ghz, one.down.rms_ghz] for one in found])
 
 
+def test_ctrl_c_ends_a_laboratory_and_says_so(served, capsys):
+    def interrupt(path):
+        raise KeyboardInterrupt
+
+    served("ecdl", interrupt)  # exit code 0
+    assert capsys.readouterr().out.endswith("the laboratory has ended\n")
+
+
 def test_served_and_measured(tmp_path, served, capsys):
     (drive,) = triangle([1000.0], amplitude=4.0, bias=2.5, samples=500)
     (fast,) = triangle([1500.0], amplitude=1.0, bias=2.5, samples=500)

@@ -9,11 +9,11 @@ import pytest
 from benches import Served, bench_file
 
 from fitting.cli import app
-from fitting.commands.measure import _describe_next, _is_listed
+from fitting.commands.measure import _describe_next, _expand, _is_listed, _readout_lines
 from fitting.commands.run import run
 from hardware import HislipServer, TcpServer
 from hardware.simulated import Silent, SimulatedBench
-from rapi_jax import triangle
+from rapi_jax import DataError, triangle
 from rapi_jax.io import read_drive, read_recording, write_drive
 
 pytest.importorskip("pyvisa_py", reason="pyvisa-py is not installed (extra `lab`)")
@@ -155,6 +155,34 @@ def test_a_dry_run_connects_to_nothing_and_says_what_it_would_play(tmp_path, dri
     assert {path.name for path in output.iterdir()} == {
         "generator.bytes", "digitizer.bytes", "laser.bytes",
     }  # fmt: skip
+
+
+def test_a_folder_stands_for_the_drives_in_its_list(tmp_path):
+    for name in ("drive_10Hz.csv", "drive_2.5Hz.csv", "stray.csv"):
+        (tmp_path / name).touch()
+    (tmp_path / "drives.json").write_text(
+        json.dumps(
+            {
+                "schema": "rapi.drives/1",
+                "files": {"drive_10Hz.csv": "0", "drive_10Hz.afg": "0", "drive_2.5Hz.csv": "0"},
+            }
+        )
+    )
+    single = tmp_path / "stray.csv"
+    found = _expand([tmp_path, single])
+    assert [path.name for path in found] == ["drive_2.5Hz.csv", "drive_10Hz.csv", "stray.csv"]
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(DataError, match=r"empty: a folder without drives .* Name the CSV files"):
+        _expand([tmp_path / "empty"])
+
+
+def test_of_a_doubtful_reading_two_lines_are_told():
+    many = "; ".join(f"cavity: spurious peak at {t} s" for t in range(57))
+    (line,) = _readout_lines({"run04_faults": many})
+    assert line.startswith("run04: its reading was doubtful: cavity: spurious peak at 0 s; ")
+    assert "and 55 more, in the manifest. Record that drive again" in line
+    (short,) = _readout_lines({"a_faults": "one"})
+    assert "more" not in short
 
 
 @pytest.mark.fault(name="a bench file that is none", promise="exit 3, one line")

@@ -9,6 +9,7 @@ import pytest
 from cyclopts import CycloptsError
 
 from fitting.cli import app
+from fitting.commands.batch._jobs import job_source
 from fitting.commands.shared._options_file import DATA, describe_options_file, find_options_file
 from fitting.commands.shared.files._provenance import provenance
 from rapi_jax import DataError
@@ -129,6 +130,22 @@ def test_the_file_is_in_the_provenance(recording):
     assert found["options_file"] == {"path": str(file), "sha256": digest}
     assert describe_options_file("rapi diagnose", options) is None
     assert describe_options_file("rapi batch --do fit", {"job": recording}) is None
+
+
+def test_a_batch_takes_the_table_of_its_task(recording, tmp_path, capfd):
+    (recording / "manifest.toml").write_text('schema = "rapi.recording/1"\n')
+    file = recording.parent / "rapi.toml"
+    file.write_text("[fit]\nplays = 8\nstarts = 3\nplots = false\n[batch]\nworkers = 1\n")
+    named = (str(recording.parent), "--plays", "12")
+    ((job,),) = job_source(named, None, tmp_path / "out", retry=False, watched=False)()
+    assert [job.options[key] for key in ("plays", "starts", "plots")] == [12, 3, False]
+    said = " ".join(capfd.readouterr().err.split())
+    assert "rapi.toml: starts = 3, plots = False." in said
+    ((job,),) = job_source(named[:1], "diagnose", tmp_path / "out", retry=False, watched=False)()
+    assert "plays" not in job.options
+    file.write_text("[fit]\nplayz = 8\n")
+    with pytest.raises(CycloptsError, match=r"\[fit\] has no option `playz`.*mean `plays`"):
+        job_source(named, None, tmp_path / "out", retry=False, watched=False)
 
 
 @pytest.mark.parametrize("jobs", [(".",), ("*",), ("*/run?.nc",), ("monday", "--plays", "12")])

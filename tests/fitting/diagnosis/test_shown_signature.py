@@ -11,9 +11,9 @@ from fitting.diagnosis.refit._gauss_newton import Refit, State
 from fitting.diagnosis.refit._whitened_model import WhitenedErrors, WhitenedModel
 from fitting.diagnosis.which._base import FittedBase
 from fitting.diagnosis.which._candidate import Candidate
-from rapi_jax import ECDL, RAPI, Recording
-from rapi_jax.effects import Etalon
-from rapi_jax.examples import paper_drives
+from rapi_jax import ECDL, RAPI, Recording, predict, triangle
+from rapi_jax.effects import Delay, Etalon
+from rapi_jax.examples import paper_device, paper_drives
 
 
 def scan(seed, ripple):
@@ -85,3 +85,23 @@ def test_without_the_effect_the_picture_is_of_what_the_model_leaves(brought):
     size = min(brought or 1.0, 1.0) * 0.3
     assert found["rms_without"] == pytest.approx(size / np.sqrt(2.0), rel=0.05)
     assert all(np.ptp(row["without"]) > 1.9 * size for row in found["rows"])
+
+
+def test_of_two_effects_each_is_shown_beside_the_other():
+    """An etalon's ripple without the lag of a delay, which parts the two branches by 0.2 GHz."""
+    true = (Delay.at(tau=6e-5), Etalon.at(amplitude=0.06, spacing=7.0))
+    laser = ECDL(paper_device().operator, true)
+    drives = triangle([10.0, 40.0], amplitude=4.5, bias=3.0, samples=2400, periods=3)
+    rng = np.random.default_rng(3)
+    told = [
+        np.asarray(predict(laser, one)) + 0.02 * rng.standard_normal(one.size) for one in drives
+    ]
+    found = diagnose(None, Recording.of(drives, told), candidates=(Delay, Etalon), scan=False)
+    assert found.verdict.name == "delay+etalon"
+    shown = {one["effect"]: one for one in found.content["signature"]}
+    ripple = shown["etalon"]
+    assert ripple["rms_without"] == pytest.approx(0.06 / np.sqrt(2.0), rel=0.1)
+    rows = [np.array(row["without"]) for row in ripple["rows"]]
+    assert all(0.9 * 0.12 < np.ptp(row) < 1.4 * 0.12 for row in rows)
+    # The delay shifts a triangle's fast branch by 60 us of 40 Hz, less what hysteresis takes up.
+    assert shown["delay"]["rms_without"] > 2.0 * shown["delay"]["rms_with"]

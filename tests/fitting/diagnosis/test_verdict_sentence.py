@@ -7,7 +7,12 @@ from bare import bare
 
 from fitting.diagnosis._diagnosis import Diagnosis, Verdict
 from fitting.diagnosis._text import closed_share, verdict_advice, verdict_sentence
-from fitting.diagnosis._verdict import doubt_data, explain_random_jumps, mention_likeliest
+from fitting.diagnosis._verdict import (
+    doubt_data,
+    explain_random_jumps,
+    explain_richer_hysteresis,
+    mention_likeliest,
+)
 from fitting.diagnosis.how_far._cross_validation import CrossValidation
 from fitting.diagnosis.noise._telegraph import RandomJumps
 from fitting.diagnosis.which._candidate import Candidate
@@ -127,9 +132,8 @@ def test_jumps_are_the_headline_only_where_the_gap_is_not_several_times_larger(u
     verdict = dataclasses.replace(unlisted("unlisted"), advice="See where it lies.")
     jumps = RandomJumps(1e-6, 0.031)
     beside = explain_random_jumps(verdict, jumps, 0.357, unit)
-    assert (
-        beside.sentence.startswith(verdict.sentence) and "jumps of about 0.031" in beside.sentence
-    )
+    assert beside.sentence.startswith(verdict.sentence)
+    assert f"jumps of about 31 m{unit}".replace("mGHz", "MHz") in beside.sentence
     assert beside.advice.startswith(verdict.advice) and "a loose contact" in beside.advice
     alone = explain_random_jumps(verdict, jumps, 0.02, unit)
     assert alone.sentence.startswith("The part of the residual that does not repeat with the scan")
@@ -170,3 +174,18 @@ def test_sentence_and_table_have_the_same_interval():
 def test_where_more_plays_leave_noise_it_is_their_model_that_is_advised(plays, said):
     advice = verdict_advice("none", (), [], None, plays=plays)
     assert advice.startswith("Use the model") and said in advice
+
+
+@pytest.mark.parametrize(("left", "used"), [(2.2, True), (9.95, False)])
+def test_a_model_with_more_plays_is_advised_where_it_leaves_less(left, used):
+    """What the identified model leaves, five times the noise, is never called noise."""
+    verdict = dataclasses.replace(
+        unlisted("none"),
+        sentence="No effect is missing: the residual of the model is noise (probability 98 %).",
+        advice="Use the model of this diagnosis.",
+    )
+    said = explain_richer_hysteresis(verdict, {"plays": 24, "rms": left}, 10.7, 2.02, "nm")
+    assert "is noise (" not in said.sentence and "(probability 98 %)." in said.sentence
+    for number in ("10.7 nm rms", f"24 plays, {left:g} nm rms", "noise is 2.02 nm"):
+        assert number in said.sentence
+    assert (said.advice == verdict.advice) == used

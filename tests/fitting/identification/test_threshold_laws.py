@@ -2,13 +2,15 @@
 
 import json
 
+import numpy as np
 import pytest
 from threshold_devices import record, session
 
 from fitting import identify
 from fitting.cli import app
 from fitting.commands.run import run
-from rapi_jax import RAPI, FixedRAPI, MixedRAPI
+from fitting.report.fit._table import describe_model
+from rapi_jax import RAPI, FixedRAPI, MixedRAPI, Recording, triangle
 from rapi_jax.examples import paper_device
 from rapi_jax.io import read_drive, read_model, write_recording
 
@@ -82,3 +84,41 @@ def test_the_command_line_fits_and_compensates_it(tmp_path, capsys):
     (entry,) = json.loads(capsys.readouterr().out)["drives"]
     assert entry["certificate"]["invertible"] and entry["inverse"] == "exact"
     assert read_drive(out / "drive_10Hz.csv").size > 100
+
+
+def test_a_law_that_predicts_a_swing_left_out_is_noted_where_it_fits_no_better():
+    """Six plays of thresholds in volts, whose weights no RA-PI has: each `lam` by itself fits them.
+
+    A fit of both swings then leaves less than thresholds fixed in volts, and predicts neither swing
+    from the other.
+    """
+    drives, responses = [], []
+    rng = np.random.default_rng(2)
+    for swing in (40.0, 80.0):
+        for drive in triangle([5.0, 20.0], amplitude=swing, bias=swing / 2, samples=450, periods=3):
+            twice = np.concatenate([drive.value, drive.value])
+            volts = sum(
+                weight * classical_play(twice, half)[drive.size :]
+                for half, weight in zip(HALF_WIDTHS, WEIGHTS, strict=True)
+            )
+            clean = 0.06 * drive.value + 2e-4 * drive.value**2 + volts
+            drives.append(drive)
+            responses.append(clean + 0.002 * rng.standard_normal(drive.size))
+    recording = Recording.of(drives, responses, response_unit="um")
+    got = identify(recording, each=("lam",), starts=2, hold_out=("swing", "run"), throw=False)
+    assert not got.swings_joined
+    (note,) = [n for n in got.verdict.notes if "predict a swing that was left out better" in n]
+    assert note.endswith("rapi fit RECORDING -o result --operator FixedRAPI")
+    assert "none between: one did not predict the other" in describe_model(got)
+
+
+HALF_WIDTHS, WEIGHTS = (1.0, 2.5, 5.0, 9.0, 15.0, 24.0), (0.01, 0.012, 0.01, 0.008, 0.006, 0.004)
+
+
+def classical_play(drive: np.ndarray, half: float) -> np.ndarray:
+    """The play operator of classical Prandtl-Ishlinskii models, from rest at its first bound."""
+    out, state = [], drive[0] - half
+    for u in drive:
+        state = min(max(state, u - half), u + half)
+        out.append(state)
+    return np.array(out)

@@ -1,7 +1,7 @@
 """Faults and notes as lines: said once where runs differ by name and numbers alone."""
 
 from fitting.identification.data_checks._fault import Fault
-from fitting.report._alike import fold_faults, fold_notes
+from fitting.report._alike import fold_faults, fold_notes, fold_reasons
 
 
 def test_what_is_said_of_several_runs_is_said_once():
@@ -24,3 +24,19 @@ def test_of_many_notes_in_the_same_words_two_are_shown():
     counted = "and 8 more like these; the manifest has them all"
     assert told == ["a.dat: text", *runs[:2], counted, "time assumed"]
     assert fold_notes(runs[:4]) == runs[:4]
+
+
+def test_reasons_are_said_once_and_the_decisive_one_first():
+    jump = "jump: run '{}': the response jumps by {} um. Leave that part out."
+    reasons = (
+        "single sweep: nothing tests it.",
+        *(jump.format(run, size) for run, size in (("a", 0.03), ("b", 0.031), ("c", 4e-2))),
+        "nothing explained: the model leaves 80 % of the variance.",
+        "does not generalise: last third: rmse 7 nm.",
+        "not predicted: rate 20 Hz: rmse 7 nm.",
+        "not predicted: rate 30 Hz: rmse 7 nm.",
+    )
+    folded = fold_reasons(reasons)
+    assert folded[:3] == [reasons[4], reasons[0], f"{reasons[1]} The same in b, c."]
+    assert folded[3:] == list(reasons[5:])  # other rates are other reasons
+    assert fold_reasons(folded) == folded and fold_reasons(()) == []

@@ -6,7 +6,6 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import batch_results as made
-import chromium
 import diagnoses
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from fitting.batch.table import write_page, write_table
 from fitting.batch.table._read import read_result
 from fitting.batch.table._summary import summarise
 from fitting.report.batch import _figures, _page
+from fitting.report.batch._text import cut_at_words
 from fitting.report.charts._marks import Areas, Boxes, Dots
 
 
@@ -173,6 +173,24 @@ def test_recordings_without_a_time_are_numbered_by_whole_ones(tmp_path, count):
         assert len(axis.places) == len(ticks) and axis.low < 1.0 and axis.high > count
 
 
+@pytest.mark.parametrize("count", [2, 7, 8])
+def test_few_recordings_are_listed_and_their_errors_drawn_whole(tmp_path, count):
+    records = made.fits(tmp_path, made.scattered(count, seed=2), hours=False)
+    group = summarise([read_result(record, tmp_path) for record in records])["groups"][0]
+    parameter = dict(group["parameters"][0])
+    middle = parameter["median"]
+    parameter["stderr"] = [0.3 * middle] * count  # far above their scatter
+    names = [record.name for record in records]
+    figure = _figures.draw_parameter(parameter, group, names, set(), "key")
+    assert len(figure.panels) == (1 if count < 8 else 2)
+    assert ("On the right" in figure.reading) == (count >= 8)
+    listed = [row[0] for row in figure.table.rows]
+    assert (listed == names) == (count < 8)
+    axis = figure.panels[0].y
+    ends = [v + sign * 0.3 * middle for v in parameter["values"] for sign in (-1, 1)]
+    assert count == 8 or axis.low < min(ends) < max(ends) < axis.high
+
+
 def test_many_recordings_are_drawn_as_a_density(tmp_path):
     records = made.fits(tmp_path, made.scattered(60))
     content = summarise([read_result(record, tmp_path) for record in records])
@@ -198,16 +216,6 @@ def test_a_large_batch_is_cut_on_the_page_alone(tmp_path, monkeypatch):
 
 
 INSIDE = ("file:", "data:", "blob:", "about:")
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    binary = chromium.find()
-    if binary is None:
-        pytest.skip(f"no Chromium on this machine under the names {', '.join(chromium.NAMES)}")
-    started = chromium.Chromium(binary, tmp_path_factory.mktemp("profile"))
-    yield started
-    started.close()
 
 
 @pytest.fixture(scope="module")
@@ -244,3 +252,12 @@ def test_without_scripts_the_page_still_tells(browser, rendered):
         assert browser.evaluate("document.querySelector('.plot').offsetHeight") > 0
     finally:
         browser.send("Emulation.setScriptExecutionDisabled", value=False)
+
+
+def test_a_long_reason_is_cut_between_words():
+    reason = " ".join(f"word{k:03d}" for k in range(200))
+    cut = cut_at_words(reason, 400)
+    assert len(cut) <= 400 and "word000" in cut and cut.endswith("word199")
+    assert set(cut.split()) - {"\N{HORIZONTAL ELLIPSIS}"} <= set(reason.split())
+    assert cut_at_words("short", 400) == "short"
+    assert len(cut_at_words("x" * 1000, 400)) <= 400

@@ -62,4 +62,4 @@ def test_runs_that_carry_the_verdict_are_listed_the_largest_first():
 def test_a_pair_shows_the_share_of_each():
     found = diagnoses.creep()
     found["hypotheses"][2]["shares"] = {"creep": 0.7, "drift": 0.3}
-    assert "share of drift" in render_page(found)
+    assert "share of the gap, drift of the optical frequency" in render_page(found)

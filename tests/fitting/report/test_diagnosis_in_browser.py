@@ -1,15 +1,14 @@
 """The page of a diagnosis in headless Chromium: requests, errors, width, themes, keyboard."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
-import chromium
 import diagnoses
 import pytest
 
 from fitting.report.diagnosis._page import render_page
 
 NAMES = tuple(diagnoses.ALL)
+PAPER = 717  # CSS pixels between the margins of A4
 INSIDE = ("file:", "data:", "blob:", "about:")
 
 
@@ -20,17 +19,6 @@ def folder(tmp_path_factory) -> Path:
     for name, make in diagnoses.ALL.items():
         (made / f"{name}.html").write_text(render_page(make()), encoding="utf-8")
     return made
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory) -> Iterator[chromium.Chromium]:
-    """One browser for all tests, where this machine has one."""
-    binary = chromium.find()
-    if binary is None:
-        pytest.skip(f"no Chromium on this machine under the names {', '.join(chromium.NAMES)}")
-    started = chromium.Chromium(binary, tmp_path_factory.mktemp("profile"))
-    yield started
-    started.close()
 
 
 def test_the_browser_sees_what_the_others_look_for(browser, tmp_path):
@@ -123,3 +111,23 @@ def test_without_scripts_the_page_still_tells(browser, folder, width):
         assert browser.evaluate("document.documentElement.scrollWidth") <= width
     finally:
         browser.send("Emulation.setScriptExecutionDisabled", value=False)
+
+
+def test_on_paper_every_table_is_shown_and_fits(browser, folder):
+    browser.open(folder / "creep.html", width=PAPER, dark=False)
+    seen = (
+        "[...document.querySelectorAll('details .scroll')]"
+        ".map(t => t.checkVisibility({contentVisibilityAuto: true}))"
+    )
+    assert len(browser.evaluate(seen)) >= 6 and not any(browser.evaluate(seen))
+    browser.medium("print")
+    try:
+        assert all(browser.evaluate(seen))
+        rights = "[...document.querySelectorAll('table')].map(t => t.getBoundingClientRect().right)"
+        assert max(browser.evaluate(rights)) <= PAPER
+        hidden = (
+            "[...document.querySelectorAll('.scroll')].map(s => s.scrollHeight - s.clientHeight)"
+        )
+        assert max(browser.evaluate(hidden)) <= 1  # nothing to scroll to
+    finally:
+        browser.medium("")

@@ -18,6 +18,7 @@ from fitting.report.diagnosis._numbers import (
 from fitting.report.diagnosis._page import render_page
 from fitting.report.diagnosis._summary import list_facts, list_provenance
 from fitting.report.diagnosis._terminal import render_text
+from fitting.report.diagnosis._text import describe_hypothesis, packaged_labels
 
 SECTIONS = ["verdict", "where", "which", "how-far", "next", "sure"]
 
@@ -30,7 +31,7 @@ def test_what_the_closed_share_counts_from_is_said_beside_the_residual(operator,
     found = diagnoses.creep()
     found["base"] = {"operator": "RAPI"}
     found["model"] = found["model"] | {"operator": operator}
-    said = f"a different residual: that of {which} hysteresis without the effect"
+    said = f"is of held-out data: there {which} hysteresis without the effect"
     for text in (
         render_text(found),
         spaced(" ".join(t for _, t in Page(render_page(found)).texts)),
@@ -39,7 +40,7 @@ def test_what_the_closed_share_counts_from_is_said_beside_the_residual(operator,
     for name in ("none", "unlisted"):
         without = copy.deepcopy(found)
         without["verdict"]["name"] = name
-        assert "a different residual" not in render_text(without)
+        assert "is of held-out data" not in render_text(without)
 
 
 @pytest.fixture(params=diagnoses.ALL, scope="module")
@@ -174,7 +175,7 @@ def test_what_the_likeliest_effect_closes_is_the_same_in_the_headline_and_beside
     (resonance,) = [h for h in found["hypotheses"] if h["name"] == "resonance"]
     resonance["closed_fraction"] = diagnoses.fraction(0.86, 0.69, 0.94)
     text = Page(render_page(found)).text
-    assert "86 % (69 to 94 %) by the likeliest known effect, which is not named" in text
+    assert "86 % (69 to 94 %) by the likeliest known effect, which is not added" in text
     assert "No known effect is named, so none is added." in text
     assert "What remains." not in text  # nothing was taken away
     found["verdict"]["set"] = ["unlisted"]
@@ -221,6 +222,35 @@ def test_nothing_is_said_of_held_out_data_where_nothing_was_held_out(name):
     assert [bar["key"] for bar in found["bars"]] == ["before", "floor"]
     facts = dict(list_facts(diagnosis, Scale.of("GHz", [total]), {}))
     assert "held-out" not in facts["Residual"] and "→" not in facts["Residual"]
+
+
+def test_a_gap_that_more_plays_explain_is_not_called_noise():
+    """Of classical plays a fit leaves five times the noise, and no effect does it."""
+    found = diagnoses.ALL["none"]()
+    found["gap"]["total"] = found["shrinkage"]["before"] = 5.0 * found["shrinkage"]["floor"]
+    found["shrinkage"] |= {"after": None, "held_out": [], "by_part": []}
+    left = 1.1 * found["shrinkage"]["floor"]
+    found["base"] = {"operator": "RAPI", "richer": {"plays": 24, "rms": left}}
+    scale = Scale.of("GHz", [left])
+    page = spaced(Page(render_page(found)).text)
+    assert f"with 24 plays, in the model of this diagnosis, {spaced(scale(left))} rms" in page
+    assert "There is no gap to close" not in page and "no gap above the noise" not in page
+    assert "by no effect: it is hysteresis of another shape" in page
+
+
+def test_a_pair_of_which_one_holds_an_and_is_read_once():
+    pair = describe_hypothesis("delay+pickup", packaged_labels())
+    assert pair == (
+        "a delay between drive and reading together with pickup at a fixed frequency in time"
+    )
+    assert describe_hypothesis("creep+etalon", packaged_labels()).count(" and ") == 1
+
+
+def test_commands_in_notes_are_code_on_the_page():
+    found = diagnoses.creep()
+    found["notes"] = ["`rapi fit --operator FixedRAPI` judges it."]
+    page = render_page(found)
+    assert "`" not in Page(page).text and "judges it." in Page(page).text
 
 
 def test_what_lies_below_noise_is_called_nothing():

@@ -60,7 +60,7 @@ def test_the_line_is_what_the_effect_explains():
     np.testing.assert_allclose(largest, [20.0, np.nan, 20.0])  # MHz
     assert axis.get_ylabel() == "mean residual (MHz)"
     assert axis.get_xlabel() == "optical frequency, folded (GHz)"
-    drawn = [text.get_text() for text in axis.get_legend().get_texts()]
+    drawn = [text.get_text() for text in axis.figure.legends[0].get_texts()]
     assert drawn[:4] == ["run1", "run4", "run3", "run2"]  # by what it explains, four at most
 
 

@@ -1,6 +1,7 @@
 """Results that show themselves: text, HTML with everything escaped, tables, pictures."""
 
 import dataclasses
+import re
 from html.parser import HTMLParser
 from types import SimpleNamespace
 
@@ -156,6 +157,29 @@ def test_the_page_of_a_fit_is_one_small_file_without_a_script(result):
         assert " ".join(reason.split()) in page.text
     assert "run<0" not in text and "alpha" in page.text
     assert "`" not in page.text  # commands within sentences are shown as code
+
+
+def test_a_page_of_lengths_has_proper_letters_and_one_unit_for_errors(result):
+    lengths = dataclasses.replace(result.recording, response_unit="um")
+    notes = ("range: play 1 from -1.32e+03 to -2.37e-07 V, slope -3.5e-02 um/V at 4 V.",)
+    verdict = dataclasses.replace(result.verdict, notes=notes)
+    page = render_page(dataclasses.replace(result, recording=lengths, verdict=verdict))
+    shown = re.sub(r"<code>.*?</code>|[\w+/=]{200,}", "", page.partition("</style>")[2])
+    assert not re.search(r"\bu[mVs]\b|\^|\de[-+]\d", shown)
+    assert not re.search(r"\d (?:V|um|μm|nm|Hz|%)(?!\w)", shown)
+    assert "from −1320 to 0\N{NO-BREAK SPACE}V, slope −0.035\N{NO-BREAK SPACE}μm/V" in shown
+    errors = set(re.findall(r"\d\N{NO-BREAK SPACE}([pnμ]m)(?![\w/])", shown))
+    assert errors == {"nm"}
+
+
+def test_reasons_that_several_runs_have_are_counted_and_shown_once(result):
+    reasons = tuple(f"jump: run 'r{k}': a jump of {k + 1} nm. Cut it." for k in range(8))
+    verdict = dataclasses.replace(result.verdict, trusted=False, reasons=reasons)
+    found = dataclasses.replace(result, verdict=verdict)
+    page, brief = Page(render_page(found)).text, plain_text(render_brief(found))
+    for text in (" ".join(brief.split()), page):
+        assert "NOT to be trusted, for this reason" in text and text.count("a jump of") == 1
+        assert "The same in r1, r2, r3, r4, r5, r6, r7." in text
 
 
 def test_units_that_read_well():

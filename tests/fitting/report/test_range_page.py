@@ -2,6 +2,7 @@
 
 import html.parser
 import io
+import re
 
 import pytest
 from rich.console import Console
@@ -117,6 +118,14 @@ def test_the_page_is_whole_and_asks_for_nothing():
     assert f'<source media="(max-width: 44rem)" srcset="{narrow}"><img src="{wide}"' in page
 
 
+def test_air_that_is_not_known_stands_beside_the_distance():
+    """0.7 m are 0.19 mm too long in air whose index is taken as 1: a hundred times the error."""
+    vacuum = content(air_index=1.0, air_index_stderr=None)
+    for shown in (render_page(vacuum), text_of(render_summary(vacuum))):
+        assert re.search(r"in ordinary air 189 .m less", shown.replace("\N{NO-BREAK SPACE}", " "))
+    assert "ordinary air" not in render_page(content()) + text_of(render_summary(content()))
+
+
 def test_text_in_it_is_text():
     page = render_page(content(name="<b>x</b>", faults=["<script>alert(1)</script>"]))
     assert "<b>x" not in page and "<script>alert" not in page
@@ -186,3 +195,14 @@ def test_what_is_said_of_several_scans_is_said_once():
         "scan at 2.5 s: no light",
     ]
     assert fold(faults[:3])[0].startswith("scan at 1.364 s, and alike another up to 1.389 s: ")
+
+
+@pytest.mark.parametrize("width", [420, 1400])
+def test_the_picture_begins_where_the_text_does(browser, tmp_path, width):
+    page = tmp_path / "range.html"
+    page.write_text(render_page(content(), PagePicture("d2lkZQ==", "bmFycm93")), encoding="utf-8")
+    browser.open(page, width=width, dark=False)
+    box = "document.querySelector('{}').getBoundingClientRect()"
+    head, picture = box.format("#time h2"), box.format("#time figure")
+    for side in ("left", "right"):
+        assert browser.evaluate(f"{picture}.{side}") == browser.evaluate(f"{head}.{side}")

@@ -123,7 +123,10 @@ def test_columns_that_a_note_calls_exchanged_are_not_sent_to_a_fit_alone(tmp_pat
     assert not check.swapped and swapped.sound and swapped.swapped
     line = step(swapped)
     assert line.startswith("Next, if drive and response are exchanged: `rapi import")
-    assert line.endswith("; if not: `rapi fit r -o result`")
+    assert line.endswith(
+        "; if not: `rapi fit r -o result`; if the drive is one that `rapi compensate` made: "
+        "`rapi fit r --check DRIVES`"
+    )
 
 
 def test_a_file_that_is_elsewhere_is_named_and_other_lines_are_not_copied(tmp_path, monkeypatch):

@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rapi_jax import DriveLimits, Recording, compensate, linear_scan, plot, sine, triangle
+from rapi_jax import DriveLimits, Recording, compensate, linear_scan, plot, predict, sine, triangle
 from rapi_jax.examples import paper_device
 from rapi_jax.internal import in_interval, interval_digits, quantity, readable_unit
+from rapi_jax.plot._style import DOWN, MEASURED, MODEL, PALETTE, UP
 
 
 @pytest.mark.parametrize(
@@ -73,7 +74,7 @@ def recorded(drive, factor=1.0, unit="GHz"):
 
 
 def labels(picture):
-    return [text.get_text() for text in picture.axes[0].get_legend().get_texts()]
+    return [text.get_text() for text in picture.legends[0].get_texts()]
 
 
 def test_many_readings_of_a_loop_are_a_median_and_a_band():
@@ -129,7 +130,7 @@ def test_an_error_says_of_which_periods_it_is():
             plot.residuals(recording, model, [np.ones(400, bool)]),
         )
     )
-    assert loop.get_title().endswith("off by 10 MHz rms in the last period")
+    assert loop.get_title().endswith("off by 10.0 MHz rms in the last period")
     assert left.get_title().endswith("22.4 MHz rms left in all periods")
 
 
@@ -185,7 +186,7 @@ def test_lines_keep_their_colours_in_a_png():
 
     figure = plot.Picture(figsize=(6.0, 4.0))
     axis = figure.subplots()
-    colours = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00")
+    colours = (MEASURED, MODEL, UP, DOWN, *PALETTE)
     for k, colour in enumerate(colours):
         axis.plot([0.0, 1.0], [k, k], color=colour, lw=2)
         axis.fill_between([0.0, 1.0], k, k + 1.0, color=colour, alpha=0.25, lw=0)
@@ -196,7 +197,7 @@ def test_lines_keep_their_colours_in_a_png():
         assert np.abs(shown - wanted).max(1).min() < 8.0
 
 
-def test_a_narrow_picture_has_its_axes_one_below_another_and_keeps_its_colour_bar():
+def test_a_narrow_picture_has_its_axes_one_below_another():
     drives = triangle([10.0, 20.0, 40.0], amplitude=4.0, bias=3.0, samples=400)
     recording = Recording.of(drives, [10.0 * drive.value for drive in drives])
     picture = plot.loops(recording)
@@ -206,10 +207,20 @@ def test_a_narrow_picture_has_its_axes_one_below_another_and_keeps_its_colour_ba
     assert len(boxes) == 3
     assert len({round(box.x0, 3) for box in boxes}) == 1
     assert boxes[0].y0 > boxes[1].y1 and boxes[1].y0 > boxes[2].y1
-    coloured = plot.narrowed(plot.correlation(["a", "b"], np.eye(2)))
-    coloured.draw_without_rendering()
-    matrix, bar = (axis.get_position() for axis in coloured.axes)
-    assert bar.x0 > matrix.x1  # still beside it
+
+
+@pytest.mark.parametrize("narrow", [False, True])
+@pytest.mark.parametrize("count", [2, 12, 24])
+def test_a_matrix_fills_its_picture_and_has_its_colour_bar_below(count, narrow):
+    picture = plot.correlation([f"parameter {k}" for k in range(count)], np.eye(count))
+    picture = plot.narrowed(picture) if narrow else picture
+    picture.draw_without_rendering()
+    matrix, bar = (axis.get_window_extent() for axis in picture.axes)
+    assert bar.y1 < matrix.y0 and bar.height < 0.2 * matrix.height
+    assert bar.x0 == pytest.approx(matrix.x0, abs=3.0)
+    assert bar.width == pytest.approx(matrix.width, rel=0.02)
+    drawn = picture.get_tightbbox().height
+    assert picture.get_size_inches()[1] - drawn < 0.05 * drawn + 0.15  # no empty bands
 
 
 def test_several_drives_are_compared_with_the_slowest():
@@ -242,3 +253,84 @@ def test_a_compensation_shows_itself_and_gives_its_numbers():
     assert "predicted" not in bare.to_dataset()
     with pytest.raises(ValueError, match="no forward model"):
         bare.plot.error()
+
+
+def noisy(unit: str = "um", size: float = 0.1) -> tuple:
+    """A recording of two swings with noise of 2 nm, its model's response, and what is used."""
+    drives = [
+        *triangle([10.0, 20.0, 40.0], amplitude=4.5, bias=3.0, samples=400),
+        *triangle([10.0, 20.0, 40.0], amplitude=0.9, bias=3.0, samples=400),
+    ]
+    truth = [size * np.asarray(predict(paper_device(), drive)) for drive in drives]
+    noise = 0.02 * size * np.random.default_rng(0).standard_normal((6, 400))
+    recording = Recording.of(drives, list(np.array(truth) + noise), response_unit=unit)
+    return recording, truth, [np.ones(400, bool)] * 6
+
+
+@pytest.mark.parametrize("narrow", [False, True])
+def test_no_legend_lies_on_what_is_drawn(narrow):
+    recording, truth, used = noisy()
+    for picture in (
+        plot.residuals(recording, truth, used),
+        plot.spectrum(recording, truth, used),
+        plot.loops(recording, truth),
+    ):
+        picture = plot.narrowed(picture) if narrow else picture
+        picture.draw_without_rendering()
+        (legend,) = picture.legends
+        box = legend.get_window_extent()
+        assert 0.0 <= box.x0 and box.x1 <= picture.bbox.width
+        shown = [axis for axis in picture.axes if axis.get_visible()]
+        assert not any(box.overlaps(axis.get_tightbbox()) for axis in shown)
+
+
+def test_a_picture_gives_one_quantity_in_one_unit():
+    recording, truth, used = noisy()
+    for picture, unit in (
+        (plot.residuals(recording, truth, used), "nm"),
+        (plot.loops(recording, truth), "nm"),  # the smallest loop is below 1 um
+        (plot.spectrum(recording, truth, used), "nm/√Hz"),
+    ):
+        labels = {axis.get_ylabel() for axis in picture.axes}
+        assert len(labels) == 1 and labels.pop().endswith(f"({unit})")
+    differences = {axis.get_ylabel() for axis in plot.predictions(recording, truth).axes}
+    assert differences == {"response (μm)", "difference (nm)"}
+    straight = Recording.of(
+        [run.drive for run in recording.runs],
+        [20.0 * run.drive.value for run in recording.runs],
+    )
+    bent = Recording.of([run.drive for run in recording.runs], [10.0 * y for y in truth])
+    axes = plot.scans(bent, straight).axes
+    assert len({axis.get_ylabel() for axis in axes[2:]}) == 1
+
+
+def test_an_overview_names_axes_in_the_colours_of_their_lines_and_says_what_is_left_out():
+    drives = triangle(list(10.0 * np.arange(1, 9)), amplitude=2790.0, bias=3.0, samples=100)
+    recording = Recording.of(drives, [drive.value for drive in drives], response_unit="um")
+    picture = plot.overview(recording)
+    assert picture.get_suptitle() == "the first 6 of 8 runs"
+    left = [axis for axis in picture.axes if axis.get_ylabel() and axis.get_lines()]
+    for axis in left:
+        if axis.get_ylabel().startswith("drive") or axis.yaxis.get_label_position() == "right":
+            assert axis.yaxis.label.get_color() == axis.get_lines()[0].get_color()
+    assert {axis.get_ylabel() for axis in left} == {"drive (V)", "response (μm)"}
+    assert any("ms" in axis.get_xlabel() for axis in left)
+    whole = Recording.of(drives[:6], [drive.value for drive in drives[:6]])
+    assert plot.overview(whole).get_suptitle() == ""
+
+
+def test_titles_have_no_power_of_ten():
+    drives = [*triangle([201770.0], amplitude=2790.0, bias=0.0, samples=64)]
+    drives += triangle([201770.0], amplitude=1000.0, bias=0.0, samples=64)
+    recording = Recording.of(drives, [drive.value for drive in drives])
+    titles = [axis.get_title() for axis in plot.loops(recording).axes]
+    assert titles == ["run00, 201.77 kHz, 2790 V", "run01, 201.77 kHz, 1000 V"]
+    assert "time (μs)" in {axis.get_xlabel() for axis in plot.overview(recording).axes}
+
+
+def test_starts_that_no_step_improved_are_told_in_words():
+    (axis,) = plot.convergence([("a", [(0, 1.01e-3)], True), ("b", [(0, 1.01e-3)], True)]).axes
+    assert not axis.axison and not axis.lines
+    assert "2 of 2 ended with nearly the response of the lowest cost" in axis.texts[0].get_text()
+    (axis,) = plot.convergence([("a", [(0, 9.0), (1, 1.0)], True), ("b", [(0, 1.0)], True)]).axes
+    assert axis.axison and len(axis.lines) == 2

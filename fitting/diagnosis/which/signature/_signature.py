@@ -6,6 +6,7 @@ effect share with those with it is not the effect's.
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ Errors = list[Float[np.ndarray, "_ _"]]
 
 def describe_signatures(
     effects: tuple[AbstractEffect, ...],
-    without: Errors,
+    without: Sequence[Errors],
     with_effects: Errors,
     blocks: list[PeriodBlock],
     recording: Recording,
@@ -34,8 +35,8 @@ def describe_signatures(
 
     **Arguments:**
 
-    - `without`, `with_effects`: errors ("periods phases" a run, model less data) of the refit
-      without any of `effects` and with all of them.
+    - `without`, `with_effects`: errors ("periods phases" a run, model less data) of a refit without
+      each of `effects`, but with the others, and of the one with all of them.
     - `own_origin`: the runs have a zero each. It is left out, as that of all runs is elsewhere.
 
     **Returns** for each its `axis` (see `AbstractEffect.signature_axis`), the unit of `x`, the
@@ -46,18 +47,17 @@ def describe_signatures(
     that none exceeds the rms of the errors.
     """
     model = [_predict(e, b) for e, b in zip(with_effects, blocks, strict=True)]
-    without, with_effects = (
-        remove_origin(errors, blocks, own_origin=own_origin) for errors in (without, with_effects)
-    )
+    lacking = [remove_origin(errors, blocks, own_origin=own_origin) for errors in without]
+    with_effects = remove_origin(with_effects, blocks, own_origin=own_origin)
     out: list[dict[str, Any]] = []
     seen: set[tuple[str, float | None]] = set()
-    for effect in effects:
+    for effect, errors in zip(effects, lacking, strict=True):
         found = place_samples(effect, model, blocks, recording)
         if (found.axis, found.period) in seen:
             continue
         seen.add((found.axis, found.period))
         rows = [
-            {"row": name} | _means(found, at, without, with_effects, model, blocks)
+            {"row": name} | _means(found, at, errors, with_effects, model, blocks)
             for name, at in found.rows.items()
         ]
         out.append(

@@ -27,19 +27,22 @@ def draw_harmonics(found: dict, scale: Scale, runs: dict[Any, dict]) -> Figure |
     low, high = min(decades), max(decades)
     # Two decades at least: harmonics of about one size must not look unlike.
     low = min(low, high - 2.0)
-    cells_drawn = [
-        (
-            i,
-            n - 0.5,
-            n + 0.5,
-            plain_level((math.log10(cell["amplitude"]) - low) / (high - low)),
-            _describe_cell(labels[i], n, cell, scale),
-        )
+    levels = {
+        (i, n): plain_level((math.log10(cell["amplitude"]) - low) / (high - low))
         for i, row in enumerate(cells)
         for n, cell in row.items()
         if cell["amplitude"]
+    }
+    cells_drawn = [
+        (i, n - 0.5, n + 0.5, level, _describe_cell(labels[i], n, cells[i][n], scale))
+        for (i, n), level in levels.items()
     ]
-    above = [(float(n), i) for i, row in enumerate(cells) for n in row if row[n]["significant"]]
+    above = [
+        (float(n), i, levels.get((i, n), ""))
+        for i, row in enumerate(cells)
+        for n in row
+        if row[n]["significant"]
+    ]
     axis = make_axis("harmonic of the scan rate", [], ends=(orders[0] - 0.5, orders[-1] + 0.5))
     axis = dataclasses.replace(axis, ticks=[t for t in axis.ticks if t[0] in orders])
     ends = [format_quantity(10.0**k, scale.unit, digits=2) for k in (low, high)]

@@ -44,7 +44,7 @@ def signature(effect, recorded, lacking, **more):
     """The signature of `effect` where the model lacks `lacking` (one array a run)."""
     recording, parts, noise = recorded
     without = [e - s for e, s in zip(noise, lacking, strict=True)]
-    (found,) = describe_signatures((effect,), without, noise, parts, recording, **more)
+    (found,) = describe_signatures((effect,), [without], noise, parts, recording, **more)
     json.dumps(found, allow_nan=False)
     assert found["effect"] == effect.name and found["axis"] == type(effect).signature_axis
     return found
@@ -182,7 +182,7 @@ def test_effects_that_show_alike_have_one_signature_and_masked_readings_count_fo
         masked.append(dataclasses.replace(b, use=use, data=data))
     errors = [np.where(b.use > 0, e, 1e6) for e, b in zip(noise, masked, strict=True)]
     effects = (Delay(tau=1e-4), Creep(gain=0.01), Drift(amplitude=0.1))
-    found = describe_signatures(effects, errors, errors, masked, recording)
+    found = describe_signatures(effects, [errors] * len(effects), errors, masked, recording)
     assert [f["effect"] for f in found] == ["delay", "drift"]
     assert all(f["rms_without"] < NOISE for f in found)
 
@@ -190,6 +190,6 @@ def test_effects_that_show_alike_have_one_signature_and_masked_readings_count_fo
 @pytest.mark.parametrize("cls", ALL, ids=lambda cls: cls.name)
 def test_every_effect_has_a_signature_of_a_session(recorded, cls):
     recording, parts, noise = recorded
-    (found,) = describe_signatures((TRUTHS[cls.name],), noise, noise, parts, recording)
+    (found,) = describe_signatures((TRUTHS[cls.name],), [noise], noise, parts, recording)
     assert found["rows"] and all(len(r["x"]) == len(r["with"]) > 3 for r in found["rows"])
     assert found["rms_without"] == found["rms_with"] > 0.0

@@ -6,6 +6,7 @@ from fitting.report.charts._figure import Table
 
 from . import _text as words
 from ._numbers import DASH, Scale, format_quantity
+from ._which import name_field
 
 
 def tabulate_detectability(diagnosis: dict, labels: words.Labels, scale: Scale) -> Table | None:
@@ -26,12 +27,12 @@ def tabulate_detectability(diagnosis: dict, labels: words.Labels, scale: Scale) 
 def describe_size(entry: dict[str, Any], scale: Scale) -> tuple[str, str]:
     """The size, with its parameter, and the kind of effect that it is for."""
     value, unit = scale.convert(entry.get("value"), str(entry.get("unit") or ""))
-    name = str(entry.get("parameter") or "").replace("_", " ")
+    name = name_field(str(entry.get("parameter") or ""))
     size = (
         "not detectable at any size" if value is None else f"{name} {format_quantity(value, unit)}"
     )
     others = [
-        f"{key.replace('_', ' ')} "
+        f"{name_field(key)} "
         + format_quantity(*scale.convert(p.get("value"), str(p.get("unit") or "")))
         for key, p in (entry.get("others") or {}).items()
         if isinstance(p, dict) and p.get("value") and key != "phase"

@@ -15,6 +15,10 @@ from ._numbers import (
     format_percent,
 )
 
+_FIELDS = {
+    "hertz": "frequency", "at_hertz": "frequency",
+    "third_sine": "third harmonic (sine)", "third_cosine": "third harmonic (cosine)",
+}  # fmt: skip
 _SHOWN_AT_LENGTH = 0.01  # less probable ones go to a table, unless in the 95 % credible set
 
 
@@ -94,13 +98,20 @@ def describe_parameters(found: dict, scale: Scale) -> list[tuple[str, str]]:
     shown, open_ = [], []
     for key, p in values.items():
         name = (key.partition(".")[2] or key) if one else key.replace(".", " ")
-        name = name.removesuffix("_s")  # the unit stands behind the value
+        name = name_field(name)
         text = _describe_value(p, scale)
         if text == UNDETERMINED:
-            open_.append(name.replace("_", " "))
+            open_.append(name)
         else:
-            shown.append((name.replace("_", " "), text))
+            shown.append((name, text))
     return [*shown, (UNDETERMINED, ", ".join(open_))] if open_ else shown
+
+
+def name_field(name: str) -> str:
+    """A field of an effect in words, after the effect's name or alone, without its unit."""
+    before, _, field = name.rpartition(" ")
+    found = _FIELDS.get(field, field.removesuffix("_s"))
+    return f"{before} {found}".strip().replace("_", " ")
 
 
 def _describe_value(p: dict, scale: Scale) -> str:

@@ -71,6 +71,19 @@ def test_parameters_that_are_not_determined_are_named_together():
     assert names == ["creep gain", "etalon spacing", "not determined"]
 
 
+def test_fields_of_effects_are_words():
+    found = {
+        "pickup.hertz": {"value": 150.0, "stderr": 0.01, "unit": "Hz"},
+        "pickup.third_sine": {"value": 0.1, "stderr": 0.01, "unit": "1"},
+    }
+    scale = Scale.of("GHz", [1.0])
+    names = [name for name, _ in describe_parameters(found, scale)]
+    assert names == ["frequency", "third harmonic (sine)"]
+    both = found | {"mode_hop.settle_s": {"value": 1e-3, "stderr": 1e-4, "unit": "s"}}
+    names = [name for name, _ in describe_parameters(both, scale)]
+    assert names[0] == "pickup frequency" and names[2] == "mode hop settle"
+
+
 def test_error_sets_the_digits():
     assert spaced(format_with_error(0.02104, 0.00061, "1/decade")) == "0.02104 ± 0.00061 1/decade"
     assert format_with_error(-3.14, None, "GHz") == "not determined"

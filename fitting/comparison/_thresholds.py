@@ -52,14 +52,14 @@ class ComparisonThresholds:
     worse_fit: float = threshold(
         0.05,
         unit="of the rms of the model that a fit began from",
-        origin="no fit may end worse than it began; runs have other weights in a fit, which is "
-        "under 1 % in trials; fits that fail are off by a factor, which half and twice tell, too",
+        origin="no fit may end worse than it began; room for the runs' weights, which differ in a "
+        "fit; chosen, not measured. The one failed fit seen left 7 times what it began with",
     )
     joint_failure: float = threshold(
         1e-6,
         unit="p-value",
-        origin="of what one model for both costs, where its parameters do not differ: 1e-3 would "
-        "doubt one of a thousand good pairs, and failed fits are far below either",
+        origin="of what one model for both costs, where its parameters do not differ: by chance in "
+        "one of a million good pairs; chosen, and no failed joint fit has been seen yet",
     )
     shared_misfit: float = threshold(
         0.5,

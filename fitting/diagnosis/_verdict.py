@@ -117,7 +117,7 @@ def mention_likeliest(
 
 
 def explain_richer_hysteresis(
-    verdict: Verdict, richer: Mapping[str, float], total: float, noise: float | None, unit: str
+    verdict: Verdict, richer: Mapping[str, Any], total: float, noise: float | None, unit: str
 ) -> Verdict:
     """The verdict that no effect is missing, where what the identified model leaves is no noise.
 

@@ -1,13 +1,15 @@
 """Effects that one of two recordings has, or both in another size: found with their true sizes."""
 
 import re
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from worlds import answers, drives, recorded
 
-from fitting import compare
+from fitting import FitResult, compare
 from fitting.comparison._differences import Interval
+from fitting.comparison._estimates import PairEstimates
 from fitting.comparison._joint_fit import JointFit, SharedErrors, failed_joint_fit
 from rapi_jax import effects
 from rapi_jax.effects import Delay, Etalon, Pickup
@@ -114,14 +116,11 @@ def test_a_fit_that_ended_worse_than_it_began_is_said_in_place_of_its_numbers(mo
 
 
 def test_one_model_that_leaves_more_than_its_test_foresees_is_said():
-    class Fit:
-        effective = 1000.0
-
-    class Pair:
-        names, results, values = ("alpha",), (Fit(), Fit()), (np.zeros(1), np.zeros(1))
-
-    own = (lambda values: np.array([0.02]),) * 2
+    fit = Mock(spec=FitResult, effective=1000.0)
+    pair = Mock(spec=PairEstimates, names=("alpha",), results=(fit, fit))
+    pair.values = np.zeros(1), np.zeros(1)
+    own = (Mock(spec=SharedErrors, return_value=np.array([0.02])),) * 2
     near, far = (JointFit(np.zeros(1), np.zeros(1), (0.02, rms)) for rms in (0.02001, 0.03))
-    assert failed_joint_fit(Pair(), own, near, "GHz") == []
-    (text,) = failed_joint_fit(Pair(), own, far, "GHz")
+    assert failed_joint_fit(pair, own, near, "GHz") == []
+    (text,) = failed_joint_fit(pair, own, far, "GHz")
     assert "30 MHz after, where its own leaves 20 MHz, though no parameter is seen to" in text

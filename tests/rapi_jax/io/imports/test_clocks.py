@@ -149,8 +149,9 @@ def test_no_reading_is_put_where_the_file_has_none(tmp_path):
     at = run.drive.time + run.drive.start_s + t[left][0]
     for first, last in holes:
         inside = (at > t[first]) & (at < t[last])
-        assert inside.sum() > 3 and not run.valid[inside].any()
+        assert inside.any() and not run.valid[inside].any()
     far = np.min(np.abs(at[:, None] - t[left]), axis=1) > 2e-3  # four steps from any reading
-    assert not run.valid[far].any() and 30 < (~run.valid).sum() < 80
+    wide = sum(t[last + 1] - t[first - 1] for first, last in holes) / run.drive.step_s
+    assert not run.valid[far].any() and 0.7 * wide < (~run.valid).sum() < wide
     whole = said(taken(tmp_path, t, u, y))
     assert "resampled to every" in whole and "where the file has none" not in whole

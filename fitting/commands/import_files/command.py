@@ -232,7 +232,7 @@ def import_files(
         output="my-recording" if output is None else str(output),
     )
     if json:
-        table: dict[str, Any] = {
+        content: dict[str, Any] = {
             "schema": "rapi.import/1",
             "recording": None if output is None else str(output),
             "written": [str(path) for path in written],
@@ -241,7 +241,7 @@ def import_files(
             "check": replace_nonfinite(checked.to_dict()),
             "next_step": step,
         }
-        print_json(table)
+        print_json(content)
         return 0
     out = console(json)
     for note in fold_notes(imported.notes):

@@ -4,12 +4,14 @@ Each writer takes times (s), two channels (V) and returns text; columns are name
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from rapi_jax import Drive, Recording, predict
 from rapi_jax.examples import paper_device
+from rapi_jax.io import ImportOptions, import_recording
 
 Writer = Callable[[np.ndarray, np.ndarray, np.ndarray], str]
 
@@ -150,3 +152,17 @@ SCOPE = ("--drive", "CH1", "--response", "CH2", "--response-scale", "1", "--resp
 def scope(folder: Path, t=T, u=U, y=Y, maker: str = "Tektronix") -> Path:
     """A file of a maker."""
     return put(folder / "scope.csv", MAKERS[maker][0](t, u, y))
+
+
+VOLT_TO_GHZ = ImportOptions(drive_unit="V", response_unit="GHz")
+
+
+def taken(folder, t, u, y, **more):
+    """What is made of these columns."""
+    np.savez(folder / "a.npz", time=t, drive=u, response=y)
+    return import_recording(folder / "a.npz", replace(VOLT_TO_GHZ, **more))
+
+
+def said(imported) -> str:
+    """All notes."""
+    return " | ".join(imported.notes)

@@ -4,23 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scope_files import scanned
+from scope_files import VOLT_TO_GHZ, said, scanned, taken
 
 from rapi_jax import DataError
 from rapi_jax.io import ImportOptions, MadeDrive, import_recording, write_import
-
-VOLT_TO_GHZ = ImportOptions(drive_unit="V", response_unit="GHz")
-
-
-def taken(folder, t, u, y, **more):
-    """What is made of these columns."""
-    np.savez(folder / "a.npz", time=t, drive=u, response=y)
-    return import_recording(folder / "a.npz", replace(VOLT_TO_GHZ, **more))
-
-
-def said(imported) -> str:
-    """All notes."""
-    return " | ".join(imported.notes)
 
 
 def test_four_rates_and_a_second_swing_after_a_rest(tmp_path):

@@ -15,6 +15,7 @@ from fitting import compare
 from fitting.comparison._differences import Interval
 from rapi_jax import DataError, predict
 from rapi_jax.examples import paper_device, paper_drives
+from rapi_jax.internal import typeset
 
 CHANGES = {"alpha": 1.03, "zeta": 1.1, "lam": 1.02, "eta": 1.05, "a": 1.02, "b": 1.1, "d_1": 1.005}
 
@@ -119,7 +120,7 @@ def test_files_page_and_text(wider, tmp_path):
     heading = page.partition("<h1")[2].partition("</h1>")[0].partition(">")[2]
     assert heading.replace("\u00a0", " ") == html.escape(wider.headline.replace("`", ""))
     text = re.sub("<[^>]*>", "", page)
-    assert all(html.escape(x.replace("`", "")) in text for x in wider.details)
+    assert all(html.escape(typeset(x).replace("`", "")) in text for x in wider.details)
     assert said["headline"] == wider.headline and said["details"] == list(wider.details)
     assert "`" not in page and "p = &lt;" not in page and "If one parameter alone changed" in page
     assert (

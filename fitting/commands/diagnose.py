@@ -106,7 +106,7 @@ def diagnose(
     failed: list[str] = []
     reports: list[dict[str, Any]] = []
     out = console(json)
-    for name, place, data in zip(names, places, read, strict=True):
+    for path, name, place, data in zip(several, names, places, read, strict=True):
         seconds = estimate_seconds(data, "diagnose")
         begun = describe_recording(data, seconds, THRESHOLDS.diagnose_longest * seconds)
         label = f"diagnosing {name}" if recordings else "diagnosing"
@@ -136,7 +136,7 @@ def diagnose(
 
             if recordings:
                 out.rule(name)
-            shown = _naming(reports[-1], several[names.index(name)])
+            shown = _naming(reports[-1], path)
             out.print(render_lines(shown, effect_labels(candidates, data.response_unit)))
             out.print(f"written to {place}: {', '.join(p.name for p in written)}", markup=False)
     if json:

@@ -185,16 +185,13 @@ def _by_number(name: str) -> tuple[float, str]:
 
 def _readout_lines(faults: Mapping[str, str]) -> list[str]:
     """What was doubtful in reading each run, two lines of each, and what to do about it."""
-    lines = []
-    for name, text in faults.items():
-        found = text.split("; ")
-        more = f"; and {len(found) - 2} more, in the manifest" if len(found) > 2 else ""
-        run = name.removesuffix("_faults")
-        lines.append(
-            f"{run}: its reading was doubtful: {'; '.join(found[:2])}{more}. Record that drive "
-            "again before a fit."
-        )
-    return lines
+    from fitting.identification.data_checks.readings._doubtful import shorten
+
+    return [
+        f"{name.removesuffix('_faults')}: its reading was doubtful: {shorten(text)}. Record that "
+        "drive again before a fit."
+        for name, text in faults.items()
+    ]
 
 
 def _describe_scans(drives: Sequence["Drive"], periods: int) -> list[str]:

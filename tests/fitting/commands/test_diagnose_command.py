@@ -4,12 +4,14 @@ import json
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from edge_worlds import drives, record
 
 from fitting.cli import app
+from fitting.commands.diagnose import _naming
 from fitting.commands.run import run
 from rapi_jax import Identified, Recording, effects
 from rapi_jax.effects import AmplifierLowpass, Etalon
@@ -64,6 +66,12 @@ def assert_introduced(text: str, count: int = 1) -> None:
     about = [re.match(ABOUT, line) is not None for line in lines]
     assert sum(about) == count and about[0], text
     assert all(re.search(r" \(\d+ s\)$", x) for x, y in zip(lines, about, strict=True) if not y)
+
+
+def test_commands_in_notes_name_the_recording():
+    note = "thresholds fixed in V: rapi fit RECORDING -o result --operator FixedRAPI"
+    (shown,) = _naming({"notes": [note]}, Path("my scans"))["notes"]
+    assert shown == note.replace("RECORDING", "'my scans'")
 
 
 @pytest.mark.parametrize("reasons", [(), ("gap: 3 % of the span is left.", "starts disagree.")])

@@ -180,7 +180,7 @@ def test_of_a_doubtful_reading_two_lines_are_told():
     many = "; ".join(f"cavity: spurious peak at {t} s" for t in range(57))
     (line,) = _readout_lines({"run04_faults": many})
     assert line.startswith("run04: its reading was doubtful: cavity: spurious peak at 0 s; ")
-    assert "and 55 more, in the manifest. Record that drive again" in line
+    assert "and 55 more of this kind in the manifest. Record that drive again" in line
     (short,) = _readout_lines({"a_faults": "one"})
     assert "more" not in short
 

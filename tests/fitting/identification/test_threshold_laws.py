@@ -89,7 +89,7 @@ def test_the_command_line_fits_and_compensates_it(tmp_path, capsys):
 def test_a_law_that_predicts_a_swing_left_out_is_noted_where_it_fits_no_better():
     """Six plays of thresholds in volts, whose weights no RA-PI has: each `lam` by itself fits them.
 
-    A fit of both swings then leaves less than thresholds fixed in volts, and predicts neither swing
+    Thresholds fixed in volts then leave not clearly less, and a fit of both swings predicts neither
     from the other.
     """
     drives, responses = [], []

@@ -17,11 +17,15 @@ def describe_doubtful_readings(recording: Recording) -> list[str]:
     for name, text in recording.provenance.items():
         if not name.endswith(_FAULTS):
             continue
-        lines = [line.strip() for line in text.split(";")]
-        more = f", and {len(lines) - 2} more of this kind in the manifest" if lines[2:] else ""
         notes.append(
-            f"fringes: reading run {name.removesuffix(_FAULTS)!r} was doubtful: "
-            f"{'; '.join(lines[:2])}{more}. Where its noise is larger than that of the other runs, "
-            "record it again."
+            f"fringes: reading run {name.removesuffix(_FAULTS)!r} was doubtful: {shorten(text)}. "
+            "Where its noise is larger than that of the other runs, record it again."
         )
     return notes
+
+
+def shorten(text: str) -> str:
+    """The first two of what was doubtful in a run, and how many more there are."""
+    lines = [line.strip() for line in text.split(";")]
+    more = f", and {len(lines) - 2} more of this kind in the manifest" if lines[2:] else ""
+    return f"{'; '.join(lines[:2])}{more}"

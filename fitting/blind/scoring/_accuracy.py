@@ -16,9 +16,7 @@ def top_1_accuracy(
     entries: Sequence[Outcome], verdict_of: VerdictOf = diagnosis_verdict
 ) -> dict[str, Any]:
     """Separable single listed effects of 4 sigma or more whose verdict is their name."""
-    large = [
-        e for e in entries if e.kind == "listed" and e.size >= THRESHOLDS.nameable and e.separable
-    ]
+    large = [e for e in entries if e.kind == "listed" and e.is_nameable and e.separable]
     return _accuracy(
         [e for e in large if verdict_of(e) is not None], verdict_of, least=THRESHOLDS.top_1_target
     )
@@ -26,7 +24,7 @@ def top_1_accuracy(
 
 def accuracy_by_kind(entries: Sequence[Outcome]) -> dict[str, Any]:
     """The same for each kind; `pair_either`: at least one of the two is among the names."""
-    large = [e for e in entries if e.size >= THRESHOLDS.nameable and e.separable]
+    large = [e for e in entries if e.is_nameable and e.separable]
     out = {kind: _accuracy([e for e in large if e.kind == kind]) for kind in LISTED}
     pairs = [e for e in large if e.kind == "pair"]
     either = sum(bool(set(e.verdict.split("+")) & set(e.correct.split("+"))) for e in pairs)
@@ -35,7 +33,7 @@ def accuracy_by_kind(entries: Sequence[Outcome]) -> dict[str, Any]:
 
 def accuracy_by_effect(entries: Sequence[Outcome]) -> dict[str, Any]:
     """Right verdicts on single listed effects of 4 sigma or more, whether separable or not."""
-    large = [e for e in entries if e.kind in ("listed", "form") and e.size >= THRESHOLDS.nameable]
+    large = [e for e in entries if e.kind in ("listed", "form") and e.is_nameable]
     names = sorted({e.correct for e in large})
     return {name: _accuracy([e for e in large if e.correct == name]) for name in names}
 
@@ -55,7 +53,7 @@ def accuracy_by_size(entries: Sequence[Outcome]) -> list[dict[str, Any]]:
 
 def accuracy_by_survival(entries: Sequence[Outcome]) -> list[dict[str, Any]]:
     """Right verdicts on single listed effects of 4 sigma or more, by unabsorbed fraction."""
-    large = [e for e in entries if e.kind in ("listed", "form") and e.size >= THRESHOLDS.nameable]
+    large = [e for e in entries if e.kind in ("listed", "form") and e.is_nameable]
     rows: list[dict[str, Any]] = []
     for low, high in zip(SURVIVALS, SURVIVALS[1:], strict=False):
         inside = [

@@ -78,6 +78,20 @@ class Outcome:
         return not self.answer["truth"]
 
     @property
+    def is_detectable(self) -> bool:
+        """Whether all that is to be found has 2 sigma or more by itself, of two effects each.
+
+        Of a pair whose other effect is smaller it is not known what is right to say.
+        """
+        sizes = (self.size, *self.answer.get("alone", ()))
+        return self.is_null or min(sizes) >= THRESHOLDS.detectable
+
+    @property
+    def is_nameable(self) -> bool:
+        """Whether there is an effect of 4 sigma or more, and any other can be detected, too."""
+        return not self.is_null and self.size >= THRESHOLDS.nameable and self.is_detectable
+
+    @property
     def confidence(self) -> float:
         """The probability of the verdict; 1 for an error, which counts as certain and wrong."""
         return self.probability.get(self.verdict, 0.0)

@@ -56,7 +56,7 @@ def unlisted_rate(
     entries: Sequence[Outcome], verdict_of: VerdictOf = diagnosis_verdict
 ) -> dict[str, Any]:
     """Devices with an unlisted effect of 4 sigma or more whose verdict is `unlisted`."""
-    large = [e for e in entries if e.kind == "unlisted" and e.size >= THRESHOLDS.nameable]
+    large = [e for e in entries if e.kind == "unlisted" and e.is_nameable]
     large = [e for e in large if verdict_of(e) is not None]
     return proportion(
         sum(verdict_of(e) == UNLISTED for e in large), len(large), least=THRESHOLDS.unlisted_target
@@ -65,19 +65,18 @@ def unlisted_rate(
 
 def unlisted_set_rate(entries: Sequence[Outcome]) -> dict[str, Any]:
     """The same where the credible set holds it."""
-    large = [e for e in entries if e.kind == "unlisted" and e.size >= THRESHOLDS.nameable]
+    large = [e for e in entries if e.kind == "unlisted" and e.is_nameable]
     return proportion(sum(UNLISTED in e.credible_set for e in large), len(large))
 
 
 def listed_refusal_rate(
     entries: Sequence[Outcome], verdict_of: VerdictOf = diagnosis_verdict
 ) -> dict[str, Any]:
-    """Devices with listed effects of 4 sigma or more that were called unlisted."""
-    large = [
-        e
-        for e in entries
-        if e.kind in LISTED and e.size >= THRESHOLDS.nameable and verdict_of(e) is not None
-    ]
+    """Devices with listed effects of 4 sigma or more that were called unlisted.
+
+    Of two each has to be detectable.
+    """
+    large = [e for e in entries if e.kind in LISTED and e.is_nameable and verdict_of(e) is not None]
     return proportion(
         sum(verdict_of(e) in (UNLISTED, FAILED) for e in large),
         len(large),
@@ -94,11 +93,6 @@ def set_coverage(entries: Sequence[Outcome]) -> dict[str, Any]:
         "coverage": proportion(held, len(entries), least=THRESHOLDS.coverage_target),
         "mean_size": compare_with_target(mean, len(sizes), most=THRESHOLDS.set_size_target),
     }
-
-
-def is_detectable(entry: Outcome) -> bool:
-    """Nulls, and devices of 2 sigma or more."""
-    return entry.is_null or entry.size >= THRESHOLDS.detectable
 
 
 def withheld_rates(entries: Sequence[Outcome]) -> dict[str, Any]:

@@ -54,7 +54,7 @@ def score(
     """
     every = [Outcome.of(*entry) for entry in entries]
     own = [entry for entry in every if entry.withheld is None]
-    visible = [entry for entry in own if _rates.is_detectable(entry)]
+    visible = [entry for entry in own if entry.is_detectable]
     scores = {
         "schema": SCHEMA,
         "worlds": len(every),

@@ -34,7 +34,6 @@ from rapi_jax import DataError
 from rapi_jax.io import printable
 
 from ._outcome import Outcome
-from ._rates import is_detectable
 from ._thresholds import THRESHOLDS
 
 Ranked = list[tuple[str, float]]
@@ -56,7 +55,7 @@ def fit_widening(
     answer no factor reaches, takes the factor of all types together. The shares of sets are of
     factors without the device itself (leave-one-out). Raises ValueError where all are too few.
     """
-    judged = [o for o in outcomes if is_detectable(o) and o.error is None]
+    judged = [o for o in outcomes if o.is_detectable and o.error is None]
     ranked = [plain_probabilities(o) for o in judged]
     scores = np.array([least_factor(r, o.correct) for r, o in zip(ranked, judged, strict=True)])
     types = np.array([answer_type(r[0][0]) for r in ranked], dtype=object)

@@ -82,6 +82,22 @@ def test_first_in_the_list(scores):
     }  # fmt: skip
 
 
+def test_a_pair_counts_where_each_of_the_two_can_be_detected():
+    def judged(*alone):
+        pair = answer("p", "pair", "creep", "etalon", size=9.0) | {"alone": list(alone)}
+        found = score([(pair, prediction("unlisted"), None)])
+        counted = [
+            found["by_kind"]["pair"],
+            found["unlisted"]["listed_called_unlisted"],
+            found["sets"]["can_be_seen"]["coverage"],
+            found["detection"],
+        ]
+        return [record["n"] for record in counted], found["failures"][0]["against"]
+
+    assert judged(8.0, 2.0) == ([1, 1, 1, 1], ["pair", "listed called unlisted", "set"])
+    assert judged(9.0, 0.0) == ([0, 0, 0, 1], [])  # one amplitude shows no law of amplitude
+
+
 def test_tables_by_size_and_survival(scores):
     sizes = {row["from"]: k_of_n(row["all"]) for row in scores["by_size"]}
     assert sizes == {0.5: (0, 0), 1.0: (0, 0), 2.0: (1, 2), 4.0: (3, 7), 8.0: (0, 1), 20.0: (0, 1)}

@@ -1,17 +1,19 @@
 """Worlds: the same from the same seed, sized as asked, honest about what they hold."""
 
+import functools
 import re
 
 import numpy as np
 import pytest
 
 from fitting.blind.simulator._bank import Spec, bank
+from fitting.blind.simulator._drawn_session import session_of
 from fitting.blind.simulator._noise import Noise, draw_noise
 from fitting.blind.simulator._piezo import draw_other_form, draw_paper_form
 from fitting.blind.simulator._scan import Scan, draw_scans, place_in_time, scan_from_samples
-from fitting.blind.simulator._simulated_device import SimulatedDevice, draw_device
+from fitting.blind.simulator._simulated_device import SHOWN, SimulatedDevice, draw_device
 from fitting.blind.simulator._tangent import base_tangent
-from fitting.blind.simulator.effects._kinds import LISTED, names_of
+from fitting.blind.simulator.effects._kinds import LISTED, makers, names_of
 from fitting.blind.simulator.effects._projected_size import solve_strength
 
 SINGLE = [(kind, name) for kind in ("listed", "form", "unlisted") for name in names_of(kind)]
@@ -44,6 +46,18 @@ def test_pairs_have_the_size_asked_for_together_and_both_show(pair):
     assert sorted(w.truth) == pair.split("+")
     assert w.size == pytest.approx(8.0, rel=0.1)
     assert min(w.single_sizes) > 0.3 * w.size
+
+
+def test_another_session_is_drawn_where_one_cannot_show_both_of_a_pair():
+    session = functools.partial(session_of, misfit=False, any_session=True, hysteresis="")
+    unable = session(6, makers("pair", "amplitude_law+slew_limit"), 8.0, again=0)
+    assert unable.least_size < 0.01  # its runs have one amplitude
+    w = draw_device(6, "pair", "amplitude_law+slew_limit", 8.0, base_misfit=False, any_session=True)
+    assert min(w.single_sizes) >= SHOWN
+    assert w.size == pytest.approx(8.0, rel=0.1)
+    kept = draw_device(9, "pair", "creep+delay", 8.0, base_misfit=True, any_session=True)
+    null = draw_device(9, "null", base_misfit=True, any_session=True)
+    assert [a.scan.rate_hz for a in kept.runs] == [a.scan.rate_hz for a in null.runs]
 
 
 def test_a_null_holds_nothing():

@@ -39,7 +39,7 @@ def _row(entry: Outcome) -> dict[str, Any]:
 def failed_measures(entry: Outcome) -> list[str]:
     """The measures that this verdict speaks against; none for an effect too small to be judged."""
     wrong = entry.verdict != entry.correct
-    seen, large = entry.size >= THRESHOLDS.detectable, entry.size >= THRESHOLDS.nameable
+    seen, large = entry.size >= THRESHOLDS.detectable, entry.is_nameable
     found = {
         "leave one out": entry.withheld is not None and wrong,
         "false alarm": entry.is_null and wrong,
@@ -51,7 +51,7 @@ def failed_measures(entry: Outcome) -> list[str]:
         "listed called unlisted": entry.kind in LISTED
         and large
         and entry.verdict in (UNLISTED, FAILED),
-        "set": (entry.is_null or seen) and entry.correct not in entry.credible_set,
+        "set": entry.is_detectable and entry.correct not in entry.credible_set,
     }
     if entry.withheld is not None:
         return [name for name in ("leave one out", "set") if found[name]]

@@ -11,12 +11,12 @@ from collections.abc import Iterator
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 
 from fitting.diagnosis.refit._compiled_stages import OperatorInput
 from rapi_jax import AbstractOperator
 
-from ._play_outputs import PlayShapes, play_outputs
+from ._play_outputs import PlayShapes, play_outputs, telling_samples
 from ._thresholds import THRESHOLDS
 
 _LAM, _ETA, _GROWTH = THRESHOLDS.lam_step, THRESHOLDS.eta_step, THRESHOLDS.growth_step
@@ -37,12 +37,16 @@ BENDS = (2, 3, 4, 5)
 
 
 def density_columns(
-    operator: AbstractOperator, given: OperatorInput, known_start: np.ndarray
-) -> Iterator[tuple[int, Float[np.ndarray, "columns runs grid"]]]:
+    operator: AbstractOperator,
+    given: OperatorInput,
+    known_start: Bool[np.ndarray, " runs"],
+    place: Int[np.ndarray, "runs time"],
+) -> Iterator[tuple[int, Float[np.ndarray, "columns runs time"]]]:
     """The columns, some at a time: plays of the operator's mean weight, and powers of the drive.
 
     Each with its kind, in order: 0 for plays unlike the operator's, 1 finer ones, 2 bent ones.
     `known_start`: whether Eq. 13 holds for a run; else plays begin in the middle of their bands.
+    `place`: which of the drive's samples are asked for.
     """
     u = np.asarray(operator.centred(given.u))
     u_min = np.asarray(operator.centred(given.u_min))
@@ -54,6 +58,9 @@ def density_columns(
     weight = _mean_weight(operator, float(law.u_pp[0]), float(law.freq[0]))
     centre = (float(u.max()) + float(u.min())) / 2.0
     half = max((float(u.max()) - float(u.min())) / 2.0, 1e-12)
+    telling = [telling_samples(row, at) for row, at in zip(u, place, strict=True)]
+    drives = [row[samples] for row, (samples, _) in zip(u, telling, strict=True)]
+    u = np.take_along_axis(u, place, axis=1)
 
     def outputs(
         change: tuple[float, float, float, float], of: list[Plays] = runs
@@ -68,7 +75,8 @@ def density_columns(
                 np.full(r.size, bow / half),
                 centre,
             )
-            rows.append(play_outputs(u[k], shapes, float(u_min[k]) if known_start[k] else None))
+            begin = float(u_min[k]) if known_start[k] else None
+            rows.append(play_outputs(drives[k], shapes, begin)[:, telling[k][1]])
             thresholds.append(shapes.r)
         return weight * gain * np.stack(rows, axis=1), np.stack(thresholds, axis=1) / widest
 

@@ -14,6 +14,7 @@ from operator import itemgetter
 
 import numpy as np
 from jaxtyping import Float
+from scipy.linalg import lapack
 
 from fitting.diagnosis.noise._misfit_covariance import MisfitCovariance
 from fitting.diagnosis.refit._gauss_newton import Refit, State
@@ -25,6 +26,7 @@ from ._start_columns import start_columns
 from ._thresholds import THRESHOLDS
 
 _RANK = 1e-9  # of the longest direction: rounding
+_LEFT_OUT = 1e-4  # of the shortest that counts: by so little may directions be none of unit length
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -57,14 +59,16 @@ class PlayDensity:
         response = whitened.at_first_period(state.effects, state.operator_response)
 
         def whiten(part: np.ndarray) -> np.ndarray:
-            both = Linearised(response, whitened.at_first_period(state.effects, part))
+            both = Linearised(response, part)
             return whitened.jacobian_operator(refit.whitener, state.effects, both)
 
         moved = [refit.jacobian_base(state)]
         if not known.all():
-            moved.append(whiten(start_columns(np.asarray(given.u), known)))
+            begins = start_columns(np.asarray(given.u), known)
+            moved.append(whiten(whitened.at_first_period(state.effects, begins)))
         tangent = orthonormal_basis(np.concatenate(moved, axis=1))
-        found = density_columns(operator, given, known)
+        place = whitened.first_period_places(state.effects)
+        found = density_columns(operator, given, known, place)
         kinds = (
             np.concatenate([whiten(part) for _, part in parts], axis=1)
             for _, parts in groupby(found, key=itemgetter(0))
@@ -85,10 +89,7 @@ class PlayDensity:
             across = plays.T @ more
             gram = np.block([[gram, across], [across.T, more.T @ more]])
             plays = np.concatenate([plays, more], axis=1)
-            power, turn = np.linalg.eigh(gram)
-            kept = power * max(THRESHOLDS.scale_range) ** 2 > THRESHOLDS.least_variance
-            kept &= power > _RANK * power.max(initial=0.0)
-            yield cls(tangent, plays, turn[:, kept] / np.sqrt(power[kept]), power[kept])
+            yield cls(tangent, plays, *_principal_directions(gram))
 
     def covariance(self, scale: float) -> MisfitCovariance:
         """With weights of standard deviation `scale`, in units of the operator's mean weight."""
@@ -118,6 +119,32 @@ class PlayDensity:
             out[k] = -0.5 * (left[0, 0] - gained + np.log1p(variance).sum())
         off = np.log(SCALES / THRESHOLDS.usual_scale) / THRESHOLDS.scale_spread
         return out - 0.5 * off**2
+
+
+def _principal_directions(
+    gram: Float[np.ndarray, "plays plays"],
+) -> tuple[Float[np.ndarray, "plays rank"], Float[np.ndarray, " rank"]]:
+    """`PlayDensity.turn` and `power` by the plays' products, of what can move anything.
+
+    Plays are alike, and mostly span few directions together: a pivoted Cholesky factor of so many
+    columns then leaves next to nothing of the products (Higham 2002, section 10.3), and its own
+    principal directions cost little.
+    """
+    least = THRESHOLDS.least_variance / max(THRESHOLDS.scale_range) ** 2
+    size, longest = len(gram), float(np.diag(gram).max(initial=0.0))
+    if not longest > 0.0:
+        return np.zeros((size, 0)), np.zeros(0)
+    left_out = _LEFT_OUT * max(least, _RANK * longest) / size
+    factor, pivot, rank, _ = lapack.dpstrf(gram, tol=left_out, lower=1)
+    if 2 * rank > size:
+        power, turn = np.linalg.eigh(gram)
+        kept = power > max(least, _RANK * float(power.max()))
+        return turn[:, kept] / np.sqrt(power[kept]), power[kept]
+    lower = np.zeros((size, rank))
+    lower[pivot - 1] = np.tril(factor)[:, :rank]
+    power, turn = np.linalg.eigh(lower.T @ lower)
+    kept = power > max(least, _RANK * float(power.max()))
+    return lower @ (turn[:, kept] / power[kept]), power[kept]
 
 
 SCALES = np.geomspace(*THRESHOLDS.scale_range, THRESHOLDS.scales)

@@ -3,7 +3,7 @@
 import dataclasses
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -49,6 +49,18 @@ def play_outputs(
         np.clip(held[:, None], low[:, begin:end], high[:, begin:end], out=out[:, begin:end])
         held = out[:, end - 1]
     return out
+
+
+def telling_samples(
+    u: Float[np.ndarray, " grid"], at: Int[np.ndarray, " places"]
+) -> tuple[Int[np.ndarray, " samples"], Int[np.ndarray, " places"]]:
+    """The samples that tell outputs at `at`, and where among them each of these is.
+
+    They are `at` and both ends of each stretch, so a play comes by all turns of the drive.
+    """
+    ends = np.array(_stretch_ends(u))
+    samples = np.unique(np.concatenate([at, ends[:-1], ends[1:] - 1]))
+    return samples, np.searchsorted(samples, at)
 
 
 def _stretch_ends(u: Float[np.ndarray, " grid"]) -> list[int]:

@@ -170,6 +170,6 @@ def _response(
     whitened = refit.whitened
     nodes = whitened.operator_response(refit.base.operator, values, effects)
     rows = whitened.response_rows(effects, nodes)
-    # Rows are padded to an even number of runs.
+    # Rows are padded to a rounded number of runs.
     parts = zip(whitened.blocks, rows, strict=False)
     return np.concatenate([block.interpolate(row).ravel() for block, row in parts])

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import TypeGuard
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 
 from fitting.diagnosis.noise._periods import PeriodBlock
 from rapi_jax.effects import AbstractEffect, AbstractLinearEffect
@@ -29,17 +29,26 @@ def linear_path(effects: Effects, blocks: Sequence[PeriodBlock]) -> LinearPath |
     return LinearPath(tuple(block.size for block in blocks), tuple(transfer))
 
 
-def apply_transfer_functions(
-    effects: Sequence[AbstractLinearEffect],
+def transfer_function(
+    effects: Sequence[AbstractLinearEffect], block: PeriodBlock
+) -> Complex[np.ndarray, " lines"]:
+    """Of all effects, one after the other, at the lines of `apply_transfer_functions`."""
+    hertz = np.fft.rfftfreq(_points(block), block.step_s)
+    return np.prod([np.asarray(effect.transfer(hertz)) for effect in effects], axis=0)
+
+
+def apply_transfer_function(
+    transfer: Complex[np.ndarray, " lines"],
     values: Float[np.ndarray, "columns phases"],
     block: PeriodBlock,
 ) -> Float[np.ndarray, "columns phases"]:
     """Periods behind linear effects; a run that does not repeat starts from rest."""
-    size = values.shape[1]
+    size, count = values.shape[1], _points(block)
     first = np.zeros((len(values), 1)) if block.repeats else values[:, :1]
-    count = size if block.repeats else 2 * size
-    line = np.fft.rfft(values - first, count, axis=1)
-    hertz = np.fft.rfftfreq(count, block.step_s)
-    for effect in effects:
-        line *= effect.transfer(hertz)[None, :]
+    line = np.fft.rfft(values - first, count, axis=1) * transfer
     return np.fft.irfft(line, count, axis=1)[:, :size] + first
+
+
+def _points(block: PeriodBlock) -> int:
+    """Phases of a period; of a run that does not repeat twice as many, so that nothing wraps."""
+    return block.phases if block.repeats else 2 * block.phases

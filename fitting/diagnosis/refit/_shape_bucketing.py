@@ -20,7 +20,7 @@ def repeat_rows(rows: np.ndarray, count: int) -> np.ndarray:
 
 
 def pad_drives(fields: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The fields of a `DriveBatch` with rows of a rounded length and an even number of runs.
+    """The fields of a `DriveBatch` with rows of a rounded length and a rounded number of runs.
 
     A row is continued with its last value. An added run repeats the last one and shares no clock
     with it.

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Complex, Float, Int
 
 from fitting.diagnosis.noise._lines import SpectralLines
 from fitting.diagnosis.noise._periods import PeriodBlock, period_blocks
@@ -36,7 +36,7 @@ from ._compiled_stages import (
 )
 from ._effect_vector import Effects
 from ._jump_timing import match_jump_timing
-from ._linear_effects import apply_transfer_functions, is_linear
+from ._linear_effects import apply_transfer_function, is_linear, transfer_function
 from ._recent import Recent
 from ._sampling_grids import FirstPeriod, SamplingGrids, nodes_alone
 from ._thresholds import THRESHOLDS
@@ -222,7 +222,7 @@ class WhitenedModel:
     ) -> Linearised:
         """The same at the samples of the first period, with its derivative by each value."""
         start, given = self._padded_initial_state(operator, values), self.operator_input(effects)
-        place = np.asarray(self._first_period_drives(effects).place)
+        place = self.first_period_places(effects)
         found = linearise_in_closed_form(operator, values, given, start, place)
         if found is not None:
             return found
@@ -296,6 +296,10 @@ class WhitenedModel:
         return WhitenedErrors(raw, *whitener.whiten(raw), price)
 
     @cached_property
+    def _transfers(self) -> Recent[list[Complex[np.ndarray, " lines"]]]:
+        return Recent(_KEPT)
+
+    @cached_property
     def _first_period(self) -> FirstPeriod:
         return FirstPeriod.of(self.blocks, len(self.grids.session.freq))
 
@@ -323,11 +327,15 @@ class WhitenedModel:
         drives = self._drives(effects)
         return self._first_periods.get((drives,), lambda: self._first_period.select(drives))
 
+    def first_period_places(self, effects: Effects) -> Int[np.ndarray, "runs time"]:
+        """Which of the sampling grid each sample of a run's first period is."""
+        return np.asarray(self._first_period_drives(effects).place)
+
     def at_first_period(
         self, effects: Effects, response: Float[Array | np.ndarray, "*more runs grid"]
     ) -> Float[np.ndarray, "*more runs time"]:
         """Responses on the sampling grid, read at the samples of each run's first period."""
-        values, place = np.asarray(response), np.asarray(self._first_period_drives(effects).place)
+        values, place = np.asarray(response), self.first_period_places(effects)
         return np.take_along_axis(values, place[(None,) * (values.ndim - 2)], axis=-1)
 
     def jacobian_operator(
@@ -340,14 +348,19 @@ class WhitenedModel:
         behind = [e for e in effects if not acts_before_operator(e)]
         samples = self._first_period_samples
         rows = linearise_optical_effects([e for e in behind if not is_linear(e)], samples, operator)
-        linear = [effect for effect in behind if is_linear(effect)]
+        linear = tuple(effect for effect in behind if is_linear(effect))
+        transfer: list[Complex[np.ndarray, " lines"]] = []
+        if linear:
+            transfer = self._transfers.get(
+                linear, lambda: [transfer_function(linear, block) for block in self.blocks]
+            )
         parts = []
         for k, (block, begin) in enumerate(zip(self.blocks, self._first_period.first, strict=True)):
             row, share = rows[:, k, :], block.fraction[0]
             left, right = block.left[0] - begin, block.right[0] - begin
             value = (1.0 - share) * row[:, left] + share * row[:, right]
             if linear:
-                value = apply_transfer_functions(linear, value, block)
+                value = apply_transfer_function(transfer[k], value, block)
             parts.append((value * block.use.mean(axis=0))[:, None, :])
         return whitener.whiten_mean_period(parts).T
 

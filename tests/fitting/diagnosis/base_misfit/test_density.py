@@ -84,6 +84,20 @@ def test_each_kind_adds_its_plays_to_the_covariance():
         assert (directions * found.variance[finite]) @ directions.T == pytest.approx(want, abs=1e-9)
 
 
+def test_plays_that_are_alike_have_the_directions_of_their_products():
+    """300 columns that span 9 directions, of variances from 1e-3 to 1e7."""
+    tangent, spread = orthonormal(FLAT), np.geomspace(1e-3, 1e7, 9)
+    columns = (orthonormal(9) * np.sqrt(spread)) @ np.linalg.qr(RNG.standard_normal((300, 9)))[0].T
+    (density,) = PlayDensity.growing(tangent, [columns])
+    beyond = columns - tangent @ (tangent.T @ columns)
+    want = np.linalg.svd(beyond)[1][:9] ** 2
+    assert np.sort(density.power)[::-1] == pytest.approx(want[: density.power.size], rel=1e-4)
+    left_out = want[density.power.size :]
+    assert (left_out * 100.0 < THRESHOLDS.least_variance).all() or (left_out < 1e-8 * want[0]).all()
+    directions = density.plays @ density.turn
+    assert directions.T @ directions == pytest.approx(np.eye(density.power.size), abs=1e-3)
+
+
 def test_a_column_along_the_errors_explains_them(small):
     errors = RNG.standard_normal(LINES)
     alone = small.log_evidence(errors, np.zeros((LINES, 0)))

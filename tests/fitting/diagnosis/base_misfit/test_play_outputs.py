@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fitting.diagnosis.base_misfit._play_outputs import PlayShapes, play_outputs
+from fitting.diagnosis.base_misfit._play_outputs import PlayShapes, play_outputs, telling_samples
 
 SHAPES = PlayShapes(
     r=np.array([0.0, 0.1, 0.4, 0.9]),
@@ -39,6 +39,15 @@ def test_any_drive(values):
     u = np.array(values)
     found = play_outputs(u, SHAPES, float(u.min()))
     assert found == pytest.approx(by_recursion(u, SHAPES, first(SHAPES, u.min())), abs=1e-12)
+
+
+@given(st.lists(st.integers(0, 6), min_size=1, max_size=40), st.data())
+def test_turns_and_the_samples_asked_for_tell_the_same_outputs(values, data):
+    u = np.array(values) / 2.0
+    at = np.array(data.draw(st.lists(st.integers(0, u.size - 1), min_size=1)))
+    samples, place = telling_samples(u, at)
+    found = play_outputs(u[samples], SHAPES, float(u.min()))[:, place]
+    assert found == pytest.approx(play_outputs(u, SHAPES, float(u.min()))[:, at], abs=1e-12)
 
 
 @pytest.mark.parametrize("hold", [0, 5])

@@ -39,12 +39,14 @@ from ._text import effect_labels
 from ._verdict import (
     blame_data,
     collect_notes,
+    describe_doubted_laws,
     describe_family,
     doubt_data,
     doubt_noise,
     explain_random_jumps,
     explain_richer_hysteresis,
     give_verdict,
+    laws_of_hysteresis,
     mention_likeliest,
 )
 from .base_misfit._remainder import is_beyond_hysteresis
@@ -72,6 +74,7 @@ from .which.evidence._conformal import answer_type, credible_set, widen
 from .which.evidence._evidence import Evidence
 from .which.evidence._probability import (
     doubt_all,
+    doubt_law,
     doubt_none,
     doubt_remainder,
     doubt_unknown_noise,
@@ -182,6 +185,8 @@ def diagnose(
     if first is not None and first.effects and not first.has_other_form:
         if fitted.spectrum.measured and is_beyond_hysteresis(first.on_flexible_base):
             probabilities = doubt_remainder(probabilities)
+    laws = laws_of_hysteresis(fitted, classes)
+    probabilities = doubt_law(probabilities, laws)
     if not fitted.spectrum.measured:
         probabilities = doubt_unknown_noise(probabilities)
     jumps = _random_jumps(fitted, first or attribution.none, flexible=flexible)
@@ -264,6 +269,7 @@ def diagnose(
     }
     notes = tuple(f"{fault.kind}: {fault.message}" for fault in faults)
     notes += describe_family(whitened, fitted)
+    notes += describe_doubted_laws(laws, credible, recording.response_unit)
     notes += collect_notes(whitened, fitted, top, flexible=flexible)
     seconds = time.perf_counter() - began
     drive = None if next_scan is None else next_scan.drive

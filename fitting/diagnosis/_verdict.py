@@ -9,10 +9,17 @@ from fitting.identification.data_checks._drive_character import describe_repetit
 from fitting.identification.data_checks._fault import Fault
 from fitting.identification.data_checks.holds._sweeps import describe_creep
 from rapi_jax import Recording
+from rapi_jax.effects import AbstractEffect, AbstractLawEffect
 
 from ._data_checks import SINGLE_SWEEP
 from ._diagnosis import Verdict
-from ._text import closed_share, describe_effects, verdict_advice, verdict_sentence
+from ._text import (
+    closed_share,
+    describe_effects,
+    effect_label,
+    verdict_advice,
+    verdict_sentence,
+)
 from ._thresholds import THRESHOLDS
 from .family._law import threshold_law
 from .how_far._cross_validation import CrossValidation
@@ -266,6 +273,32 @@ def collect_notes(
             f"model has a more flexible one with {operator.count} plays."
         )
     return tuple(notes)
+
+
+def laws_of_hysteresis(
+    fitted: FittedBase, classes: Sequence[type[AbstractEffect]]
+) -> dict[str, type[AbstractEffect]]:
+    """Laws of thresholds that may stand for the hysteresis itself, by name.
+
+    None where its thresholds are the paper's: such a hysteresis may depend on amplitude and rate in
+    other ways, too.
+    """
+    if fitted.family is None or not fitted.family.differs:
+        return {}
+    return {one.name: one for one in classes if issubclass(one, AbstractLawEffect)}
+
+
+def describe_doubted_laws(
+    laws: Mapping[str, type[AbstractEffect]], credible: Sequence[str], unit: str
+) -> tuple[str, ...]:
+    """A note where one of `laws` is among the credible answers, with what would decide."""
+    named = {part for name in credible for part in name.split("+")} & laws.keys()
+    return tuple(
+        f"{effect_label(laws[name], unit)} may be the hysteresis itself here, since its thresholds "
+        "are not the paper's: half of the probability was taken from it. Runs at more amplitudes "
+        "and rates tell: a fit with other thresholds then leaves noise, or does not."
+        for name in sorted(named)
+    )
 
 
 def describe_family(whitened: WhitenedModel, fitted: FittedBase) -> tuple[str, ...]:

@@ -1,6 +1,6 @@
 """Posterior probabilities of the hypotheses: none, each effect, pairs, and `unlisted`."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -76,6 +76,25 @@ def doubt_unknown_noise(ranked: Ranked) -> Ranked:
     if ranked[0][0] in ("none", UNLISTED):
         return ranked
     return _keep_unlisted(ranked, THRESHOLDS.unlisted_unknown_noise)
+
+
+def doubt_law(ranked: Ranked, laws: Collection[str]) -> Ranked:
+    """The same where the hysteresis follows another law of thresholds than the paper's.
+
+    What a law of amplitude or of rate then explains may be the hysteresis itself. So hypotheses
+    with one of `laws` (names of effects) lose a share to the same without it: to their other
+    effect, or to `unlisted`.
+    """
+    out = dict(ranked)
+    for name, probability in ranked:
+        effects = set(name.split("+"))
+        if not effects & set(laws):
+            continue
+        moved = THRESHOLDS.law_of_hysteresis * probability
+        rest = "+".join(sorted(effects - set(laws)))
+        out[name] -= moved
+        out[rest if rest in out else UNLISTED] += moved
+    return sorted(out.items(), key=lambda pair: -pair[1])
 
 
 def _keep_unlisted(ranked: Ranked, least: float) -> Ranked:

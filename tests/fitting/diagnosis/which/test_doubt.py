@@ -4,6 +4,7 @@ import pytest
 
 from fitting.diagnosis.which.evidence._conformal import credible_set
 from fitting.diagnosis.which.evidence._probability import (
+    doubt_law,
     doubt_remainder,
     doubt_unknown_noise,
     doubt_unpredictive,
@@ -41,6 +42,23 @@ def test_what_no_hysteresis_leaves_keeps_unlisted_in_the_set():
     assert "unlisted" in credible_set(doubt_remainder(ranked))
     sure = [("unlisted", 0.9), ("delay", 0.1)]
     assert doubt_remainder(sure) == sure
+
+
+def test_a_law_of_thresholds_may_be_that_of_another_hysteresis():
+    """What it loses the other effect of a pair gains, else `unlisted`; others stay."""
+    half = THRESHOLDS.law_of_hysteresis
+    ranked = [
+        ("amplitude_law+creep", 0.6), ("creep", 0.1), ("rate_law", 0.2), ("delay+rate_law", 0.06),
+        ("unlisted", 0.03), ("none", 0.01),
+    ]  # fmt: skip
+    found = dict(doubt_law(ranked, {"amplitude_law", "rate_law"}))
+    want = {
+        "amplitude_law+creep": (1 - half) * 0.6, "creep": 0.1 + half * 0.6,
+        "rate_law": (1 - half) * 0.2, "delay+rate_law": (1 - half) * 0.06,
+        "unlisted": 0.03 + half * 0.26, "none": 0.01,
+    }  # fmt: skip
+    assert found == pytest.approx(want)
+    assert dict(doubt_law(ranked, ())) == dict(ranked)
 
 
 def test_where_noise_is_unknown_an_effect_is_never_certain():

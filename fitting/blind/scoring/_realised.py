@@ -5,6 +5,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+import numpy as np
+
 from fitting.blind.realised._linearity_gain import linearity_gain
 from fitting.blind.realised._realised_gap import WHICH, realised_gap
 from fitting.blind.simulator._bank import Spec
@@ -28,6 +30,8 @@ def redraw(answer: Mapping[str, Any]) -> SimulatedDevice:
         effect=str(answer["effect"]),
         sigma=float(answer["sigma"]),
         base_misfit=bool(answer["base_misfit"]),
+        any_session=bool(answer["any_session"]),
+        hysteresis=str(answer["hysteresis"]),
     ).draw()
 
 
@@ -64,10 +68,12 @@ def evaluate_device(entry: Outcome, draw: Draw = redraw) -> dict[str, Any]:
     try:
         models = _models(entry.folder)
         device = draw(entry.answer)
-        if sorted(device.truth) != sorted(entry.answer["truth"]):
+        same = sorted(device.truth) == sorted(entry.answer["truth"])
+        if not same or not np.isclose(device.size, entry.answer["size"]):
             raise ValueError(
-                f"the device drawn now has {', '.join(device.truth) or 'no effect'}, which is not "
-                "what its answer says. Score with the version that made the bank."
+                f"the device drawn now has {', '.join(device.truth) or 'no effect'} of size "
+                f"{device.size:.3g}, which is not what its answer says. Score with the version "
+                "that made the bank."
             )
         session = [run.scan for run in device.runs]
     except Exception as error:

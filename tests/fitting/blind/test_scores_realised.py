@@ -128,9 +128,9 @@ def entry(tmp_path):
     return Outcome.of(answer("w", "listed", "amplifier_lowpass"), said, tmp_path)
 
 
-def world(ecdl, *truth):
+def world(ecdl, *truth, size=10.0):
     runs = [SimpleNamespace(scan=scan) for scan in session()]
-    return SimpleNamespace(runs=runs, truth=truth, simulate=OurLaser(ecdl).simulate)
+    return SimpleNamespace(runs=runs, truth=truth, size=size, simulate=OurLaser(ecdl).simulate)
 
 
 def test_realised_counts_and_names(entry):
@@ -145,9 +145,10 @@ def test_realised_counts_and_names(entry):
     assert found["compensated"]["down"]["k"] == 1
 
 
-def test_a_world_is_drawn_anew_from_its_answer(entry):
+@pytest.mark.parametrize("other", [{}, {"any_session": True}, {"hysteresis": "classical"}])
+def test_a_world_is_drawn_anew_from_its_answer(entry, other):
     """Also where the verdict was wrong: what it promised is tried all the same."""
-    spec = bank(1, 40)[3]
+    spec = dataclasses.replace(bank(1, 40)[3], **other)
     world = spec.draw()
     written = dataclasses.asdict(spec) | {
         "name": world.name, "truth": list(world.truth), "size": world.size
@@ -169,6 +170,8 @@ def test_nothing_ends_the_check(entry, tmp_path):
     assert evaluate_device(entry, broken)["error"] == "RuntimeError: no such world"
     other = evaluate_device(entry, lambda a: world(LAG, "creep"))["error"]
     assert "not what its answer says" in other
+    other = evaluate_device(entry, lambda a: world(LAG, "amplifier_lowpass", size=7.0))["error"]
+    assert "of size 7, which is not what its answer says" in other
     (tmp_path / "base.rapi").unlink()
     found = evaluate_realised([entry], draw=lambda a: world(LAG, "amplifier_lowpass"))
     assert "base.rapi" in found["worlds"][0]["error"]

@@ -107,7 +107,10 @@ class _SearchSpace:
 def candidate_scans(
     recording: Recording, limits: DriveLimits, *, samples: int, periods: int, start_s: float
 ) -> list[Candidate]:
-    """Scans of `periods` periods of `samples` samples, none beyond `limits`; steps are as long."""
+    """Scans of `periods` periods of `samples` samples, none beyond `limits`; steps are as long.
+
+    None is one that was recorded: what it tells is in the data.
+    """
     space = _SearchSpace.of(recording, limits, samples, periods, start_s)
     seen = Identified.of(recording)
     slow = min(seen.rates_hz, default=THRESHOLDS.default_rate)
@@ -118,12 +121,33 @@ def candidate_scans(
             limits.check(made.drive)
         except LimitError:
             continue
+        if _is_recorded(made, recording):
+            continue
         hz, hold = made.excitation_hz or 0.0, made.hold_s or 0.0
         numbers = (hz, made.amplitude, made.bias, made.smoothing, hold)
         levels = float(made.drive.value[0]) if hold else 0.0
         key = (made.waveform, *(float(f"{x:.3g}") for x in (*numbers, levels)))
         found.setdefault(key, made)
     return list(found.values())
+
+
+def _is_recorded(scan: Candidate, recording: Recording) -> bool:
+    """Whether a run has the waveform, rate, swing and centre of `scan`."""
+    if scan.excitation_hz is None or scan.smoothing:
+        return False
+    near = THRESHOLDS.same_scan
+    for drive in recording.drives:
+        if not drive.repeats or drive.waveform != scan.waveform:
+            continue
+        bias = (float(drive.value.max()) + float(drive.value.min())) / 2.0
+        off = (
+            drive.rate / scan.excitation_hz - 1.0,
+            drive.u_pp / scan.amplitude - 1.0,
+            (bias - scan.bias) / scan.amplitude,
+        )
+        if max(map(abs, off)) < near:
+            return True
+    return False
 
 
 def make_inner_sine(

@@ -28,6 +28,12 @@ class NextScanThresholds:
     inner_swing: float = threshold(
         0.8, unit="of the widest swing", origin=f"{_TRIAL}; well inside what was recorded"
     )
+    same_scan: float = threshold(
+        0.02,
+        unit="of rate and swing",
+        origin="nearer to a recorded run a scan is the same; half or double: so are the same ones "
+        "of the recordings in the tests",
+    )
     least_swing: float = threshold(
         0.12, unit="of the widest swing", origin=f"{_TRIAL}; a smaller scan shows little"
     )

@@ -199,6 +199,28 @@ def test_the_space_has_every_shape_and_no_scan_twice():
     assert max(c.excitation_hz or 0.0 for c in found) == 10 * max(RATES)
 
 
+def test_a_scan_that_was_recorded_is_not_proposed_again():
+    """The same triangle is, where its rate, its swing or its centre is another."""
+
+    def triangles(runs):
+        recording = Recording.of(runs, [np.zeros(d.size) for d in runs])
+        found = candidate_scans(
+            recording, DriveLimits(0.0, 6.0, 1e6), samples=64, periods=2, start_s=100.0
+        )
+        scans = [c for c in found if c.waveform == "triangle" and not c.smoothing]
+        return {(c.excitation_hz, c.amplitude, round(c.bias, 2)) for c in scans}
+
+    (slow,) = triangle(10.0, amplitude=3.0, bias=3.0, samples=2 * N, periods=2)
+    (fast,) = triangle(40.0, amplitude=3.0, bias=3.0, samples=2 * N, periods=2)
+    ends = dataclasses.replace(fast, start_s=1.0)
+    seen = {(10.0, 3.0, 3.0), (40.0, 3.0, 3.0)}
+    assert not seen & triangles([slow, ends])
+    sines = [dataclasses.replace(d, waveform="sine") for d in (slow, ends)]
+    assert seen <= triangles(sines)
+    lower = dataclasses.replace(ends, value=ends.value - 0.5)
+    assert (40.0, 3.0) in {scan[:2] for scan in triangles([slow, lower])}  # between the two
+
+
 def test_voltages_never_seen_are_not_proposed_even_where_allowed():
     runs = drives()
     recording = Recording.of(runs, [np.zeros(d.size) for d in runs])

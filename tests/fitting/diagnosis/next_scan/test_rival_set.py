@@ -40,7 +40,7 @@ def test_no_number_of_periods_separates_what_differs_by_less_than_equations_are_
     assert rivals.log_odds((0, 1), 1e9 * 100.0, 1e9 * 2000.0) == pytest.approx(least, rel=1e-3)
     found = choose_next_scan(*world("lags"), tempering=Tempering(1.0, 4.0, 10.0))
     assert "ore periods would not separate them" in found.reason
-    assert "the wrong hypothesis, refitted to all data, would differ" in found.reason
+    assert "The wrong one, refitted to all data, would differ" in found.reason
 
 
 def test_nothing_left_is_what_even_odds_after_the_scan_say():

@@ -185,7 +185,7 @@ def diagnose(
     if first is not None and first.effects and not first.has_other_form:
         if fitted.spectrum.measured and is_beyond_hysteresis(first.on_flexible_base):
             probabilities = doubt_remainder(probabilities)
-    laws = laws_of_hysteresis(fitted, classes)
+    laws = laws_of_hysteresis(fitted.family, classes)
     probabilities = doubt_law(probabilities, laws)
     if not fitted.spectrum.measured:
         probabilities = doubt_unknown_noise(probabilities)

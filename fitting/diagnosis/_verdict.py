@@ -21,6 +21,7 @@ from ._text import (
     verdict_sentence,
 )
 from ._thresholds import THRESHOLDS
+from .family._choice import FamilyChoice
 from .family._law import threshold_law
 from .how_far._cross_validation import CrossValidation
 from .next_scan._confirmation import needs_confirmation
@@ -276,14 +277,14 @@ def collect_notes(
 
 
 def laws_of_hysteresis(
-    fitted: FittedBase, classes: Sequence[type[AbstractEffect]]
+    family: FamilyChoice | None, classes: Sequence[type[AbstractEffect]]
 ) -> dict[str, type[AbstractEffect]]:
     """Laws of thresholds that may stand for the hysteresis itself, by name.
 
     None where its thresholds are the paper's: such a hysteresis may depend on amplitude and rate in
     other ways, too.
     """
-    if fitted.family is None or not fitted.family.differs:
+    if family is None or not family.differs:
         return {}
     return {one.name: one for one in classes if issubclass(one, AbstractLawEffect)}
 
@@ -293,11 +294,12 @@ def describe_doubted_laws(
 ) -> tuple[str, ...]:
     """A note where one of `laws` is among the credible answers, with what would decide."""
     named = {part for name in credible for part in name.split("+")} & laws.keys()
+    labels = [effect_label(laws[name], unit) for name in sorted(named)]
     return tuple(
-        f"{effect_label(laws[name], unit)} may be the hysteresis itself here, since its thresholds "
+        f"{label[0].upper()}{label[1:]} may be the hysteresis itself here, since its thresholds "
         "are not the paper's: half of the probability was taken from it. Runs at more amplitudes "
         "and rates tell: a fit with other thresholds then leaves noise, or does not."
-        for name in sorted(named)
+        for label in labels
     )
 
 

@@ -2,6 +2,8 @@
 
 import pytest
 
+from fitting.diagnosis._verdict import describe_doubted_laws, laws_of_hysteresis
+from fitting.diagnosis.family._choice import FamilyChoice
 from fitting.diagnosis.which.evidence._conformal import credible_set
 from fitting.diagnosis.which.evidence._probability import (
     doubt_law,
@@ -10,6 +12,8 @@ from fitting.diagnosis.which.evidence._probability import (
     doubt_unpredictive,
 )
 from fitting.diagnosis.which.evidence._thresholds import THRESHOLDS
+from rapi_jax import RAPI, FixedRAPI
+from rapi_jax.effects import AmplitudeLaw, Creep
 
 RANKED = [("creep", 0.9), ("delay", 0.06), ("unlisted", 0.03), ("none", 0.01)]
 
@@ -59,6 +63,19 @@ def test_a_law_of_thresholds_may_be_that_of_another_hysteresis():
     }  # fmt: skip
     assert found == pytest.approx(want)
     assert dict(doubt_law(ranked, ())) == dict(ranked)
+
+
+@pytest.mark.parametrize(
+    ("operator", "laws"), [(RAPI, set()), (FixedRAPI, {"amplitude_law"}), (None, set())]
+)
+def test_laws_are_doubted_where_other_thresholds_were_taken(operator, laws):
+    family = None if operator is None else FamilyChoice(operator, {operator.__name__: 0.0})
+    found = laws_of_hysteresis(family, [AmplitudeLaw, Creep])
+    assert found.keys() == laws
+    notes = describe_doubted_laws(found, ["amplitude_law+creep", "creep"], "GHz")
+    assert len(notes) == len(laws)
+    assert all(note.startswith("A dependence on amplitude or bias may be") for note in notes)
+    assert describe_doubted_laws(found, ["creep"], "GHz") == ()
 
 
 def test_where_noise_is_unknown_an_effect_is_never_certain():

@@ -14,7 +14,7 @@ from operator import itemgetter
 
 import numpy as np
 from jaxtyping import Float
-from scipy.linalg import lapack
+from scipy.linalg import get_lapack_funcs
 
 from fitting.diagnosis.noise._misfit_covariance import MisfitCovariance
 from fitting.diagnosis.refit._gauss_newton import Refit, State
@@ -135,7 +135,8 @@ def _principal_directions(
     if not longest > 0.0:
         return np.zeros((size, 0)), np.zeros(0)
     left_out = _LEFT_OUT * max(least, _RANK * longest) / size
-    factor, pivot, rank, _ = lapack.dpstrf(gram, tol=left_out, lower=1)
+    (pivoted_cholesky,) = get_lapack_funcs(("pstrf",), (gram,))
+    factor, pivot, rank, _ = pivoted_cholesky(gram, tol=left_out, lower=1)
     if 2 * rank > size:
         power, turn = np.linalg.eigh(gram)
         kept = power > max(least, _RANK * float(power.max()))

@@ -254,6 +254,20 @@ def respond(
 compiled_respond = eqx.filter_jit(respond)
 
 
+def known_response(
+    ecdl: ECDL, drives: DriveBatch, initial: Float[Array, "runs plays"] | None = None
+) -> Float[np.ndarray, "runs time"]:
+    """`respond`, compiled, and sample by sample where monotone stretches do not tell the response.
+
+    So it is where a falling bound of a play falls as the drive rises: what is held over a stretch
+    then is not the clamped first output, and comes out as NaN.
+    """
+    found = np.asarray(compiled_respond(ecdl, drives, initial))
+    if drives.stretches is None or not np.isnan(found).any():
+        return found
+    return np.asarray(compiled_respond(ecdl, dataclasses.replace(drives, stretches=None), initial))
+
+
 @takes(ecdl=ECDL, drive=Drive)
 @float64
 def predict(ecdl: ECDL, drive: Drive, *, initial: Any = None) -> Float[np.ndarray, " time"]:
@@ -308,5 +322,5 @@ def _on_grid(
     row = row_of(drive, 0.0, lead=bool(ecdl.effects))
     drives = on_device(batch([drive], [row]))
     given = None if initial is None else initial[None, :]
-    answer = np.asarray(compiled_respond(ecdl, drives, given))[0, : row.sample.size]
+    answer = known_response(ecdl, drives, given)[0, : row.sample.size]
     return answer[row.sample >= 0]

@@ -6,6 +6,7 @@ Imports nothing that `import rapi_jax` does not, so it costs nothing.
 from ._arguments import takes as takes
 from ._ecdl import compiled_respond as compiled_respond
 from ._ecdl import drive_side as drive_side
+from ._ecdl import known_response as known_response
 from ._ecdl import laws as laws
 from ._ecdl import needs_spare_nodes as needs_spare_nodes
 from ._ecdl import operator_response as operator_response

@@ -22,7 +22,7 @@ from .effects._kinds import MIX, SIGMA, makers, names_of
 from .effects._recipe import log_uniform
 
 Array = npt.NDArray[np.float64]
-SHOWN = 2.0  # multiples of the noise; of two effects each has to reach it, or nobody can name both
+SHOWN = 2.0  # multiples of the noise; of two effects each has to reach it, or need not be named
 SESSIONS = 8  # drawn at most, until one shows both
 
 

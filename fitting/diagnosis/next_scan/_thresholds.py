@@ -31,8 +31,8 @@ class NextScanThresholds:
     same_scan: float = threshold(
         0.02,
         unit="of rate and swing",
-        origin="nearer to a recorded run a scan is the same; half or double: so are the same ones "
-        "of the recordings in the tests",
+        origin="nearer to a recorded run a scan is the same; half or double: as many candidates "
+        "are left beside three sessions of triangles",
     )
     least_swing: float = threshold(
         0.12, unit="of the widest swing", origin=f"{_TRIAL}; a smaller scan shows little"

@@ -92,8 +92,9 @@ def test_plays_that_are_alike_have_the_directions_of_their_products():
     beyond = columns - tangent @ (tangent.T @ columns)
     want = np.linalg.svd(beyond)[1][:9] ** 2
     assert np.sort(density.power)[::-1] == pytest.approx(want[: density.power.size], rel=1e-4)
-    left_out = want[density.power.size :]
-    assert (left_out * 100.0 < THRESHOLDS.least_variance).all() or (left_out < 1e-8 * want[0]).all()
+    least = THRESHOLDS.least_variance / max(THRESHOLDS.scale_range) ** 2
+    assert (want[density.power.size :] <= max(least, 1e-9 * want[0])).all()
+    assert 0 < density.power.size < 9
     directions = density.plays @ density.turn
     assert directions.T @ directions == pytest.approx(np.eye(density.power.size), abs=1e-3)
 
